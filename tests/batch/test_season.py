@@ -247,7 +247,7 @@ def test_a_day_without_standard_errors_is_passed_over():
 
 
 def test_quiet_seasons_rarely_change():
-    """Of 300 seasons of 20 days and 4 coefficients without a change; one in a hundred is meant."""
+    """At a level of 0.002, more than 3 of 300 seasons change with a probability of 0.3 %."""
     rng, found = np.random.default_rng(3), 0
     model = hd.DampingModel.from_table({"X": "u|u|", "N": "ur uv r|r|"}, key="four")
     for _ in range(300):
@@ -262,4 +262,4 @@ def test_quiet_seasons_rarely_change():
             for one in errors
         ]
         found += bool(changes(fits))
-    assert found <= 8
+    assert found <= 3

@@ -279,8 +279,42 @@ def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(sailed
     assert card.wrench_error["X"] == pytest.approx(100.0)
 
 
+@pytest.mark.parametrize("model", ["fossen", "prestero"])
+def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(model, sailed, tmp_path):
+    """A diagonal mass matrix is no fault of the model, and no other model would mend it."""
+    damping = hd.identify(
+        hd.catalog[model], sailed.vehicle, sailed.train, hd.LeastSquares()
+    ).damping
+    card = hd.export(damping, sailed.vehicle, "urdf", tmp_path / "a", log=sailed.test)
+    assert card.exact == (model == "fossen")
+    assert not [label for label in card.projected if label.startswith("K")]
+    assert card.wrench_error["K"] > 100.0
+    assert "coupled added mass" in str(card)
+    with pytest.raises(hd.MethodError, match=r"wrench error of .*K .* no damping at all has 100"):
+        hd.export(damping, sailed.vehicle, "stonefish", tmp_path / "b", log=sailed.test)
+
+
+def test_a_link_that_leads_nowhere_is_no_file_of_the_export(tmp_path):
+    craft = hd.fleet["bluerov2"], hd.published["bluerov2"]
+    hd.export(craft[1], craft[0], "python", tmp_path / "a")
+    link = tmp_path / "a" / "README.md"
+    link.symlink_to("nowhere")
+    with pytest.raises(hd.FileError, match=r"README\.md was not written by the earlier export"):
+        hd.export(craft[1], craft[0], "c", tmp_path / "a", force=True)
+    assert link.is_symlink()
+
+
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
+    craft = hd.fleet["bluerov2"], hd.published["bluerov2"]
+    hd.export(craft[1], craft[0], "python", tmp_path / "a")
+    (tmp_path / "a" / "examples").write_text("mine")
+    with pytest.raises(hd.FileError, match="examples"):
+        hd.export(craft[1], craft[0], "c", tmp_path / "a", force=True)
+    assert (tmp_path / "a" / "examples").read_text() == "mine"
+
+
 @pytest.mark.parametrize("target", ["python", "c", "octave", "casadi", "fmu", "mujoco"])
-@pytest.mark.parametrize("name", ["hd", "sqrt", "norm", "cos", "INPUTS"])
+@pytest.mark.parametrize("name", ["hd", "*/ x; /*", "sqrt", "norm", "cos", "INPUTS"])
 def test_names_of_built_ins_and_of_the_files_themselves_run(target, name, tmp_path):
     vehicle = replace(hd.fleet["bluerov2"], name=name)
     card = hd.export(hd.published["bluerov2"], vehicle, target, tmp_path / "a")

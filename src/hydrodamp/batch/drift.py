@@ -15,8 +15,8 @@ from hydrodamp.identification.grades import RELATIVE
 #: Groups on either side of a change at least, and groups in all.
 _SIDE, FEWEST = 2, 5
 
-#: Significance level of a season, over all coefficients and days. With 0.01 about one quiet season
-#: in a hundred changed, the level itself: studies/season_changes.py. Changes of 5 % are far beyond.
+#: Significance level of a season, over all coefficients and days: 1 of 800 quiet seasons changed,
+#: and every growth of 5 % was found (table of docs/season.md, studies/season_changes.py).
 CHANCE = 0.002
 
 

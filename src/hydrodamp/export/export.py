@@ -18,6 +18,7 @@ from hydrodamp.export.targets import find_target
 from hydrodamp.files import as_json
 from hydrodamp.identification.power import OperatingBox, operating_box
 from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import read_label
 from hydrodamp.vehicle.vehicle import Vehicle
 
 WORST_ERROR = 100.0
@@ -57,9 +58,9 @@ def export(
         The velocities that they are fitted at without a log, and that powers are looked at within;
         by default those of the log.
     force : bool, optional
-        Replace the files of an earlier export, all others stay, and keep an export whose wrench
-        error is above 100 % on an axis or whose replay diverges though that of its source does
-        not.
+        Replace the files of an earlier export, all others stay, and keep one whose wrench error is
+        above 100 % on an axis with fitted terms, or whose replay diverges though that of its source
+        does not.
 
     Returns
     -------
@@ -71,8 +72,8 @@ def export(
     ModelError
         If the coefficients belong to another vehicle, or cannot be exported.
     MethodError
-        If there is no such target, terms would have to be fitted without any velocities, a wrench
-        error is above 100 %, or the replay diverges.
+        If there is no such target, terms would have to be fitted without any velocities, or the
+        wrench error of a projection is above 100 %, or its replay diverges.
     FileError
         If the folder holds files that an earlier export did not write or that were edited since;
         without ``force`` if it holds an export at all.
@@ -119,8 +120,12 @@ def export(
 
 
 def _check_wrench(card: Fidelity) -> None:
-    """Refuse an export that is worse on an axis than one without any damping."""
-    worse = [f"{axis} {x:.3g} %" for axis, x in card.wrench_error.items() if x > WORST_ERROR]
+    """Refuse a projection that is worse on an axis than no damping at all.
+
+    On an axis whose terms are all held the error is of the mass matrix: no other model mends it.
+    """
+    errors, projected = card.wrench_error, {read_label(label)[0] for label in card.projected}
+    worse = [f"{x} {errors[x]:.3g} %" for x in errors if x in projected and errors[x] > WORST_ERROR]
     if worse:
         raise MethodError(
             f"'{card.target}' would have a wrench error of {', '.join(worse)} of the damping's "

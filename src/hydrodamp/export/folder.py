@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -44,12 +45,12 @@ def check_export(folder: Path, force: bool) -> None:
     edited = [
         path
         for path, digest in earlier.items()
-        if (folder / path).exists() and _digest(folder / path) != digest
+        if os.path.lexists(folder / path) and _digest(folder / path) != digest
     ]
     if edited:
         raise FileError(
             f"{folder}: {_list(edited)} edited since the export, and --force replaces only files "
-            "that an export wrote. Move them elsewhere, or name a new folder."
+            "that an export wrote. Move what is edited elsewhere, or name a new folder."
         )
 
 
@@ -61,11 +62,11 @@ def replace_export(folder: Path, made: Path, files: Iterable[str], backup: Path)
     """
     earlier = [*_manifest(folder), CARD] if (folder / CARD).is_file() else []
     new = [*files, CARD]
-    taken = [path for path in new if path not in earlier and (folder / path).exists()]
+    taken = [path for path in new if path not in earlier and os.path.lexists(folder / path)]
     if taken:
         raise FileError(
             f"{folder}: {_list(taken)} not written by the earlier export, and would be replaced. "
-            "Move them elsewhere, or name a new folder."
+            "Move what is yours elsewhere, or name a new folder."
         )
     moved: list[tuple[Path, Path]] = []
 
@@ -76,7 +77,7 @@ def replace_export(folder: Path, made: Path, files: Iterable[str], backup: Path)
 
     try:
         for path in earlier:
-            if (folder / path).exists():
+            if os.path.lexists(folder / path):
                 move(folder / path, backup / path)
         for path in new:
             move(made / path, folder / path)
@@ -85,7 +86,7 @@ def replace_export(folder: Path, made: Path, files: Iterable[str], backup: Path)
             target.rename(source)
         _remove_empty(folder, new)
         if isinstance(error, OSError):
-            raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error
+            raise FileError(f"{folder}: cannot be written: {error}.") from error
         raise
     _remove_empty(folder, earlier)
 

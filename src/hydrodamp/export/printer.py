@@ -134,6 +134,7 @@ def said_of(craft: Craft, language: Language = PYTHON) -> dict[str, object]:
 
 
 def _plain(*sentences: str) -> str:
-    """Return sentences that end no comment and no text of any language."""
+    """Return sentences that begin or end no comment and end no text of any language."""
     text = " ".join(" ".join(sentences).split())
-    return text.replace("\\", "/").replace('"""', "'''").replace("*/", "* /")
+    text = text.replace("\\", "/").replace('"""', "'''")
+    return text.replace("*/", "* /").replace("/*", "/ *")
