@@ -440,7 +440,9 @@ REFUSALS = (MethodError, np.linalg.LinAlgError, ArithmeticError)
 
 
 def check_drive(problem: Problem, model: DampingModel) -> None:
-    """Refuse a model that nothing drives, though terms of others the problem is for may."""
+    """Refuse a log without motion, and a model that nothing drives though others may be driven."""
+    if not problem.inputs.velocity.any():
+        raise MethodError("all velocities of the log are zero: give a log of a vehicle that moves")
     free = model.restricted_to(problem.vehicle.axes)
     if told := nothing_drives(problem.vehicle, problem.log, (free,)):
         raise MethodError(told)
