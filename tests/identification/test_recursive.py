@@ -142,7 +142,8 @@ def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are
 
     One is the distance to (D^-2 + sum z phi') kappa' = D^-2 kappa_0 + sum z y, z the terms three
     rows before and after; the other what the prior pulls, (D^-2 + sum phi phi')^-1 D^-2 (kappa -
-    kappa_0). How far apart both estimates may be by chance adds to the diagonal.
+    kappa_0). How far apart both estimates may be by chance adds to the diagonal, and so does what
+    lacks of a distance that is the mean of the axis against its noise (the Birge ratio).
     """
     problem = voyage.problem(0, MANOEUVRE)
     method = RecursiveLeastSquares(memory=np.inf)
@@ -162,9 +163,12 @@ def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are
         rest = fit.damping.covariance[part, part] - np.outer(off, off) - np.outer(pulled, pulled)
         moved = np.linalg.inv(matrix)
         apart = 2.0 * moved @ design.T @ design @ moved.T - 0.5 * inverse
-        wanted = inverse + np.diag(np.maximum(0.0, apart.diagonal()))
-        sigma2 = rest[0, 0] / wanted[0, 0]
-        np.testing.assert_allclose(rest, sigma2 * wanted, rtol=1e-6)
+        sigma2 = rest[0, 1] / inverse[0, 1]
+        variance = sigma2 * inverse.diagonal()
+        birge = np.mean(off**2 / variance)
+        wanted = sigma2 * (inverse + np.diag(np.maximum(0.0, apart.diagonal())))
+        wanted += np.diag(np.maximum(0.0, birge * variance - off**2))
+        np.testing.assert_allclose(rest, wanted, rtol=1e-6)
         left = target - design @ found
         lagged = [np.mean(left[k:] * left[:-k]) for k in range(1, 5)]
         expected = np.var(left) + 2.0 * max(0.0, (1.0 - np.arange(1, 5) / 5.0) @ lagged)

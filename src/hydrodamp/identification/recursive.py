@@ -342,6 +342,12 @@ def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -
     )
     off, pulled = found - unit * instrumented, unit * (inverse @ moved)
     covariance = noise * np.outer(unit, unit) * inverse
+    # Bias that is small in one coefficient by chance is not small in it: all of an axis have at
+    # least the same ratio of it to noise (R. Birge, Physical Review 40 (1932) 207).
+    variance = covariance.diagonal()
+    moves = variance > 0.0
+    birge = np.mean(off[moves] ** 2 / variance[moves]) if moves.any() else 0.0
+    covariance += np.diag(np.maximum(0.0, birge * variance - off**2))
     covariance += np.outer(off, off) + np.outer(pulled, pulled)
     # How far apart both estimates may be by chance: one that is near by chance proves nothing. The
     # correlation of a term over six blocks counts as the square of that over three.
