@@ -52,8 +52,8 @@ def last_line(model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log) -> dict[
 def main() -> None:
     """Measure and print a table; partial results as they come."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--seed", type=int, default=9000)
-    parser.add_argument("--each", type=int, default=5, help="campaigns of each duration")
+    parser.add_argument("--seed", type=int, default=20000)
+    parser.add_argument("--each", type=int, default=4, help="campaigns of each duration")
     parser.add_argument("--write", action="store_true", help="to docs/live/alarm.md")
     given = parser.parse_args()
     warnings.simplefilter("ignore", hd.HydrodampWarning)
