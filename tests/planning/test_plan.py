@@ -211,3 +211,18 @@ def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
     made = hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, mode=mode)
     assert len(made.notes) == 1
     assert ("waypoints" in made.notes[0]) == blames
+
+
+def test_a_vehicle_with_a_propeller_alone_is_planned_for():
+    sled = hd.Vehicle(
+        "sled",
+        [[30.0]],
+        weight=300.0,
+        buoyancy=300.0,
+        actuators=(hd.Propeller("rpm", thrust=2e-5),),
+        axes=("X",),
+    )
+    known = hd.Damping.from_dict(None, {"X_u|u|": -8.0})
+    envelope = hd.Envelope(speed=(0.8, 1.6))
+    made = hd.plan(sled, known.model, 60.0, damping=known, envelope=envelope)
+    assert (made.saturated, [*made.orders]) == ({}, ["speed", "rpm"])

@@ -129,7 +129,8 @@ class Optimiser:
             added, violation, saturated = self.evaluate(several)
             after = added + information
             outside = np.maximum(violation + _FREE, 0.0).max(axis=1)
-            at_limit = np.max([np.mean(one, axis=1) for one in saturated.values()], axis=0)
+            shares = (np.mean(one, axis=1) for one in saturated.values())
+            at_limit = np.max([np.zeros(len(several)), *shares], axis=0)
             costs = self.aim.value(after, share) + _COST * outside + _SATURATION * at_limit
             index = int(np.argmin(costs))
             best.append((float(costs[index]), several[index], after[index]))
