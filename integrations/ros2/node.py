@@ -55,16 +55,20 @@ class Live(Node):
             path=Path(given["state"]) if given["state"] else None,
             beside=self.counts,
         )
+        self.has_failed = False
         self.create_timer(LOOK, hear(self, self.gathering.wants, self.waiting.put))
         self.thread = Thread(target=self.work)
         self.thread.start()
 
     def work(self) -> None:
-        """Take samples until the stream of messages ends."""
+        """Take samples until the stream of messages ends; an error ends the node."""
         try:
             self.run.go(self.gathering.over(self.waiting))
-        except hd.HydrodampError as error:
-            self.say(str(error))
+        except Exception as error:
+            self.has_failed = rclpy.ok()  # not where the node ends before a first sample
+            known = isinstance(error, hd.HydrodampError)
+            self.get_logger().error(str(error) if known else f"{type(error).__name__}: {error}")
+            rclpy.try_shutdown()
 
     def end(self) -> None:
         """End the stream; the state is kept before the thread ends."""
@@ -109,7 +113,7 @@ def main() -> int:
     finally:
         node.end()
         rclpy.try_shutdown()
-    return 0
+    return 1 if node.has_failed else 0
 
 
 if __name__ == "__main__":

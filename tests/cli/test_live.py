@@ -36,6 +36,10 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
     [
         (START, "`--source` is missing"),
         (f"{START} --source b.csv --every 0", "must be positive"),
+        (f"{START} --source b.csv --state-every nan", "must be zero or more seconds; got nan"),
+        (f"{START} --source b.csv --state-every -1", "must be zero or more seconds; got -1"),
+        (f"{START} --source tcp://127.0.0.1:1", "`--source tcp://127.0.0.1:1` is not supported"),
+        (f"{START} --source stdin://", "name `stdin`"),
         (f"{START} --source b.csv --method ls", "rls, ai; got 'ls'"),
         (f"{START} --source b.csv --state no/s.json", "there is no folder"),
         ("live --vehicle planar.yaml --model sparse --source b.csv", "a whole log"),

@@ -108,6 +108,8 @@ def test_what_cannot_be_planned_is_refused(boat, known):
     refused("nothing can be steered", hd.fleet["bluerov2"], hd.catalog["fossen"], 60.0)
     narrow = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 10}})
     refused("out of reach of `rpm`", boat, model, 60.0, damping=known, envelope=narrow)
+    still = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 1e-3}})
+    refused("out of reach of `rpm`", boat, model, 60.0, damping=known, envelope=still)
     strange = hd.Envelope(commands={"fin": {"lowest": -1, "highest": 1}})
     refused("`commands` has fin", boat, model, 60.0, damping=known, envelope=strange)
     gains = model.with_terms({"N": "u|u|*thruster"})
@@ -195,3 +197,32 @@ def test_a_prior_of_another_mass_matrix_is_refused(boat, known):
     other = replace(boat, mass_matrix=2.0 * boat.mass_matrix)
     foreign = replace(known, vehicle=stamp(other))
     refused("mass matrix", boat, known.model, 60.0, damping=foreign)
+
+
+@pytest.mark.parametrize(("mode", "blames"), [("setpoints", False), ("waypoints", True)])
+def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
+    boat, known, monkeypatch, mode, blames
+):
+    def weak(context, *_):
+        return context.enforce_envelope([one.weaker(0.1) for one in context.steps])
+
+    monkeypatch.setattr("hydrodamp.planning.plan.optimise", weak)
+    envelope = hd.Envelope(speed=(0.8, 1.6))
+    made = hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, mode=mode)
+    assert len(made.notes) == 1
+    assert ("waypoints" in made.notes[0]) == blames
+
+
+def test_a_vehicle_with_a_propeller_alone_is_planned_for():
+    sled = hd.Vehicle(
+        "sled",
+        [[30.0]],
+        weight=300.0,
+        buoyancy=300.0,
+        actuators=(hd.Propeller("rpm", thrust=2e-5),),
+        axes=("X",),
+    )
+    known = hd.Damping.from_dict(None, {"X_u|u|": -8.0})
+    envelope = hd.Envelope(speed=(0.8, 1.6))
+    made = hd.plan(sled, known.model, 60.0, damping=known, envelope=envelope)
+    assert (made.saturated, [*made.orders]) == ({}, ["speed", "rpm"])

@@ -63,6 +63,8 @@ def live(
         raise ProblemError(f"`--source` is missing. It is {_SOURCE.removesuffix(' [required]')}")
     if not every > 0.0:
         raise ProblemError(f"`--every` must be positive; got {every:g}.")
+    if not state_every >= 0.0:
+        raise ProblemError(f"`--state-every` must be zero or more seconds; got {state_every:g}.")
     if method not in METHODS:
         raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
     if state is not None:

@@ -41,6 +41,11 @@ def opened(
 ) -> Source:
     """Return the samples of `stdin`, `ros2`, an address or a log."""
     kind = urlsplit(address).scheme or address
+    if "://" in address and kind not in ("udp", "mavlink"):
+        raise ProblemError(
+            f"`--source {address}` is not supported: name `stdin`, `ros2`, udp://HOST:PORT,"
+            " mavlink://HOST:PORT, or the file of a log."
+        )
     if kind not in ("stdin", "udp", "mavlink", "ros2"):
         log = read_log(address, mapping)
         rows_of_log = sources.LogRows(log, paced)

@@ -23,7 +23,7 @@ BEGIN = {
     "leapt": "velocities, commands or wrenches that leapt and stayed",
 }
 LEFT_OUT = {
-    "unreadable": "not a sample at all",
+    "unreadable": "that cannot be read",
     "incomplete": "without a time, a velocity, an attitude or a command that is needed",
     "absurd": "with a number beyond all measure",
     "overflow": "that would make the estimate infinite",

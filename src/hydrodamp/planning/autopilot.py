@@ -139,7 +139,7 @@ def sunk(seen: FloatArray) -> FloatArray:
 
 
 def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> Autopilot:
-    """Find which command does what for a vehicle in its water."""
+    """Find which command does what for a vehicle of nominal damping."""
     names = tuple(dict.fromkeys((*vehicle.commands, *damping.model.commands)))
     if not names:
         raise ProblemError(

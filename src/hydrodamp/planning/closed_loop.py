@@ -82,15 +82,15 @@ class Trajectories:
         """Return what the vehicles recorded, or what was, a segment each."""
         seen = self.states[:, :, :9] if exact else self.measured[:, :, :9]
         n, n_vehicles = seen.shape[:2]
-        join_setpoints, commands = (_joined(one) for one in (seen, self.commands))
-        free = {VELOCITY_OF[axis]: join_setpoints[:, AXES.index(axis)] for axis in vehicle.axes}
+        motion, commands = (_joined(one) for one in (seen, self.commands))
+        free = {VELOCITY_OF[axis]: motion[:, AXES.index(axis)] for axis in vehicle.axes}
         down = self.states[:, :, 11] if exact else self.measured[:, :, 9]
         position = np.stack([self.states[:, :, 9], self.states[:, :, 10], down], axis=2)
         planar = set(vehicle.axes) <= {"X", "Y", "N"}
         return Log.from_arrays(
             np.tile(self.period * np.arange(n), n_vehicles),
             free,
-            attitude=None if planar else join_setpoints[:, 6:9],
+            attitude=None if planar else motion[:, 6:9],
             commands=dict(zip(names, commands.T, strict=True)),
             position=_joined(position),
             segment=np.repeat([f"dive-{one}" for one in range(n_vehicles)], n).tolist(),
@@ -104,7 +104,7 @@ def _joined(columns: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoop:
-    """A vehicle in several ensemble, and who steers it."""
+    """A vehicle with its autopilot, simulated for each member of an ensemble."""
 
     vehicle: Vehicle
     autopilot: Autopilot

@@ -175,7 +175,7 @@ class Context:
         return self.sized(self.closed_loop.ensemble.dampings[0].coefficients)
 
     def expected(self, fits: EnsembleFits) -> FloatArray:
-        """Return what coefficients are known as, or come out as in the water that is known."""
+        """Return what coefficients are known as, or the fit to the nominal member."""
         known = [label in self.known.model.labels for label in self.model.labels]
         return np.where(known, self.value, fits.coefficients[0])
 
@@ -183,11 +183,11 @@ class Context:
         """Refuse a model with terms that nothing moves, or that nothing tells apart."""
         optimiser = Optimiser(alone, self.seen, self.aim("determinant"), self.samples)
         found, *_ = optimiser.evaluate(classics(len(alone.autopilot.overlays)))
-        setpoints = found.sum(axis=(0, 1))
-        size = np.sqrt(np.maximum(np.diag(setpoints), 0.0))
+        information = found.sum(axis=(0, 1))
+        size = np.sqrt(np.maximum(np.diag(information), 0.0))
         moved = size > 0.0
         unit = np.where(moved, size, 1.0)
-        level, directions = np.linalg.eigh(setpoints / np.outer(unit, unit))
+        level, directions = np.linalg.eigh(information / np.outer(unit, unit))
         null = directions[:, level < _NOTHING]
         lost = ~moved | (np.sum(null**2, axis=1) > 1e-3)
         if lost.any():
@@ -304,11 +304,11 @@ class Context:
         return np.diag((100.0 * np.maximum(self.sized(self.sizes), 1e-9)) ** -2.0)
 
     def bound(self, trajectories: Trajectories) -> FloatArray:
-        """Return Cramer and Rao's bound in the water that is known."""
-        setpoints = fisher_information(
+        """Return Cramer and Rao's bound for the nominal damping."""
+        information = fisher_information(
             self.closed_loop.with_members([0]), trajectories.part([0]), self.seen
         )
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(setpoints[0] + self.nothing))))
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(information[0] + self.nothing))))
 
 
 def _repeated(orders: Orders, n: int) -> Orders:

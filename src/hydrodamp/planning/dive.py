@@ -30,7 +30,7 @@ class Prediction:
     label : str
         Of the coefficient.
     value : float
-        What is known of it; where nothing is, what it comes out as in the known water.
+        What is known of it; where nothing is, what a fit to the nominal member gives.
     before : float or None
         Its standard error before; None where it is not known.
     bound : float
@@ -99,7 +99,7 @@ class DivePlan:
     stretches : tuple of Stretch
         The manoeuvres.
     track : Log
-        Where the known water takes it, as the sensors record it.
+        Predicted with the nominal damping, as the sensors record it.
     depths : ndarray, shape (n, 2)
         Band that holds the depth in 90 % of the draws [m].
     within : float
@@ -174,12 +174,12 @@ class EnsembleFits:
 
     @property
     def error(self) -> FloatArray:
-        """Standard error to expect of each coefficient, the geometric mean over the waters."""
+        """Standard error to expect of each coefficient, the geometric mean over the members."""
         found: FloatArray = np.exp(0.5 * np.mean(np.log(np.einsum("npp->np", self.covariances)), 0))
         return found
 
     def grades(self, labels: Sequence[str]) -> list[Grade]:
-        """Return the grade that at least half of the waters give, or a better one."""
+        """Return the grade that at least half of the members give, or a better one."""
         order = list(Grade)
         found = [one.grades for one in self.graded if one is not None]
         return [
@@ -190,7 +190,7 @@ class EnsembleFits:
         ]
 
     def causes(self, labels: Sequence[str]) -> list[Cause | None]:
-        """Return why coefficients are not determined, in the first water that says so."""
+        """Return why coefficients are not determined, of the first member that says so."""
         found = [one.causes for one in self.graded if one is not None]
         return [next((one[label] for one in found if label in one), None) for label in labels]
 

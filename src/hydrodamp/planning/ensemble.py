@@ -1,4 +1,4 @@
-"""The waters a dive may meet: what is known of the damping, and draws of what it may be."""
+"""The ensemble of damping: what is known of the coefficients, and draws of what they may be."""
 
 from __future__ import annotations
 
@@ -83,9 +83,9 @@ def hull_damping(vehicle: Vehicle) -> Damping:
         "K_p|p|": -roll,
         "K_up": -roll,
     }
-    enforce_envelope = {label: value for label, value in values.items() if label[0] in vehicle.axes}
+    coefficients = {label: value for label, value in values.items() if label[0] in vehicle.axes}
     source = f"a hull of {length:.2g} m and {diameter:.2g} m"
-    return Damping.from_dict(None, enforce_envelope, source=source, vehicle=stamp(vehicle))
+    return Damping.from_dict(None, coefficients, source=source, vehicle=stamp(vehicle))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class Ensemble:
 def draw_ensemble(
     vehicle: Vehicle, model: DampingModel, known: Damping, sizes: FloatArray, n: int, seed: int
 ) -> Ensemble:
-    """Draw waters about what is known.
+    """Draw damping coefficients about what is known.
 
     A coefficient is off as its standard error says, by 30 % at most, which is what it is off where
     none is known. Terms that the model lacks make some per cent of the force on an axis:

@@ -52,8 +52,9 @@ class CommandForces:
         moved = np.vstack([np.zeros(len(step)), np.diag(step)])
         wrench = self.wrench(np.full(len(moved), speed), moved)
         found = (wrench[1:] - wrench[0]) / step[:, None]
-        strongest = np.maximum(np.abs(found * step[:, None]).max(axis=0), 1e-9)
-        found[np.abs(found * step[:, None]) < _ACTS * strongest] = 0.0
+        change = np.abs(wrench[1:] - wrench[0])
+        rounding = np.abs(wrench).sum(axis=1, keepdims=True).max() * np.finfo(np.float64).eps
+        found[change < np.maximum(_ACTS * change.max(axis=0), rounding)] = 0.0
         return np.asarray(found * self.vehicle.free)
 
     def steady(

@@ -41,23 +41,27 @@ def fisher_information(
     on the first velocity, a window tells A'A - A'B (B'B + D)^-1 B'A, where D is what is known of
     the first velocity: Cramer and Rao's bound of output error (Farina and Piroddi 2010).
     """
-    n_waters, n = len(closed_loop.matrices), trajectories.states.shape[1]
+    n_members, n = len(closed_loop.matrices), trajectories.states.shape[1]
     p = closed_loop.ensemble.model.n_coefficients
     found = np.zeros((n, p, p))
-    for water in range(min(n_waters, n)):
-        own = np.arange(water, n, n_waters)
-        found[own] = _in_one_water(closed_loop, trajectories.part(own), water, seen, window)
+    for member in range(min(n_members, n)):
+        own = np.arange(member, n, n_members)
+        found[own] = _of_member(closed_loop, trajectories.part(own), member, seen, window)
     return found
 
 
-def _in_one_water(
-    closed_loop: ClosedLoop, trajectories: Trajectories, water: int, seen: ErrorModel, window: float
+def _of_member(
+    closed_loop: ClosedLoop,
+    trajectories: Trajectories,
+    member: int,
+    seen: ErrorModel,
+    window: float,
 ) -> FloatArray:
-    """Return what the windows of each vehicle tell, all in one water."""
+    """Return the Fisher information of each vehicle, all with the damping of one member."""
     log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names, exact=True)
     problem = prepare(closed_loop.vehicle, log, closed_loop.ensemble.wide)
     n, model = trajectories.states.shape[1], closed_loop.ensemble.model
-    information = window_information(problem, closed_loop.matrices[water], model, seen, window)
+    information = window_information(problem, closed_loop.matrices[member], model, seen, window)
     return np.asarray(information.reshape(n, -1, *information.shape[1:]).sum(axis=1))
 
 

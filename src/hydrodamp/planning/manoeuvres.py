@@ -193,7 +193,7 @@ def classics(n_overlays: int) -> list[Manoeuvre]:
 
 
 def campaign(n_overlays: int, hovers: bool) -> list[Manoeuvre]:
-    """Return a campaign as it is simulate_candidates without a plan: one thing at a time.
+    """Return a campaign as it is sailed without a plan: one setpoint at a time.
 
     Steps of heading and of depth at three speeds; of a vehicle that hovers doublets, stick by
     stick.

@@ -129,7 +129,8 @@ class Optimiser:
             added, violation, saturated = self.evaluate(several)
             after = added + information
             outside = np.maximum(violation + _FREE, 0.0).max(axis=1)
-            at_limit = np.max([np.mean(one, axis=1) for one in saturated.values()], axis=0)
+            shares = (np.mean(one, axis=1) for one in saturated.values())
+            at_limit = np.max([np.zeros(len(several)), *shares], axis=0)
             costs = self.aim.value(after, share) + _COST * outside + _SATURATION * at_limit
             index = int(np.argmin(costs))
             best.append((float(costs[index]), several[index], after[index]))
@@ -171,17 +172,17 @@ class Optimiser:
 def simulate_candidates(
     closed_loop: ClosedLoop, several: Sequence[Manoeuvre], samples: int
 ) -> Trajectories:
-    """Sail each manoeuvre in each water, from a steady run at half depth."""
+    """Simulate each manoeuvre for each member, from a steady run at half depth."""
     envelope, n = closed_loop.envelope, len(closed_loop.matrices)
     orders = [one.orders(closed_loop.autopilot, envelope, samples) for one in several]
-    information = np.repeat(np.stack([one for one, _ in orders], axis=1), n, axis=1)
+    setpoints = np.repeat(np.stack([one for one, _ in orders], axis=1), n, axis=1)
     overlays = np.repeat(np.stack([one for _, one in orders], axis=1), n, axis=1)
-    information[:, :, 2] += envelope.middle
-    return closed_loop.simulate((information, overlays))
+    setpoints[:, :, 2] += envelope.middle
+    return closed_loop.simulate((setpoints, overlays))
 
 
 def worst_violation(closed_loop: ClosedLoop, trajectories: Trajectories) -> FloatArray:
-    """Return by how much each manoeuvre passes a limit in each water, shape (n, ensemble)."""
+    """Return by how much each manoeuvre violates a limit for each member, shape (n, members)."""
     limits = limit_violations(closed_loop.envelope, trajectories, area=False).values()
     worst = np.max([one.max(axis=0) for one in limits], axis=0)
     return np.reshape(worst, (-1, len(closed_loop.matrices)))

@@ -29,7 +29,7 @@ from hydrodamp.planning.shortest import shortest_dive
 from hydrodamp.progress import progress
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Ensemble that a dive is optimise in, and identify_ensemble in.
+#: Members of the ensemble that a dive is optimised for, and identified from.
 _SEARCHED, IDENTIFIED = 3, slice(4)
 
 #: Dives of more stretches than this simulate each manoeuvre twice.
@@ -38,11 +38,11 @@ _ONCE = 6
 #: Shortest and longest dive [s].
 _LEAST, _MOST = 60.0, 86400.0
 
-_NO_BETTER = (
-    "No manoeuvres were found that determine more than a campaign of steps commanded by setpoints: "
-    "waypoints cannot carry faster ones, or more of the residuals is the form of the model than "
-    "noise. Plan with another mode, or try a model with more terms."
-)
+_NO_BETTER = "No manoeuvres determine more than a campaign of steps commanded by setpoints: "
+
+_BY_MODEL = "more of the residuals is the form of the model than noise. Try a model with more terms"
+
+_BY_WAYPOINTS = f"waypoints carry none that are quicker than a leg, or {_BY_MODEL}, or another mode"
 
 CRITERIA = get_args(Criterion)
 """What a dive may minimise."""
@@ -136,7 +136,7 @@ def plan(
         # By waypoints the steps themselves may determine less than the manoeuvres do.
         executed = context.enforce_envelope(context.steps)
         others = identify_ensemble(context.closed_loop, executed.trajectories.part(IDENTIFIED))
-        notes = (_NO_BETTER,)
+        notes = (f"{_NO_BETTER}{_BY_WAYPOINTS if context.mode == 'waypoints' else _BY_MODEL}.",)
         if np.mean(np.log(others.error)) <= np.mean(np.log(fits.error)):
             candidate, fits = executed, others
     some, reach = candidate.trajectories.part(IDENTIFIED), None

@@ -80,9 +80,9 @@ def steerable_members(closed_loop: ClosedLoop, samples: int) -> ClosedLoop:
     keeps[0] = True
     if keeps.sum() < VERIFIED:
         raise ProblemError(
-            f"in {1.0 - keeps.mean():.0%} of the waters that may be, the autopilot leaves the "
+            f"in {1.0 - keeps.mean():.0%} of the draws of the damping, the autopilot leaves the "
             "envelope as it turns to a course. Raise the lowest `speed`, give the `autopilot` its "
-            "gains, or plan with a fit that knows the water better."
+            "gains, or plan with a fit of smaller standard errors (`--damping`)."
         )
     return closed_loop.with_members(np.flatnonzero(keeps)[:VERIFIED].tolist())
 

@@ -19,14 +19,14 @@ def shortest_dive(
 ) -> tuple[Reach, int, EnsembleFits]:
     """Return how long each axis takes to a grade; of the shortest dive stretches and fits."""
     wanted, order, labels = find_grade(goal), list(Grade), context.model.labels
-    enforce_envelope = {stretches: whole}
+    fits_by_length = {stretches: whole}
     for n in sorted({max(2, -(-stretches * k // _PARTS)) for k in range(1, _PARTS)} - {stretches}):
-        enforce_envelope[n] = identify_ensemble(
+        fits_by_length[n] = identify_ensemble(
             context.closed_loop, trajectories.until(n * context.samples)
         )
     there = {
         n: np.array([order.index(g) <= order.index(wanted) for g in one.grades(labels)])
-        for n, one in sorted(enforce_envelope.items())
+        for n, one in sorted(fits_by_length.items())
     }
     can, axes = there[stretches], np.array([label[0] for label in labels])
 
@@ -45,7 +45,7 @@ def shortest_dive(
         for place, label in enumerate(labels)
         if not can[place]
     }
-    return Reach(wanted, by_axis, unreached), least, enforce_envelope[least]
+    return Reach(wanted, by_axis, unreached), least, fits_by_length[least]
 
 
 def find_grade(word: str) -> Grade:

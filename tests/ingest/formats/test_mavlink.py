@@ -54,6 +54,19 @@ def test_the_clock_of_servo_outputs_runs_on_after_71_minutes(vehicle):
     assert times == [2_147_000 + 2_000_000 * k for k in range(4)]
 
 
+def test_the_largest_integer_of_a_type_is_unknown(vehicle):
+    packet = vehicle.global_position_int_encode(
+        1, 369200000, 2**31 - 1, 0, -7000, 2**15 - 1, -5, 9, 2**16 - 1
+    ).pack(vehicle)
+    fields = mavlink.Decoder()(packet).fields
+    assert [name for name, value in fields.items() if np.isnan(value)] == ["lon", "vx", "hdg"]
+    assert (fields["lat"], fields["vy"]) == (369200000.0, -5.0)
+    cells = vehicle.battery_status_encode(0, 0, 0, 2000, [3900] + [2**16 - 1] * 9, 0, 0, 0, 50)
+    fields = mavlink.Decoder()(cells.pack(vehicle)).fields
+    assert fields["voltages[0]"] == 3900.0
+    assert np.isnan(fields["voltages[1]"])
+
+
 def test_arrays_of_a_message_are_numbered(vehicle):
     packet = vehicle.actuator_output_status_encode(1, 2, [0.5] * 32).pack(vehicle)
     fields = mavlink.Decoder()(packet).fields

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 from collections import defaultdict
@@ -23,8 +24,11 @@ _OVERHEAD = {0xFE: 8, 0xFD: 12}  # bytes of a packet besides its payload, by how
 _SIGNATURE = 13  # bytes, where the first flag of the third byte says so
 _AUTOPILOT = 1  # number of the component
 _TURN = 2.0**32  # microseconds, after which the clock of servo outputs begins anew
-
-
+_UNKNOWN = {
+    "int16_t": 2**15 - 1,
+    "uint16_t": 2**16 - 1,
+    "int32_t": 2**31 - 1,
+}  # mavlink.io, "invalid"
 # A stamp of the years 2005 to 2041, and how a packet begins.
 _STAMPED = re.compile(rb"\0[\4-\7].{6}[\xfd\xfe]", re.DOTALL)
 _STAMPED_ANYWHERE = re.compile(rb"(?=\0[\4-\7].{6}[\xfd\xfe])", re.DOTALL)
@@ -88,12 +92,14 @@ class Decoder:
 
 
 def _numbers(message: Any) -> Iterator[tuple[str, float]]:
-    for name in message.fieldnames:
-        value = getattr(message, name)
+    """Yield the numbers of a message; NaN for the integers that stand for "unknown"."""
+    for name, kind in zip(message.fieldnames, message.fieldtypes, strict=True):
+        value, unknown = getattr(message, name), _UNKNOWN.get(kind)
         if isinstance(value, int | float):
-            yield name, float(value)
+            yield name, math.nan if value == unknown else float(value)
         elif isinstance(value, list):
-            yield from ((f"{name}[{place}]", float(one)) for place, one in enumerate(value))
+            for index, element in enumerate(value):
+                yield f"{name}[{index}]", math.nan if element == unknown else float(element)
 
 
 def packets(data: bytes) -> Iterator[bytes]:
