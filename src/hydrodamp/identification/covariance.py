@@ -17,6 +17,7 @@ from scipy.linalg import block_diag, pinvh
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.term import Term
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import AxisSolution, Span, Triangle, spanned
@@ -210,6 +211,11 @@ class BlockGrams:
         Noisy terms widen it by how far the estimate moves where only what instruments predict of
         the terms counts.
         """
+        if not self.span.rank or not any(one.span.rank for one in solved):
+            raise MethodError(
+                "the log determines no coefficient: nothing that a term depends on changes, or"
+                " `time` is not in seconds"
+            )
         axes = [axis for axis, one in enumerate(solved) if len(one.coefficients)]
         keys = [id(solved[axis].span) for axis in axes]  # axes with the same terms share work
         spans = {key: solved[axis].span for key, axis in zip(keys, axes, strict=True)}

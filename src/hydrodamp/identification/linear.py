@@ -93,11 +93,6 @@ class Regression:
         """Put together the fit of six separately solved axes."""
         rows, rich = self.rows, reference(self.problem.vehicle.axes)
         uncertainty = None
-        if self.grams is not None and not any(one.span.rank for one in solved):
-            raise MethodError(
-                "the log determines no coefficient: nothing that a term depends on changes, or"
-                " `time` is not in seconds"
-            )
         if self.grams is not None:
             uncertainty = self.grams.uncertainty(solved, rich, noisy_terms=noisy_terms)
         white = block_diag(*[one.covariance for one in solved])
