@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from hydrodamp.errors import MethodError
 
 #: Largest number of a file [SI]: its square has a double, and no vessel's coefficient comes near.
 LARGEST = 1e30
@@ -58,3 +62,15 @@ def _fits(found: tuple[int, ...], wanted: Shape) -> bool:
     return len(found) == len(wanted) and all(
         want is None or want == got for got, want in zip(found, wanted, strict=True)
     )
+
+
+@contextmanager
+def factorisation(matrix: str) -> Iterator[None]:
+    """Refuse, as a method does, a log and model of which a matrix cannot be factorised."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise MethodError(
+            f"the {matrix} cannot be factorised ({error}): numbers of the log are too large, or"
+            " do not determine the model"
+        ) from error

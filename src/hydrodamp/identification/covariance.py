@@ -15,7 +15,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import block_diag, pinvh
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Uncertainty
@@ -242,6 +242,7 @@ class BlockGrams:
         shift = np.concatenate([moves[key] @ target[:, axis] for key, axis in parts])
         return uncertainty.widened(shift, _NOISY_TERMS)
 
+    @factorisation("design matrix")
     def _wider(self, own: FloatArray, terms: Sequence[Term]) -> FloatArray:
         """Return orthonormal directions of an estimate and of some terms together."""
         columns = self.span.directions.T @ self.triangle.columns(terms)
@@ -274,6 +275,7 @@ class BlockGrams:
         tapered = self._tapered[hop].reshape(-1, self.span.rank, self.span.rank)
         return (tapered @ own).transpose(2, 0, 1)
 
+    @factorisation("covariance of the rows")
     def _covariance(
         self, scores: Fits, fitted: Fits, made: Fits, blocks: Fits, hop: int
     ) -> Uncertainty:

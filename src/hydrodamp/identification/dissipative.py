@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 from scipy.optimize import nnls
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.linear import refused
 from hydrodamp.identification.power import (
@@ -188,6 +188,7 @@ def _pushing(
     return rows, float(np.abs(relative(spread(box))).max())
 
 
+@factorisation("triangle of the rows")
 def _program(
     root: FloatArray, point: FloatArray, planes: FloatArray, tighter: float
 ) -> tuple[FloatArray | None, FloatArray]:
@@ -218,6 +219,7 @@ def _worth(root: FloatArray, point: FloatArray, before: FloatArray, after: Float
     return float(np.linalg.norm(root @ (after - point))) <= max(_WORTH * distance, least)
 
 
+@factorisation("triangle of the rows")
 def _ridged(
     triangle: Triangle, model: DampingModel, deviation: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, factorisation
 
 # Share of a column's square that must be left for it to be chosen.
 _FRESH = 1e-6
@@ -139,6 +139,7 @@ def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
     return errors
 
 
+@factorisation("normal matrix")
 def _inverse(normal: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
     part = normal[np.ix_(chosen, chosen)]
     scale = _scale(np.diag(part))

@@ -434,11 +434,6 @@ def empty_fit(
     )
 
 
-# What a method raises where a log and a model do not suit it. A problem that was prepared for
-# other terms, or a fault of the program, is none of these and ends the work.
-REFUSALS = (MethodError, np.linalg.LinAlgError, ArithmeticError)
-
-
 def check_drive(problem: Problem, model: DampingModel) -> None:
     """Refuse a log without motion, and a model that nothing drives though others may be driven."""
     if not problem.inputs.velocity.any():
@@ -453,6 +448,6 @@ def attempted(method: Method, problem: Problem, model: DampingModel) -> Fit:
     try:
         check_drive(problem, model)
         return method.identify(problem, model)
-    except REFUSALS as error:
+    except MethodError as error:
         free = model.restricted_to(problem.vehicle.axes)
         return empty_fit(problem, free, method.key, Status.REFUSED, (str(error),))

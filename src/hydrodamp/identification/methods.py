@@ -131,13 +131,13 @@ def identify_all(
     fits : tuple of Fit
         In the order of the models.
     """
-    from hydrodamp.identification.fit import REFUSALS, attempted, check_drive
+    from hydrodamp.identification.fit import attempted, check_drive
     from hydrodamp.simulation.parallel import each
 
     asked = tuple(models)
     together = getattr(method, "identify_all", None)
     if together is not None:
-        with suppress(*REFUSALS):  # then one by one, to find which
+        with suppress(MethodError):  # then one by one, to find which
             for model in asked:
                 check_drive(problem, model)
             fits: tuple[Fit, ...] = together(problem, asked)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, fitted
 from hydrodamp.identification.search import Place, Search, begun, ladder, searching, starts, within
@@ -158,6 +158,7 @@ def _beyond_linear(uncertainty: Uncertainty, apart: FloatArray, axes: IntArray) 
 _FEWEST, _MOST = 4, 32
 
 
+@factorisation("normal matrix of the windows")
 def jackknifed(search: Search, place: Place) -> Uncertainty | None:
     """Return how far to trust the end of a search: one part of the log after another left out.
 

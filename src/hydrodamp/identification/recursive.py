@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import mean_square
@@ -327,6 +327,7 @@ class _AxisKnowledge(NamedTuple):
         return spanned(directions, self.labels, np.ones(n)).aliased
 
 
+@factorisation("information matrix")
 def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -> _AxisKnowledge:
     """Return what is known of one axis."""
     recursion = bound.recursion

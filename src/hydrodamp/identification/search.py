@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.conditioning.derived import fitted, relative
 from hydrodamp.identification.covariance import Bins
 from hydrodamp.identification.differences import (
@@ -182,6 +182,7 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     return Search(problem, entries, velocity, doubt, noise, unit, power)
 
 
+@factorisation("normal matrix of the weak form")
 def starts(search: Search, model: DampingModel) -> list[FloatArray]:
     """Return coefficients of the weak form, more or less small, that hardly feed the motion."""
     triangle = WeakEquations().rows(search.problem).triangle()
@@ -235,6 +236,7 @@ def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 
+@factorisation("normal matrix of the windows")
 def descend(search: Search, place: Place, rest: float, rounds: int = ROUNDS) -> Place:
     """Take damped Gauss-Newton steps to the likeliest errors, until one promises or gains little.
 
@@ -273,6 +275,7 @@ def descend(search: Search, place: Place, rest: float, rounds: int = ROUNDS) -> 
     return replace(place, settled=settled, damping=damping)
 
 
+@factorisation("normal matrix of the windows")
 def _evidence(search: Search, place: Place) -> Place:
     """Return the place with the strength of the prior that the data ask for (MacKay 1992).
 

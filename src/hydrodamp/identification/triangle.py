@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components
 
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import FloatArray, factorisation, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
@@ -170,6 +170,7 @@ class Span(Generic[Name]):
         return len(self.singular)
 
 
+@factorisation("design matrix")
 def spanned(
     design: FloatArray, names: Sequence[Name], scale: FloatArray | None = None
 ) -> Span[Name]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.differences import median_step
 from hydrodamp.identification.triangle import folded_rows
 from hydrodamp.kernels import core
@@ -141,6 +141,7 @@ class Windows:
         n = len(self.samples)
         return Linear(normal / n / len(free), square / n, moved / n / len(free))
 
+    @factorisation("normal matrix of initial states")
     def _left(
         self, slopes: FloatArray, errors: FloatArray, edges: IntArray
     ) -> tuple[FloatArray, FloatArray]:

@@ -45,7 +45,7 @@ def outlook(problem: Problem, fit: Fit, grades: Identifiability) -> str:
         return f"{counted}: {_TOLD} next."
     try:
         share = _share(problem, fit)
-    except (HydrodampError, np.linalg.LinAlgError):
+    except HydrodampError:
         return f"{counted}: {_TOLD} next, once it is known how the vehicle is steered."
     error = np.sqrt(np.diag(fit.damping.covariance)) * share
     narrow = reach() * error <= RELATIVE * np.abs(fit.damping.coefficients)

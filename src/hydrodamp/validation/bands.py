@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import FloatArray, factorisation, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import reach
@@ -116,6 +116,7 @@ def prediction_band(
     return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
 
 
+@factorisation("covariance")
 def _root(covariance: FloatArray) -> FloatArray:
     """Return R with ``R Rᵀ`` the covariance, found in units of its own deviations."""
     scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
