@@ -97,10 +97,19 @@ def test_a_vehicle_of_no_size_is_refused(folder, call):
     refused(folder, call(line, 2), "`--length` must be positive and at most 1e+30")
 
 
-def test_a_log_that_determines_nothing_is_refused(folder, call):
+@pytest.mark.parametrize("method", ["weak", "oe", "recommended", "rls", "ai"])
+def test_a_log_without_motion_is_refused(folder, call, method):
     lines = [f"{0.1 * k},0,0,0,0,0" for k in range(100)]
     (folder / "still.csv").write_text("\n".join([HEADER, *lines]) + "\n", encoding="utf-8")
-    line = "identify still.csv --vehicle planar.yaml --model linear --method weak --out d.json"
-    done = call(line, 1)
-    assert "the log determines no coefficient" in " ".join(done.stderr.split())
+    line = "identify still.csv --vehicle planar.yaml --model linear --out d.json"
+    done = call(f"{line} --method {method}", 1)
+    assert "all velocities of the log are zero" in " ".join(done.stderr.split())
     assert not (folder / "d.json").exists()
+
+
+@pytest.mark.parametrize("step", ["1e8", "1e300"])
+def test_a_clock_that_is_not_in_seconds_is_refused(folder, call, step):
+    lines = [f"{k * float(step)!r},{k % 7},0,0,0,0" for k in range(50)]
+    (folder / "ns.csv").write_text("\n".join([HEADER, *lines]) + "\n", encoding="utf-8")
+    line = "identify ns.csv --vehicle planar.yaml --model linear --method ls --out d.json"
+    refused(folder, call(line, 2), "`time` must be in seconds; its median step is")

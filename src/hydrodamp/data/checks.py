@@ -18,6 +18,9 @@ FASTEST = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
 _GLANCE = 0.1  # of that slope, where medians tell it
+#: Longest median step [s], a day, and latest clock [s], 30 000 years after 1970: what is beyond is
+#: no clock in seconds, for no vessel is recorded so slowly or so late.
+_LONGEST_STEP_S, _LATEST_CLOCK_S = 86_400.0, 1e12
 NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
 ROUNDING = 1e-12  # how far it is off one by rounding alone
 _LISTED = 3
@@ -102,6 +105,14 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
         for row in stuck.tolist()
     ]
     yield from first_few(turns, _LISTED, "steps of the clock like these")
+    if empty or turns or len(time) < 2:
+        return
+    step, latest = float(np.median(np.diff(time))), float(np.max(np.abs(time)))
+    if step > _LONGEST_STEP_S or latest > _LATEST_CLOCK_S:
+        yield (
+            f"`time` must be in seconds; its median step is {step:.4g} and its largest value"
+            f" {latest:.4g}. Divide nanoseconds by 1e9, or give a mapping with the unit"
+        )
 
 
 def _row(row: int) -> str:
