@@ -35,10 +35,10 @@ from hydrodamp.live.loop import State, begin, take
 from hydrodamp.live.rows import Row, rows_of
 from hydrodamp.simulation.campaign.reenact import PAUSE
 
-PAGE = Path(__file__).parents[1] / "docs" / "live" / "index.md"
+PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
 """Where the tables stand, between these marks."""
 
-MARKS = ("<!-- alarm -->", "<!-- end of alarm -->")
+MARKS = ("<!-- vehicles -->", "<!-- end of vehicles -->")
 
 DURATION = 150.0
 """Of each run [s]; six of them before the change and six after it."""

@@ -262,6 +262,21 @@ def known(state: RecursiveState) -> Knowledge:
     )
 
 
+def sound_share(state: RecursiveState) -> FloatArray:
+    """Return the share of each coefficient's leverage that lasts: terms three rows apart.
+
+    Noise does not last so long, so that what is left of the leverage may be noise.
+    """
+    recursion, estimate, shares = state.adaptation.recursion, state.estimate, []
+    for axis in range(6):
+        _, information = recursion.of(axis, estimate.information)
+        *_, crossed = recursion.witness_of(axis, estimate.witness)
+        inverse = np.linalg.inv(np.eye(len(information)) + information)
+        lasting = inverse @ (0.25 * (crossed + crossed.T)) @ inverse
+        shares.append(lasting.diagonal() / inverse.diagonal())
+    return np.concatenate(shares)
+
+
 def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench that the data miss in other coefficients."""
     recursion, estimate, share = state.adaptation.recursion, state.estimate, np.zeros(6)

@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.term import Term
 from hydrodamp.identification import recursive
-from hydrodamp.identification.grades import EXCITED, Cause, Grade, rated
+from hydrodamp.identification.grades import EXCITED, SOUND, Cause, Grade, rated
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import LAGS, Estimate, Recursion
 
@@ -130,6 +130,7 @@ def grade_axes(
     """
     known = recursive.known(state)
     errors = np.sqrt(known.covariance.diagonal())
+    sound = recursive.sound_share(state)
     bound, grades, causes = state.adaptation, list[Grade](), list[Cause | None]()
     quiet = {
         velocity
@@ -148,6 +149,11 @@ def grade_axes(
             ~known.is_told[part],
             response=one.response,
             excited=one.is_excited and bool(converged[axis]),
+        )
+        # What tells its column from others does not last, and may be noise: a sign at best.
+        words = tuple(
+            Grade.WEAK if word is Grade.DETERMINED and share < SOUND else word
+            for word, share in zip(words, sound[part], strict=True)
         )
         if model_form[axis]:
             errors[part] = np.nan
