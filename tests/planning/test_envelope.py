@@ -22,6 +22,7 @@ def test_an_envelope_ends_above_the_bottom(tmp_path):
     [
         ("", "the envelope is empty"),
         ("depth: [20, 3]", "`depth` must be a band"),
+        ("depth: [-20, -10]", "`depth` must be a band below the surface"),
         ("depth: [3, 30]\nbottom: 5", "leaves nothing below the least depth of 3 m"),
         ("speed: [2, 1]", "`speed` must be a band"),
         ("area: {north: [5, 10], east: [-5, 5]}", "`area.north` must hold the start"),

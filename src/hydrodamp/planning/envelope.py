@@ -122,8 +122,10 @@ class Envelope(_Part):
         return self
 
     def _contradictions(self) -> Iterator[str]:
-        if not self.depth[0] < self.depth[1]:
-            yield "`depth` must be a band, least before greatest; " + _got(self.depth)
+        if not 0.0 <= self.depth[0] < self.depth[1]:
+            yield "`depth` must be a band below the surface, least before greatest; " + _got(
+                self.depth
+            )
         elif not self.depth[0] < self.deepest:
             yield (
                 f"`bottom` at {self.bottom:g} m less `altitude` of {self.altitude:g} m leaves "
