@@ -30,10 +30,10 @@ from benchmark_crafts import Craft, Steered, heavy_rov, rov, sail
 from benchmark_plans import Sea, crossflow, lagging, marginal, published, remus
 from conditions import Conditions
 from hydrodamp.arrays import FloatArray
-from hydrodamp.files import save_text
 from hydrodamp.live.loop import State, begin, take
 from hydrodamp.live.rows import Row, rows_of
 from hydrodamp.simulation.campaign.reenact import PAUSE
+from tables import replace_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
 """Where the tables stand, between these marks."""
@@ -303,9 +303,7 @@ def main() -> None:
     for name in CHANGED:
         found[name] = changed(name, (700, 701, 702))
         print(table({name: found[name]}), flush=True)
-    page = PAGE.read_text("utf-8")
-    before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
-    save_text(f"{before}{MARKS[0]}\n{text}.\n\n{table(found)}\n{MARKS[1]}{after}", PAGE)
+    replace_table(PAGE, MARKS, f"{text}.\n\n{table(found)}")
 
 
 if __name__ == "__main__":

@@ -16,9 +16,9 @@ import numpy as np
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import campaigns
-from hydrodamp.files import save_text
 from hydrodamp.live.loop import begin, estimates, take
 from hydrodamp.live.rows import rows_of
+from tables import replace_table
 
 MISTOLD = ("wrench", "fins")
 """What the names of campaigns have in them whose vehicle is told wrongly."""
@@ -73,9 +73,7 @@ def main() -> None:
     known = (campaign for campaign in campaigns() if campaign.logs.true is not None)
     text = table((campaign.name, misses(campaign)) for campaign in known)
     print(text)
-    page = PAGE.read_text("utf-8")
-    before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
-    save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+    replace_table(PAGE, MARKS, text)
 
 
 if __name__ == "__main__":

@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.files import save_text
 from hydrodamp.live.loop import State, begin, take
 from hydrodamp.simulation.campaign.conditions import WHITE
 from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, Plan
 from live_alarm import Change, dragged
 from live_campaigns import DIVES, MODELS, STEPS, TRUTHS, Dive, rows, sail
+from tables import replace_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
 MARKS = ("<!-- alarm -->", "<!-- end of alarm -->")
@@ -154,9 +154,7 @@ def main() -> None:
     text = "\n".join([*false_alarms(still), "", *detections(changed)])
     print(text)
     if given.write:
-        page = PAGE.read_text("utf-8")
-        before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
-        save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+        replace_table(PAGE, MARKS, text)
 
 
 if __name__ == "__main__":

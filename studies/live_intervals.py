@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.files import save_text
 from hydrodamp.live.loop import begin, estimates, take
 from hydrodamp.simulation.campaign.autopilot import TRAINING
 from hydrodamp.simulation.campaign.conditions import WHITE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
+from tables import replace_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
 MARKS = ("<!-- intervals -->", "<!-- end of intervals -->")
@@ -67,10 +67,8 @@ def main() -> None:
             print(*some, sep="\n", flush=True)
             lines += some
     if given.write:
-        page = PAGE.read_text("utf-8")
-        before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
         text = "\n".join(line for line in lines if line.startswith("|"))
-        save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+        replace_table(PAGE, MARKS, text)
 
 
 def measure(task: tuple[str, str, int, int]) -> list[str]:

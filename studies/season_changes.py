@@ -31,6 +31,7 @@ from hydrodamp.simulation.campaign.autopilot import DEPTH_STEPS, HEADING_STEPS, 
 from hydrodamp.simulation.campaign.conditions import VARIANCES
 from hydrodamp.simulation.campaign.reenact import Plan
 from hydrodamp.simulation.campaign.truth import true_damping
+from tables import replace_table
 
 MODEL, METHOD = hd.catalog["prestero"], hd.WeakForm()
 
@@ -201,9 +202,7 @@ def main() -> None:
             task.result()
     text = table(given.folder)
     print(text)
-    page = PAGE.read_text("utf-8")
-    before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
-    save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+    replace_table(PAGE, MARKS, text)
 
 
 if __name__ == "__main__":
