@@ -27,7 +27,7 @@ def batch(name: str) -> Callable[[], object]:
     prepared = problem(SAMPLES)
     segments, inputs = prepared.segments, prepared.inputs
     if name == "replay":
-        plant, table = prepared.columns.plant, prepared.matrix(truth())
+        plant, table = prepared.equations.plant, prepared.matrix(truth())
         return lambda: core.replay(plant, table, inputs, segments)
     bound = hd.AdaptiveIdentifier().bind(prepared, FULL)
     arguments = (bound.gains, bound.start(), inputs, segments)

@@ -12,7 +12,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assembling import record_of
+from hydrodamp.ingest.mapping.assemble import record_of
 
 pytestmark = pytest.mark.usefixtures("one_core")
 MESSAGES = 1_000_000

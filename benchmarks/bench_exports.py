@@ -15,7 +15,7 @@ from interleaving import on_all_cores
 
 import hydrodamp as hd
 from hydrodamp.export.c99 import SOURCES, STATES, STRICT, loaded
-from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.scripts import executed
 from hydrodamp.export.target import NotRun
 
@@ -90,7 +90,7 @@ def in_casadi(folder: Path, many: bool) -> Form:
 
 
 def in_octave(folder: Path, held: ExitStack) -> Form:
-    craft, target = Craft.of(VEHICLE, DAMPING), hd.find_target("octave")
+    craft, target = ExportedPlant.of(VEHICLE, DAMPING), hd.find_target("octave")
     engine = held.enter_context(target.read(written(target, folder / "octave"), craft))
     return lambda: engine.rates(states(10_000)), 10_000
 

@@ -34,7 +34,7 @@ def batch(prepared: hd.Problem):
 def test_against_numpy(benchmark, ledger):
     n, few = 200_000, 3_000
     prepared = problem(n)
-    columns = prepared.columns
+    columns = prepared.equations
     (_, start, inputs), ours = batch(prepared)
     table = start[columns.n_known :].T
 
@@ -55,11 +55,11 @@ def test_against_numpy_prepared(benchmark, ledger):
     """What is left of the ratio where NumPy may evaluate all terms beforehand."""
     n, few = 200_000, 3_000
     prepared = problem(n)
-    known = prepared.columns.n_known
+    known = prepared.equations.n_known
     (_, start, inputs), ours = batch(prepared)
     xi = prepared.regressor(0, few)
     forcing = core.coriolis(VEHICLE.mass_matrix, inputs.velocity[:few]) + inputs.wrench[:few]
-    forcing += xi[:, :known] @ prepared.columns.known
+    forcing += xi[:, :known] @ prepared.equations.known
     middle, forcing = 0.5 * (xi[1:] + xi[:-1]), 0.5 * (forcing[1:] + forcing[:-1])
     middle = np.ascontiguousarray(middle[:, known:])
     table = start[known:].T

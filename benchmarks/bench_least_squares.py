@@ -20,10 +20,10 @@ pytestmark = pytest.mark.usefixtures("one_core")
 def literal(prepared: hd.Problem, model: hd.DampingModel) -> np.ndarray:
     """Equations 10 to 14: Kronecker product, masking, one least-squares problem."""
     wrench = hd.damping_wrench(prepared, prepared.log.acceleration)
-    regressor = prepared.regressor()[:, prepared.columns.n_known :]
+    regressor = prepared.regressor()[:, prepared.equations.n_known :]
     mask = np.zeros((6, regressor.shape[1]), dtype=bool)
     for axis, terms in enumerate(model.terms):
-        mask[axis, [prepared.columns.basis.index(term) for term in terms]] = True
+        mask[axis, [prepared.equations.basis.index(term) for term in terms]] = True
     stacked = np.kron(np.eye(6), regressor)[:, mask.ravel()]
     return np.linalg.lstsq(stacked, wrench.T.ravel(), rcond=None)[0]
 
@@ -65,7 +65,7 @@ def test_samples_through_the_triangle(benchmark, ledger):
 
     def numpy_alone() -> np.ndarray:
         part = slice(0, n // 10)
-        columns = prepared.regressor(0, n // 10)[:, prepared.columns.n_known :]
+        columns = prepared.regressor(0, n // 10)[:, prepared.equations.n_known :]
         return np.linalg.qr(np.hstack([columns, prepared.inputs.wrench[part]]), mode="r")
 
     fast, slow = interleaved(

@@ -10,7 +10,7 @@ from interleaving import interleaved
 from scipy.optimize import least_squares
 
 import hydrodamp as hd
-from hydrodamp.identification.search import Place, descend, searching, starts
+from hydrodamp.identification.gauss_newton import Iterate, make_objective, minimise, starts
 
 pytestmark = pytest.mark.usefixtures("one_core")
 
@@ -23,18 +23,18 @@ def test_against_scipy(benchmark, ledger, key, target):
     """
     campaign, model = hd.reenact(seed=0, duration=60.0), hd.catalog[key]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    search = searching(problem, model)
+    search = make_objective(problem, model)
     # SciPy holds first velocities where they are, so they are in no doubt here either.
     windows = replace(search.windows(8.0), doubt=np.full(6, 1e-9))
     first = starts(search, model)[-1]
-    start = search.wider(Place(first, (), strength=1e-4), windows)
+    start = search.wider(Iterate(first, (), strength=1e-4), windows)
     spread = search.spread(first, windows)
 
     def errors(coefficients: np.ndarray) -> np.ndarray:
         return (windows.errors(coefficients) / spread).ravel()
 
     def ours() -> np.ndarray:
-        return descend(search, start, rest=1e-2).coefficients
+        return minimise(search, start, rest=1e-2).coefficients
 
     def other() -> np.ndarray:
         return least_squares(errors, first, x_scale=search.unit, ftol=1e-2, max_nfev=12).x

@@ -55,7 +55,7 @@ def test_pysindy(benchmark, ledger):
     prepared = hd.prepare(VEHICLE, record, FULL)
     method = hd.LeastSquares(hd.FiniteDifference())
     mass, ratio = VEHICLE.mass_matrix, record.propulsion_ratio[:, None]
-    names = [str(term) for term in prepared.columns.basis]
+    names = [str(term) for term in prepared.equations.basis]
     found: list[np.ndarray] = []
 
     def by_pysindy() -> None:

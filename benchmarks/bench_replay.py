@@ -31,7 +31,7 @@ def test_against_solve_ivp(benchmark, ledger, how):
     damping = truth()
     long, short = (hd.prepare(VEHICLE, log(n), FULL) for n in (100_000, few))
     inputs = short.inputs
-    table = short.matrix(damping)[short.columns.n_known :].T
+    table = short.matrix(damping)[short.equations.n_known :].T
     rate = by_hand.right_hand_side(VEHICLE, inputs, table)
     span = (inputs.time[0], inputs.time[-1])
 

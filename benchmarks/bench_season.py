@@ -10,7 +10,7 @@ import pytest
 from interleaving import interleaved, on_all_cores
 
 import hydrodamp as hd
-from hydrodamp.batch.folding import fold
+from hydrodamp.batch.sufficient_statistics import summarise_address
 from hydrodamp.data.log import concatenate
 
 MODEL, VEHICLE = hd.catalog["prestero"], hd.fleet["vt690"]
@@ -46,7 +46,7 @@ def test_fold(benchmark, ledger, log, tmp_path, kind, key):
     hd.write_log(log, path := tmp_path / f"log.{kind}")
     mine, _ = interleaved(
         benchmark,
-        lambda: fold(str(path), VEHICLE, [MODEL], METHODS[key]),
+        lambda: summarise_address(str(path), VEHICLE, [MODEL], METHODS[key]),
         lambda: hd.read_log(path),
         rounds=21,
     )

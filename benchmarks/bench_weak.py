@@ -10,8 +10,8 @@ from interleaving import interleaved
 from workload import PAPER, VEHICLE, log, problem, truth
 
 import hydrodamp as hd
-from hydrodamp.identification.linear import WeakForm
-from hydrodamp.identification.weak import WeakEquations
+from hydrodamp.identification.least_squares import WeakForm
+from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.kernels.core import coriolis
 
 pytestmark = pytest.mark.usefixtures("one_core")
@@ -23,7 +23,7 @@ def test_samples_through_the_triangle(benchmark, ledger):
     """The support asked for, then chosen from the log."""
     n = 1_000_000
     prepared = problem(n, PAPER)
-    asked = WeakEquations(SUPPORT, windows=())
+    asked = WeakRegression(SUPPORT, windows=())
     fast, slow = interleaved(
         benchmark,
         lambda: asked.rows(prepared).triangle(),
@@ -37,10 +37,10 @@ def test_samples_through_the_triangle(benchmark, ledger):
 def test_choosing_the_support(benchmark, ledger):
     n = 1_000_000
     prepared = problem(n, PAPER)
-    asked = WeakEquations(SUPPORT, windows=())
+    asked = WeakRegression(SUPPORT, windows=())
     chosen, given = interleaved(
         benchmark,
-        lambda: WeakEquations().rows(prepared).triangle(),
+        lambda: WeakRegression().rows(prepared).triangle(),
         lambda: asked.rows(prepared).triangle(),
         rounds=3,
     )
@@ -61,7 +61,7 @@ def test_pysindy(benchmark, ledger):
         clean.time, clean.velocity + noise, attitude=clean.attitude, wrench=clean.wrench
     )
     prepared, mass = hd.prepare(VEHICLE, record, LINEAR), VEHICLE.mass_matrix
-    method = WeakForm(WeakEquations(SUPPORT, windows=()))
+    method = WeakForm(WeakRegression(SUPPORT, windows=()))
     n_functions = method.equations.rows(prepared).n
     expected = truth(LINEAR).matrix
     found: list[np.ndarray] = []

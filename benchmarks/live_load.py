@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.opening import Source, opened
-from hydrodamp.live.rows import Row, rows_of
-from hydrodamp.live.run import Run
+from hydrodamp.live.opening import Source, open_source
+from hydrodamp.live.runner import Run
+from hydrodamp.live.samples import Row, rows_of
 
 MAPPING = Path(__file__).resolve().parents[1] / "examples" / "onboard" / "mapping.yaml"
 PERCENTILES = (50.0, 99.0, 99.9, 100.0)
@@ -36,7 +36,7 @@ class Told:
 
     def __init__(self) -> None:
         self.line: dict[str, Any] = {}
-        self.sentences: list[str] = []
+        self.summary_lines: list[str] = []
         self.late = np.zeros(len(BINS) + 1, dtype=np.int64)
         self.memory: list[float] = []
 
@@ -55,7 +55,7 @@ class Told:
     def go(self, rows: Iterable[Row | None], source: Source | None = None) -> None:
         """Run to the end of the rows."""
         craft, model = hd.fleet["vt690"], hd.catalog["prestero"]
-        run = Run(craft, model, "rls", self.line.update, self.sentences.append, every=60.0)
+        run = Run(craft, model, "rls", self.line.update, self.summary_lines.append, every=60.0)
         if source is not None:
             run.beside = source.counts
         begun = time.process_time()
@@ -139,8 +139,10 @@ def fed(kind: str, send: Any, *arguments: float) -> Told:
     """Return what a run told of what another process sends to its port."""
     told, first = Told(), next(dive(0.1))
     mapping = MAPPING if kind == "mavlink" else None
-    source = opened(f"{kind}://:0", mapping, allow=False, paced=False, say=told.sentences.append)
-    port = int(told.sentences[0].rpartition(" ")[2])
+    source = open_source(
+        f"{kind}://:0", mapping, allow=False, paced=False, say=told.summary_lines.append
+    )
+    port = int(told.summary_lines[0].rpartition(" ")[2])
     sender = get_context("spawn").Process(target=send, args=(port, *arguments))
     sender.start()
 
@@ -169,7 +171,7 @@ def main() -> None:
     elif given.what == "junk":
         for kind in ("udp", "mavlink"):
             told = fed(kind, send_junk, (given.n or 1_000_000) // 2)
-            print(f"{kind}\n{told.table()}", *told.sentences, sep="\n")
+            print(f"{kind}\n{told.table()}", *told.summary_lines, sep="\n")
     else:
         told = Told()
         told.go(islice(dive(0.02), given.n or 10_000_000))

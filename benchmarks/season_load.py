@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 from pyarrow import parquet
 
 import hydrodamp as hd
-from hydrodamp.batch.folding import fold
+from hydrodamp.batch.sufficient_statistics import summarise_address
 
 MODEL, VEHICLE, WHOLE = hd.catalog["prestero"], hd.fleet["vt690"], 1e10
 
@@ -42,9 +42,9 @@ def by_part(path: Path, log: hd.Log) -> str:
     for key, method in {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}.items():
         parts[f"rows, {key}"] = cost(lambda way=method: way.equations.rows(problem))  # type: ignore[misc]
         parts[f"whole, {key}"] = cost(
-            lambda way=method: fold(str(path), VEHICLE, [MODEL], way)  # type: ignore[misc]
+            lambda way=method: summarise_address(str(path), VEHICLE, [MODEL], way)  # type: ignore[misc]
         )
-        folds[key] = fold(str(path), VEHICLE, [MODEL], method)
+        folds[key] = summarise_address(str(path), VEHICLE, [MODEL], method)
     parts["merge of two"] = cost(lambda: folds["weak"].merged(folds["ls"]))
     hours = WHOLE / log.n / 3600.0
     return "\n".join(

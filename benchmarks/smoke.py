@@ -49,7 +49,7 @@ def adaptive_identifier() -> float:
     prepared = problem(n)
     bound = hd.AdaptiveIdentifier(a=20.0, gamma=20.0).bind(prepared, FULL)
     start, inputs = bound.start(), prepared.inputs
-    table = start[prepared.columns.n_known :].T
+    table = start[prepared.equations.n_known :].T
     return ratio(
         lambda: core.adapt(bound.gains, start, inputs, prepared.segments),
         lambda: by_hand.identify(VEHICLE, inputs, 20.0, 20.0, table, few),
@@ -69,7 +69,7 @@ def open_loop_replay() -> float:
     """85 terms at 10 Hz, against solve_ivp in steps of a sample with NumPy's right-hand side."""
     n, few, damping = 20_000, 500, truth()
     long, short = (hd.prepare(VEHICLE, log(size), FULL) for size in (n, few))
-    table = short.matrix(damping)[short.columns.n_known :].T
+    table = short.matrix(damping)[short.equations.n_known :].T
     rate, inputs = by_hand.right_hand_side(VEHICLE, short.inputs, table), short.inputs
     span = inputs.time[0], inputs.time[-1]
     return ratio(

@@ -143,7 +143,7 @@ class Sail:
     sea: Callable[[], Sea]
     seed: int
     duration: float
-    conditions: Conditions = hd.WHITE
+    conditions: Conditions = hd.WHITE_NOISE
     rate: float = 10.0
     recording: Recording = PLAIN
 
@@ -169,7 +169,7 @@ class Pilot:
     steered: Callable[[int, int, float, float], Steered]
     seed: int
     duration: float
-    conditions: Conditions = hd.WHITE
+    conditions: Conditions = hd.WHITE_NOISE
     rate: float = 10.0
     n_runs: int = 6
     speed: float = 0.0

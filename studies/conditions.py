@@ -9,10 +9,10 @@ from scipy.signal import lfilter
 
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
-from hydrodamp.conditioning.derived import GRAVITY
+from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.simulation.campaign.autopilot import PERIOD
 from hydrodamp.simulation.campaign.conditions import CHANNELS, Conditions, draw
-from hydrodamp.simulation.campaign.reenact import joined
+from hydrodamp.simulation.campaign.reenact import stack_runs
 
 SPECIFIC_FORCE_VARIANCE = 3.847e-6
 """Noise variance of each accelerometer of the attitude sensor [(m/s^2)^2], of the same source."""
@@ -71,7 +71,7 @@ def training_pushes(campaign: hd.Campaign, seed: int, conditions: Conditions) ->
     """Return the wrench that pushed the vehicle from each training sample to the next."""
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
     drawn = conditions.draw_pushes(seed, n_train + n_test, campaign.train.n // n_train)
-    return joined(drawn[:, :n_train])
+    return stack_runs(drawn[:, :n_train])
 
 
 def accelerated(campaign: hd.Campaign, seed: int, scale: float) -> hd.Campaign:
@@ -79,8 +79,8 @@ def accelerated(campaign: hd.Campaign, seed: int, scale: float) -> hd.Campaign:
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
     normal = draw(seed, n_train + n_test, campaign.train.n // n_train, 3, 1)
     errors = scale * float(np.sqrt(SPECIFIC_FORCE_VARIANCE)) * normal
-    train = _felt(campaign.train, campaign.exact_train, joined(errors[:, :n_train]))
-    test = _felt(campaign.test, campaign.exact_test, joined(errors[:, n_train:]))
+    train = _felt(campaign.train, campaign.exact_train, stack_runs(errors[:, :n_train]))
+    test = _felt(campaign.test, campaign.exact_test, stack_runs(errors[:, n_train:]))
     return replace(campaign, train=train, test=test)
 
 

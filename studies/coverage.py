@@ -57,7 +57,12 @@ from hydrodamp import (
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
 from hydrodamp.identification.fit import Uncertainty, reach
-from hydrodamp.identification.grades import Grade, excitation, graded_by, identifiability
+from hydrodamp.identification.identifiability import (
+    Grade,
+    excitation,
+    grade_by_excitation,
+    identifiability,
+)
 from hydrodamp.simulation.campaign import reenact
 
 LEVEL = 0.95
@@ -87,7 +92,7 @@ def interval(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
     if covariance is None:
         nothing = np.full_like(estimate, np.nan)
         return nothing, nothing, nothing
-    found = (fit.uncertainty or Uncertainty(covariance, np.inf, "the fit")).of_noise
+    found = (fit.uncertainty or Uncertainty(covariance, np.inf, "the fit")).noise_only
     low, high = found.interval(estimate, LEVEL).T
     return low, high, found.standard_errors
 
@@ -98,12 +103,12 @@ def determined(problem: Problem, fit: Fit) -> BoolArray:
         return np.zeros(fit.model.n_coefficients, dtype=bool)
     covariance = fit.damping.covariance
     if fit.uncertainty is not None:
-        covariance = fit.uncertainty.of_noise.covariance
+        covariance = fit.uncertainty.noise_only.covariance
     if covariance is None:
         found = identifiability(problem, fit.model)
     else:
         half = reach(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
-        found = graded_by(excitation(problem, fit.model), half)
+        found = grade_by_excitation(excitation(problem, fit.model), half)
     return np.array(
         [found.grades[label] in (Grade.DETERMINED, Grade.MINOR) for label in fit.model.labels]
     )

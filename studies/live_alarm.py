@@ -30,8 +30,8 @@ from benchmark_crafts import Craft, Steered, heavy_rov, rov, sail
 from benchmark_plans import Sea, crossflow, lagging, marginal, published, remus
 from conditions import Conditions
 from hydrodamp.arrays import FloatArray
-from hydrodamp.live.loop import State, begin, take
-from hydrodamp.live.rows import Row, rows_of
+from hydrodamp.live.estimator import State, start, update
+from hydrodamp.live.samples import Row, rows_of
 from hydrodamp.simulation.campaign.reenact import PAUSE
 from tables import replace_table
 
@@ -208,9 +208,9 @@ def told(
     rang = []
     for row in _later(log, begins):
         if state is None:
-            state = begin(world.vehicle, world.model, "rls", row)
+            state = start(world.vehicle, world.model, "rls", row)
         before = state.alarm.changes
-        state, _ = take(state, row)
+        state, _ = update(state, row)
         if state.alarm.changes > before:
             rang.append(state.screen.time)
     assert state is not None

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import hydrodamp as hd
-from hydrodamp.live.rows import Row, rows_of
+from hydrodamp.live.samples import Row, rows_of
 from hydrodamp.simulation.campaign.autopilot import (
     DEPTH_HOLDS,
     DEPTH_STEPS,
@@ -17,7 +17,7 @@ from hydrodamp.simulation.campaign.autopilot import (
     Run,
     Steps,
 )
-from hydrodamp.simulation.campaign.conditions import WHITE, Conditions
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
 from hydrodamp.simulation.campaign.reenact import Campaign, Plan
 
 MODELS = ("prestero", "linear", "fossen")
@@ -59,7 +59,7 @@ DIVES = (
 
 
 def sail(
-    truth: str, dive: Dive, seeds: Sequence[int], conditions: Conditions = WHITE
+    truth: str, dive: Dive, seeds: Sequence[int], conditions: Conditions = WHITE_NOISE
 ) -> list[Campaign]:
     """Return the dive of each seed; all runs are training."""
     plan = replace(Plan.of(truth), training=dive.runs, testing=dive.runs[:1])

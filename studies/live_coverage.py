@@ -16,8 +16,8 @@ import numpy as np
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import campaigns
-from hydrodamp.live.loop import begin, estimates, take
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.estimator import estimates, start, update
+from hydrodamp.live.samples import rows_of
 from tables import replace_table
 
 MISTOLD = ("wrench", "fins")
@@ -39,9 +39,9 @@ def misses(campaign: Campaign) -> np.ndarray:
     rows = rows_of(logs.train)
     model = logs.true.model.restricted_to(logs.vehicle.axes)
     first = next(rows)
-    state, _ = take(begin(logs.vehicle, model, "rls", first), first)
+    state, _ = update(start(logs.vehicle, model, "rls", first), first)
     for row in rows:
-        state, _ = take(state, row)
+        state, _ = update(state, row)
     told = estimates(state)["coefficients"]
     return np.array(
         [

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.loop import State, begin, take
-from hydrodamp.simulation.campaign.conditions import WHITE
+from hydrodamp.live.estimator import State, start, update
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, Plan
 from live_alarm import Change, dragged
 from live_campaigns import DIVES, MODELS, STEPS, TRUTHS, Dive, rows, sail
@@ -44,9 +44,9 @@ def follow(
     begins = 0.0 if state is None else state.screen.time + PAUSE
     rang = []
     for row in rows(log, begins):
-        state = begin(vehicle, model, "rls", row) if state is None else state
+        state = start(vehicle, model, "rls", row) if state is None else state
         before = state.alarm.changes
-        state, _ = take(state, row)
+        state, _ = update(state, row)
         if state.alarm.changes > before and state.alarm.last:
             rang.append((state.screen.time - begins, state.alarm.last.axes[0]))
     assert state is not None
@@ -62,7 +62,7 @@ def sail_changed(truth: str, change: Change, seed: int) -> Campaign:
     vehicle = change.finned(change.loaded(plan.vehicle))
     runs = STEPS[::-1]
     plan = replace(plan, vehicle=vehicle, water=water, training=runs, testing=runs[:1])
-    return plan.sail((seed,), BASE.duration, WHITE)[0]
+    return plan.sail((seed,), BASE.duration, WHITE_NOISE)[0]
 
 
 def quiet(task: tuple[str, Dive, int]) -> list[tuple[str, str, str, float, list[object], str]]:

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.loop import begin, estimates, take
+from hydrodamp.live.estimator import estimates, start, update
 from hydrodamp.simulation.campaign.autopilot import TRAINING
-from hydrodamp.simulation.campaign.conditions import WHITE
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
 from tables import replace_table
 
@@ -34,7 +34,7 @@ DURATIONS = (200.0, 400.0, 600.0, 800.0)
 
 def pseudo_truth(truth: str, model: hd.DampingModel) -> hd.Damping:
     """Return what the model would be without noise, over long manoeuvres."""
-    campaign = sail(truth, LONG, [0], replace(WHITE, scale=0.0))[0]
+    campaign = sail(truth, LONG, [0], replace(WHITE_NOISE, scale=0.0))[0]
     problem = hd.prepare(campaign.vehicle, campaign.exact_train, model)
     return hd.LeastSquares().identify(problem, model).damping
 
@@ -43,8 +43,8 @@ def last_line(model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log) -> dict[
     """Return the estimates at the end of a log."""
     state = None
     for row in rows(log):
-        state = begin(vehicle, model, "rls", row) if state is None else state
-        state, _ = take(state, row)
+        state = start(vehicle, model, "rls", row) if state is None else state
+        state, _ = update(state, row)
     assert state is not None
     return estimates(state)
 

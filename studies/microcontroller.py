@@ -15,8 +15,8 @@ from pathlib import Path
 import hydrodamp as hd
 from benchmark import fill
 from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
-from hydrodamp.export.craft import Craft
 from hydrodamp.export.folder import save
+from hydrodamp.export.plant import ExportedPlant
 
 PAGE = Path(__file__).parents[1] / "docs" / "live" / "microcontroller.md"
 
@@ -164,7 +164,7 @@ def rows(model: str, precision: str) -> list[str]:
     """Return rows of the table for the identifiers of a model."""
     identified = hd.catalog[model]
     damping = hd.Damping(identified, [-1.0] * identified.n_coefficients)
-    craft, form = Craft.of(hd.fleet["vt690"], damping), C(precision=precision)
+    craft, form = ExportedPlant.of(hd.fleet["vt690"], damping), C(precision=precision)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         save(form.write(craft), folder)

@@ -27,7 +27,7 @@ from conditions import accelerated
 from hydrodamp.identification.adaptive import Adaptation
 from hydrodamp.kernels.core import Gains
 from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, Plan
-from hydrodamp.simulation.problem import Columns
+from hydrodamp.simulation.problem import EquationTable
 
 NOISES = {"0": 0.0, "1/10": 0.1, "1/3": 1 / 3, "1": 1.0}
 """Strength of the sensors' errors, in published ones."""
@@ -49,7 +49,7 @@ class InDegrees(hd.AdaptiveIdentifier):
 
     starts_in_degrees: bool = False
 
-    def bind(self, source: hd.Problem | Columns, model: hd.DampingModel) -> Adaptation:
+    def bind(self, source: hd.Problem | EquationTable, model: hd.DampingModel) -> Adaptation:
         """Return the gains of SI units that do the same, and the start."""
         bound = super().bind(source, model)
         columns, turning = bound.columns, np.arange(6) >= 3
@@ -92,7 +92,7 @@ def errors(
         fits = hd.identify_all(problem, models, method)
         rows = hd.compare(fits, campaign.vehicle, campaign.test).rows
         found.append(tuple(math.inf if row.rms is None else row.rms for row in rows))
-        settled += [fit.status is hd.Status.SETTLED for fit in fits]
+        settled += [fit.status is hd.Status.CONVERGED for fit in fits]
     return tuple(median(column) for column in zip(*found, strict=True)), settled
 
 
@@ -132,7 +132,7 @@ def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[st
         ("ls", {"ls": hd.LeastSquares()}),
         ("ai", {unit: UNITS[unit] for unit in ("rad/s", "deg/s")}),
     ):
-        printed = tuple(getattr(hd.TABLE_I[model.key], name) for model in MODELS)
+        printed = tuple(getattr(hd.PAPER_TABLE_I[model.key], name) for model in MODELS)
         columns = {
             f"{called} {noise}": errors(logs, method, MODELS)[0]
             for called, method in methods.items()

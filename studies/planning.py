@@ -30,12 +30,12 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
+from hydrodamp.experiment_design.closed_loop import ClosedLoop, Trajectories, limit_violations
+from hydrodamp.experiment_design.context import CandidateDive, PlanningContext
+from hydrodamp.experiment_design.ensemble import Ensemble
+from hydrodamp.experiment_design.plan import IDENTIFIED, optimise
+from hydrodamp.experiment_design.result import identify_ensemble
 from hydrodamp.files import save_json, save_text
-from hydrodamp.planning.closed_loop import ClosedLoop, Trajectories, limit_violations
-from hydrodamp.planning.context import Candidate, Context
-from hydrodamp.planning.dive import identify_ensemble
-from hydrodamp.planning.ensemble import Ensemble
-from hydrodamp.planning.plan import IDENTIFIED, optimise
 from hydrodamp.simulation.campaign.reenact import Plan
 from hydrodamp.simulation.campaign.truth import Truth
 from hydrodamp.simulation.parallel import each
@@ -78,14 +78,14 @@ def fleet_on(closed_loop: ClosedLoop, truth: str) -> tuple[ClosedLoop, hd.Log]:
     if truth == "crossflow":
         water = replace(water, drift_factor=0.0)
     water = replace(water, fin_lag=0.0)
-    (campaign,) = replace(plan, water=water).sail((SEED,), 100.0, hd.WHITE)
+    (campaign,) = replace(plan, water=water).sail((SEED,), 100.0, hd.WHITE_NOISE)
     made = ClosedLoop.of(
         closed_loop.vehicle,
         closed_loop.autopilot,
         closed_loop.envelope,
         Ensemble((water.damping,), closed_loop.ensemble.model),
     )
-    return replace(made, beside=_beside(water, closed_loop)), campaign.exact_test
+    return replace(made, baseline=_beside(water, closed_loop)), campaign.exact_test
 
 
 def _beside(
@@ -106,13 +106,13 @@ def _beside(
     return wrench
 
 
-def sailed(closed_loop: ClosedLoop, candidate: Candidate, test: hd.Log, dives: int) -> Sailed:
+def sailed(closed_loop: ClosedLoop, candidate: CandidateDive, test: hd.Log, dives: int) -> Sailed:
     """Sail a dive so many times, identify each, and replay the test runs with each fit."""
     setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
     overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
     trajectories = closed_loop.simulate((setpoints, overlays), SEED)
     far = [one.max(axis=0) for one in limit_violations(closed_loop.envelope, trajectories).values()]
-    done = each(_one, [(closed_loop, trajectories.part([n]), test) for n in range(dives)])
+    done = each(_one, [(closed_loop, trajectories.select([n]), test) for n in range(dives)])
     estimates, errors, replays = (np.array(one) for one in zip(*done, strict=True))
     return Sailed(estimates, errors, replays, float(np.mean(np.max(far, axis=0) <= 0.0)))
 
@@ -132,16 +132,16 @@ def _one(
 def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
     """Return what came out for a model, truth by truth."""
     begin = time.process_time(), time.perf_counter()
-    context = Context.of(
+    context = PlanningContext.of(
         hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
     )
     steps = context.enforce_envelope(context.steps)
     known = identify_ensemble(
-        context.closed_loop, steps.trajectories.part(IDENTIFIED), grading=False
+        context.closed_loop, steps.trajectories.select(IDENTIFIED), grading=False
     )
     candidate = optimise(context, "determinant", known, steps)
     predicted = identify_ensemble(
-        context.closed_loop, candidate.trajectories.part(IDENTIFIED), grading=False
+        context.closed_loop, candidate.trajectories.select(IDENTIFIED), grading=False
     ).error
     took = time.process_time() - begin[0], time.perf_counter() - begin[1]
     axes = np.array([label[0] for label in context.model.labels])

@@ -23,8 +23,8 @@ import numpy as np
 
 import hydrodamp as hd
 from conditions import SILENT, autoregression
-from hydrodamp.batch.drift import changes
-from hydrodamp.batch.folding import fold_log, merge_folds, solved
+from hydrodamp.batch.changepoints import find_change_points
+from hydrodamp.batch.sufficient_statistics import merge_statistics, solve_model, summarise_log
 from hydrodamp.files import save_text
 from hydrodamp.identification.fit import Fit
 from hydrodamp.simulation.campaign.autopilot import DEPTH_STEPS, HEADING_STEPS, PERIOD, Run, Steps
@@ -116,9 +116,9 @@ def season(cell: tuple[str, str, str], seed: int, drag: float) -> dict[int, list
     fits: dict[int, list[Fit]] = {4 * n: [] for n in DIVES}
     for day, indices in enumerate(chosen.tolist()):
         logs = [(after if day >= CHANGED else before)[index] for index in indices]
-        folds = [fold_log(measured(log, noise, rng), vehicle, [MODEL], METHOD) for log in logs]
+        folds = [summarise_log(measured(log, noise, rng), vehicle, [MODEL], METHOD) for log in logs]
         for n in DIVES:
-            fits[4 * n].append(solved(merge_folds(folds[:n]), vehicle, MODEL, METHOD))
+            fits[4 * n].append(solve_model(merge_statistics(folds[:n]), vehicle, MODEL, METHOD))
     return fits
 
 
@@ -131,7 +131,7 @@ def result(fits: Sequence[Fit]) -> dict[str, Any]:
         if fit.uncertainty is not None:
             low, high = fit.uncertainty.interval(fit.damping.coefficients).T
             covered += [low[k] <= value <= high[k] for k, value in known]
-    found = [(change.label, change.first) for change in changes(fits)]
+    found = [(change.label, change.first) for change in find_change_points(fits)]
     return {"changes": found, "covered": float(np.mean(covered))}
 
 

@@ -195,7 +195,7 @@ def adapt(gains, matrix, inputs, segments, passes=1, every=0):
     """The fold of adapt_step over a record."""
     error, count, kept = np.zeros(6), 0, []
     for start, stop in np.asarray(segments).tolist() * passes:
-        error, steps = np.zeros(6), steps_between(gains.plant, inputs.part(slice(start, stop)))
+        error, steps = np.zeros(6), steps_between(gains.plant, inputs.select(slice(start, stop)))
         for k in range(stop - start - 1):
             matrix, error = midpoint(gains, matrix, error, steps, k)
             count += 1
@@ -276,6 +276,8 @@ def recur(recursion, estimate, inputs, segments):
     estimate = estimate._replace(witness=estimate.witness.copy())
     for start, stop in np.asarray(segments).tolist():
         estimate.witness[recursion.witnesses[:-1]] = 0.0
-        for row in hats(recursion, steps_between(recursion.plant, inputs.part(slice(start, stop)))):
+        for row in hats(
+            recursion, steps_between(recursion.plant, inputs.select(slice(start, stop)))
+        ):
             estimate = absorb(recursion, estimate, row)
     return estimate

@@ -4,7 +4,7 @@ import io
 import sys
 from contextlib import contextmanager
 
-from hydrodamp.progress import counted, progress, watched
+from hydrodamp.progress import count_items, progress, watched
 
 
 class Terminal(io.StringIO):
@@ -32,7 +32,7 @@ def test_nothing_is_shown_where_there_is_no_terminal(capsys, monkeypatch):
 
 def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):
     with on_terminal(monkeypatch) as screen:
-        assert [*counted("abc", "reading", 3)] == ["a", "b", "c"]
+        assert [*count_items("abc", "reading", 3)] == ["a", "b", "c"]
     assert screen.getvalue() == ""  # to a program that watches nothing
     with on_terminal(monkeypatch) as screen, watched(), progress("[identifying]", 9) as step:
         step()
@@ -43,6 +43,6 @@ def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):
 
 def test_work_inside_work_has_a_bar_of_its_own(monkeypatch):
     with on_terminal(monkeypatch) as screen, watched(), progress("outer"):
-        assert [*counted("abcd", "inner", 4)] == [*"abcd"]
+        assert [*count_items("abcd", "inner", 4)] == [*"abcd"]
     for words in ("outer", "inner", "100%"):
         assert words in screen.getvalue()

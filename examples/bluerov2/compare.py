@@ -18,7 +18,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.cli.output import show
-from hydrodamp.report.comparison_tables import detail_grids, summary_grids
+from hydrodamp.report.comparison_tables import detail_tables, summary_tables
 
 HERE = Path(__file__).parent
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")
@@ -33,7 +33,7 @@ def fits(models: tuple[hd.DampingModel, ...], vehicle: hd.Vehicle, train: hd.Log
     """Return every model by every method, under the keys of the table."""
     problem = hd.prepare(vehicle, train, models)
     feedback = tuple(BANDWIDTH * np.diag(vehicle.mass_matrix))
-    tuned = hd.AdaptiveIdentifier(a=feedback, gamma=hd.ByTerm(SETTLING), passes=PASSES)
+    tuned = hd.AdaptiveIdentifier(a=feedback, gamma=hd.TermScaledGain(SETTLING), passes=PASSES)
     ways = (
         *((key, hd.find_method(key)) for key in ("ls", "ai", "ai-scaled")),
         ("ls-smoothed", hd.LeastSquares(hd.SavitzkyGolay())),
@@ -69,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}\nThe runs are at {SOURCE}.", file=sys.stderr)
         return 2
     print(f"Data: {SOURCE}.\nTrained on {', '.join(TRAIN)}; tested on {', '.join(TEST)}, whole.\n")
-    show(*detail_grids(table), *summary_grids(table))
+    show(*detail_tables(table), *summary_tables(table))
     shares = table.row(*CHOSEN).score.fit_by_axis.items()
     words = ", ".join(f"{name} {share:.0f}" for name, share in shares if share is not None)
     print(f"\nChosen on the training runs, {' by '.join(CHOSEN)}: 100 (1 - rmse/std) = {words} %")

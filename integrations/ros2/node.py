@@ -21,12 +21,12 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 import hydrodamp as hd
-from hydrodamp.cli import choose
+from hydrodamp.cli import resolve
 from hydrodamp.live.diagnostics import diagnose
-from hydrodamp.live.gathering import Gathering, Message, for_streams
 from hydrodamp.live.ros import hear
-from hydrodamp.live.run import Run
-from hydrodamp.live.sources import Waiting
+from hydrodamp.live.runner import Run
+from hydrodamp.live.sources import BoundedQueue
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, for_streams
 
 LOOK = 0.5  # s, between two looks for topics
 SETTINGS = {"vehicle": "", "model": "", "mapping": "", "method": "rls", "state": "", "every": 1.0}
@@ -43,11 +43,11 @@ class Live(Node):
         self.estimates = self.create_publisher(String, "~/estimates", 10)
         self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         mapping = for_streams(hd.read_mapping(given["mapping"]), self.say)
-        self.gathering = Gathering(mapping, self.say)
-        self.waiting = Waiting[Message]()
+        self.gathering = MessageSynchroniser(mapping, self.say)
+        self.waiting = BoundedQueue[Message]()
         self.run = Run(
-            choose.choose_vehicle(given["vehicle"]),
-            choose.choose_model(given["model"])[0],
+            resolve.choose_vehicle(given["vehicle"]),
+            resolve.choose_model(given["model"])[0],
             given["method"],
             self.tell,
             self.say,

@@ -3,36 +3,39 @@
 from .basis.atoms import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
-from .batch.drift import Change as Change
-from .batch.season import GroupFit as GroupFit, Season as Season, batch as batch
-from .conditioning.actuators import (
-    beyond_dead_zone as beyond_dead_zone,
-    delayed as delayed,
-    lagged as lagged,
+from .batch.batch import BatchResult as BatchResult, GroupFit as GroupFit, batch as batch
+from .batch.changepoints import ChangePoint as ChangePoint
+from .conditioning.actuator_response import (
+    apply_dead_zone as apply_dead_zone,
+    apply_delay as apply_delay,
+    apply_first_order_lag as apply_first_order_lag,
 )
 from .conditioning.current import (
     Current as Current,
     estimate_current as estimate_current,
-    without_current as without_current,
+    subtract_current as subtract_current,
 )
-from .conditioning.derived import (
+from .conditioning.derivatives import (
     acceleration_from_accelerometer as acceleration_from_accelerometer,
     rates_from_attitude as rates_from_attitude,
     velocity_from_position as velocity_from_position,
 )
 from .conditioning.dropouts import (
-    fill_held as fill_held,
-    mask_bottom_lock as mask_bottom_lock,
+    interpolate_sample_and_hold as interpolate_sample_and_hold,
+    mask_dvl_dropouts as mask_dvl_dropouts,
     mask_frozen as mask_frozen,
-    mask_lost_frames as mask_lost_frames,
+    mask_mocap_dropouts as mask_mocap_dropouts,
 )
 from .conditioning.mixing import roll_from_mixing as roll_from_mixing
-from .conditioning.spikes import remove_spikes as remove_spikes, steady_attitude as steady_attitude
-from .conditioning.steps import CLEANING_STEPS as CLEANING_STEPS, clean as clean
-from .conditioning.suspicions import (
-    Suspicion as Suspicion,
-    note_suspicions as note_suspicions,
-    suspicions as suspicions,
+from .conditioning.outliers import (
+    remove_attitude_outliers as remove_attitude_outliers,
+    remove_outliers as remove_outliers,
+)
+from .conditioning.pipeline import CLEANING_STEPS as CLEANING_STEPS, clean as clean
+from .conditioning.quality_checks import (
+    QualityIssue as QualityIssue,
+    annotate_quality as annotate_quality,
+    check_quality as check_quality,
 )
 from .data.canonical import write_log as write_log
 from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
@@ -52,38 +55,53 @@ from .errors import (
     TermError as TermError,
     VehicleError as VehicleError,
 )
+from .experiment_design.envelope import Envelope as Envelope, read_envelope as read_envelope
+from .experiment_design.excitation import Manoeuvre as Manoeuvre
+from .experiment_design.plan import plan as plan
+from .experiment_design.result import (
+    DivePlan as DivePlan,
+    GoalDuration as GoalDuration,
+    PlanSegment as PlanSegment,
+    Prediction as Prediction,
+)
 from .export.export import export as export
 from .export.fidelity import Fidelity as Fidelity, Replays as Replays
 from .export.target import Target as Target
 from .export.targets import TARGETS as TARGETS, find_target as find_target
 from .identification.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
-    ByNoise as ByNoise,
-    ByTerm as ByTerm,
     History as History,
+    NoiseScaledGain as NoiseScaledGain,
     State as State,
+    TermScaledGain as TermScaledGain,
 )
-from .identification.differences import (
+from .identification.differentiation import (
     Derivative as Derivative,
     FiniteDifference as FiniteDifference,
     RecordedAcceleration as RecordedAcceleration,
     SavitzkyGolay as SavitzkyGolay,
 )
 from .identification.dissipative import Dissipative as Dissipative
+from .identification.dissipativity import (
+    OperatingBox as OperatingBox,
+    PowerMaximum as PowerMaximum,
+    max_damping_power as max_damping_power,
+    operating_box as operating_box,
+)
 from .identification.fit import (
     Fit as Fit,
     Method as Method,
     Uncertainty as Uncertainty,
-    fitted as fitted,
     identify as identify,
+    make_fit as make_fit,
 )
-from .identification.grades import (
+from .identification.identifiability import (
     Grade as Grade,
     Identifiability as Identifiability,
-    graded as graded,
+    grade_fit as grade_fit,
     identifiability as identifiability,
 )
-from .identification.linear import (
+from .identification.least_squares import (
     LeastSquares as LeastSquares,
     Ridge as Ridge,
     WeakForm as WeakForm,
@@ -96,39 +114,33 @@ from .identification.methods import (
 )
 from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError
-from .identification.power import (
-    OperatingBox as OperatingBox,
-    WorstPower as WorstPower,
-    operating_box as operating_box,
-    worst_power as worst_power,
-)
+from .identification.qr_factor import Triangle as Triangle, merge as merge
 from .identification.recommended import Recommended as Recommended
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
 )
-from .identification.residuals import diagnose as diagnose
-from .identification.rows import (
-    Differenced as Differenced,
-    Equations as Equations,
+from .identification.regression_rows import (
     Folds as Folds,
+    PointwiseRegression as PointwiseRegression,
+    RegressionForm as RegressionForm,
     Rows as Rows,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
     folds as folds,
 )
-from .identification.sparse import Sparse as Sparse
-from .identification.triangle import Triangle as Triangle, merge as merge
-from .identification.weak import WeakEquations as WeakEquations
+from .identification.residuals import diagnose as diagnose
+from .identification.stepwise import StepwiseSelection as StepwiseSelection
+from .identification.weak_form import WeakRegression as WeakRegression
 from .ingest.datasets import Dataset as Dataset, fetch as fetch, find_dataset as find_dataset
+from .ingest.inspection.delay import Delay as Delay, estimate_delays as estimate_delays
+from .ingest.inspection.probe import Probe as Probe, probe as probe
 from .ingest.mapping.log_mapping import (
     LogMapping as LogMapping,
     json_schema as json_schema,
     presets as presets,
     read_mapping as read_mapping,
 )
-from .ingest.probing.delay import Delay as Delay, delays as delays
-from .ingest.probing.probe import Probe as Probe, probe as probe
 from .ingest.read import (
     read_log as read_log,
     read_logs as read_logs,
@@ -149,15 +161,6 @@ from .models.files import (
 )
 from .models.model import DampingModel as DampingModel
 from .models.published import published as published
-from .planning.dive import (
-    DivePlan as DivePlan,
-    Prediction as Prediction,
-    Reach as Reach,
-    Stretch as Stretch,
-)
-from .planning.envelope import Envelope as Envelope, read_envelope as read_envelope
-from .planning.manoeuvres import Manoeuvre as Manoeuvre
-from .planning.plan import plan as plan
 from .report.figures.diagnostics import (
     correlation_figure as correlation_figure,
     excitation_figure as excitation_figure,
@@ -166,16 +169,16 @@ from .report.figures.diagnostics import (
     power_figure as power_figure,
     residuals_figure as residuals_figure,
 )
-from .report.figures.look import save_figure as save_figure
 from .report.figures.series import (
     commands_figure as commands_figure,
     replays_figure as replays_figure,
     velocities_figure as velocities_figure,
 )
+from .report.figures.style import save_figure as save_figure
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
 from .report.page import write_report as write_report
 from .simulation.campaign.conditions import (
-    WHITE as WHITE,
+    WHITE_NOISE as WHITE_NOISE,
     Conditions as Conditions,
 )
 from .simulation.campaign.reenact import (
@@ -183,9 +186,9 @@ from .simulation.campaign.reenact import (
     reenact as reenact,
 )
 from .simulation.problem import (
-    Columns as Columns,
+    EquationTable as EquationTable,
     Problem as Problem,
-    columns as columns,
+    equation_table as equation_table,
     prepare as prepare,
 )
 from .simulation.replay import (
@@ -201,21 +204,24 @@ from .validation.bands import (
     PredictionBand as PredictionBand,
     prediction_band as prediction_band,
 )
-from .validation.choice import (
-    Choice as Choice,
-    front as front,
-)
 from .validation.compare import (
-    TABLE_I as TABLE_I,
+    PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,
     Row as Row,
     compare as compare,
 )
-from .validation.crossvalidation import (
+from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.vehicle_doubt import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
+from .validation.selection import (
+    Selection as Selection,
+    pareto_front as pareto_front,
+)
+from .validation.sensitivity import (
+    VehicleSensitivity as VehicleSensitivity,
+    vehicle_sensitivity as vehicle_sensitivity,
+)
 from .vehicle.actuators import (
     Fin as Fin,
     Matrix as Matrix,

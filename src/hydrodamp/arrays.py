@@ -21,7 +21,7 @@ BoolArray = npt.NDArray[np.bool_]
 Shape = tuple[int | None, ...]
 
 
-def shaped(
+def as_shape(
     values: npt.ArrayLike,
     shape: Shape | None = None,
     name: str = "values",
@@ -41,7 +41,7 @@ def shaped(
 
 def frozen(values: npt.ArrayLike, *check: Any) -> npt.NDArray[Any]:
     """Copy ``values`` into an array as :func:`shaped` gives it that cannot be written."""
-    array = shaped(values, *check).copy()
+    array = as_shape(values, *check).copy()
     array.setflags(write=False)
     return array
 

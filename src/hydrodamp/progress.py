@@ -51,7 +51,7 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
             bars.stop()
 
 
-def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
+def count_items(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
     """Go through items, and show how many are done."""
     with progress(label, total) as step:
         for item in items:

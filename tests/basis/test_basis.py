@@ -58,13 +58,13 @@ def test_a_term_may_come_once():
 
 def test_the_table_holds_atom_indices_and_zeros():
     basis = Basis.of("1", "|r|V_v", "u|u|*rudder", "rpm*|rpm|")
-    table = basis.table(("rpm", "rudder"))
+    table = basis.atom_table(("rpm", "rudder"))
     assert table.dtype == np.int32
     assert table.tolist() == [[0, 0, 0, 0], [12, 15, 0, 0], [1, 7, 22, 0], [21, 23, 0, 0]]
     assert not table.flags.writeable
-    assert Basis(()).table().shape == (0, 4)
+    assert Basis(()).atom_table().shape == (0, 4)
     with pytest.raises(TermError, match="no channel 'rudder'"):
-        basis.table(("rpm",))
+        basis.atom_table(("rpm",))
 
 
 def test_values_equal_hand_written_formulas(velocity):

@@ -7,7 +7,7 @@ import os
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.batch.addresses import expand_addresses
+from hydrodamp.batch.discovery import expand_addresses
 from hydrodamp.batch.grouping import group_of, order_of, sort_groups, vehicle_of
 from hydrodamp.batch.recordings import ResolvedMapping, digest_files
 

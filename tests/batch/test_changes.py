@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.batch.drift import changes
+from hydrodamp.batch.changepoints import find_change_points
 
 MODEL = hd.catalog["prestero"]
 
@@ -40,14 +40,14 @@ def shifted(fits, first, by, label="X_u|u|"):
 @pytest.mark.parametrize("n_blocks", [4, 8, 16])
 def test_quiet_seasons_of_few_blocks_do_not_change(n_blocks, spread):
     rng = np.random.default_rng([5, n_blocks, int(spread)])
-    false = sum(bool(changes(season(rng, n_blocks, spread=spread))) for _ in range(100))
+    false = sum(bool(find_change_points(season(rng, n_blocks, spread=spread))) for _ in range(100))
     assert false <= 2
 
 
 @pytest.mark.parametrize("first", [2, 7, 18])
 def test_a_change_is_dated(first):
     fits = shifted(season(np.random.default_rng(6), 4), first, by=40.0)
-    (change,) = changes(fits)
+    (change,) = find_change_points(fits)
     assert (change.label, change.first) == ("X_u|u|", first)
     assert change.share == pytest.approx(4.0, abs=0.5)
 
@@ -56,7 +56,7 @@ def test_a_group_without_finite_coefficients_is_left_out():
     fits = shifted(season(np.random.default_rng(7), 8), 10, by=40.0)
     fits[4] = replace(fits[4], damping=hd.Damping(MODEL, np.full(MODEL.n_coefficients, np.nan)))
     fits[5] = replace(fits[5], aliased=(("X_u|u|",),))
-    (change,) = changes(fits)
+    (change,) = find_change_points(fits)
     assert (change.label, change.first) == ("X_u|u|", 10)
 
 
@@ -68,11 +68,11 @@ def test_a_coefficient_that_no_side_determines_is_not_tested():
         replace(one, damping=hd.Damping(MODEL, scale * (one.damping.coefficients - 10.0) - 0.05))
         for one in fits
     ]
-    assert changes(shifted(few, 30, by=0.1)) == ()
-    (change,) = changes(shifted(few, 30, by=2.0))
+    assert find_change_points(shifted(few, 30, by=0.1)) == ()
+    (change,) = find_change_points(shifted(few, 30, by=2.0))
     assert change.first == 30
 
 
 def test_too_few_groups_are_not_tested():
-    assert changes(season(np.random.default_rng(9), 8, days=4)) == ()
-    assert changes([]) == ()
+    assert find_change_points(season(np.random.default_rng(9), 8, days=4)) == ()
+    assert find_change_points([]) == ()

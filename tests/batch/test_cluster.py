@@ -11,7 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
-from hydrodamp.batch.workers import Failure, open_pool
+from hydrodamp.batch.executor import Failure, open_pool
 
 distributed = pytest.importorskip("distributed", reason="needs the extra `batch`")
 fsspec = pytest.importorskip("fsspec", reason="needs the extra `batch`")

@@ -11,9 +11,9 @@ import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
-from hydrodamp.batch.drift import changes
-from hydrodamp.batch.folding import Folded, fold, solved
-from hydrodamp.identification.triangle import merge
+from hydrodamp.batch.changepoints import find_change_points
+from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
+from hydrodamp.identification.qr_factor import merge
 
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
 
@@ -56,11 +56,15 @@ def test_results_are_the_same_bits_on_threads_and_processes(fleet, season, threa
 
 
 def test_standard_errors_are_those_of_refits_without_a_block(fleet, season):
-    folded = fold(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
-    n, known = len(folded.blocks), solved(folded, fleet.vehicle, MODEL, METHODS["ls"]).uncertainty
+    folded = summarise_address(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
+    n, known = (
+        len(folded.blocks),
+        solve_model(folded, fleet.vehicle, MODEL, METHODS["ls"]).uncertainty,
+    )
     without = [replace(folded, blocks=folded.blocks[:k] + folded.blocks[k + 1 :]) for k in range(n)]
     refits = [
-        solved(one, fleet.vehicle, MODEL, METHODS["ls"]).damping.coefficients for one in without
+        solve_model(one, fleet.vehicle, MODEL, METHODS["ls"]).damping.coefficients
+        for one in without
     ]
     expected = np.sqrt((n - 1) / n * np.sum((refits - np.mean(refits, axis=0)) ** 2, axis=0))
     np.testing.assert_allclose(known.standard_errors, expected, rtol=1e-6)
@@ -68,10 +72,10 @@ def test_standard_errors_are_those_of_refits_without_a_block(fleet, season):
 
 
 def test_many_blocks_become_fewer_and_nothing_is_lost(fleet, season):
-    one = fold(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
-    many: Folded = one
+    one = summarise_address(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
+    many: LogStatistics = one
     for _ in range(20):
-        many = many.merged(one)
+        many = many.merge(one)
     assert len(many.blocks) <= 128
     assert len(many.balanced) <= 32
     assert (many.n_logs, many.n_samples) == (21, 21 * one.n_samples)
@@ -137,7 +141,7 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
             (tmp_path / name / log.name).write_bytes(log.read_bytes())
     asked = {"client": threads, "by": ["vehicle", "month"]}
     found = hd.batch(tmp_path, [light, heavy], MODEL, **asked)
-    assert [*found.courses] == ["prestero ray", "prestero ray-heavy"]
+    assert [*found.time_series] == ["prestero ray", "prestero ray-heavy"]
     for both, craft in zip(found.fits, (light, heavy), strict=True):
         (alone,) = hd.batch(tmp_path / craft.name, craft, MODEL, **asked).fits
         assert both.n_logs == alone.n_logs == 3
@@ -243,7 +247,7 @@ def test_a_day_without_standard_errors_is_passed_over():
         )
         for day in range(8)
     ]
-    assert [(one.first, round(one.share, 2)) for one in changes(fits)] == [(5, 0.25)]
+    assert [(one.first, round(one.share, 2)) for one in find_change_points(fits)] == [(5, 0.25)]
 
 
 def test_quiet_seasons_rarely_change():
@@ -261,5 +265,5 @@ def test_quiet_seasons_rarely_change():
             )
             for one in errors
         ]
-        found += bool(changes(fits))
+        found += bool(find_change_points(fits))
     assert found <= 3

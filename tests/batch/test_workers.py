@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from hydrodamp.batch.workers import Failure, open_pool
+from hydrodamp.batch.executor import Failure, open_pool
 
 
 def work(task, folder=None):
@@ -64,7 +64,7 @@ def test_as_many_hung_calls_as_workers_cost_no_other(executor):
 
 SCRIPT = r"""
 import os, time
-from hydrodamp.batch.workers import open_pool
+from hydrodamp.batch.executor import open_pool
 
 def work(seconds):
     os.write(1, b"started\n")

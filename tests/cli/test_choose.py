@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from hydrodamp.identification.sparse import Sparse
+from hydrodamp.identification.stepwise import StepwiseSelection
 
 LINE = "compare ab.csv --vehicle planar.yaml --train one --test two --methods ls --models "
 TWO = "models:\n- {name: heavy, terms: {X: u|u|, N: r|r|}}\n- {name: light, terms: {X: u, N: r}}\n"
@@ -19,7 +19,7 @@ TWO = "models:\n- {name: heavy, terms: {X: u|u|, N: r|r|}}\n- {name: light, term
 )
 def test_two_models_of_one_name_are_refused(key, listed, folder, call, monkeypatch):
     (folder / "mine.yaml").write_text(f"name: {key}\nterms: {{X: [u], Y: [v]}}\n", "utf-8")
-    monkeypatch.setattr(Sparse, "select", lambda *_: pytest.fail("selected for minutes"))
+    monkeypatch.setattr(StepwiseSelection, "select", lambda *_: pytest.fail("selected for minutes"))
     done = call(LINE + listed, 2)
     assert f"two different models are called '{key}', whatever their capitals" in done.stderr
 
@@ -66,6 +66,6 @@ def test_a_command_that_is_missed_is_told_before_terms_are_selected(
 ):
     text = (folder / "ab.csv").read_text("utf-8")
     (folder / "lamp.csv").write_text(text.replace("turn", "lamp", 1), "utf-8")
-    monkeypatch.setattr(Sparse, "select", lambda *_: pytest.fail("selected for minutes"))
+    monkeypatch.setattr(StepwiseSelection, "select", lambda *_: pytest.fail("selected for minutes"))
     said = " ".join(call(f"{line} --vehicle planar.yaml", 2).output.split())
     assert "there is no command 'turn', which an actuator of 'planar' uses" in said

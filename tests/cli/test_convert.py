@@ -9,7 +9,7 @@ from hydrodamp.ingest.read import read_log, read_recording
 def test_a_log_through_a_mapping_becomes_canonical(folder, call):
     (folder / "m.yaml").write_text(
         "time: time\nvelocity: {u: u, v: v, r: {column: r, unit: deg/s}}\n"
-        "commands: [ahead, turn]\nsteps: [note_suspicions]\n"
+        "commands: [ahead, turn]\nsteps: [annotate_quality]\n"
     )
     done = call("convert a.csv --mapping m.yaml --out c.csv --force")
     before, after = (read_log(folder / name).velocity[:, 5] for name in ("a.csv", "c.csv"))

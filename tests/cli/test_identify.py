@@ -22,7 +22,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
         warnings.warn("the sea was rough", hd.HydrodampWarning, stacklevel=1)
         raise hd.MethodError("too rough to ask")
 
-    monkeypatch.setattr(hd, "vehicle_doubt", warned)
+    monkeypatch.setattr(hd, "vehicle_sensitivity", warned)
     done = call(f"{LINE} --out d.v2")
     for word in ("std. error", "grade", "Not answered, a wrong vehicle: too rough to ask"):
         assert word in done.stdout

@@ -16,7 +16,7 @@ import pytest
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import work
+from hydrodamp.cli import comparison_run
 from hydrodamp.cli.output import guarded
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.validation import compare as validation
@@ -117,7 +117,7 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
 
 
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
-    monkeypatch.setattr(work, "illustrate", interrupted_at(1, work.illustrate))
+    monkeypatch.setattr(comparison_run, "illustrate", interrupted_at(1, comparison_run.illustrate))
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 

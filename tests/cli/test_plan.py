@@ -5,7 +5,7 @@ import json
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning import context, optimiser, preparation
+from hydrodamp.experiment_design import context, optimiser, preparation
 
 BOAT = """\
 name: boat

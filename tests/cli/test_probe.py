@@ -170,7 +170,7 @@ def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     unmapped(folder)
     call("probe dive.csv --draft mine.yaml")
     with (folder / "mine.yaml").open("a", encoding="utf-8") as file:
-        file.write("steps: [{delayed: {motor_turn: 0.1}}]\n")
+        file.write("steps: [{apply_delay: {motor_turn: 0.1}}]\n")
     document = asked(call, "dive.csv --mapping mine.yaml")
     assert document["log"] == "by the mapping mine.yaml"
     assert document["draft"].startswith("# Drafted by")

@@ -52,8 +52,8 @@ def test_a_diverged_replay_failed(folder, call, damping):
 def test_a_replay_beyond_the_training_is_told(folder, call):
     done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --json")
     document = json.loads(done.stdout)
-    assert document["fit"]["sailed"].keys() == {"u", "v", "r"}
-    document["fit"]["sailed"]["r"] = [-0.1, 0.1]
+    assert document["fit"]["training_range"].keys() == {"u", "v", "r"}
+    document["fit"]["training_range"]["r"] = [-0.1, 0.1]
     document["coefficients"] |= {"N_r": -0.2, "N_r|r|": 2.0}
     (folder / "wild.json").write_text(json.dumps(document), "utf-8")
     done = call("simulate b.csv --vehicle planar.yaml --damping wild.json", 1)

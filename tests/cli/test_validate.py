@@ -5,7 +5,7 @@ import json
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation import crossvalidation
+from hydrodamp.validation import cross_validation
 
 from .conftest import interrupted_at
 
@@ -26,7 +26,7 @@ def test_json_holds_every_fold_and_horizon(folder, call):
     assert len(document["held_out"]) == 3
     linear, fossen = document["folds"]
     assert (linear["model"], fossen["model"]) == ("linear", "fossen")
-    assert linear["rms"] == pytest.approx(sum(linear["rms_by_part"]) / 3)
+    assert linear["rms"] == pytest.approx(sum(linear["rms_by_fold"]) / 3)
     assert linear["rms"] < fossen["rms"]  # the plant is linear
     whole = document["whole"][0]
     assert set(whole["rms_by_horizon"]) == {"one step", "1 s", "10 s", "whole run"}
@@ -63,7 +63,7 @@ def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
         seen.append(log.n)
         return hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "r"}, key="sparse")
 
-    monkeypatch.setattr(hd.Sparse, "select", select)
+    monkeypatch.setattr(hd.StepwiseSelection, "select", select)
     done = call("validate a.csv --vehicle planar.yaml --models fossen,sparse --methods ls --json")
     assert seen[0] == 400  # the whole log, for the errors by horizon
     assert len(seen) == 1 + 5
@@ -75,14 +75,14 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
     whole = json.loads(call(f"{LINE} --json").stdout)
     for more in ("", " --json"):
         with monkeypatch.context() as patch:
-            patch.setattr(crossvalidation, "compare", interrupted_at(3, crossvalidation.compare))
+            patch.setattr(cross_validation, "compare", interrupted_at(3, cross_validation.compare))
             done = call(LINE + more, 130)
         assert "interrupted after 2 of 5 folds" in done.stderr
         assert more or "Held out in turn: 2 folds" in done.stdout
     document = json.loads(done.stdout)
     assert document["held_out"] == whole["held_out"][:2]
     for part, row in zip(document["folds"], whole["folds"], strict=True):
-        assert part["rms_by_part"] == row["rms_by_part"][:2]
+        assert part["rms_by_fold"] == row["rms_by_fold"][:2]
     assert document["whole"] == []
 
 
@@ -90,7 +90,7 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
     ("module", "name", "said", "shown"),
     [
         (hd, "horizon_scores", "after 5 of 5 folds; no errors by", "linear by ls"),
-        (crossvalidation, "compare", "interrupted", ""),
+        (cross_validation, "compare", "interrupted", ""),
     ],
 )
 def test_ctrl_c_at_once_or_after_the_last_fold(

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
+from hydrodamp.conditioning.actuator_response import (
+    apply_dead_zone,
+    apply_delay,
+    apply_first_order_lag,
+)
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -26,7 +30,7 @@ def wave(seed: int, n: int = 200) -> np.ndarray:
 @given(st.integers(0, 20))
 def test_a_whole_number_of_steps_is_a_shift(steps: int) -> None:
     values = wave(1)
-    made = delayed(log_of(values), {"rudder": steps / 10}).command("rudder")
+    made = apply_delay(log_of(values), {"rudder": steps / 10}).command("rudder")
     shifted = np.concatenate((np.full(steps, values[0]), values[: 200 - steps]))
     np.testing.assert_allclose(made, shifted, atol=1e-9)
 
@@ -36,7 +40,7 @@ def test_a_whole_number_of_steps_is_a_shift(steps: int) -> None:
 def test_a_delay_keeps_the_impulse(seed: int, seconds: float) -> None:
     time, values = clock(seed), wave(seed)
     values[0] = values[-40:] = 0.0  # nothing is under way before and at the end
-    made = delayed(log_of(values, time), {"rudder": seconds}).command("rudder")
+    made = apply_delay(log_of(values, time), {"rudder": seconds}).command("rudder")
     steps = np.append(np.diff(time), np.median(np.diff(time)))
     if time[-1] - time[-40] > seconds:
         assert made @ steps == pytest.approx(values @ steps, abs=1e-9)
@@ -52,18 +56,18 @@ def test_a_lag_solves_its_equation(seed: int, seconds: float) -> None:
     decay = (np.exp(-since / seconds) - np.exp(-until / seconds)) * seconds
     answers = np.tril(1.0 - decay / (ends - time)[:, np.newaxis])
     mean = values[0] + answers @ np.diff(values, prepend=values[0])
-    made = lagged(log_of(values, time), {"rudder": seconds}).command("rudder")
+    made = apply_first_order_lag(log_of(values, time), {"rudder": seconds}).command("rudder")
     np.testing.assert_allclose(made, mean, atol=1e-9)
 
 
 def test_what_was_done_is_told_and_zero_does_nothing() -> None:
     log = log_of(wave(5))
-    made = lagged(delayed(log, {"rudder": 0.2}), {"rudder": 0.4})
+    made = apply_first_order_lag(apply_delay(log, {"rudder": 0.2}), {"rudder": 0.4})
     assert made.notes == (
         "command `rudder` delayed by 0.2 s",
         "command `rudder` lagged by 0.4 s",
     )
-    same = delayed(log, {"rudder": 0.0})
+    same = apply_delay(log, {"rudder": 0.0})
     assert same.notes == ()
     np.testing.assert_array_equal(same.commands, log.commands)
 
@@ -71,19 +75,19 @@ def test_what_was_done_is_told_and_zero_does_nothing() -> None:
 def test_what_cannot_be_is_named() -> None:
     log = log_of(wave(6))
     with pytest.raises(LogError, match=r"no command 'ruder'\. Did you mean 'rudder'"):
-        delayed(log, {"ruder": 0.1})
+        apply_delay(log, {"ruder": 0.1})
     for seconds in (-1.0, np.nan, np.inf):
         with pytest.raises(LogError, match="the time of `rudder` must be zero or positive"):
-            lagged(log, {"rudder": seconds})
+            apply_first_order_lag(log, {"rudder": seconds})
     with pytest.raises(LogError, match="dead zone of `rudder` must be lowest, highest; got 1, 0"):
-        beyond_dead_zone(log, {"rudder": (1.0, 0.0)})
+        apply_dead_zone(log, {"rudder": (1.0, 0.0)})
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-1, 0), st.floats(0, 1), st.integers(0, 5))
 def test_beyond_a_dead_zone(low: float, high: float, seed: int) -> None:
     values = wave(seed)
-    made = beyond_dead_zone(log_of(values), {"rudder": (low, high)}).command("rudder")
+    made = apply_dead_zone(log_of(values), {"rudder": (low, high)}).command("rudder")
     inside = (values >= low) & (values <= high)
     assert (made[inside] == 0).all()
     order = np.argsort(values)

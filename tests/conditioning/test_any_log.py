@@ -10,15 +10,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
+from hydrodamp.conditioning.actuator_response import (
+    apply_dead_zone,
+    apply_delay,
+    apply_first_order_lag,
+)
 from hydrodamp.conditioning.current import estimate_current
-from hydrodamp.conditioning.derived import (
+from hydrodamp.conditioning.derivatives import (
     acceleration_from_accelerometer,
     rates_from_attitude,
     velocity_from_position,
 )
 from hydrodamp.conditioning.mixing import roll_from_mixing
-from hydrodamp.conditioning.steps import clean
+from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -94,9 +98,9 @@ def test_cleaning_keeps_a_log_a_log(log: Log) -> None:
         velocity_from_position,
         acceleration_from_accelerometer,
         lambda log: roll_from_mixing(log, ("climb", "rudder"), ("rudder", "climb")),
-        lambda log: delayed(log, {"rudder": 0.3, "climb": 40.0}),
-        lambda log: lagged(log, {"rudder": 0.3, "climb": 40.0}),
-        lambda log: beyond_dead_zone(log, {"rudder": (-0.1, 0.2)}),
+        lambda log: apply_delay(log, {"rudder": 0.3, "climb": 40.0}),
+        lambda log: apply_first_order_lag(log, {"rudder": 0.3, "climb": 40.0}),
+        lambda log: apply_dead_zone(log, {"rudder": (-0.1, 0.2)}),
     ],
 )
 @settings(max_examples=15, deadline=None)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.current import Current, estimate_current, without_current
+from hydrodamp.conditioning.current import Current, estimate_current, subtract_current
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import LogError
@@ -73,9 +73,9 @@ def test_what_is_removed_is_what_was_added() -> None:
     flow = np.tile((0.2, 0.3), (log.n, 1))
     current = Current([0.0], [[0.2, 0.3]], [[0.0, 0.0]])
     np.testing.assert_allclose(
-        without_current(in_current(log, flow), current).velocity, log.velocity, atol=1e-12
+        subtract_current(in_current(log, flow), current).velocity, log.velocity, atol=1e-12
     )
-    back = without_current(in_current(log, flow))
+    back = subtract_current(in_current(log, flow))
     np.testing.assert_allclose(back.velocity[:, :2], log.velocity[:, :2], atol=0.02)
     assert "less a current estimated of" in back.notes[-1]
 
@@ -93,10 +93,10 @@ def test_recorded_accelerations_follow() -> None:
         acceleration=np.zeros_like(velocity),
     )
     tide = Current([0.0, 100.0], [[0.2, 0.0], [0.0, 0.3]], np.zeros((2, 2)))
-    made = without_current(log, tide)
+    made = subtract_current(log, tide)
     slopes = np.gradient(made.velocity, time, axis=0)
     np.testing.assert_allclose(made.acceleration[1:-1], slopes[1:-1], atol=1e-6)
-    assert without_current(made, Current([0.0], [[0, 0]], [[0, 0]])).acceleration is not None
+    assert subtract_current(made, Current([0.0], [[0, 0]], [[0, 0]])).acceleration is not None
 
 
 def test_runs_months_apart_have_knots_of_their_own() -> None:
@@ -112,7 +112,7 @@ def test_one_heading_tells_nothing() -> None:
     found = estimate_current(log)
     assert not found.determined
     with pytest.raises(LogError, match="the headings of the log do not determine its current"):
-        without_current(log)
+        subtract_current(log)
 
 
 def test_lacking_and_impossible_are_named_at_once() -> None:
@@ -121,7 +121,7 @@ def test_lacking_and_impossible_are_named_at_once() -> None:
         estimate_current(log, spacing=0.0)
     assert len(caught.value.faults) == 4
     with pytest.raises(LogError, match="there is no attitude"):
-        without_current(log, Current([0.0], [[0, 0]], [[0, 0]]))
+        subtract_current(log, Current([0.0], [[0, 0]], [[0, 0]]))
     still = dataclasses.replace(survey(), velocity=np.zeros((survey().n, 6)))
     with pytest.raises(LogError, match="not under way: its median surge is 0 m/s"):
         estimate_current(still)
@@ -143,7 +143,7 @@ def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:
     assert np.abs(north).max() < 0.06
     assert east[0] == pytest.approx(0.11, abs=0.05)
     assert east[1] == pytest.approx(0.28, abs=0.05)
-    through = without_current(log, found)
+    through = subtract_current(log, found)
     apart = [_difference_of_headings(log, one.velocity) for one in (log, through)]
     assert apart[1] < 0.15 * apart[0]
 

@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.derived import (
+from hydrodamp.conditioning.derivatives import (
     GRAVITY,
     acceleration_from_accelerometer,
-    fitted,
+    fit_local_polynomials,
     rates_from_attitude,
     relative,
     velocity_from_position,
@@ -178,7 +178,9 @@ def test_an_even_clock_gives_savitzky_and_golay() -> None:
     from scipy.signal import savgol_filter
 
     values = np.random.default_rng(2).normal(size=60)
-    fit = fitted(np.arange(60) / 10, np.array([[0, 60]]), relative(values[:, np.newaxis]), 9)
+    fit = fit_local_polynomials(
+        np.arange(60) / 10, np.array([[0, 60]]), relative(values[:, np.newaxis]), 9
+    )
     oracle = savgol_filter(values, 9, 2, deriv=1, delta=0.1)
     np.testing.assert_allclose(fit.slope[:, 0], oracle, atol=1e-9)
     oracle = savgol_filter(values, 9, 2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.dropouts import SENTINELS, mask_bottom_lock, mask_frozen
+from hydrodamp.conditioning.dropouts import SENTINELS, mask_dvl_dropouts, mask_frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -71,7 +71,7 @@ def test_attitude_tells_that_the_vehicle_moves(counts) -> None:
 def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) -> None:
     velocity = swim.velocity.copy()
     velocity[place] = value
-    made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
+    made = mask_dvl_dropouts(dataclasses.replace(swim, velocity=velocity))
     lost = len(velocity[place])
     assert counts(made, "no measurement") == dict.fromkeys("uvw", lost)
     kept = np.searchsorted(swim.time, made.time)
@@ -85,16 +85,16 @@ def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) 
     ids=["rates", "another unit", "a surge alone"],
 )
 def test_what_lost_no_lock_is_left_alone(velocity: dict[str, list[float]]) -> None:
-    assert mask_bottom_lock(Log.from_arrays([0, 1, 2], velocity)).notes == ()
+    assert mask_dvl_dropouts(Log.from_arrays([0, 1, 2], velocity)).notes == ()
 
 
 def test_a_flag_speaks_for_the_instrument(counts) -> None:
     good = np.ones(50)
     good[20:24] = 0
     log = Log.from_arrays(np.arange(50) / 10, {"u": np.arange(50) / 10}, commands={"good": good})
-    assert mask_bottom_lock(log).notes == ()
-    made = mask_bottom_lock(log, flag="good")
+    assert mask_dvl_dropouts(log).notes == ()
+    made = mask_dvl_dropouts(log, flag="good")
     assert counts(made, "no measurement") == {"u": 4}
     np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
     with pytest.raises(LogError, match=r"no command 'god'\. Did you mean 'good'"):
-        mask_bottom_lock(log, flag="god")
+        mask_dvl_dropouts(log, flag="god")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.gaps import without_samples
+from hydrodamp.conditioning.gaps import remove_samples
 from hydrodamp.data.attitude import quaternion_from_euler, turn
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -34,7 +34,7 @@ def rows(places: object, n: int = 60) -> np.ndarray:
 def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
     log = straight()
     lost = rows(places)
-    made = without_samples(log, {"u": lost, "attitude": lost}, "gone", longest=10.0)
+    made = remove_samples(log, {"u": lost, "attitude": lost}, "gone", longest=10.0)
     assert sum(counts(made, "gone").values()) == 2 * len(places)
     np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
     np.testing.assert_allclose(np.abs(turn(made.attitude, log.attitude)), 0, atol=1e-9)
@@ -46,7 +46,7 @@ def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: 
     log = straight()
     lost = rows(places)
     try:
-        made = without_samples(log, {"u": lost}, "gone", longest)
+        made = remove_samples(log, {"u": lost}, "gone", longest)
     except LogError:
         return
     assert sum(counts(made, "gone").values()) == len(places)
@@ -57,21 +57,21 @@ def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: 
 
 
 def test_a_long_stretch_splits_and_the_pieces_go_by_the_old_name() -> None:
-    made = without_samples(straight(), {"u": rows(range(40, 52))}, "gone")
+    made = remove_samples(straight(), {"u": rows(range(40, 52))}, "gone")
     assert [part.name for part in made.segments] == ["a", "b.1", "b.2"]
     assert made.select("b").n == 18
-    twice = without_samples(made, {"u": rows((33, 34), made.n)}, "gone", longest=0.0)
+    twice = remove_samples(made, {"u": rows((33, 34), made.n)}, "gone", longest=0.0)
     assert [part.name for part in twice.segments] == ["a", "b.1.1", "b.1.2", "b.2"]
     assert twice.select("b.1").n == 8
     assert twice.select("b").n == 16
 
 
 def test_no_bridge_across_a_join() -> None:
-    made = without_samples(straight(), {"r": rows((29, 30))}, "gone", longest=100.0)
+    made = remove_samples(straight(), {"r": rows((29, 30))}, "gone", longest=100.0)
     assert made.n == 58
     assert [part.name for part in made.segments] == ["a", "b"]
 
 
 def test_nothing_left_is_a_fault() -> None:
     with pytest.raises(LogError, match="gone: no two neighbouring samples are left; all 60"):
-        without_samples(straight(), {"u": rows(range(60))}, "gone")
+        remove_samples(straight(), {"u": rows(range(60))}, "gone")

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.spikes import leaps, remove_spikes, spikes, steady_attitude
+from hydrodamp.conditioning.outliers import (
+    find_attitude_outliers,
+    find_outliers,
+    remove_attitude_outliers,
+    remove_outliers,
+)
 from hydrodamp.data.attitude import quaternion_from_euler, turn
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
@@ -20,7 +25,7 @@ def noisy(n: int = 400, seed: int = 0) -> np.ndarray:
 
 
 def found_in(values: np.ndarray) -> np.ndarray:
-    return spikes(still([0, len(values)]), values)
+    return find_outliers(still([0, len(values)]), values)
 
 
 def still(edges: list[int]) -> Log:
@@ -66,15 +71,15 @@ def test_a_coarse_sensor_may_flicker() -> None:
 def test_nothing_is_compared_across_a_join() -> None:
     low, high = noisy(), 30 + noisy(seed=1)
     both = np.concatenate((low, high))
-    assert not spikes(still([0, 400, 800]), both).any()
-    assert not spikes(still([0, 4, 10]), both[396:406]).any()
+    assert not find_outliers(still([0, 400, 800]), both).any()
+    assert not find_outliers(still([0, 4, 10]), both[396:406]).any()
 
 
 def test_a_step_counts_what_it_touched_and_tells_it(swim: Log, counts) -> None:
     velocity = swim.velocity.copy()
     velocity[[20, 21, 60], 0] += 4.0
     velocity[0, 5] += 9.0
-    made = remove_spikes(dataclasses.replace(swim, velocity=velocity))
+    made = remove_outliers(dataclasses.replace(swim, velocity=velocity))
     assert counts(made, "spikes") == {"u": 3, "r": 1}
     assert made.n == 99  # there is nothing before the first sample
     np.testing.assert_allclose(made.velocity, swim.velocity[1:], atol=2e-3)
@@ -94,10 +99,10 @@ def test_accelerations_are_looked_at_where_named(swim: Log, counts) -> None:
     for block in blocks.values():
         block[40, 0] = 5.0
     log = dataclasses.replace(swim, **blocks)
-    made = remove_spikes(log)
+    made = remove_outliers(log)
     assert counts(made, "spikes") == {"north": 1, "fx": 1}
     assert float(np.abs(made.position).max()) < 0.1
-    assert counts(remove_spikes(log, names=["du", "fx"]), "spikes") == {"du": 1, "fx": 1}
+    assert counts(remove_outliers(log, names=["du", "fx"]), "spikes") == {"du": 1, "fx": 1}
 
 
 @pytest.mark.parametrize(
@@ -109,7 +114,7 @@ def test_accelerations_are_looked_at_where_named(swim: Log, counts) -> None:
 )
 def test_settings_that_cannot_be(swim: Log, setting: dict[str, Any], says: str) -> None:
     with pytest.raises(LogError, match=says):
-        remove_spikes(swim, **setting)
+        remove_outliers(swim, **setting)
 
 
 def tumbling(n: int = 200, rate: float = 0.8) -> np.ndarray:
@@ -128,7 +133,7 @@ def turning(attitude: np.ndarray) -> Log:
 @pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 2.0])
 def test_a_tumbling_vehicle_does_not_leap(rate: float) -> None:
     attitude = tumbling(rate=rate)
-    assert not leaps(turning(attitude)).any()
+    assert not find_attitude_outliers(turning(attitude)).any()
 
 
 @settings(max_examples=25, deadline=None)
@@ -143,7 +148,7 @@ def test_exactly_the_leaps_put_in_are_taken_out(
     c, s = np.cos(half), np.sin(half)
     spoilt = attitude.copy()
     spoilt[rows] = np.column_stack((c * w - s * y, c * x - s * z, c * y + s * w, c * z + s * x))
-    made = steady_attitude(turning(spoilt))
+    made = remove_attitude_outliers(turning(spoilt))
     assert counts(made, "attitude leaps").get("attitude", 0) == len(rows)
     off = np.linalg.norm(turn(made.attitude, attitude), axis=1)
     assert off.max() < 0.02 + 0.05 * rate**2
@@ -153,7 +158,7 @@ def test_averaged_wraps_are_found_whatever_the_signs(counts) -> None:
     rng = np.random.default_rng(1)
     attitude = tumbling() * rng.choice([-1.0, 1.0], size=(200, 1))
     attitude[[50, 120]] = quaternion_from_euler(np.zeros((2, 3)))
-    made = steady_attitude(turning(attitude))
+    made = remove_attitude_outliers(turning(attitude))
     assert counts(made, "attitude leaps") == {"attitude": 2}
 
 
@@ -161,13 +166,13 @@ def test_small_noise_of_attitude_is_left_alone() -> None:
     rng = np.random.default_rng(3)
     attitude = quaternion_from_euler(1e-4 * rng.normal(size=(500, 3)))
     attitude[100] = quaternion_from_euler(np.full((1, 3), np.radians(0.5)))
-    assert not leaps(turning(attitude)).any()
+    assert not find_attitude_outliers(turning(attitude)).any()
 
 
 def test_short_segments_and_no_attitude() -> None:
     attitude = tumbling(8)
     attitude[2] = -attitude[2][[1, 0, 3, 2]]
     halves = (Segment("a", 0, 4), Segment("b", 4, 8))
-    assert not leaps(dataclasses.replace(turning(attitude), segments=halves)).any()
+    assert not find_attitude_outliers(dataclasses.replace(turning(attitude), segments=halves)).any()
     log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
-    assert steady_attitude(log) is log
+    assert remove_attitude_outliers(log) is log

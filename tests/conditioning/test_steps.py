@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.conditioning.steps import clean, steps_of
+from hydrodamp.conditioning.pipeline import clean, steps_of
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
@@ -41,7 +41,7 @@ def test_a_mapping_does_its_steps(turning: Log) -> None:
             "velocity": {"u": "speed"},
             "attitude": {"yaw": "yaw"},
             "commands": ["rudder"],
-            "steps": [{"delayed": {"rudder": 0.2}}, "rates_from_attitude"],
+            "steps": [{"apply_delay": {"rudder": 0.2}}, "rates_from_attitude"],
         }
     )
     log = mapping.log(Recording((Topic("", None, fields),), "dive", "table"))
@@ -53,12 +53,12 @@ def test_a_mapping_does_its_steps(turning: Log) -> None:
     ("content", "said"),
     [
         ([3], "a step must be a name"),
-        ([{"clean": None, "lagged": None}], "a step must be a name"),
+        ([{"clean": None, "apply_first_order_lag": None}], "a step must be a name"),
         (["polish"], "unknown step `polish`"),
         (["claen"], "Did you mean 'clean'"),
         ([{"clean": 3}], "must be a table"),
-        (["lagged"], "`lagged` needs commands"),
-        ([{"remove_spikes": {"treshold": 3}}], "Did you mean 'threshold'"),
+        (["apply_first_order_lag"], "`apply_first_order_lag` needs commands"),
+        ([{"remove_outliers": {"treshold": 3}}], "Did you mean 'threshold'"),
         ([{"clean": {"window": 7}}], "`clean` has no `window`. It takes: nothing"),
     ],
 )
@@ -71,12 +71,21 @@ def test_what_is_wrong_is_said(content: object, said: str) -> None:
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"remove_spikes": {"threshold": "much"}}, "`remove_spikes.threshold` must be a number"),
-        ({"remove_spikes": {"threshold": 0}}, "`remove_spikes.threshold` must be greater than 0"),
-        ({"remove_spikes": {"names": "u"}}, "`remove_spikes.names` must be a list; got 'u'"),
-        ({"lagged": {"rudder": "slow"}}, "`lagged.rudder` must be a number; got 'slow'"),
-        ({"delayed": {"rudder": -1}}, "`delayed.rudder` must be at least 0"),
-        ({"beyond_dead_zone": {"m1": 1475}}, "`beyond_dead_zone.m1` must be a list; got 1475"),
+        (
+            {"remove_outliers": {"threshold": "much"}},
+            "`remove_outliers.threshold` must be a number",
+        ),
+        (
+            {"remove_outliers": {"threshold": 0}},
+            "`remove_outliers.threshold` must be greater than 0",
+        ),
+        ({"remove_outliers": {"names": "u"}}, "`remove_outliers.names` must be a list; got 'u'"),
+        (
+            {"apply_first_order_lag": {"rudder": "slow"}},
+            "`apply_first_order_lag.rudder` must be a number; got 'slow'",
+        ),
+        ({"apply_delay": {"rudder": -1}}, "`apply_delay.rudder` must be at least 0"),
+        ({"apply_dead_zone": {"m1": 1475}}, "`apply_dead_zone.m1` must be a list; got 1475"),
         (
             {"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "mine"}},
             "`roll_from_mixing.mixing` must be rotation or avl690; got 'mine'",
@@ -93,14 +102,14 @@ def test_settings_are_checked_before_any_log_is_read(settings: dict[str, Any], s
 def test_settings_reach_the_function(turning: Log) -> None:
     content = [
         "clean",
-        {"remove_spikes": {"names": ["u"], "threshold": 1e6}},
+        {"remove_outliers": {"names": ["u"], "threshold": 1e6}},
         {"rates_from_attitude": {"names": ["r"]}},
-        {"lagged": {"rudder": 0.5}},
+        {"apply_first_order_lag": {"rudder": 0.5}},
     ]
     steps, faults = steps_of(content)
     assert not faults
-    cleaned = hd.remove_spikes(hd.clean(turning), names=["u"], threshold=1e6)
-    by_hand = hd.lagged(hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5})
+    cleaned = hd.remove_outliers(hd.clean(turning), names=["u"], threshold=1e6)
+    by_hand = hd.apply_first_order_lag(hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5})
     found = clean(turning, steps)
     np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)

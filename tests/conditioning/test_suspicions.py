@@ -14,10 +14,10 @@ import pytest
 import yaml
 
 import hydrodamp as hd
-from hydrodamp.cli.work import check_log
-from hydrodamp.conditioning.agreement import Size
-from hydrodamp.conditioning.steps import steps_of
-from hydrodamp.conditioning.suspicions import note_suspicions, suspicions
+from hydrodamp.cli.comparison_run import check_log
+from hydrodamp.conditioning.consistency import VehicleScale
+from hydrodamp.conditioning.pipeline import steps_of
+from hydrodamp.conditioning.quality_checks import annotate_quality, check_quality
 from hydrodamp.data.agreement import integral
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
 from hydrodamp.errors import HydrodampWarning
@@ -145,7 +145,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "lost frames": (
         replaced("position", np.s_[900:940], lambda _: 0.0),
         "north east down",
-        "[mask_lost_frames]",
+        "[mask_mocap_dropouts]",
     ),
     "leap": (
         replaced("position", np.s_[1500:], lambda p: p[1500:] + 5 * np.ptp(p, axis=0)),
@@ -174,7 +174,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
 @pytest.mark.parametrize("craft", CRAFT)
 def test_a_sound_log_is_left_alone(craft: str, seed: int) -> None:
     assert told(craft, voyage(craft, seed)) == []
-    assert suspicions(voyage(craft, seed)) == ()
+    assert check_quality(voyage(craft, seed)) == ()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -261,20 +261,23 @@ OTHER_SIGN = "is of the other sign"
 )
 def test_wrong_units_and_signs_are_noted(change: Fault, found: dict[str, str]) -> None:
     log = dataclasses.replace(voyage("auv", 1), **change(voyage("auv", 1)))
-    wrong = suspicions(log)
-    grave = [one for one in wrong if not one.minor]
+    wrong = check_quality(log)
+    grave = [one for one in wrong if not one.is_minor]
     assert [one.channel for one in grave] == [*found]
-    assert all(one.looks.startswith(found[one.channel]) for one in grave)
-    made = note_suspicions(log)
+    assert all(one.problem.startswith(found[one.channel]) for one in grave)
+    made = annotate_quality(log)
     assert made.notes == tuple(map(str, wrong))
     np.testing.assert_array_equal(made.time, log.time)
 
 
 def test_what_is_little_goes_with_the_vehicle_by_froude_s_law() -> None:
     """A yaw rate of 0.0056 rad/s is much for a ship of 320 m, and nothing for an AUV."""
-    ship, auv = (Size(CRAFT[craft][0]) for craft in ("tanker", "auv"))
-    assert 5 * ship.little("rad/s") < 0.0056 < auv.little("rad/s")
-    for one, other in ((ship.little, auv.little), (ship.most, auv.most)):
+    ship, auv = (VehicleScale(CRAFT[craft][0]) for craft in ("tanker", "auv"))
+    assert 5 * ship.negligible("rad/s") < 0.0056 < auv.negligible("rad/s")
+    for one, other in (
+        (ship.negligible, auv.negligible),
+        (ship.largest_plausible, auv.largest_plausible),
+    ):
         product = one("m/s") * one("rad/s")  # speeds go with the root of the length, rates against
         assert product == pytest.approx(other("m/s") * other("rad/s"))
 
@@ -285,12 +288,12 @@ def test_what_is_little_goes_with_the_vehicle_by_froude_s_law() -> None:
 def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> None:
     log = voyage(craft, 1)
     wrong = dataclasses.replace(log, **FAULTS[fault][0](log))
-    (found,) = suspicions(wrong, CRAFT[craft][0])
-    named = re.search(r"`steps: (.*)`", found.cure)
+    (found,) = check_quality(wrong, CRAFT[craft][0])
+    named = re.search(r"`steps: (.*)`", found.remedy)
     if named:
         steps, faults = steps_of(yaml.safe_load(named[1]))
         assert not faults
-        assert suspicions(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
+        assert check_quality(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -310,7 +313,7 @@ def test_measured_logs_are_sound_but_for_single_samples(
     for path in home.glob(files) if files else (home,):
         log = hd.read_log(path, mapping)
         parts = [log, *(log.between(start, start + 40.0) for start in (0.0, 20.0))]
-        assert [one for part in parts for one in suspicions(part) if not one.minor] == []
+        assert [one for part in parts for one in check_quality(part) if not one.is_minor] == []
 
 
 def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start() -> None:
@@ -318,7 +321,7 @@ def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start() -> None:
     speed = log.velocity.copy()
     speed[-1, 0] = speed[0, 1] = 25.0  # m/s
     late = dataclasses.replace(log, velocity=speed)
-    found = [one for one in suspicions(late, 1.0) if "faster" in one.looks]
+    found = [one for one in check_quality(late, 1.0) if "faster" in one.problem]
     assert {one.channel: one.where for one in found} == {
         "u": f"at {late.elapsed[-1]:.6g} s",
         "v": "at 0 s",
@@ -329,6 +332,8 @@ def test_zeros_at_once_are_no_matter_of_a_doppler_log() -> None:
     log = voyage("rov", 1)
     speed = log.velocity.copy()
     speed[500:510, :3] = 0.0
-    (found,) = (one for one in suspicions(dataclasses.replace(log, velocity=speed)) if one.minor)
-    assert "drops to zero" in found.looks
-    assert "lock" not in found.looks
+    (found,) = (
+        one for one in check_quality(dataclasses.replace(log, velocity=speed)) if one.is_minor
+    )
+    assert "drops to zero" in found.problem
+    assert "lock" not in found.problem

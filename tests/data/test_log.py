@@ -123,13 +123,13 @@ def test_what_is_not_there_is_named(swim: Log, ask: Callable[[Log], object], say
 
 
 def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:
-    log = swim.noted("first").noted("second", "third")
+    log = swim.with_notes("first").with_notes("second", "third")
     assert log.notes == ("first", "second", "third")
     assert swim.notes == ()
     assert log.between(2, 5).notes == log.notes
     assert log.select("swim").notes == log.notes
     assert dataclasses.replace(log, source="x").notes == log.notes
-    assert concatenate([log, swim.noted("fourth"), log]).notes == (*log.notes, "fourth")
+    assert concatenate([log, swim.with_notes("fourth"), log]).notes == (*log.notes, "fourth")
 
 
 def test_each_log_becomes_a_segment(swim: Log) -> None:
@@ -156,7 +156,7 @@ def test_other_columns_are_refused_both_ways(swim: Log) -> None:
 
 
 def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
-    text = str(swim.noted(*(f"step {k}" for k in range(20))))
+    text = str(swim.with_notes(*(f"step {k}" for k in range(20))))
     assert "  what was done to it:\n  step 0\n" in text
     assert text.endswith("... and 8 more notes")
-    assert max(map(len, str(swim.noted("word " * 200)).splitlines())) < 170
+    assert max(map(len, str(swim.with_notes("word " * 200)).splitlines())) < 170

@@ -11,9 +11,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export import c99
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import scattered
 from hydrodamp.export.folder import save
+from hydrodamp.export.plant import ExportedPlant, States
+from hydrodamp.export.verification import scattered
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
 
@@ -63,7 +63,7 @@ def coefficients(model: hd.DampingModel, seed: int = 0) -> hd.Damping:
     return hd.Damping(model, values)
 
 
-def states(craft: Craft, n: int = 50, seed: int = 1) -> States:
+def states(craft: ExportedPlant, n: int = 50, seed: int = 1) -> States:
     """Return random states; commands within and beyond their limits."""
     random = np.random.default_rng(seed)
     down = random.normal(size=(n, 3))
@@ -75,7 +75,7 @@ def states(craft: Craft, n: int = 50, seed: int = 1) -> States:
     )
 
 
-def core(craft: Craft, at: States) -> np.ndarray:
+def core(craft: ExportedPlant, at: States) -> np.ndarray:
     """Return the accelerations of the C core, called by itself."""
     columns = craft.columns
     from hydrodamp.simulation.problem import held_channels
@@ -134,7 +134,7 @@ def written(form, craft, folder):
     """Return the folder that a form's files of a craft are in, their size not measured."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(c99, "size_of", lambda *_: "")
-        save(form.write(form.held(craft, scattered(craft))), folder)
+        save(form.write(form.project(craft, scattered(craft))), folder)
     return folder
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.c99 import SOURCES, STRICT, C
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.plant import ExportedPlant
 from microcontroller import TOOLS, on_cortex
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
@@ -24,14 +24,14 @@ DOUBLE = C()
 
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 def test_double_is_the_core_to_the_last_bit(model, tmp_path):
-    craft = Craft.of(RICH, coefficients(model))
+    craft = ExportedPlant.of(RICH, coefficients(model))
     at = states(craft)
     found = rates_of(C(), written(DOUBLE, craft, tmp_path), craft, at)
     np.testing.assert_array_equal(found, core(craft, at))
 
 
 def test_float_is_near(tmp_path):
-    craft, form = Craft.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
+    craft, form = ExportedPlant.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
     at = states(craft)
     found, wanted = rates_of(form, written(form, craft, tmp_path), craft, at), core(craft, at)
     assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
@@ -39,7 +39,7 @@ def test_float_is_near(tmp_path):
 
 
 def test_inputs_that_a_model_alone_has(tmp_path):
-    craft = Craft.of(hd.fleet["remus100"], coefficients(ALL_ATOMS))
+    craft = ExportedPlant.of(hd.fleet["remus100"], coefficients(ALL_ATOMS))
     at = states(craft)
     assert craft.inputs[-1] == "u_c"
     found = rates_of(C(), written(DOUBLE, craft, tmp_path), craft, at)
@@ -49,7 +49,7 @@ def test_inputs_that_a_model_alone_has(tmp_path):
 @pytest.mark.parametrize("precision", ["double", "float"])
 def test_a_vehicle_without_actuators_takes_a_wrench(tmp_path, precision):
     bare = hd.Vehicle("bare", hd.fleet["vt690"].mass_matrix, 0.0, 0.0)
-    craft, form = Craft.of(bare, coefficients(MODELS[0])), C(precision=precision)
+    craft, form = ExportedPlant.of(bare, coefficients(MODELS[0])), C(precision=precision)
     at = states(craft)
     assert craft.inputs == ()
     found = rates_of(form, written(form, craft, tmp_path), craft, at)
@@ -83,7 +83,7 @@ int main(void)
 def rich(tmp_path_factory):
     """A folder with the library of a vehicle, and a program that sails five seconds."""
     damping = hd.Damping(hd.catalog["fossen"], -np.linspace(2.0, 30.0, 12))
-    folder = written(DOUBLE, Craft.of(RICH, damping), tmp_path_factory.mktemp("rich"))
+    folder = written(DOUBLE, ExportedPlant.of(RICH, damping), tmp_path_factory.mktemp("rich"))
     (folder / "sail.c").write_text(PROGRAM)
     return folder, damping
 
@@ -104,7 +104,7 @@ def test_its_step_is_that_of_a_replay(rich):
         np.tile([1.5, 0.0, 0.1, 0.0, 0.0, 0.0], (n, 1)),
         attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
         commands=np.tile([0.1, 1500.0, 0.4, 2.0], (n, 1)),
-        command_names=Craft.of(RICH, damping).inputs,
+        command_names=ExportedPlant.of(RICH, damping).inputs,
     )
     wanted = hd.simulate(RICH, damping, log, attitude="simulated").velocity[-1]
     np.testing.assert_allclose(state[:6], wanted, rtol=1e-12)
@@ -129,7 +129,7 @@ def test_cmake_builds_the_example(rich, tmp_path):
 
 def test_all_c_files_of_the_folder_are_the_library(tmp_path):
     """As Arduino, STM32Cube and Keil compile them; the README's command adds one example."""
-    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    craft = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
     folder = written(DOUBLE, craft, tmp_path)
     assert {path.name for path in (folder / "examples").iterdir()} == {"simulate.c", "estimate.c"}
     assert not any("int main" in path.read_text() for path in folder.glob("*.c"))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, executed
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
@@ -20,14 +20,14 @@ ca = pytest.importorskip("casadi")
 
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 def test_accelerations_are_those_of_the_core(model, tmp_path):
-    craft = Craft.of(RICH, coefficients(model))
+    craft = ExportedPlant.of(RICH, coefficients(model))
     at = states(craft)
     found = rates_of(CasADi(), written(CasADi(), craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
 
 
 def test_its_jacobian_is_that_of_differences(tmp_path):
-    craft = Craft.of(RICH, coefficients(ALL_ATOMS))
+    craft = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
     function = executed(written(CasADi(), craft, tmp_path) / "auv_rich_3.py").acceleration
     at, step = states(craft, 5), 1e-6
     nu = ca.SX.sym("nu", 6)
@@ -46,7 +46,7 @@ def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path
     damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_vV": -9.0, "Z_|w|": -0.1})
     slopes = []
     for smooth in (0.0, 0.01):
-        craft = Craft.of(hd.fleet["remus100"], damping)
+        craft = ExportedPlant.of(hd.fleet["remus100"], damping)
         folder = tmp_path / str(smooth)
         folder.mkdir()
         module = executed(written(CasADi(smooth=smooth), craft, folder) / "auv_remus100.py")
@@ -67,7 +67,7 @@ def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path
 def test_its_step_is_that_of_a_replay(tmp_path, sailed):
     log = sailed.exact_test.between(0.0, 3.0)
     damping = hd.published["vt690-sname2022"]
-    craft = Craft.of(sailed.vehicle, damping)
+    craft = ExportedPlant.of(sailed.vehicle, damping)
     module = executed(written(CasADi(), craft, tmp_path) / "auv_vt690.py")
     state = np.concatenate([log.velocity[0], np.zeros(3), log.attitude[0]])
     for k, length in enumerate(np.diff(log.time)):
@@ -82,7 +82,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
     compiler = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
     if compiler is None:
         pytest.skip("no C compiler is installed")
-    craft = Craft.of(RICH, coefficients(MODELS[0]))
+    craft = ExportedPlant.of(RICH, coefficients(MODELS[0]))
     function = executed(written(CasADi(), craft, tmp_path) / "auv_rich_3.py").acceleration
     (tmp_path / "code").mkdir()
     made = function.generate("code.c")
@@ -96,7 +96,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
 
 
 def test_the_example_of_predictive_control_runs(tmp_path):
-    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    craft = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
     written(CasADi(smooth=1e-3), craft, tmp_path)
     call = [sys.executable, "mpc.py"]
     done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=True)

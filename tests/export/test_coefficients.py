@@ -11,7 +11,7 @@ import yaml
 
 import hydrodamp as hd
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.plant import ExportedPlant
 
 from .conftest import core, rates_of, states, written
 
@@ -36,7 +36,7 @@ COUPLED = hd.Damping.from_dict(
 def test_a_craft_whose_origin_is_its_centre_of_gravity_comes_back(form, damping, tmp_path):
     if damping is COUPLED and form.key != "uuv":
         return
-    craft = Craft.of(STIFF, damping)
+    craft = ExportedPlant.of(STIFF, damping)
     at = states(craft, 12)
     found = rates_of(form, written(form, craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-10, atol=1e-10)
@@ -56,7 +56,7 @@ def test_linear_damping_about_any_origin_comes_back(tmp_path):
     drag = turn.T @ np.diag([-4.0, -6.0, -8.0, -0.5, -0.4, -0.6]) @ turn
     labels = [[f"{axis}_{name}" for name in "uvwpqr"] for axis in "XYZKMN"]
     damping = dict(zip(np.ravel(labels).tolist(), drag.ravel().tolist(), strict=True))
-    craft = Craft.of(vehicle, hd.Damping.from_dict(None, damping))
+    craft = ExportedPlant.of(vehicle, hd.Damping.from_dict(None, damping))
     at = states(craft, 12)
     found = rates_of(form, written(form, craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-9, atol=1e-9)
@@ -70,7 +70,7 @@ def test_quadratic_drag_is_exact_where_the_centre_of_gravity_is_below_the_origin
 
 def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u": -4.0, "Y_v": -6.0, "Y_r": 2.0, "M_w": 0.7})
-    craft = Craft.of(hd.fleet["remus100"], damping)
+    craft = ExportedPlant.of(hd.fleet["remus100"], damping)
     root = ElementTree.parse(written(UUV(), craft, tmp_path) / "uuv.urdf").getroot()
 
     def read(tag):
@@ -91,7 +91,7 @@ def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
 
 
 def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
-    craft = Craft.of(hd.fleet["bluerov2"], EVERY)
+    craft = ExportedPlant.of(hd.fleet["bluerov2"], EVERY)
     root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
 
     def read(tag, names):
@@ -123,7 +123,7 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
 
 
 def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path):
-    craft = Craft.of(STIFF, EVERY)
+    craft = ExportedPlant.of(STIFF, EVERY)
     text = (written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text()
     assert "keep `rotor_configuration`" in text
     said = yaml.safe_load(text)

@@ -13,11 +13,11 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export import c99
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import wrench_errors
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.scripts import Python
 from hydrodamp.export.target import NotRun
+from hydrodamp.export.verification import VerificationRun, scattered
 
 PUBLISHED = hd.published["vt690-sname2022"]
 
@@ -27,10 +27,10 @@ class Linear(Python):
     """A target that holds linear damping alone."""
 
     key: ClassVar[str] = "linear"
-    meant: ClassVar[str] = "a target of linear terms"
+    description: ClassVar[str] = "a target of linear terms"
     factor: float = 1.0
 
-    def holds(self, craft):
+    def representable_model(self, craft):
         return hd.catalog["linear"]
 
     def write(self, craft):
@@ -83,7 +83,9 @@ def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(sailed, tmp_
         hd.export(PUBLISHED, sailed.vehicle, Linear(), tmp_path / "b")
     again = hd.export(
         *(PUBLISHED, sailed.vehicle, Linear(), tmp_path / "b"),
-        box=hd.operating_box(Drive.of(Craft.of(sailed.vehicle, PUBLISHED), sailed.test).problem),
+        box=hd.operating_box(
+            VerificationRun.of(ExportedPlant.of(sailed.vehicle, PUBLISHED), sailed.test).problem
+        ),
     )
     assert again.projected == card.projected
 
@@ -183,7 +185,7 @@ def test_terms_of_propulsion_need_to_know_it(sailed, tmp_path):
 
 
 def test_an_axis_that_the_source_does_not_damp_counts():
-    craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_u": -4.0}))
+    craft = ExportedPlant.of(hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_u": -4.0}))
     velocity = np.random.default_rng(0).normal(size=(50, 6))
     down, none = np.tile([0.0, 0.0, 1.0], (50, 1)), np.zeros((50, len(craft.inputs)))
     at = States(velocity, down, none, np.zeros((50, 6)))
@@ -218,11 +220,11 @@ def test_an_earlier_export_stays_where_a_new_file_cannot_take_its_place(tmp_path
 @pytest.mark.parametrize("target", ["vrx", "uuv", "urdf", "marinegym", "gz-sim", "stonefish"])
 def test_a_projection_drives_no_vehicle_at_rest(target, sailed):
     """Fitted at cruise alone, where linear and quadratic drag are hardly told apart."""
-    craft, log = Craft.of(sailed.vehicle, PUBLISHED, sailed.test), sailed.test
-    drive = Drive.of(craft, log)
+    craft, log = ExportedPlant.of(sailed.vehicle, PUBLISHED, sailed.test), sailed.test
+    drive = VerificationRun.of(craft, log)
     assert drive.states.velocity[:, 0].min() > 1.0
     box = hd.operating_box(drive.problem)
-    held = hd.find_target(target).held(replace(craft, box=box), drive.states).damping
+    held = hd.find_target(target).project(replace(craft, box=box), drive.states).damping
     values = held.as_dict()
     for axis, name in zip("XYZKMN", "uvwpqr", strict=True):
         for term in (name, f"{name}|{name}|"):
@@ -243,8 +245,8 @@ def test_a_projection_drives_no_vehicle_at_rest(target, sailed):
 def test_linear_couplings_of_a_projection_feed_no_slow_motion():
     """``|v|`` is lost in uuv; linear Y_r and N_v that take its place are bounded by the drag."""
     values = {"X_u": -1.0, "Y_v": -1e-3, "N_r": -1e-3, "Y_rV": 40.0, "N_vV": 40.0}
-    craft = Craft.of(hd.fleet["bluerov2-heavy"], hd.Damping.from_dict(None, values))
-    held = hd.find_target("uuv").held(craft, scattered(craft))
+    craft = ExportedPlant.of(hd.fleet["bluerov2-heavy"], hd.Damping.from_dict(None, values))
+    held = hd.find_target("uuv").project(craft, scattered(craft))
     found = held.damping.as_dict()
     assert found["Y_r"] + found["N_v"] > 0.0
     nu = 1e-3 * np.random.default_rng(0).normal(size=(500, 6)) * [1, 1, 0, 0, 0, 1]
@@ -339,7 +341,7 @@ def test_a_published_set_goes_onto_its_own_vehicle_alone(name, tmp_path):
         own = (stamp.weight, stamp.buoyancy) == (vehicle.weight, vehicle.buoyancy)
         if own:
             assert stamp.name == vehicle.name
-            Craft.of(vehicle, damping)
+            ExportedPlant.of(vehicle, damping)
         else:
             with pytest.raises(hd.ModelError, match="belong to vehicle"):
-                Craft.of(vehicle, damping)
+                ExportedPlant.of(vehicle, damping)

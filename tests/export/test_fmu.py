@@ -14,7 +14,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.export.c99 import FMU, INPUTS, RATES, STATES, loaded
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.plant import ExportedPlant
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
 
@@ -41,14 +41,17 @@ def packed(craft, folder, fmi="2.0"):
 def test_fmpy_finds_no_fault_with_it(fmi, tmp_path):
     from fmpy.validation import validate_fmu
 
-    assert validate_fmu(str(packed(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path, fmi))) == []
+    assert (
+        validate_fmu(str(packed(ExportedPlant.of(RICH, coefficients(ALL_ATOMS)), tmp_path, fmi)))
+        == []
+    )
 
 
 @VERSIONS
 def test_a_unit_has_all_functions_of_its_interface(fmi, tmp_path):
     import fmpy
 
-    path = packed(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path, fmi)
+    path = packed(ExportedPlant.of(RICH, coefficients(ALL_ATOMS)), tmp_path, fmi)
     library = ctypes.CDLL(str(next(Path(fmpy.extract(path)).glob("binaries/*/*"))))
     header = Path(fmpy.__file__).with_name("c-code") / f"fmi{fmi[0]}Functions.h"
     asked = set(re.findall(r"\b(fmi\d\w+)TYPE\b", header.read_text()))
@@ -59,7 +62,7 @@ def test_a_unit_has_all_functions_of_its_interface(fmi, tmp_path):
 @VERSIONS
 @pytest.mark.parametrize("model", [MODELS[3], ALL_ATOMS], ids=lambda model: model.key)
 def test_its_rates_are_the_cores_to_the_last_bit(model, fmi, hold, tmp_path):
-    craft, n = Craft.of(RICH, coefficients(model)), 20
+    craft, n = ExportedPlant.of(RICH, coefficients(model)), 20
     unit, at = hold(loaded(packed(craft, tmp_path, fmi))), states(craft, n)
     turned = quaternion_from_euler(np.random.default_rng(0).normal(size=(n, 3)))
     w, x, y, z = turned.T  # as attitude.c has it
@@ -77,7 +80,7 @@ def test_its_rates_are_the_cores_to_the_last_bit(model, fmi, hold, tmp_path):
 @VERSIONS
 def test_co_simulation_is_a_replay_to_the_last_bit(fmi, sailed, hold, tmp_path):
     log, damping = sailed.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
-    craft = Craft.of(sailed.vehicle, damping)
+    craft = ExportedPlant.of(sailed.vehicle, damping)
     unit = hold(loaded(packed(craft, tmp_path, fmi)))
     velocity = [log.velocity[0]]
     unit.setReal(range(STATES, RATES), [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
@@ -100,7 +103,9 @@ def unit_quaternion(log):
 def test_another_program_sails_it(fmi, tmp_path):
     from fmpy import simulate_fmu
 
-    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path, fmi)
+    path = packed(
+        ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path, fmi
+    )
     inputs = np.array([(0.0, 2000.0)], dtype=[("time", float), ("input.rpm", float)])
     for kind in ("ModelExchange", "CoSimulation"):
         end = {"stop_time": 60.0, "fmi_type": kind, "output_interval": 1.0, "input": inputs}
@@ -119,7 +124,7 @@ def test_a_quaternion_that_grew_is_told_to_the_importer(tmp_path):
     from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Model, fmi2EventInfo
 
-    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    path = packed(ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
     place = extract(path, tmp_path / "unit")
     guid = read_model_description(path).guid
     unit = FMU2Model(
@@ -144,7 +149,9 @@ def test_model_exchange_keeps_the_quaternion_of_length_one(fmi, tmp_path):
     """A solver of coarse tolerance over a long spiral; the importer has to tell each step."""
     from fmpy import simulate_fmu
 
-    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path, fmi)
+    path = packed(
+        ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path, fmi
+    )
     inputs = np.array(
         [(0.0, 2000.0, 0.2, 0.05)],
         dtype=[("time", float), *((f"input.{x}", float) for x in ("rpm", "rudder", "elevator"))],

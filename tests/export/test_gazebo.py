@@ -11,9 +11,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export import target
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.drive import Drive
 from hydrodamp.export.gazebo import VRX, GzSim
+from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.verification import VerificationRun
 from hydrodamp.kernels.core import coriolis
 
 from .conftest import MODELS, coefficients, core, rates_of, states, written
@@ -29,7 +29,7 @@ def crafts():
     for key in EXACT:
         for name in ("vt690", "bluerov2-heavy"):
             damping = coefficients(hd.catalog[key])
-            yield pytest.param(Craft.of(hd.fleet[name], damping), id=f"{key}-{name}")
+            yield pytest.param(ExportedPlant.of(hd.fleet[name], damping), id=f"{key}-{name}")
 
 
 def numbers(folder):
@@ -53,7 +53,7 @@ def test_the_system_of_gz_sim_makes_the_wrench_of_the_model(craft, tmp_path):
 
 
 def test_the_plugin_of_vrx_makes_the_wrench_of_the_model(tmp_path):
-    craft = Craft.of(hd.fleet["remus100"], coefficients(hd.catalog["fossen"]))
+    craft = ExportedPlant.of(hd.fleet["remus100"], coefficients(hd.catalog["fossen"]))
     found = numbers(written(VRX(), craft, tmp_path))
     # As SimpleHydrodynamics.cc: what is not said is not zero, positive numbers drag.
     defaults = {f"{a}{n}": 20.0 for a, n in zip("xyzkmn", "UVWPQR", strict=True)}
@@ -75,7 +75,7 @@ def test_link_and_world_move_and_restore_as_the_vehicle(tmp_path):
         center_of_gravity=np.array([0.03, 0.01, 0.02]),
         center_of_buoyancy=np.array([0.01, -0.02, -0.01]),
     )
-    craft = Craft.of(vehicle, coefficients(hd.catalog["fossen"]))
+    craft = ExportedPlant.of(vehicle, coefficients(hd.catalog["fossen"]))
     written(GzSim(density=1025.0), craft, tmp_path)
     root = ElementTree.parse(tmp_path / "world.sdf").getroot()
     inertial, gravity = root.find(".//inertial"), -float(root.findtext(".//gravity").split()[2])
@@ -146,14 +146,16 @@ def test_what_gz_sim_has_not_is_fitted(model, sailed, tmp_path):
 @dart
 def test_half_the_step_of_dart_halves_its_error(tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u|u|": -20.0, "Y_v": -60.0, "N_r|r|": -8.0})
-    craft = Craft.of(hd.fleet["bluerov2-heavy"], damping)
+    craft = ExportedPlant.of(hd.fleet["bluerov2-heavy"], damping)
     n = 41
     waves = np.sin(
         0.1 * np.arange(n)[:, None] * [0.5, 0.7, 0.9, 1.1, 1.3, 1.7] + [0, 1, 2, 3, 4, 5]
     )
     level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     push = waves * [20.0, 20.0, 20.0, 1.0, 1.0, 4.0]
-    drive = Drive.of(craft, hd.Log(0.1 * np.arange(n), 0.0 * waves, wrench=push, attitude=level))
+    drive = VerificationRun.of(
+        craft, hd.Log(0.1 * np.arange(n), 0.0 * waves, wrench=push, attitude=level)
+    )
     exact, found = drive.source().velocity, []
     for step in (0.004, 0.002, 0.001):
         folder = written(GzSim(step=step), craft, tmp_path)
@@ -184,7 +186,10 @@ def test_the_legacy_path(planar, tmp_path):
     assert "fluid_added_mass" not in (tmp_path / "a" / "model.sdf").read_text()
     assert numbers(tmp_path / "a")["xDotU"] < 0.0
     assert "Not run here" in str(card)
-    assert numbers(written(VRX(legacy=True), Craft.of(light, damping), tmp_path))["xDotU"] > 0.0
+    assert (
+        numbers(written(VRX(legacy=True), ExportedPlant.of(light, damping), tmp_path))["xDotU"]
+        > 0.0
+    )
 
 
 @dart
@@ -245,9 +250,11 @@ def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
 
 
 def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
-    craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_|u|": -10.0, "Y_v": -1.0}))
+    craft = ExportedPlant.of(
+        hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_|u|": -10.0, "Y_v": -1.0})
+    )
     at = states(craft)._replace(velocity=2.0 + 0.01 * states(craft).velocity)
-    held = GzSim().held(craft, at)
+    held = GzSim().project(craft, at)
     assert held.damping.model.labels == ("X_u", "X_u|u|", "Y_v")
     forward = np.array([[2.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 0]])
     there, slower = held.damping.wrench(forward)[:, 0]
@@ -257,7 +264,7 @@ def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
 
 def test_an_axis_is_fitted_by_itself():
     values = {"X_u": -3.0, "X_u|u|": -4.0, "M_q": -9.0, "M_|q|": 2.0, "M_wV": -5.0}
-    craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, values))
-    held = GzSim().held(craft, states(craft))
+    craft = ExportedPlant.of(hd.fleet["vt690"], hd.Damping.from_dict(None, values))
+    held = GzSim().project(craft, states(craft))
     assert held.damping["X_u"] == pytest.approx(-3.0, rel=1e-12)
     assert held.damping["X_u|u|"] == pytest.approx(-4.0, rel=1e-12)

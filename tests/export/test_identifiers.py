@@ -15,8 +15,8 @@ import hydrodamp as hd
 import hydrodamp.kernels
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
-from hydrodamp.export.craft import Craft
-from hydrodamp.live.run import Run
+from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.live.runner import Run
 from hydrodamp.live.sources import Lines
 from microcontroller import TOOLS, on_cortex, write_program
 
@@ -44,7 +44,7 @@ def torn(text):
 
 
 def library(vehicle, model, folder):
-    return written(C(), Craft.of(vehicle, coefficients(model)), folder)
+    return written(C(), ExportedPlant.of(vehicle, coefficients(model)), folder)
 
 
 @pytest.fixture(scope="module")

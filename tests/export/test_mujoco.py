@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.craft import Craft
 from hydrodamp.export.mujoco import MuJoCo
+from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import executed
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
@@ -21,7 +21,7 @@ PUBLISHED = hd.published["vt690-sname2022"]
 @here
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 def test_accelerations_are_those_of_the_core(model, tmp_path):
-    craft = Craft.of(RICH, coefficients(model))
+    craft = ExportedPlant.of(RICH, coefficients(model))
     at = states(craft, 12)
     found, wanted = (
         rates_of(MuJoCo(), written(MuJoCo(), craft, tmp_path), craft, at),
@@ -43,7 +43,7 @@ def test_it_sails_as_the_core_but_for_its_step(sailed, tmp_path):
 def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_left_alone(tmp_path):
     import mujoco
 
-    craft = Craft.of(hd.fleet["vt690"], PUBLISHED)
+    craft = ExportedPlant.of(hd.fleet["vt690"], PUBLISHED)
     written(MuJoCo(), craft, tmp_path)
     ball = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
     other = mujoco.MjModel.from_xml_string(ball)
@@ -70,7 +70,7 @@ def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
     import mujoco
 
     crafts = {
-        name: Craft.of(hd.fleet[name], hd.published[published])
+        name: ExportedPlant.of(hd.fleet[name], hd.published[published])
         for name, published in (("vt690", "vt690-sname2022"), ("bluerov2", "bluerov2"))
     }
     whole, alone, called = mujoco.MjSpec(), {}, []

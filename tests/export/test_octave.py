@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.drive import upright
+from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Octave
+from hydrodamp.export.verification import upright
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
@@ -24,7 +24,7 @@ here = pytest.mark.skipif(
 @here
 @pytest.mark.parametrize("model", [MODELS[-1], ALL_ATOMS], ids=lambda model: model.key)
 def test_accelerations_are_those_of_the_core(model, tmp_path):
-    craft = Craft.of(RICH, coefficients(model))
+    craft = ExportedPlant.of(RICH, coefficients(model))
     at = states(craft, 12)
     found = rates_of(Octave(), written(Octave(), craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
@@ -41,7 +41,7 @@ def test_it_sails_as_the_core_does(sailed, tmp_path):
 
 @here
 def test_angles_and_a_current(tmp_path):
-    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    craft = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
     written(Octave(), craft, tmp_path)
     # With the current, heading north: still in the water, whatever the state is written in.
     lines = (
@@ -61,7 +61,9 @@ def test_angles_and_a_current(tmp_path):
 
 @here
 def test_what_the_page_shows_runs(tmp_path):
-    written(Octave(), Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    written(
+        Octave(), ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path
+    )
     page = (Path(__file__).parents[2] / "docs" / "export" / "octave.md").read_text("utf-8")
     (tmp_path / "page.m").write_text(page.split("```matlab\n")[1].split("```")[0])
     program = shutil.which("octave-cli") or shutil.which("octave")

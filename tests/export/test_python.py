@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Python
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states
@@ -24,7 +24,7 @@ def module_of(craft, folder):
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 @pytest.mark.parametrize("vehicle", [RICH, hd.fleet["remus100"]], ids=lambda v: v.name)
 def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
-    craft = Craft.of(vehicle, coefficients(model))
+    craft = ExportedPlant.of(vehicle, coefficients(model))
     module_of(craft, tmp_path)
     at = states(craft)
     found, wanted = rates_of(Python(), tmp_path, craft, at), core(craft, at)
@@ -34,7 +34,7 @@ def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
 def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
     log, vehicle = sailed.exact_test.between(0.0, 5.0), sailed.vehicle
     damping = hd.published["vt690-sname2022"]
-    names = module_of(Craft.of(vehicle, damping, log), tmp_path)
+    names = module_of(ExportedPlant.of(vehicle, damping, log), tmp_path)
     wanted = hd.simulate(vehicle, damping, log, attitude="simulated").velocity[-1]
     errors = []
     for step in (0.02, 0.01):
@@ -56,7 +56,7 @@ def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
 
 
 def test_a_current_carries_the_vehicle_along(tmp_path):
-    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    craft = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
     boat = module_of(craft, tmp_path)["auv_vt690"](0.5, np.pi / 2)
     nu = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])  # with the water, heading north
     still, _ = boat.dynamics(np.zeros(6), nu, boat.u_actual, np.zeros(3), 0.1)
@@ -64,7 +64,7 @@ def test_a_current_carries_the_vehicle_along(tmp_path):
 
 
 def test_holoocean_is_asked_in_its_own_world(tmp_path):
-    craft = Craft.of(RICH, coefficients(ALL_ATOMS))
+    craft = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
     names = module_of(craft, tmp_path)
     quaternion = quaternion_from_euler(np.array([[0.3, -0.4, 2.0]]))[0]
     nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(craft.inputs), 0.2)

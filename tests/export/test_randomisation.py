@@ -45,7 +45,7 @@ def test_draws_that_feed_the_motion_are_drawn_again(damping, tmp_path):
         form = Randomisation(draws=40, dissipative=asked)
         hd.export(damping, hd.fleet["vt690"], form, tmp_path / str(asked))
         powers = [
-            hd.worst_power(hd.Damping(damping.model, row), box).power
+            hd.max_damping_power(hd.Damping(damping.model, row), box).power
             for row in drawn(tmp_path / str(asked))
         ]
         assert (max(powers) > 0.0) == worst

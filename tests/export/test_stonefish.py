@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.stonefish import Stonefish, box_wrenches
 
 from .conftest import written
@@ -100,9 +100,9 @@ def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
     random = np.random.default_rng(0)
     each = np.vstack([np.diag(random.normal(size=6)) for _ in range(9)])  # an axis at a time
     down, none = np.tile([0.0, 0.0, 1.0], (54, 1)), np.zeros((54, 6))
-    craft = Craft.of(replace(vehicle, actuators=()), damping)
+    craft = ExportedPlant.of(replace(vehicle, actuators=()), damping)
     at = States(each, down, np.zeros((54, 0)), none)
-    held = SHAPE.held(craft, at)
+    held = SHAPE.project(craft, at)
     (tmp_path / Stonefish.file).write_text(SHAPE.write(held)[Stonefish.file])
     np.testing.assert_allclose(multipliers(tmp_path), [[0.0] * 3, skin], rtol=1e-8, atol=1e-9)
     with SHAPE.read(tmp_path, held) as engine:
@@ -112,7 +112,7 @@ def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
 
 def test_multipliers_come_nearest_and_what_drives_is_no_drag(sailed, tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0})
-    folder = written(Stonefish(), Craft.of(hd.fleet["bluerov2"], damping), tmp_path)
+    folder = written(Stonefish(), ExportedPlant.of(hd.fleet["bluerov2"], damping), tmp_path)
     assert multipliers(folder) == [[0.0] * 3] * 2
     published, log = hd.published["vt690-sname2022"], sailed.test.between(0.0, 2.0)
     card = hd.export(published, sailed.vehicle, SHAPE, tmp_path / "a", log=log, force=True)
@@ -125,7 +125,9 @@ def test_multipliers_come_nearest_and_what_drives_is_no_drag(sailed, tmp_path):
 
 def test_the_scenario_says_what_it_needs_besides(vehicle, tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u": -3.0})
-    text = (written(SHAPE, Craft.of(vehicle, damping), tmp_path) / Stonefish.file).read_text()
+    text = (
+        written(SHAPE, ExportedPlant.of(vehicle, damping), tmp_path) / Stonefish.file
+    ).read_text()
     for word in ("<environment>", "<materials>", "<looks>", 'density="1000.0"'):
         assert word in text
     ElementTree.fromstring(text)

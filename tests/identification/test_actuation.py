@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.actuation import Gain, doubts, gains
 from hydrodamp.simulation.actuation import actuation, with_gains
+from hydrodamp.validation.actuator_check import Gain, doubts, gains
 
 PRESTERO = hd.catalog["prestero"]
 CAMPAIGN = hd.reenact(seed=0, duration=60.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.differences import mean_square, signal_to_noise
+from hydrodamp.identification.differentiation import mean_square, signal_to_noise
 
-SCALED = hd.AdaptiveIdentifier(a=hd.ByNoise(2e-4), gamma=hd.ByTerm(7.0), passes=40)
+SCALED = hd.AdaptiveIdentifier(a=hd.NoiseScaledGain(2e-4), gamma=hd.TermScaledGain(7.0), passes=40)
 
 
 LINEAR = hd.catalog["linear"]
@@ -31,7 +31,7 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, method, prepared)
 
     state = method.init(problem, model, samples[0])
     for k, sample in enumerate(samples[1:], start=1):
-        state = state.restarted(sample) if k in starts else method.step(state, sample)
+        state = state.restart(sample) if k in starts else method.step(state, sample)
 
     batch = method.identify(problem, model)
     assert np.array_equal(state.damping.coefficients, batch.damping.coefficients)
@@ -58,7 +58,7 @@ def test_it_finds_the_truth_where_the_data_excite_it(key, driven, discrete_log, 
     truth = true_damping(hd.catalog[key])
     problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
     fit = replace(SCALED, passes=300).identify(problem, truth.model)
-    assert fit.status is hd.Status.SETTLED
+    assert fit.status is hd.Status.CONVERGED
     np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
 
 
@@ -68,8 +68,8 @@ def test_settled_is_who_leaves_the_steps_little_that_the_terms_find(method, prep
     model = hd.catalog["fossen"]
     problem = prepared(model, n=600)
     one, many = (replace(method, passes=n).identify(problem, model) for n in (1, 1000))
-    assert one.status is hd.Status.NOT_SETTLED
-    assert many.status is hd.Status.SETTLED
+    assert one.status is hd.Status.NOT_CONVERGED
+    assert many.status is hd.Status.CONVERGED
 
 
 def test_history_ends_at_the_estimate(prepared):
@@ -89,14 +89,16 @@ def test_history_ends_at_the_estimate(prepared):
 def test_scaled_gains_follow_their_formula(driven, prepared):
     """a_i = share SNR_i M_ii and gamma_ij = a_i / (settling n_i mean xi_j^2), n_i = 6 here."""
     problem = prepared(LINEAR, n=90)
-    bound = hd.AdaptiveIdentifier(a=hd.ByNoise(0.1), gamma=hd.ByTerm(50.0)).bind(problem, LINEAR)
+    bound = hd.AdaptiveIdentifier(a=hd.NoiseScaledGain(0.1), gamma=hd.TermScaledGain(50.0)).bind(
+        problem, LINEAR
+    )
     expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
     np.testing.assert_allclose(bound.gains.a, expected)
     power = np.mean(problem.log.velocity**2, axis=0)
     np.testing.assert_allclose(mean_square(problem), power)
     gamma = expected / (50.0 * 6 * power[:, None])
-    np.testing.assert_allclose(bound.gains.gamma[problem.columns.n_known :], gamma)
-    assert not bound.gains.gamma[: problem.columns.n_known].any()
+    np.testing.assert_allclose(bound.gains.gamma[problem.equations.n_known :], gamma)
+    assert not bound.gains.gamma[: problem.equations.n_known].any()
 
 
 def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
@@ -134,7 +136,7 @@ def test_settings_without_a_proof_are_refused(settings):
         hd.AdaptiveIdentifier(**settings)
 
 
-@pytest.mark.parametrize("gain", [hd.ByNoise, hd.ByTerm])
+@pytest.mark.parametrize("gain", [hd.NoiseScaledGain, hd.TermScaledGain])
 def test_scales_must_be_positive(gain):
     with pytest.raises(hd.MethodError, match="positive"):
         gain(0.0)
@@ -143,7 +145,7 @@ def test_scales_must_be_positive(gain):
 @pytest.mark.parametrize("method", [SCALED, hd.RecursiveLeastSquares()])
 def test_settings_by_term_need_a_log(method, prepared):
     with pytest.raises(hd.MethodError, match="from a log"):
-        method.bind(prepared(LINEAR, n=30).columns, LINEAR)
+        method.bind(prepared(LINEAR, n=30).equations, LINEAR)
 
 
 @pytest.mark.parametrize(

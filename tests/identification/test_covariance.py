@@ -9,9 +9,9 @@ from scipy.signal import lfilter
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
-from hydrodamp.identification.covariance import Bins, BlockGrams, long_run
-from hydrodamp.identification.rows import Rows
-from hydrodamp.identification.triangle import solve_axis
+from hydrodamp.identification.har_covariance import Bins, HarCovariance, long_run
+from hydrodamp.identification.qr_factor import solve_axis
+from hydrodamp.identification.regression_rows import Rows
 
 MODEL = hd.DampingModel.from_table({"X": "u u|u|", "Y N": "v r v|v|"}, key="mine")
 NONE = hd.DampingModel.from_table({}, key="none")
@@ -53,7 +53,7 @@ def solutions(rows, model=MODEL, strength=0.0):
 
 def uncertainty(rows, model=MODEL, rich=NONE, strength=0.0, **more):
     triangle, solved = solutions(rows, model, strength)
-    return BlockGrams.of(rows, triangle).uncertainty(solved, rich, **more)
+    return HarCovariance.of(rows, triangle).uncertainty(solved, rich, **more)
 
 
 def coefficients(rows, model=MODEL):
@@ -150,7 +150,7 @@ def test_columns_that_cannot_be_told_apart_share_one_variance():
 
 def test_too_few_rows_have_no_covariance():
     wide = hd.DampingModel.from_table({"X": "u v r u|u| v|v|"}, key="wide")
-    assert uncertainty(rows_of().taken(np.arange(5)), DRAG, wide) is None
+    assert uncertainty(rows_of().select(np.arange(5)), DRAG, wide) is None
 
 
 def drag_rows(noise, n=20000):

@@ -7,8 +7,8 @@ import pytest
 from numpy.polynomial import polynomial
 
 import hydrodamp as hd
-from hydrodamp.identification.differences import default_derivative
-from hydrodamp.identification.rows import Differenced, accumulate
+from hydrodamp.identification.differentiation import default_derivative
+from hydrodamp.identification.regression_rows import PointwiseRegression, accumulate
 
 LINEAR = hd.catalog["linear"]
 PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
@@ -87,8 +87,8 @@ def test_accelerations_recorded_in_part_leave_the_rest_to_differences(bare):
     log = replace(log, velocity=rng.normal(size=(60, 6)), acceleration=rng.normal(size=(60, 6)))
     absent = np.array([0, 0, 0, 1, 1, 1], dtype=bool)
     part = replace(log, acceleration=np.where(absent, np.nan, log.acceleration))
-    rows = [Differenced().rows(hd.prepare(table, one, LINEAR)) for one in (part, log)]
-    differences = Differenced(hd.FiniteDifference()).rows(hd.prepare(table, log, LINEAR))
+    rows = [PointwiseRegression().rows(hd.prepare(table, one, LINEAR)) for one in (part, log)]
+    differences = PointwiseRegression(hd.FiniteDifference()).rows(hd.prepare(table, log, LINEAR))
     expected = np.where(absent, differences.target, rows[1].target)
     np.testing.assert_allclose(rows[0].target, expected, atol=1e-9)
     folded = accumulate(hd.prepare(table, part, LINEAR)).r
@@ -131,7 +131,7 @@ def test_a_central_difference_sees_both_commands_by_their_share(bare):
     """Weights h+ / (h- + h+) of the step before and h- / (h- + h+) of the step after."""
     log = pushed_log(bare, n=40)
     problem = hd.prepare(bare, log, PUSHED)
-    seen = hd.FiniteDifference().seen(problem).inputs.channels[:, 0]
+    seen = hd.FiniteDifference().filter_held_inputs(problem).inputs.channels[:, 0]
     before, after = np.diff(log.time)[:-1], np.diff(log.time)[1:]
     push = log.command("push")
     expected = (after * push[:-2] + before * push[1:-1]) / (before + after)

@@ -7,9 +7,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import dissipative
-from hydrodamp.identification.power import PowerRows
+from hydrodamp.identification.dissipativity import PowerRows
 
-EXACT = hd.Differenced(hd.RecordedAcceleration())
+EXACT = hd.PointwiseRegression(hd.RecordedAcceleration())
 UNIT = hd.OperatingBox([-1] * 6, [1] * 6)
 UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
 HOVERING = hd.OperatingBox(-UNDER_WAY.high, UNDER_WAY.high)
@@ -101,7 +101,7 @@ def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
     )
     plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, PRESTERO)
     fit = hd.Dissipative(EXACT).identify(problem, PRESTERO)
-    assert hd.worst_power(plain.damping, hd.operating_box(problem)).power < 0
+    assert hd.max_damping_power(plain.damping, hd.operating_box(problem)).power < 0
     size = np.abs(plain.damping.coefficients).max()
     np.testing.assert_allclose(
         fit.damping.coefficients, plain.damping.coefficients, atol=1e-4 * size

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrodamp.identification import elimination
-from hydrodamp.identification.elimination import (
+from hydrodamp.identification.backward_elimination import (
     forward,
     frequencies,
     left_out,
@@ -66,7 +65,7 @@ def test_nothing_is_chosen_where_there_is_nothing_to_explain():
 def test_true_columns_are_chosen_on_every_half_and_others_by_chance(monkeypatch):
     design, target, _ = problem(rows=800)
     stacked = np.column_stack([design, target]).reshape(20, 40, -1)
-    monkeypatch.setattr(elimination, "_DRAWN", 4)
+    monkeypatch.setattr("hydrodamp.identification.backward_elimination._DRAWN", 4)
     share = frequencies(np.einsum("bij,bik->bjk", stacked, stacked))
     assert np.all(share[[2, 7, 9]] == 1.0)
     assert share.sum() == pytest.approx(4.0)

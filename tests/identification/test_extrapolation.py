@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.extrapolation import fed, feeding, joined, outreached, sailed
+from hydrodamp.identification.operating_range import (
+    energy_injection_warnings,
+    feeding,
+    join_ranges,
+    range_exceedance_warnings,
+    velocity_ranges,
+)
 
 AHEAD = {"u": (1.0, 2.0)}
 
@@ -36,8 +42,8 @@ def test_an_even_term_feeds_one_way():
     drag = damping(**{"X_u^2": -3.0})
     assert feeding(drag, "u", 1.0) == []
     assert feeding(drag, "u", -1.0) == [(0.0, math.inf)]
-    assert not list(fed(drag, AHEAD))  # never sailed astern
-    assert list(fed(drag, {"u": (-1.0, 2.0)}))
+    assert not list(energy_injection_warnings(drag, AHEAD))  # never sailed astern
+    assert list(energy_injection_warnings(drag, {"u": (-1.0, 2.0)}))
 
 
 def test_surge_damps_a_vehicle_under_way():
@@ -64,19 +70,21 @@ def test_feeding_is_where_power_is_positive(key, name):
 
 def test_it_is_told_near_the_range_and_beyond_but_not_far_from_it():
     wrong = damping(**{"M_q": -2.0, "M_q|q|": 0.5, "Y_v": 1.0, "Y_v|v|": -2.0})
-    (said,) = fed(wrong, {"q": (-2.8, 2.8), "v": (-1.0, 1.0)})
+    (said,) = energy_injection_warnings(wrong, {"q": (-2.8, 2.8), "v": (-1.0, 1.0)})
     assert said == "The damping feeds energy into q beyond 4 rad/s: a replay may run away there."
-    assert not list(fed(wrong, {"q": (-2.6, 2.6)}))
-    (said,) = fed(wrong, {**AHEAD, "v": (-0.4, 0.4), "q": (-5.0, 5.0)})
+    assert not list(energy_injection_warnings(wrong, {"q": (-2.6, 2.6)}))
+    (said,) = energy_injection_warnings(wrong, {**AHEAD, "v": (-0.4, 0.4), "q": (-5.0, 5.0)})
     assert "into v up to 0.5 m/s, q beyond 4 rad/s (at 1 m/s of surge): a replay" in said
 
 
 def test_a_test_beyond_the_training_is_told():
     training = {"u": (1.0, 2.0), "q": (-2.6, 2.6)}
-    (said,) = outreached(training, {"u": (1.0, 2.1), "q": (-4.9, 4.9), "r": (-1.0, 1.0)})
+    (said,) = range_exceedance_warnings(
+        training, {"u": (1.0, 2.1), "q": (-4.9, 4.9), "r": (-1.0, 1.0)}
+    )
     assert said == "Beyond the training data: q reaches 4.9 rad/s in the test, 2.6 in training."
-    assert not list(outreached(training, training))
-    assert not list(outreached({}, training))
+    assert not list(range_exceedance_warnings(training, training))
+    assert not list(range_exceedance_warnings({}, training))
 
 
 def test_ranges_of_free_axes_without_outliers():
@@ -84,13 +92,13 @@ def test_ranges_of_free_axes_without_outliers():
     velocity = np.outer(np.sin(time), [0.0, 0.5, 0.0, 0.0, 0.0, 2.0])
     velocity[:, 0] = 1.5 + 0.5 * np.sin(time)
     velocity[7] = 99.0
-    found = sailed(velocity, ("X", "Y", "N"))
+    found = velocity_ranges(velocity, ("X", "Y", "N"))
     assert found == {
         "u": pytest.approx((1.0, 2.0), abs=0.01),
         "v": pytest.approx((-0.5, 0.5), abs=0.01),
         "r": pytest.approx((-2.0, 2.0), abs=0.01),
     }
-    both = joined({"u": (1.0, 2.0), "v": (-1.0, 1.0)}, {"u": (0.5, 1.5), "r": (-3.0, 3.0)})
+    both = join_ranges({"u": (1.0, 2.0), "v": (-1.0, 1.0)}, {"u": (0.5, 1.5), "r": (-3.0, 3.0)})
     assert both == {"u": (0.5, 2.0), "v": (-1.0, 1.0), "r": (-3.0, 3.0)}
 
 
@@ -98,5 +106,5 @@ def test_a_fit_knows_what_it_was_trained_on(vehicle, exact_log):
     truth = damping(**{"X_u": -9.0, "M_q": -5.0, "M_q|q|": 40.0})
     log = exact_log(truth, n=300)
     fit = hd.identify(truth.model, vehicle, log, hd.LeastSquares())
-    assert fit.sailed == sailed(log.velocity, vehicle.axes)
-    assert any("The damping feeds energy into q" in said for said in fit.sentences)
+    assert fit.training_range == velocity_ranges(log.velocity, vehicle.axes)
+    assert any("The damping feeds energy into q" in said for said in fit.summary_lines)

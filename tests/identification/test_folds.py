@@ -28,7 +28,7 @@ def test_a_fold_is_a_segment_where_there_are_several():
 
 def test_segment_numbers_may_have_holes():
     rows = rows_of(20, 20, 20)
-    made = hd.folds(rows.taken(rows.segment != 1))
+    made = hd.folds(rows.select(rows.segment != 1))
     assert (made.n, set(made.part.tolist())) == (2, {0, 1})
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.grades import Cause, excitation, graded_by, rated
+from hydrodamp.identification.identifiability import Cause, excitation, grade_by_excitation, rated
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(hd.Grade)
@@ -120,15 +120,15 @@ def with_errors(fit, covariance):
 
 
 def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
-    assert hd.graded(problem, with_errors(fit, None)).grades == by_log.grades
+    assert hd.grade_fit(problem, with_errors(fit, None)).grades == by_log.grades
 
 
 def test_the_worse_holds(problem, fit, by_log):
     known = fit.uncertainty
-    half, seen = known.reach() * known.standard_errors, excitation(problem, PRESTERO)
-    by_fit = graded_by(seen, half, fit.damping.coefficients).grades
+    half, seen = known.critical_value() * known.standard_errors, excitation(problem, PRESTERO)
+    by_fit = grade_by_excitation(seen, half, fit.damping.coefficients).grades
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
-    found = hd.graded(problem, fit)
+    found = hd.grade_fit(problem, fit)
     assert found.grades == worse
     assert tuple(found.causes) == found.labelled(hd.Grade.NOT_DETERMINED)
     assert worse not in (by_log.grades, by_fit)

@@ -10,26 +10,28 @@ FOUND = Uncertainty(np.diag([9.0, 4.0]), 7.0, "by hand", noise=np.diag([4.0, 1.0
 
 
 def test_a_shift_within_the_scatter_adds_nothing():
-    assert FOUND.widened(np.array([2.0, -1.0]), "a bias").standard_errors.tolist() == [3.0, 2.0]
+    assert FOUND.inflate(np.array([2.0, -1.0]), "a bias").standard_errors.tolist() == [3.0, 2.0]
 
 
 def test_every_standard_error_is_at_least_the_shift():
-    wide = FOUND.widened(np.array([5.0, -3.0]), "a bias")
+    wide = FOUND.inflate(np.array([5.0, -3.0]), "a bias")
     np.testing.assert_allclose(wide.standard_errors, [5.0, 3.0])
-    np.testing.assert_allclose(wide.of_noise.standard_errors, [5.0, 3.0])
+    np.testing.assert_allclose(wide.noise_only.standard_errors, [5.0, 3.0])
     assert wide.covariance[0, 1] < 0.0
 
 
 def test_noise_alone_keeps_the_degrees_of_freedom():
-    alone = FOUND.of_noise
+    alone = FOUND.noise_only
     assert alone.standard_errors.tolist() == [2.0, 1.0]
-    assert alone.reach() == pytest.approx(FOUND.reach())
-    assert alone.of_noise is alone
+    assert alone.critical_value() == pytest.approx(FOUND.critical_value())
+    assert alone.noise_only is alone
 
 
 def test_an_uncertainty_speaks():
     known = Uncertainty(np.diag([1.0, 4.0]), 5.0, "scores", block=10.0, n_blocks=4)
-    assert known.reach() == pytest.approx(2.5706, abs=1e-4)  # Student's t, 5 degrees of freedom
+    assert known.critical_value() == pytest.approx(
+        2.5706, abs=1e-4
+    )  # Student's t, 5 degrees of freedom
     np.testing.assert_allclose(
         known.interval([0.0, 1.0], 0.5)[1], 1.0 + 0.72669 * np.array([-2, 2]), atol=1e-4
     )
@@ -43,7 +45,10 @@ def test_an_uncertainty_speaks():
         (lambda: Uncertainty(np.zeros((2, 3)), 5.0, ""), r"must have shape \(2, 2\)"),
         (lambda: Uncertainty(np.eye(2), 5.0, "", np.eye(3)), "`noise` must have"),
         (lambda: Uncertainty(np.eye(2), 0.0, ""), "must be positive; got 0.0"),
-        (lambda: Uncertainty(np.eye(2), 5.0, "").reach(1.0), "`level` must be between 0 and 1"),
+        (
+            lambda: Uncertainty(np.eye(2), 5.0, "").critical_value(1.0),
+            "`level` must be between 0 and 1",
+        ),
     ],
 )
 def test_bad_values_are_a_sentence(make, message):

@@ -39,7 +39,7 @@ def test_observed_samples_are_those_of_the_log_bit_for_bit(live, recorded):
     for k in range(log.n):
         now = {name: values[k] for name, values in told.items()}
         sample = hd.observe(
-            problem.columns,
+            problem.equations,
             time=log.time[k],
             velocity=log.velocity[k],
             attitude=log.attitude[k],
@@ -63,7 +63,7 @@ def test_observed_samples_are_those_of_the_log_bit_for_bit(live, recorded):
 )
 def test_a_sample_that_would_spoil_the_estimate_is_refused(live, change, message):
     vehicle, model, log = live
-    columns = hd.prepare(vehicle, log, model).columns
+    columns = hd.prepare(vehicle, log, model).equations
     commands = {"rudder": 0.0, "elevator": 0.0, "rpm": 0.0}
     good = {"time": 2.0, "velocity": np.zeros(6), "commands": commands}
     with pytest.raises(hd.ProblemError, match=message):

@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification import search as module
-from hydrodamp.identification.search import REST, begun, descend, ladder, searching, starts, within
+from hydrodamp.identification import gauss_newton as module
+from hydrodamp.identification.gauss_newton import (
+    REST,
+    admissible_lengths,
+    best_initial_iterate,
+    continue_over_lengths,
+    make_objective,
+    minimise,
+    starts,
+)
 from hydrodamp.simulation.campaign.truth import true_damping
 
 SETTLED = (hd.Status.OK, hd.Status.STOPPED)
@@ -57,7 +65,7 @@ def test_noise_moves_it_less_than_least_squares(campaign):
 
 def test_first_velocities_go_where_they_fit_as_far_as_they_are_in_doubt(campaign):
     problem = hd.prepare(campaign.vehicle, campaign.exact_train, TRUE_TERMS)
-    windows = searching(problem, TRUE_TERMS).windows(1.0)
+    windows = make_objective(problem, TRUE_TERMS).windows(1.0)
     true = np.array([true_damping()[label] for label in TRUE_TERMS.labels])
     off = np.random.default_rng(3).normal(scale=1e-3, size=windows.starts.shape)
     windows = replace(windows, starts=problem.inputs.velocity[windows.bounds[:, 0]] + off)
@@ -76,7 +84,7 @@ def test_first_velocities_that_run_away_tell_no_direction():
     level = np.tile([1.0, 0.0, 0.0, 0.0], (200, 1))
     still = hd.Log(time, np.zeros((200, 6)), attitude=level, wrench=np.zeros((200, 6)))
     vehicle = hd.Vehicle("block", np.diag([10.0] * 6), weight=100.0, buoyancy=100.0)
-    windows = searching(hd.prepare(vehicle, still, model), model).windows(16.0)
+    windows = make_objective(hd.prepare(vehicle, still, model), model).windows(16.0)
     pushed = np.zeros(12)
     pushed[model.index("X_u")] = 1e5
     assert not windows.linear(pushed, np.ones(6)).normal.any()
@@ -85,7 +93,7 @@ def test_first_velocities_that_run_away_tell_no_direction():
 def test_a_window_that_runs_away_tells_no_direction(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    windows = searching(problem, model).windows(np.inf)
+    windows = make_objective(problem, model).windows(np.inf)
     pushed = np.zeros(12)
     pushed[model.index("X_u")] = 60.0  # thrust for drag
     assert np.isfinite(windows.errors(pushed)).all()
@@ -94,8 +102,8 @@ def test_a_window_that_runs_away_tells_no_direction(campaign):
 
 def test_lengths_beyond_every_segment_are_whole_segments(campaign):
     problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["fossen"])
-    assert within(problem, (2.0, 39.0)) == [2.0, 39.0]
-    assert within(problem, (2.0, 50.0, 60.0)) == [2.0, np.inf]
+    assert admissible_lengths(problem, (2.0, 39.0)) == [2.0, 39.0]
+    assert admissible_lengths(problem, (2.0, 50.0, 60.0)) == [2.0, np.inf]
 
 
 def test_a_window_within_a_hole_of_the_log_is_none(campaign):
@@ -104,7 +112,7 @@ def test_a_window_within_a_hole_of_the_log_is_none(campaign):
     whole = hd.prepare(campaign.vehicle, log, model)
     kept = np.flatnonzero((log.elapsed < 5.02) | (log.elapsed > 5.95))
     segments = np.array([[0, len(kept)]])
-    problem = replace(whole, inputs=whole.inputs.part(kept), segments=segments)
+    problem = replace(whole, inputs=whole.inputs.select(kept), segments=segments)
     fit = hd.OutputError(windows=(0.4,)).identify(problem, model)
     assert fit.status in SETTLED
 
@@ -112,14 +120,14 @@ def test_a_window_within_a_hole_of_the_log_is_none(campaign):
 @pytest.fixture(scope="module")
 def searched(campaign):
     model = hd.catalog["fossen"]
-    search = searching(hd.prepare(campaign.vehicle, campaign.train, model), model)
-    return search, begun(search, starts(search, model), 2.0)
+    search = make_objective(hd.prepare(campaign.vehicle, campaign.train, model), model)
+    return search, best_initial_iterate(search, starts(search, model), 2.0)
 
 
 def test_a_step_damped_to_nothing_is_no_rest(searched):
     search, start = searched
-    assert not descend(search, replace(start, damping=1e9), REST).settled
-    assert descend(search, start, REST).settled
+    assert not minimise(search, replace(start, damping=1e9), REST).converged
+    assert minimise(search, start, REST).converged
 
 
 def test_a_stage_that_got_stuck_does_not_hold_the_next(searched, monkeypatch):
@@ -129,8 +137,8 @@ def test_a_stage_that_got_stuck_does_not_hold_the_next(searched, monkeypatch):
         begun_with.append(place.damping)
         return replace(place, damping=1e9)
 
-    monkeypatch.setattr(module, "descend", stuck)
-    ladder(*searched, (2.0, 4.0))
+    monkeypatch.setattr(module, "minimise", stuck)
+    continue_over_lengths(*searched, (2.0, 4.0))
     assert begun_with[1] <= 1.0
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.power import PowerRows, dissipates
+from hydrodamp.identification.dissipativity import PowerRows, dissipates
 
 UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
 LINEAR = hd.catalog["linear"]
@@ -36,14 +36,14 @@ def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
     """X_v + Y_u = 2 couples: P = -u^2 + 2 u v + v^2 grows with v, falls with u beyond v."""
     damping = hd.Damping.from_dict(None, {"X_u": -1, "X_v": 2, "Y_v": 1})
     box = hd.OperatingBox([1, -3, 0, 0, 0, 0], [4, 3, 0, 0, 0, 0])
-    worst = hd.worst_power(damping, box)
+    worst = hd.max_damping_power(damping, box)
     assert worst.power == pytest.approx(-(3.0**2) + 2 * 3 * 3 + 3**2, rel=1e-6)
     np.testing.assert_allclose(np.abs(worst.velocity[:2]), [3, 3], rtol=1e-3)
 
 
 def test_the_search_finds_what_dense_sampling_finds(true_damping):
     damping = true_damping(hd.catalog["gertler-hagen"])
-    worst = hd.worst_power(damping, UNDER_WAY)
+    worst = hd.max_damping_power(damping, UNDER_WAY)
     assert np.all((worst.velocity >= UNDER_WAY.low) & (worst.velocity <= UNDER_WAY.high))
     assert worst.power >= damping.power(velocities(UNDER_WAY, 100_000)).max()
     assert worst.power == pytest.approx(float(damping.power(worst.velocity)))

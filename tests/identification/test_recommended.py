@@ -7,8 +7,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import recommended as module
+from hydrodamp.identification.gauss_newton import make_objective
 from hydrodamp.identification.recommended import _certain, _pieces
-from hydrodamp.identification.search import searching
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_each_half_has_every_second_piece_of_every_segment(campaign, duration):
     assert pieces[-1, 1] == problem.n_samples
     np.testing.assert_array_equal(pieces[1:, 0], pieces[:-1, 1])
     assert not len(pieces) % 2
-    half = searching(problem, hd.catalog["fossen"]).part(pieces[::2]).problem
+    half = make_objective(problem, hd.catalog["fossen"]).part(pieces[::2]).problem
     np.testing.assert_array_equal(
         half.inputs.velocity[: half.segments[0, 1]], problem.inputs.velocity[: pieces[0, 1]]
     )

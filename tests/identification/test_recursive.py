@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.differences import mean_square
+from hydrodamp.identification.differentiation import mean_square
 from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import coriolis
@@ -70,7 +70,7 @@ def voyage():
 def shares(problem, adaptation):
     """What a unit of each coefficient makes over a log, per share of its axis's wrench."""
     entries = adaptation.recursion
-    size = np.sqrt(mean_square(problem)[entries.rows - problem.columns.n_known])
+    size = np.sqrt(mean_square(problem)[entries.rows - problem.equations.n_known])
     wrench = np.sqrt(np.mean(TRUTH.wrench(problem.log.velocity) ** 2, axis=0))
     return size / wrench[entries.axes]
 
@@ -129,7 +129,7 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(voyage):
     state = METHOD.init(problem, MODEL, problem.inputs.sample(0))
     for k in range(1, problem.n_samples):
         sample = problem.inputs.sample(k)
-        state = state.restarted(sample) if k in starts else METHOD.step(state, sample)
+        state = state.restart(sample) if k in starts else METHOD.step(state, sample)
     fit = METHOD.identify(problem, MODEL)
     np.testing.assert_array_equal(state.damping.coefficients, fit.damping.coefficients)
     assert state.damping.vehicle == fit.damping.vehicle

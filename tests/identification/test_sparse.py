@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.sparse import (
+from hydrodamp.identification.stepwise import (
     Round,
     best_round,
     brakes,
@@ -22,12 +22,12 @@ from hydrodamp.identification.sparse import (
     select_around,
 )
 
-QUICK = hd.Sparse(windows=(10.0,))
+QUICK = hd.StepwiseSelection(windows=(10.0,))
 
 
 @pytest.fixture(autouse=True)
 def few_pairs(monkeypatch):
-    monkeypatch.setattr("hydrodamp.identification.elimination._PAIRS", 3)
+    monkeypatch.setattr("hydrodamp.identification.backward_elimination._PAIRS", 3)
 
 
 @pytest.fixture(scope="module", name="campaign")
@@ -82,7 +82,7 @@ def test_alone_it_takes_commands_without_actuators_and_is_graded(campaign, flat)
     assert {"rpm", "rudder"} <= set(model.commands)
     problem = hd.prepare(bare, campaign.train, model)
     fit = hd.WeakForm().identify(problem, model)
-    assert set(hd.graded(problem, fit).grades) == set(model.labels)
+    assert set(hd.grade_fit(problem, fit).grades) == set(model.labels)
     more = model.with_terms({"X": "1"})
     assert set(more.labels) == {*model.labels, "X_1"}
 
@@ -104,8 +104,8 @@ def test_a_replay_that_always_diverges_is_refused(campaign):
 
 
 def test_an_axis_without_a_stable_brake_is_given_one(campaign, flat, monkeypatch):
-    monkeypatch.setattr("hydrodamp.identification.sparse._MOST", 1)
-    monkeypatch.setattr("hydrodamp.identification.sparse._OFTEN", 1.0)
+    monkeypatch.setattr("hydrodamp.identification.stepwise._MOST", 1)
+    monkeypatch.setattr("hydrodamp.identification.stepwise._OFTEN", 1.0)
     offered = hd.DampingModel.from_table({"X": "u|u|", "Y": "v v|r| ur", "N": "r"}, key="sparse")
     problem = hd.prepare(flat, campaign.train, offered)
     start = hd.Damping(offered, np.array([-3.0, -10.0, 0.0, 0.0, -10.0]))
@@ -117,7 +117,7 @@ def test_an_axis_without_a_stable_brake_is_given_one(campaign, flat, monkeypatch
 @pytest.mark.parametrize("windows", [(), (-1.0,)])
 def test_settings_out_of_range_are_refused(windows):
     with pytest.raises(hd.MethodError, match="windows"):
-        hd.Sparse(windows)
+        hd.StepwiseSelection(windows)
 
 
 def made(n, rms, push):

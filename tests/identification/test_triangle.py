@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.triangle import spanned
+from hydrodamp.identification.qr_factor import column_span
 
 
 @pytest.fixture
@@ -14,7 +14,7 @@ def problem(vehicle, exact_log, true_damping):
 
 
 def rows_of(problem):
-    xi = problem.regressor()[:, problem.columns.n_known :]
+    xi = problem.regressor()[:, problem.equations.n_known :]
     return np.hstack([xi, hd.damping_wrench(problem, problem.log.acceleration)])
 
 
@@ -59,7 +59,7 @@ def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
 
 def test_a_column_of_zeros_has_a_coefficient_of_exactly_zero():
     columns = np.random.default_rng(4).normal(size=(300, 40)) * (np.arange(40) % 3 > 0)
-    span = spanned(columns, range(40))
+    span = column_span(columns, range(40))
     amounts = span.coefficients @ (span.directions.T @ np.ones(300))
     assert np.all(amounts[::3] == 0.0)
     assert span.aliased == tuple((place,) for place in range(0, 40, 3))

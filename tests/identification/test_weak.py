@@ -7,19 +7,19 @@ import pytest
 
 import hydrodamp as hd
 import oracle
-from hydrodamp.identification.differences import smoothed
-from hydrodamp.identification.linear import WeakForm
-from hydrodamp.identification.weak import (
-    WeakEquations,
+from hydrodamp.identification.differentiation import smooth_velocity
+from hydrodamp.identification.least_squares import WeakForm
+from hydrodamp.identification.weak_form import (
+    WeakRegression,
     bumps,
     chosen_support,
-    likeness,
     steps_between,
+    variance_inflation,
 )
 
 LINEAR = hd.catalog["linear"]
 PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
-AS_MEASURED = WeakEquations(windows=())
+AS_MEASURED = WeakRegression(windows=())
 
 
 def surge_log(velocity, time=None, **more):
@@ -64,12 +64,12 @@ class TestSteps:
         """Held fins and propeller, term by term, as the NumPy reference of the core takes them."""
         campaign = hd.reenact(duration=3.0)
         problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["gertler-hagen"])
-        part = problem.inputs.part(slice(0, 31))
-        expected = oracle.steps_between(problem.columns.plant, part)
+        part = problem.inputs.select(slice(0, 31))
+        expected = oracle.steps_between(problem.equations.plant, part)
         design, target = steps_between(problem, 0, 31, problem.inputs.velocity)
-        n_known = problem.columns.n_known
+        n_known = problem.equations.n_known
         np.testing.assert_allclose(design, expected.xi[:, n_known:], rtol=1e-12)
-        known = expected.xi[:, :n_known] @ problem.columns.known
+        known = expected.xi[:, :n_known] @ problem.equations.known
         left = expected.gain / expected.h[:, None] - expected.forcing - known
         np.testing.assert_allclose(target, left, rtol=1e-9, atol=1e-9)
 
@@ -100,8 +100,8 @@ class TestBumps:
         s = np.linspace(-1, 1, 4001)
         phi = (1 - s**2) ** 2
         lags = [np.sum(phi[500 * j :] * phi[: len(phi) - 500 * j]) for j in range(9)]
-        assert likeness(8) == pytest.approx(1 + 2 * sum(lags[1:]) / lags[0], rel=1e-3)
-        assert likeness(1) == 1.0
+        assert variance_inflation(8) == pytest.approx(1 + 2 * sum(lags[1:]) / lags[0], rel=1e-3)
+        assert variance_inflation(1) == 1.0
 
 
 class TestWeakForm:
@@ -170,10 +170,10 @@ class TestChoice:
 
     def test_windows_follow_the_noise(self, bare):
         clean, loud = (hd.prepare(bare, self.noisy(level), LINEAR) for level in (0.0, 0.1))
-        quiet = smoothed(clean, (5, 9, 15))[0] - clean.inputs.velocity
+        quiet = smooth_velocity(clean, (5, 9, 15))[0] - clean.inputs.velocity
         assert np.std(quiet[:, 0]) < 1e-3 * np.std(clean.inputs.velocity[:, 0])
-        assert smoothed(loud, ())[1] == (1,) * 6
-        velocity, windows, _ = smoothed(loud, (5, 9, 15))
+        assert smooth_velocity(loud, ())[1] == (1,) * 6
+        velocity, windows, _ = smooth_velocity(loud, (5, 9, 15))
         assert windows[0] > 1
         exact = clean.inputs.velocity
         left = [np.std(v - exact) for v in (velocity, loud.inputs.velocity)]
@@ -184,7 +184,7 @@ class TestChoice:
         segment = np.where(np.arange(1000) < 5, "short", "long")
         cut = surge_log(log.velocity[:, 0], wrench=log.wrench, segment=segment)
         problem = hd.prepare(bare, cut, LINEAR)
-        fit = WeakForm(WeakEquations(2.0)).identify(problem, LINEAR)
+        fit = WeakForm(WeakRegression(2.0)).identify(problem, LINEAR)
         assert "span 2 s (20 samples). 1 shorter" in fit.remarks[0]
         assert "smoothed velocities" in fit.remarks[1]
         assert fit.n_samples == 995
@@ -202,10 +202,10 @@ class TestChoice:
 )
 def test_settings_that_mean_nothing_are_refused(settings, words):
     with pytest.raises(hd.MethodError, match=words):
-        WeakEquations(**settings)
+        WeakRegression(**settings)
 
 
 def test_a_support_longer_than_every_segment_is_refused(linear_problem):
     problem, _ = linear_problem
     with pytest.raises(hd.MethodError, match="no segment of the log is as long"):
-        WeakForm(WeakEquations(support=1e4)).identify(problem, LINEAR)
+        WeakForm(WeakRegression(support=1e4)).identify(problem, LINEAR)

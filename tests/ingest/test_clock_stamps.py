@@ -88,4 +88,4 @@ def test_a_clock_that_stops_says_what_counts_on() -> None:
     assert len(stamps.rows) == 201
     (odd,) = stamps.irregularities
     assert odd.oddity is Oddity.STOPPED
-    assert "`time: {rate: HERTZ}`" in odd.told()
+    assert "`time: {rate: HERTZ}`" in odd.describe()

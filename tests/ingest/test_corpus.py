@@ -15,10 +15,10 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
 from hydrodamp.files import parse_yaml
+from hydrodamp.ingest.inspection.draft import LEAST, SURE, drafted
+from hydrodamp.ingest.inspection.probe import SUFFICES, probe
+from hydrodamp.ingest.inspection.roles import Roles
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.probing.draft import LEAST, SURE, drafted
-from hydrodamp.ingest.probing.probe import SUFFICES, probe
-from hydrodamp.ingest.probing.roles import Roles
 from hydrodamp.ingest.read import read_recording
 from strangers import CASES, EPOCH, Case, Truth
 

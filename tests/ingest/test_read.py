@@ -27,7 +27,7 @@ def test_a_mapping_may_be_a_value_or_a_file(csv_file: Write) -> None:
 
 def test_a_mapping_of_steps_alone_serves_the_canonical_form(csv_file: Write) -> None:
     path = csv_file("time,u,r\n" + "".join(f"{k / 10},{k // 5},{k}\n" for k in range(50)))
-    log = read_log(path, csv_file("steps: [fill_held]\n", "steps.yaml"))
+    log = read_log(path, csv_file("steps: [interpolate_sample_and_hold]\n", "steps.yaml"))
     assert log.velocity[7, 0] == pytest.approx(1.4)
     assert log.notes[-1].startswith("held: ")
 

@@ -14,7 +14,7 @@ from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from hydrodamp.data.log import Log
-from hydrodamp.ingest.probing.probe import SUFFICES, Probe, probe
+from hydrodamp.ingest.inspection.probe import SUFFICES, Probe, probe
 from hydrodamp.ingest.read import read_log, read_recording
 from strangers import DEG, clock, write
 

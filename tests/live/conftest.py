@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live.run import Run
+from hydrodamp.live.runner import Run
 
 MODEL = hd.catalog["prestero"]
 

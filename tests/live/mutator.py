@@ -13,7 +13,7 @@ from itertools import count, islice
 from random import Random
 
 import hydrodamp as hd
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.samples import rows_of
 
 SHARE = 0.1  # of the rows are mutated
 NUMBERS = (

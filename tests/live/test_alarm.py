@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.samples import rows_of
 from live.conftest import heard
 
 MASS, DRAG, CHANGED = 60.0, 3.0, 900

@@ -9,7 +9,7 @@ import pytest
 
 from hydrodamp.errors import ProblemError
 from hydrodamp.live import display
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.samples import rows_of
 from live.conftest import heard
 
 pytest.importorskip("foxglove")

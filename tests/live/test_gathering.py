@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.live.gathering import Gathering, Message, for_streams
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, for_streams
 
 MAPPING = {
     "topics": {"dvl": ["/dvl", "/nortek"]},
@@ -65,7 +65,9 @@ def recorded(said):
 
 def gathered(said, mapping=MAPPING):
     heard = []
-    gathering = Gathering(for_streams(LogMapping.from_dict(mapping), heard.append), heard.append)
+    gathering = MessageSynchroniser(
+        for_streams(LogMapping.from_dict(mapping), heard.append), heard.append
+    )
     return [*gathering.over(said)], heard, gathering
 
 

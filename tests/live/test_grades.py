@@ -3,9 +3,9 @@
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.identifiability import Grade
 from hydrodamp.live.diagnostics import diagnose
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.samples import rows_of
 from live.conftest import MODEL, heard
 
 WORDS = [grade.word for grade in Grade]
@@ -34,7 +34,7 @@ def test_nothing_is_determined_that_identify_does_not_determine(seed):
     campaign = hd.reenact(seed=seed, duration=200.0)
     line = heard(rows_of(campaign.train), campaign.vehicle, every=1e9).lines[-1]
     problem = hd.prepare(campaign.vehicle, campaign.train, MODEL)
-    wanted = hd.graded(problem, hd.RecursiveLeastSquares().identify(problem, MODEL)).grades
+    wanted = hd.grade_fit(problem, hd.RecursiveLeastSquares().identify(problem, MODEL)).grades
     found = {label: one["grade"] for label, one in line["coefficients"].items()}
     determined = {label for label, grade in found.items() if grade == "determined"}
     assert determined

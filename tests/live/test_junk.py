@@ -10,9 +10,9 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import known
-from hydrodamp.live import loop
-from hydrodamp.live.rows import rows_of
-from hydrodamp.live.sources import UNREADABLE, Lines, Waiting, from_json
+from hydrodamp.live import estimator
+from hydrodamp.live.samples import rows_of
+from hydrodamp.live.sources import UNREADABLE, BoundedQueue, Lines, from_json
 from live.conftest import heard
 
 NAN = math.nan
@@ -116,7 +116,7 @@ def test_lines_are_json_or_a_table():
 
 
 def test_a_full_queue_drops_the_oldest_and_counts_them():
-    waiting = Waiting()
+    waiting = BoundedQueue()
     for k in range(10_007):
         waiting.put({"time": k})
     waiting.put(None)
@@ -200,14 +200,14 @@ def test_what_overflows_leaves_the_estimate_as_it_was(dive, rows):
 
 def test_an_error_in_a_row_is_counted(dive, rows, monkeypatch):
     vehicle, _ = dive
-    real = loop.judge
+    real = estimator.classify
 
     def judge(screen, time, *given):
         if time == rows[200]["time"]:
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
         return real(screen, time, *given)
 
-    monkeypatch.setattr(loop, "judge", judge)
+    monkeypatch.setattr(estimator, "classify", judge)
     told = heard(rows, vehicle)
     assert told.counts == {"taken": 299, "first": 1, "failed": 1, "again": 1}
     assert "Eigenvalues did not converge" in told.sentences[0]

@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.errors import FileError
 from hydrodamp.live import sources
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.samples import rows_of
 from live.conftest import heard
 
 

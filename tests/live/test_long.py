@@ -12,8 +12,8 @@ import pytest
 from hydrodamp.ingest.formats.mavlink import Decoder
 from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.live import sources
-from hydrodamp.live.gathering import Gathering, for_streams
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.samples import rows_of
+from hydrodamp.live.synchroniser import MessageSynchroniser, for_streams
 from hydrodamp.simulation.campaign.motion import Motion
 from hydrodamp.simulation.campaign.reenact import Plan
 from live.conftest import heard
@@ -21,7 +21,7 @@ from live.conftest import heard
 
 def received(reader, datagrams):
     """Return what a reader of a socket makes of datagrams."""
-    waiting = sources.Waiting()
+    waiting = sources.BoundedQueue()
     sent = (datagram[: sources._DATAGRAM] for datagram in datagrams)
     reader(SimpleNamespace(until_over=lambda _: sent))(waiting)
     assert waiting.dropped == 0
@@ -69,7 +69,7 @@ def test_noise_at_the_port_of_mavlink_is_counted():
     decoder = Decoder()
     heard_there = received(lambda one: sources.of_packets(one, decoder), noise)
     mapping = for_streams(read_mapping("ardusub-mavlink"), print)
-    gathering = Gathering(mapping, print)
+    gathering = MessageSynchroniser(mapping, print)
     rows = [row for row in gathering.over(heard_there) if row is not None]
     assert rows == [{}] * len(rows)
     assert len(rows) >= 6000

@@ -5,7 +5,7 @@ import math
 import warnings
 from itertools import islice
 
-from hydrodamp.live.screen import BEGIN, LEFT_OUT
+from hydrodamp.live.sample_validation import BEGIN, LEFT_OUT
 from hydrodamp.live.sources import Lines
 from live.conftest import heard
 from live.mutator import mutated, rows

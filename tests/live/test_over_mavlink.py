@@ -10,8 +10,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
-from hydrodamp.live import loop
-from hydrodamp.live.opening import opened
+from hydrodamp.live import estimator
+from hydrodamp.live.opening import open_source
 from live.conftest import MODEL, heard
 
 pytest.importorskip("pymavlink")
@@ -53,12 +53,12 @@ def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
     path.write_bytes(b"".join(round(1e6 * (START + at)).to_bytes(8) + one for at, one in sent))
     with pytest.warns(hd.GapWarning):
         log = hd.read_log(path, MAPPING)
-    batch = hd.RecursiveLeastSquares(usual=loop.USUAL).identify(
+    batch = hd.RecursiveLeastSquares(typical_velocity=estimator.USUAL).identify(
         hd.prepare(vehicle, log, MODEL), MODEL
     )
     said = []
     where = "mavlink://127.0.0.1:0"
-    source = opened(where, MAPPING, allow=False, paced=False, say=said.append)
+    source = open_source(where, MAPPING, allow=False, paced=False, say=said.append)
     port = int(said[0].rpartition(" ")[2])
     rows = rows_of(source, port, [packet for _, packet in sent])
     told = heard(rows, vehicle, beside=source.counts)
@@ -68,8 +68,8 @@ def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
 
 def test_an_address_says_whom_to_listen_to(sent):
     with pytest.raises(ProblemError, match="needs `--mapping`"):
-        opened("mavlink://:0", None, allow=False, paced=False, say=print)
+        open_source("mavlink://:0", None, allow=False, paced=False, say=print)
     with pytest.raises(ProblemError, match="`system` of"):
-        opened("mavlink://:0?system=x", MAPPING, allow=False, paced=False, say=print)
+        open_source("mavlink://:0?system=x", MAPPING, allow=False, paced=False, say=print)
     with pytest.raises(ProblemError, match="--allow"):
-        opened("mavlink://0.0.0.0:0", MAPPING, allow=False, paced=False, say=print)
+        open_source("mavlink://0.0.0.0:0", MAPPING, allow=False, paced=False, say=print)

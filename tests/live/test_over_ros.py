@@ -14,7 +14,7 @@ from hydrodamp.data.attitude import product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.message_layout import columns_of
-from hydrodamp.live import loop, opening
+from hydrodamp.live import estimator, opening
 from hydrodamp.live.ros import fields_of, hear
 from live.conftest import MODEL, heard
 
@@ -78,7 +78,7 @@ def test_only_wanted_topics_are_subscribed_each_once():
 def test_without_ros_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(ProblemError, match="source the setup file"):
-        opening.opened("ros2", "rep103-odometry", allow=False, paced=False, say=print)
+        opening.open_source("ros2", "rep103-odometry", allow=False, paced=False, say=print)
 
 
 def odometry(log):
@@ -133,7 +133,7 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     rclpy.init()
     node = rclpy.create_node("vehicle")
     out = {name: node.create_publisher(type(one), name, 5000) for name, one in said[:2]}
-    source = opening.opened("ros2", path, allow=False, paced=False, say=print)
+    source = opening.open_source("ros2", path, allow=False, paced=False, say=print)
 
     def send():
         while any(one.get_subscription_count() < 1 for one in out.values()):
@@ -155,7 +155,7 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     rclpy.shutdown()
     with pytest.warns(hd.GapWarning):
         whole = hd.read_mapping(path).log(recorded(said))
-    way = hd.RecursiveLeastSquares(usual=loop.USUAL)
+    way = hd.RecursiveLeastSquares(typical_velocity=estimator.USUAL)
     fit = way.identify(hd.prepare(vehicle, whole, MODEL), MODEL)
     assert told.counts == {"taken": log.n, "first": 1, "gap": 3}
     assert told.coefficients == fit.damping.coefficients.tolist()

@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live import loop, sources
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live import estimator, sources
+from hydrodamp.live.samples import rows_of
 from live.conftest import MODEL, heard
 
 
 def batch(vehicle, log, method):
-    way = hd.AdaptiveIdentifier() if method == "ai" else hd.RecursiveLeastSquares(usual=loop.USUAL)
+    way = (
+        hd.AdaptiveIdentifier()
+        if method == "ai"
+        else hd.RecursiveLeastSquares(typical_velocity=estimator.USUAL)
+    )
     return way.identify(hd.prepare(vehicle, log, MODEL), MODEL)
 
 
@@ -24,7 +28,9 @@ def from_log(log, _):
 
 def from_text(path):
     with path.open("rb") as stream:
-        yield from sources.Waiting(keeps_all=True).fed_by(sources.of_lines(stream.fileno()))
+        yield from sources.BoundedQueue(keeps_all=True).start_reader(
+            sources.of_lines(stream.fileno())
+        )
 
 
 def from_json_lines(log, folder):
@@ -40,7 +46,7 @@ def from_csv(log, folder):
 
 def from_datagrams(log, _):
     receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
-    waiting = sources.Waiting().fed_by(sources.of_datagrams(sources.Datagrams(receiver)))
+    waiting = sources.BoundedQueue().start_reader(sources.of_datagrams(sources.Datagrams(receiver)))
     rows = (row for row in waiting if row is not None)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for row in rows_of(log):

@@ -7,13 +7,13 @@ import sys
 import pytest
 
 from hydrodamp.live import sources
-from hydrodamp.live.opening import opened
-from hydrodamp.live.rows import rows_of
+from hydrodamp.live.opening import open_source
+from hydrodamp.live.samples import rows_of
 
 
 def listening():
     sentences = []
-    source = opened("udp://127.0.0.1:0", None, allow=False, paced=False, say=sentences.append)
+    source = open_source("udp://127.0.0.1:0", None, allow=False, paced=False, say=sentences.append)
     return source, int(sentences[0].rpartition(" ")[2])
 
 
@@ -22,20 +22,20 @@ def test_an_error_of_a_reader_is_raised_behind_what_it_read():
         waiting.put({"time": 1.0})
         raise OSError("the cable is cut")
 
-    waiting, rows = sources.Waiting().fed_by(read), []
+    waiting, rows = sources.BoundedQueue().start_reader(read), []
     with pytest.raises(sources.SourceError, match="OSError: the cable is cut"):
         rows.extend(waiting)
     assert rows == [{"time": 1.0}]
 
 
 def test_blank_lines_of_a_datagram_are_no_samples():
-    waiting = sources.Waiting()
+    waiting = sources.BoundedQueue()
     receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
     datagrams = sources.Datagrams(receiver)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for data in (b"\n" * 1300, b" \n\t\n", b'\n{"time": 1}\n\n', b"{\n"):
             sender.sendto(data, receiver.getsockname())
-    waiting.fed_by(sources.of_datagrams(datagrams))
+    waiting.start_reader(sources.of_datagrams(datagrams))
     rows = iter(waiting)
     assert next(rows) == {"time": 1}
     assert next(rows) is sources.UNREADABLE
@@ -54,11 +54,11 @@ def test_a_socket_is_closed_at_the_end():
 def test_what_the_kernel_drops_is_counted():
     receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    datagrams, waiting = sources.Datagrams(receiver), sources.Waiting()
+    datagrams, waiting = sources.Datagrams(receiver), sources.BoundedQueue()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k in range(500):
             sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())
-        waiting.fed_by(sources.of_datagrams(datagrams))
+        waiting.start_reader(sources.of_datagrams(datagrams))
         rows = [*iter(lambda: next(iter(waiting)), None)]
         sender.sendto(b'{"time": 500}', receiver.getsockname())
         rows += [next(row for row in waiting if row is not None)]

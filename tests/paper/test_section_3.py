@@ -9,11 +9,11 @@ import hydrodamp as hd
 def literal_least_squares(problem, model):
     """Equations 10 to 14 with the Kronecker product and the masking matrix."""
     tau = hd.damping_wrench(problem, problem.log.acceleration)
-    regressor = problem.regressor()[:, problem.columns.n_known :]
+    regressor = problem.regressor()[:, problem.equations.n_known :]
     n_terms = regressor.shape[1]
     mask = np.zeros((6, n_terms), dtype=bool)
     for axis, terms in enumerate(model.terms):
-        mask[axis, [problem.columns.basis.index(term) for term in terms]] = True
+        mask[axis, [problem.equations.basis.index(term) for term in terms]] = True
     masking = np.eye(6 * n_terms)[mask.ravel()]  # M_m of equation 11
     stacked = np.kron(np.eye(6), regressor) @ masking.T  # Xi of equation 12
     sigma = tau.T.ravel()  # vec(tau*^T)
@@ -30,7 +30,7 @@ def test_least_squares_equals_the_kronecker_form(key, vehicle, exact_log, true_d
     fit = hd.LeastSquares().identify(problem, model)
 
     literal = literal_least_squares(problem, model)
-    found = problem.matrix(fit.damping)[problem.columns.n_known :].T
+    found = problem.matrix(fit.damping)[problem.equations.n_known :].T
     np.testing.assert_allclose(found, literal, rtol=1e-8, atol=1e-9)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning import context, optimiser, preparation
+from hydrodamp.experiment_design import context, optimiser, preparation
 
 TRUTH = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
 

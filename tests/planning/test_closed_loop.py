@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning.autopilot import design_autopilot
-from hydrodamp.planning.closed_loop import ClosedLoop, limit_violations
-from hydrodamp.planning.ensemble import draw_ensemble, prior_damping, wide_model
-from hydrodamp.planning.guidance import CourseGuidance
-from hydrodamp.planning.information import ErrorModel, fisher_information
-from hydrodamp.planning.manoeuvres import Manoeuvre
+from hydrodamp.experiment_design.autopilot import design_autopilot
+from hydrodamp.experiment_design.closed_loop import ClosedLoop, limit_violations
+from hydrodamp.experiment_design.ensemble import draw_ensemble, prior_damping, wide_model
+from hydrodamp.experiment_design.excitation import Manoeuvre
+from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
+from hydrodamp.experiment_design.guidance import CourseGuidance
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def closed_loop():
 @pytest.fixture(scope="module")
 def trajectories(closed_loop):
     move = Manoeuvre("steps", 0.5, 0.5, (0.0, 0.3, 0.3, 0.1, 0.1))
-    setpoints, overlays = move.orders(closed_loop.autopilot, closed_loop.envelope, 300)
+    setpoints, overlays = move.setpoints(closed_loop.autopilot, closed_loop.envelope, 300)
     setpoints[:, 2] += closed_loop.envelope.middle
     return closed_loop.simulate(
         (np.repeat(setpoints[:, None], 3, axis=1), np.repeat(overlays[:, None], 3, axis=1))
@@ -34,7 +34,7 @@ def trajectories(closed_loop):
 
 def test_each_vehicle_sails_as_a_replay_of_its_commands_in_its_own_water(closed_loop, trajectories):
     for place, water in enumerate(closed_loop.ensemble.dampings):
-        log = trajectories.part([place]).log(
+        log = trajectories.select([place]).log(
             closed_loop.vehicle, closed_loop.autopilot.names, exact=True
         )
         again = hd.simulate(closed_loop.vehicle, water, log, attitude="simulated", max_step=0.02)
@@ -42,7 +42,7 @@ def test_each_vehicle_sails_as_a_replay_of_its_commands_in_its_own_water(closed_
 
 
 def test_the_autopilot_follows_what_it_is_told(closed_loop, trajectories):
-    calm, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).orders(
+    calm, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).setpoints(
         closed_loop.autopilot, closed_loop.envelope, 400
     )
     calm += (0.0, np.pi - 0.2, 14.0)
@@ -56,7 +56,7 @@ def test_the_autopilot_follows_what_it_is_told(closed_loop, trajectories):
 
 def test_course_setpoints_turn_slowly_so_that_all_members_turn_to_one_side(closed_loop):
     """A step of half a turn, less a degree: the way that is shorter for one is not for another."""
-    setpoints, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).orders(
+    setpoints, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).setpoints(
         closed_loop.autopilot, closed_loop.envelope, 600
     )
     setpoints += (0.0, 0.0, closed_loop.envelope.middle)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.experiment_design.files import UNITS, mission_plan, orders_csv, plan_document
 from hydrodamp.files import as_json
-from hydrodamp.planning.files import UNITS, mission_plan, orders_csv, plan_document
-from hydrodamp.report.dive import write_plan
+from hydrodamp.report.plan_report import write_plan
 
 
 def test_the_table_has_a_row_for_each_waypoint_or_each_period(planned):
@@ -19,9 +19,9 @@ def test_the_table_has_a_row_for_each_waypoint_or_each_period(planned):
     assert len(rows) == len(planned.waypoints)
     by_setpoints = replace(planned, waypoints=None)
     rows = list(csv.DictReader(orders_csv(by_setpoints).splitlines()))
-    assert [*rows[0]] == ["time", *planned.orders]
+    assert [*rows[0]] == ["time", *planned.setpoints]
     assert len(rows) == len(planned.time)
-    assert float(rows[7]["rpm"]) == pytest.approx(planned.orders["rpm"][7], rel=1e-5)
+    assert float(rows[7]["rpm"]) == pytest.approx(planned.setpoints["rpm"][7], rel=1e-5)
 
 
 def test_no_number_of_the_table_is_a_negative_zero(planned):
@@ -54,7 +54,7 @@ def test_a_mission_runs_in_follows_the_waypoints_and_surfaces_at_the_start(plann
 def test_a_vehicle_that_dives_comes_and_goes_at_the_least_depth(planned):
     legs = planned.waypoints.copy()
     legs[:, 3] = 12.0
-    diving = replace(planned, waypoints=legs, orders=planned.orders | {"depth": legs[:, 3]})
+    diving = replace(planned, waypoints=legs, setpoints=planned.setpoints | {"depth": legs[:, 3]})
     depths = [-one["params"][6] for one in items_of(diving) if one["command"] == 16]
     assert depths[0] == depths[-1] == planned.envelope.depth[0]
     assert depths[1:-1] == [12.0] * len(legs)
@@ -75,7 +75,7 @@ def test_the_document_states_the_unit_of_every_number(planned):
     document = plan_document(planned)
     assert document["units"] == UNITS
     assert document["predictions"]["X_u|u|"]["unit"] == "N/(m/s)^2"
-    assert document["stretches"][0]["course"] == np.degrees(planned.stretches[0].course) % 360.0
+    assert document["stretches"][0]["course"] == np.degrees(planned.segments[0].course) % 360.0
     named = " ".join(UNITS)
     numbers = ("duration", "within_envelope", "time_at_limits", "waypoints", "envelope")
     assert all(one in named for one in numbers)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrodamp.planning.manoeuvres import SHAPES, Manoeuvre, _waves, classics, phases
+from hydrodamp.experiment_design.excitation import SHAPES, Manoeuvre, _waves, classics, phases
 
 
 def test_multisines_share_no_harmonic_so_they_are_orthogonal():

@@ -6,36 +6,36 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.grades import Cause
-from hydrodamp.planning.autopilot import design_autopilot
-from hydrodamp.planning.closed_loop import Trajectories, saturation
-from hydrodamp.planning.context import Context
-from hydrodamp.planning.dive import EnsembleFits
-from hydrodamp.planning.ensemble import hull_damping, prior_damping
-from hydrodamp.planning.manoeuvres import Manoeuvre
-from hydrodamp.planning.optimiser import Optimiser
-from hydrodamp.planning.shortest import _why
+from hydrodamp.experiment_design.autopilot import design_autopilot
+from hydrodamp.experiment_design.closed_loop import Trajectories, saturation
+from hydrodamp.experiment_design.context import PlanningContext
+from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
+from hydrodamp.experiment_design.excitation import Manoeuvre
+from hydrodamp.experiment_design.optimiser import Optimiser
+from hydrodamp.experiment_design.result import EnsembleFits
+from hydrodamp.experiment_design.shortest import _why
+from hydrodamp.identification.identifiability import Cause
 from hydrodamp.simulation.problem import stamp
 
 
 def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
     assert [one.label for one in planned.predictions] == list(known.model.labels)
     assert all(0.0 < one.bound < one.after for one in planned.predictions)
-    assert all(one.together == one.after for one in planned.predictions)  # nothing but values known
+    assert all(one.combined == one.after for one in planned.predictions)  # nothing but values known
     assert planned.predictions[0].value == -8.0
     assert "A dive of" in str(planned)
 
 
 def test_it_keeps_to_its_envelope(planned):
-    assert planned.within >= 0.95
+    assert planned.feasibility_rate >= 0.95
     assert np.abs(planned.track.command("rudder")).max() <= 0.4
     assert np.abs(planned.track.position[:, :2]).max() <= 80.0
-    assert set(planned.orders) == {"speed", "rpm", "heading"}
+    assert set(planned.setpoints) == {"speed", "rpm", "heading"}
     assert planned.mode == "waypoints"
 
 
 def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
-    reach = planned.reach
+    reach = planned.goal_duration
     assert set(reach.by_axis) == {"X", "Y", "N"}
     assert reach.by_axis["X"] <= planned.duration + 0.2
     left = {one.label for one in planned.predictions if one.grade is hd.Grade.NOT_DETERMINED}
@@ -90,7 +90,7 @@ def test_why_a_coefficient_falls_short_says_how_long_it_would_take():
 def test_a_prior_with_standard_errors_counts(boat, known):
     errors = np.array([0.5, 3.0, np.nan, 0.4, 0.0])
     prior = replace(known, covariance=np.diag(errors**2))
-    context = Context.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
+    context = PlanningContext.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
     assert context.before.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
     draws = np.array([one.coefficients for one in context.closed_loop.ensemble.dampings])
     own = [context.closed_loop.ensemble.wide.index(label) for label in known.model.labels]
@@ -130,7 +130,7 @@ def test_a_speed_out_of_reach_is_refused_with_the_speed_that_is_reached(boat, kn
         damping=known,
         envelope=envelope(2.0),
     )
-    Context.of(boat, known.model, 60.0, known, envelope(1.4), 0)
+    PlanningContext.of(boat, known.model, 60.0, known, envelope(1.4), 0)
 
 
 def test_a_propeller_without_a_limit_is_assumed_to_push_a_tenth_of_the_weight(boat, known):
@@ -164,10 +164,10 @@ def test_time_at_limits_is_counted(boat, known):
 
 def test_time_at_limits_costs_in_the_objective(boat, known):
     """Of two dives with the same information the one at its limits is worse, unit or not."""
-    context = Context.of(boat, known.model, 60.0, known, hd.Envelope(speed=(0.8, 1.6)), 0)
+    context = PlanningContext.of(boat, known.model, 60.0, known, hd.Envelope(speed=(0.8, 1.6)), 0)
     few = context.closed_loop.with_members([0, 1])
     calm, wild = (Manoeuvre("zigzag", 0.5, 0.9, (0.0, k, 0.0)) for k in (0.05, 1.0))
-    optimiser = Optimiser(few, context.seen, context.aim("determinant"), context.samples)
+    optimiser = Optimiser(few, context.error_model, context.aim("determinant"), context.samples)
     _, _, saturated = optimiser.evaluate([calm, wild])
     assert saturated["rudder"][0].max() < 0.05 < saturated["rudder"][1].min()
 
@@ -187,9 +187,9 @@ def test_a_vehicle_that_hovers_is_planned_from_rest():
         axes=("X", "Y", "N"),
     )
     known = hd.Damping.from_dict(None, {"X_u|u|": -30.0, "Y_v|v|": -50.0, "N_r|r|": -1.0})
-    context = Context.of(rov, known.model, 60.0, known, hd.Envelope(speed=(0.0, 0.8)), 0)
+    context = PlanningContext.of(rov, known.model, 60.0, known, hd.Envelope(speed=(0.0, 0.8)), 0)
     assert context.mode == "overlays"
-    assert context.enforce_envelope(context.steps).within >= 0.95
+    assert context.enforce_envelope(context.steps).feasibility_rate >= 0.95
     refused("mode 'waypoints' needs a propeller", rov, known.model, 60.0, mode="waypoints")
 
 
@@ -204,9 +204,9 @@ def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
     boat, known, monkeypatch, mode, blames
 ):
     def weak(context, *_):
-        return context.enforce_envelope([one.weaker(0.1) for one in context.steps])
+        return context.enforce_envelope([one.attenuate(0.1) for one in context.steps])
 
-    monkeypatch.setattr("hydrodamp.planning.plan.optimise", weak)
+    monkeypatch.setattr("hydrodamp.experiment_design.plan.optimise", weak)
     envelope = hd.Envelope(speed=(0.8, 1.6))
     made = hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, mode=mode)
     assert len(made.notes) == 1
@@ -225,4 +225,4 @@ def test_a_vehicle_with_a_propeller_alone_is_planned_for():
     known = hd.Damping.from_dict(None, {"X_u|u|": -8.0})
     envelope = hd.Envelope(speed=(0.8, 1.6))
     made = hd.plan(sled, known.model, 60.0, damping=known, envelope=envelope)
-    assert (made.saturated, [*made.orders]) == ({}, ["speed", "rpm"])
+    assert (made.saturated, [*made.setpoints]) == ({}, ["speed", "rpm"])

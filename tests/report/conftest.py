@@ -47,8 +47,8 @@ def comparison():
         make_row(make_fit("fossen", "ls", rank=12), None, (("dive", 12.34), ("turn", 0.1))),
         make_row(make_fit("uncoupled", "ls", hd.Status.RANK_DEFICIENT, 22), 2.15),
         make_row(make_fit("coe", "ls", hd.Status.TOO_FEW_SAMPLES), None),
-        make_row(make_fit("linear", "ai", hd.Status.NOT_SETTLED), 14.02),
-        make_row(make_fit("fossen", "ai", hd.Status.NOT_SETTLED), 1234.5),
+        make_row(make_fit("linear", "ai", hd.Status.NOT_CONVERGED), 14.02),
+        make_row(make_fit("fossen", "ai", hd.Status.NOT_CONVERGED), 1234.5),
         make_row(make_fit("uncoupled", "ai", hd.Status.FAILED), None),
     )
     return hd.Comparison(

@@ -2,21 +2,21 @@ from dataclasses import replace
 
 import hydrodamp as hd
 from hydrodamp.report.comparison_tables import (
-    axis_grids,
-    detail_grids,
-    replay_grid,
-    run_grids,
-    score_grid,
-    summary_grids,
-    window_grids,
+    axis_tables,
+    detail_tables,
+    horizon_tables,
+    replay_table,
+    run_tables,
+    score_table,
+    summary_tables,
 )
-from hydrodamp.report.grid import to_text
+from hydrodamp.report.table import to_text
 
 from .conftest import column
 
 
 def test_models_stand_against_methods_and_the_paper(comparison):
-    (grid,) = summary_grids(comparison)
+    (grid,) = summary_tables(comparison)
     assert grid.header == ("model", "n", "rank", "ls", "ai", "paper LS", "paper AI")
     # The printed columns are those of Table I.
     assert grid.words == [
@@ -29,7 +29,7 @@ def test_models_stand_against_methods_and_the_paper(comparison):
 
 
 def test_remarks_say_what_happened_where(comparison):
-    notes = " ".join(summary_grids(comparison)[-1].notes)
+    notes = " ".join(summary_tables(comparison)[-1].notes)
     assert "fossen by ls diverged in segment dive after 12.3 s, segment turn after 0.1 s." in notes
     assert "[ls: uncoupled]" in notes
     assert "[ls: coe]" in notes
@@ -40,13 +40,13 @@ def test_remarks_say_what_happened_where(comparison):
 def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison):
     row = comparison.rows[3]
     fit = replace(row.fit, status=hd.Status.REFUSED, remarks=("The log is too short.",))
-    (grid,) = summary_grids(replace(comparison, rows=(comparison.rows[0], replace(row, fit=fit))))
+    (grid,) = summary_tables(replace(comparison, rows=(comparison.rows[0], replace(row, fit=fit))))
     assert column(grid, "ls") == ("0.460", "refused")
     assert "coe by ls: The log is too short." in grid.notes
 
 
 def test_axes_have_error_and_fit(comparison):
-    first, second = axis_grids(comparison)
+    first, second = axis_tables(comparison)
     assert first.title == "ls by axis: RMS error (m/s, deg/s), fit in %"
     assert first.words[0][:5] == ["linear", "0.460", "90", "0.920", "50"]
     assert first.words[0][-2:] == ["2.760", "<0"]
@@ -56,7 +56,7 @@ def test_axes_have_error_and_fit(comparison):
 def test_locked_axes_are_left_out(comparison):
     score = hd.Score(0.1, {"u": 0.1, "r": 0.02}, {"u": None, "r": 5.0}, "rad", ())
     planar = hd.Comparison((hd.Row(comparison.rows[0].fit, score),), "rad")
-    (grid,) = axis_grids(planar)
+    (grid,) = axis_tables(planar)
     assert grid.header == ("model", "u", "%", "r", "%")
     assert grid.words == [["linear", "0.100", "-", "0.0200", "5"]]
 
@@ -65,20 +65,20 @@ def test_many_methods_go_on_several_tables_that_are_legible_in_80_columns(compar
     row = comparison.rows[0]
     more = [replace(row, fit=replace(row.fit, method=f"method-{k}")) for k in range(3)]
     many = hd.Comparison((*comparison.rows, *more))
-    grids = summary_grids(many)
+    grids = summary_tables(many)
     assert [len(grid.header) for grid in grids] == [6, 5]
     assert [bool(grid.notes) for grid in grids] == [False, True]
     for grid in (
-        *detail_grids(comparison),
-        *summary_grids(comparison),
-        *detail_grids(many),
+        *detail_tables(comparison),
+        *summary_tables(comparison),
+        *detail_tables(many),
         *grids,
     ):
         assert max(map(len, to_text(grid).splitlines())) <= 80
 
 
 def test_rows_have_names_for_programs_and_full_precision(comparison):
-    grid = score_grid(comparison, comparison.rows)
+    grid = score_table(comparison, comparison.rows)
     keys = [column.key or column.name for column in grid.columns]
     rows = [dict(zip(keys, row, strict=True)) for row in grid.rows]
     assert [row["rms_deg"] for row in rows[:2]] == [0.46, None]
@@ -92,7 +92,7 @@ def test_rows_have_names_for_programs_and_full_precision(comparison):
 
 def test_the_score_of_one_replay_ends_with_all_velocities_together():
     score = hd.Score(0.25, {"u": 0.1, "r": 2.0}, {"u": 90.0, "r": -5.0}, "deg", ())
-    assert replay_grid("Replay", score).words == [
+    assert replay_table("Replay", score).words == [
         ["u", "0.100", "m/s", "90"],
         ["r", "2.000", "deg/s", "<0"],
         ["all", "0.250", "m/s, deg/s", "-"],
@@ -107,27 +107,27 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     lost = hd.HorizonScore(10.0, second.score, 4, 1)
     rows = (replace(own, windows=windows), replace(second, windows=lost))
     found = replace(comparison, rows=rows)
-    runs, parts = to_text(run_grids(found)[0]), to_text(window_grids(found)[0])
+    runs, parts = to_text(run_tables(found)[0]), to_text(horizon_tables(found)[0])
     assert "dive   turn" in runs
     assert "0.200  0.800" in runs
     assert "windows of 10 s" in parts
     assert "25 % off" in parts
-    assert not run_grids(comparison)
+    assert not run_tables(comparison)
     alike = {"run_11_40": 0.2, "run_11_46": 0.8}
     named = replace(own, score=replace(first.score, rms_by_segment=alike))
-    (grid,) = run_grids(replace(comparison, rows=(named,)))
+    (grid,) = run_tables(replace(comparison, rows=(named,)))
     assert grid.title.endswith(", run_11_…")
     assert grid.header == ("model", "method", "40", "46")
-    assert not window_grids(comparison)
+    assert not horizon_tables(comparison)
 
 
 def test_a_choice_that_is_worse_than_no_model_is_told(comparison):
-    best = comparison.choice().row
+    best = comparison.select().row
 
     def told(fit):
         score = replace(best.score, fit_by_axis={"u": fit, "v": 5.0, "r": None})
         row = replace(best, score=score)
-        return " ".join(summary_grids(replace(comparison, rows=(row,)))[-1].notes)
+        return " ".join(summary_tables(replace(comparison, rows=(row,)))[-1].notes)
 
     assert "The chosen model replays u worse than no model" in told(-3.0)
     assert "worse than no model" not in told(0.0)

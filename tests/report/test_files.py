@@ -95,7 +95,7 @@ def test_what_intervals_are_made_with_reads_back(comparison, tmp_path):
         again = hd.read_comparison(tmp_path).rows[0].fit.uncertainty
         assert again is not None
         assert (again.noise is None) is (noise is None)
-        assert again.reach() == found.reach()
+        assert again.critical_value() == found.critical_value()
         assert str(again) == str(found)
         np.testing.assert_array_equal(again.standard_errors, found.standard_errors)
 

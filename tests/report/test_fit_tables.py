@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.identification.fit import Uncertainty
-from hydrodamp.identification.grades import Cause, Grade
-from hydrodamp.report.fit_tables import fit_grid, half_widths
+from hydrodamp.identification.identifiability import Cause, Grade
+from hydrodamp.report.fit_tables import fit_table, half_widths
 
 from .conftest import column
 
@@ -27,14 +27,14 @@ def grades(fit, grade, **causes):
 
 
 def test_coefficients_stand_with_error_interval_and_unit(comparison):
-    grid = fit_grid(comparison.rows[0].fit)
+    grid = fit_table(comparison.rows[0].fit)
     assert grid.title == "Linear by ls: 36 coefficients, rank 36, 1200 samples"
     assert grid.words[3] == ["X_p", "-4", "2", "3.92", "N/(rad/s)", "no"]
     assert grid.header[-2:] == ("unit", "aliased")
 
 
 def test_aliased_groups_are_named(comparison):
-    grid = fit_grid(comparison.rows[2].fit)
+    grid = fit_table(comparison.rows[2].fit)
     aliased = dict(zip(column(grid, "coefficient"), column(grid, "aliased"), strict=True))
     assert (aliased["X_u^2"], aliased["Y_v|v|"]) == ("yes", "no")
     assert "aliased, so that only a combination is determined: X_u X_u^2" in grid.notes
@@ -42,14 +42,14 @@ def test_aliased_groups_are_named(comparison):
 
 
 def test_without_covariance_there_is_no_error(comparison):
-    grid = fit_grid(comparison.rows[4].fit)
+    grid = fit_table(comparison.rows[4].fit)
     assert set(column(grid, "std. error")) == {"-"}
     assert "rank" not in grid.title
     assert "aliased" not in grid.header  # a method without ranks cannot know
 
 
 def test_the_rule_of_grades_stands_below_them(fit):
-    grid = fit_grid(fit, grades(fit, Grade.MINOR))
+    grid = fit_table(fit, grades(fit, Grade.MINOR))
     assert set(column(grid, "grade")) == {"minor"}
     assert grid.notes[-1].startswith("grade: determined within 25 % of the number")
 
@@ -60,7 +60,7 @@ def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
     covariance[3, 4] = covariance[4, 3] = 0.95 * np.sqrt(covariance[3, 3] * covariance[4, 4])
     tied = replace(fit, damping=replace(fit.damping, covariance=covariance))
     found = grades(tied, Grade.NOT_DETERMINED, X_u=Cause.WIDE, X_v=Cause.NOISE)
-    grid = fit_grid(tied, found)
+    grid = fit_table(tied, found)
     words = ("not determined: wide", "not determined: noise", "not determined")
     assert column(grid, "grade")[:3] == words
     assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.WIDE.value)

@@ -3,10 +3,10 @@ import io
 
 import pytest
 
-from hydrodamp.report.comparison_tables import detail_grids, summary_grids
-from hydrodamp.report.grid import (
+from hydrodamp.report.comparison_tables import detail_tables, summary_tables
+from hydrodamp.report.table import (
     Column,
-    Grid,
+    Table,
     coefficient,
     error_size,
     percent,
@@ -16,7 +16,7 @@ from hydrodamp.report.grid import (
     to_text,
 )
 
-GRID = Grid(
+GRID = Table(
     "Errors & more",
     (Column("model_a", number=False), Column("rms", form="{:.1f}".format, key="rms_deg")),
     (("u|u|", "~1"), ("v^2", 0.25), ("<w>", None)),
@@ -67,7 +67,7 @@ def test_csv_has_names_for_programs_and_full_precision():
 
 @pytest.mark.parametrize("width", [80, 20])
 def test_a_terminal_shows_every_word_whole(comparison, width):
-    grids = (*detail_grids(comparison), *summary_grids(comparison))
+    grids = (*detail_tables(comparison), *summary_tables(comparison))
     text = "\n\n".join(to_text(grid, width) for grid in grids)
     assert all(word in text for grid in grids for row in grid.words for word in row)
     if width == 80:
@@ -103,8 +103,8 @@ HOSTILE = "dive\n\\input{/etc/passwd}\r\x1b[31m\u2028\u202e=1"
 @pytest.mark.parametrize("write", [to_text, to_markdown, to_latex, to_csv])
 def test_control_characters_of_names_do_not_reach_a_table(write):
     columns = (Column("log", number=False), Column(f"a{HOSTILE}", number=False))
-    plain = Grid("t", columns[:1] * 2, (("x", "y"),), ("note",))
-    grid = Grid(HOSTILE, columns, ((HOSTILE, "x"),), (f"note {HOSTILE}",))
+    plain = Table("t", columns[:1] * 2, (("x", "y"),), ("note",))
+    grid = Table(HOSTILE, columns, ((HOSTILE, "x"),), (f"note {HOSTILE}",))
     table = write(grid)
     assert not set(table) & set("\r\x1b\u2028\u202e")
     assert not any(line.lstrip().startswith("\\input") for line in table.splitlines())
@@ -113,9 +113,9 @@ def test_control_characters_of_names_do_not_reach_a_table(write):
 
 
 def test_words_that_a_spreadsheet_would_run_are_quoted():
-    grid = Grid("", (Column("log", number=False), Column("rms")), (("=cmd|'/c calc'!A0", -0.5),))
+    grid = Table("", (Column("log", number=False), Column("rms")), (("=cmd|'/c calc'!A0", -0.5),))
     assert to_csv(grid) == "log,rms\n'=cmd|'/c calc'!A0,-0.5\n"
     words = ("+1+1", "-x", "@a", "-0.5", "-inf", "a=b", "")
     rows = tuple((word,) for word in words)
-    lines = to_csv(Grid("", (Column("log", number=False),), rows)).splitlines()[1:]
+    lines = to_csv(Table("", (Column("log", number=False),), rows)).splitlines()[1:]
     assert lines == ["'+1+1", "'-x", "'@a", "-0.5", "-inf", "a=b", '""']

@@ -4,10 +4,10 @@ import numpy as np
 
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.probing.delay import Delay
-from hydrodamp.ingest.probing.probe import Judged, judge, probe
-from hydrodamp.ingest.probing.verdict import verdict
-from hydrodamp.report.probe_tables import LISTED, probe_grids
+from hydrodamp.ingest.inspection.delay import Delay
+from hydrodamp.ingest.inspection.probe import Inspection, judge, probe
+from hydrodamp.ingest.inspection.quality_report import verdict
+from hydrodamp.report.probe_tables import LISTED, probe_tables
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CANONICAL = Recording((Topic("", None, {"time": TIME, "u": TIME}),), "dive.csv", "text in columns")
@@ -17,13 +17,13 @@ def notes(*topics, form="text in columns"):
     recording = Recording(topics, "dive.csv", form)
     found = probe(recording)
     return "\n".join(
-        note for grid in probe_grids(found, judge(found, [recording])) for note in grid.notes
+        note for grid in probe_tables(found, judge(found, [recording])) for note in grid.notes
     )
 
 
 def grids_of(log, *delays):
     judged = replace(verdict(log), delays=delays)
-    return probe_grids(probe(CANONICAL), Judged("", judged))
+    return probe_tables(probe(CANONICAL), Inspection("", judged))
 
 
 def test_topics_are_counted_and_their_clocks_told():

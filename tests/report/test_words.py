@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
-from hydrodamp.report.words import remarks, verdict
+from hydrodamp.identification.identifiability import AxisIdentifiability, Grade, Identifiability
+from hydrodamp.report.narrative import remarks, verdict
 from hydrodamp.validation.compare import Comparison
 
 
@@ -47,7 +47,7 @@ def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(compar
     values = {**lost.fit.damping.as_dict(), "M_q|q|": 1.0}
     pitch = hd.Damping.from_dict(lost.fit.model, values)
     fits = (
-        replace(chosen.fit, sailed={"q": (-2.0, 2.0), "r": (-29.0, 29.0)}),
+        replace(chosen.fit, training_range={"q": (-2.0, 2.0), "r": (-29.0, 29.0)}),
         replace(lost.fit, damping=pitch),
         replace(other.fit, damping=hd.Damping(other.fit.model, np.ones(24))),
     )

@@ -32,7 +32,7 @@ def test_no_rise_reaches_across_a_join_and_locked_axes_have_no_gain(vehicle):
     planar = replace(vehicle, axes=("X", "Y", "N"))
     freed = with_gains(planar, log, LINEAR)
     problem = hd.prepare(planar, log, freed)
-    assert problem.columns.channels[-1] == "actuation_rise_Y"
+    assert problem.equations.channels[-1] == "actuation_rise_Y"
     assert problem.inputs.channels[:, -1].tolist() == [1.0, 0.0, -2.0, 0.0]
     assert [label for label in freed.labels if "_actuation_" in label][:2] == [
         "X_actuation_X",

@@ -30,7 +30,7 @@ def commands_of(n=20):
 def test_known_columns_give_the_known_wrench_of_the_vehicle():
     vehicle, log = hd.fleet["vt690"], log_of(commands=commands_of())
     problem = hd.prepare(vehicle, log, LINEAR)
-    known = problem.regressor()[:, : problem.columns.n_known] @ problem.columns.known
+    known = problem.regressor()[:, : problem.equations.n_known] @ problem.equations.known
     np.testing.assert_array_equal(problem.regressor(step=7), problem.regressor()[::7])
     expected = vehicle.known_wrench(log.velocity, log.down, commands_of())
     np.testing.assert_allclose(known, expected, rtol=1e-12, atol=1e-12)
@@ -50,8 +50,8 @@ def test_an_unknown_ratio_is_one_even_at_rest():
     vehicle = replace(hd.fleet["vt690"], actuators=())
     with pytest.warns(hd.PropulsionWarning):
         problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
-    etas = [k for k, term in enumerate(problem.columns.basis) if term.needs_propulsion]
-    assert not problem.regressor()[:, problem.columns.n_known :][:, etas].any()
+    etas = [k for k, term in enumerate(problem.equations.basis) if term.needs_propulsion]
+    assert not problem.regressor()[:, problem.equations.n_known :][:, etas].any()
 
 
 def test_locked_velocities_do_not_count_in_the_ratio():
@@ -62,7 +62,7 @@ def test_locked_velocities_do_not_count_in_the_ratio():
     for ratio in (1.0, 1.3):
         more = {"propulsion_ratio": np.full(20, ratio), "wrench": np.zeros((20, 6))}
         problem = hd.prepare(planar, log_of(velocity=velocity, **more), model)
-        column = problem.regressor()[:, problem.columns.n_known]
+        column = problem.regressor()[:, problem.equations.n_known]
         np.testing.assert_allclose(column, 1.5 * (ratio - 1.0), atol=1e-15)
 
 
@@ -98,11 +98,11 @@ def test_wrench_and_commands_together_are_refused_with_which_to_drop():
 def test_a_wrench_needs_no_actuators_and_no_commands():
     log = log_of(wrench=np.ones((20, 6)))
     problem = hd.prepare(hd.fleet["vt690"], log, LINEAR)
-    assert not problem.columns.actuators
+    assert not problem.equations.actuators
     np.testing.assert_array_equal(problem.inputs.wrench, np.ones((20, 6)))
     log = log_of(wrench=np.ones((20, 6)), commands={"tether": np.ones(20)})
     problem = hd.prepare(hd.fleet["vt690"], log, LINEAR.with_terms({"X": "tether"}))
-    assert problem.columns.channels == ("tether",)
+    assert problem.equations.channels == ("tether",)
 
 
 def test_all_lacks_are_named_at_once():

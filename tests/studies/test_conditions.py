@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from conditions import COLOURED, accelerated, training_pushes
-from hydrodamp.simulation.campaign.conditions import WHITE
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 
 
 def autocorrelation(series, lag):
@@ -43,7 +43,7 @@ def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
 
 
 def test_levels_are_those_of_white_errors():
-    white, coloured = (one.draw_errors(5, 6, 10000) for one in (WHITE, COLOURED))
+    white, coloured = (one.draw_errors(5, 6, 10000) for one in (WHITE_NOISE, COLOURED))
     np.testing.assert_allclose(coloured.std(axis=(0, 1)), white.std(axis=(0, 1)), rtol=0.03)
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning.autopilot import design_autopilot
-from hydrodamp.planning.closed_loop import ClosedLoop
-from hydrodamp.planning.ensemble import draw_ensemble, prior_damping, wide_model
+from hydrodamp.experiment_design.autopilot import design_autopilot
+from hydrodamp.experiment_design.closed_loop import ClosedLoop
+from hydrodamp.experiment_design.ensemble import draw_ensemble, prior_damping, wide_model
 from hydrodamp.simulation.campaign.reenact import Plan
 from planning import Sailed, fleet_on, table, told
 
@@ -42,8 +42,8 @@ def test_the_water_of_a_truth_acts_as_that_of_the_campaign():
     angles = truth.effective_fins(velocity, commands[:, :2])
     strips = truth.strips.wrench(velocity)
     # Y_uud = 9.0728 (vehicle file): u|u| = 4.
-    assert made.beside(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
+    assert made.baseline(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
         4.0 * 9.0728 * (angles[0, 0] - 0.1)
     )
     off, _ = fleet_on(closed_loop, "off")
-    assert off.beside(velocity, commands) == pytest.approx(np.zeros((1, 6)))
+    assert off.baseline(velocity, commands) == pytest.approx(np.zeros((1, 6)))

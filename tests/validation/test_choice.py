@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation.choice import choose, front
+from hydrodamp.validation.selection import choose, pareto_front
 
 
 @dataclass(frozen=True)
@@ -17,9 +17,9 @@ class Entry:
     model: str
     n_coefficients: int
     rms: float | None
-    settled: bool = True
+    converged: bool = True
     method: str = "ls"
-    rms_by_part: tuple[float | None, ...] = ()
+    rms_by_fold: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ LARGE, LINEAR, SMALL, TINY, WILD = ROWS = (
     Entry("linear", 36, 0.51),
     Entry("small", 30, 0.62),
     Entry("tiny", 12, 1.75),
-    Entry("wild", 100, None, settled=False),
+    Entry("wild", 100, None, converged=False),
 )
 
 
@@ -53,9 +53,9 @@ def test_ties_go_to_fewer_coefficients_then_to_the_earlier_row():
 
 
 def test_fewer_coefficients_are_taken_where_no_run_tells_the_two_apart():
-    large = Entry("large", 248, 0.50, rms_by_part=(0.2, 0.5, 0.8))
-    small = Entry("small", 44, 0.51, rms_by_part=(0.22, 0.44, 0.87))
-    choice = choose([large, small, Entry("tiny", 12, 0.9, rms_by_part=(0.5, 0.9, 1.3))])
+    large = Entry("large", 248, 0.50, rms_by_fold=(0.2, 0.5, 0.8))
+    small = Entry("small", 44, 0.51, rms_by_fold=(0.22, 0.44, 0.87))
+    choice = choose([large, small, Entry("tiny", 12, 0.9, rms_by_fold=(0.5, 0.9, 1.3))])
     assert (choice.row, choice.runner_up) == (small, large)
     assert choice.sentence == (
         "small by ls (0.51): 44 coefficients, and the 3 parts held out do not tell it from the "
@@ -65,8 +65,8 @@ def test_fewer_coefficients_are_taken_where_no_run_tells_the_two_apart():
 
 def test_a_small_error_that_every_run_repeats_is_not_equal():
     # The roughest run alone would hide it: 5, 5 and 4 % in runs of unlike size.
-    large = Entry("large", 55, 1.74, rms_by_part=(0.10, 0.12, 5.0))
-    small = Entry("small", 22, 1.82, rms_by_part=(0.105, 0.126, 5.2))
+    large = Entry("large", 55, 1.74, rms_by_fold=(0.10, 0.12, 5.0))
+    small = Entry("small", 22, 1.82, rms_by_fold=(0.105, 0.126, 5.2))
     assert choose([small, large]).row is large
 
 
@@ -75,7 +75,7 @@ def test_how_far_behind_an_exact_fit_the_next_is_says_its_error():
 
 
 def test_fits_that_have_not_settled_are_left_out_unless_none_has():
-    loose = Entry("loose", 36, 0.1, settled=False, method="ai")
+    loose = Entry("loose", 36, 0.1, converged=False, method="ai")
     assert choose([loose, *ROWS]).row is LARGE
     only = choose([loose])
     assert (only.row, only.runner_up) == (loose, None)
@@ -90,5 +90,5 @@ def test_without_an_error_there_is_no_choice():
 def test_the_front_buys_error_with_coefficients():
     beaten = Entry("beaten", 40, 0.51)
     same = Entry("same", 36, 0.51)
-    assert front(Listed((*ROWS, beaten, same))) == (TINY, SMALL, LINEAR, LARGE)
-    assert front(Listed((WILD,))) == ()
+    assert pareto_front(Listed((*ROWS, beaten, same))) == (TINY, SMALL, LINEAR, LARGE)
+    assert pareto_front(Listed((WILD,))) == ()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation.choice import front
 from hydrodamp.validation.compare import beside_paper
+from hydrodamp.validation.selection import pareto_front
 
 
 @pytest.fixture
@@ -30,10 +30,10 @@ def test_rows_are_in_the_order_asked_for_and_the_truth_wins(comparison):
     ]  # fmt: skip
     assert comparison.models == ("linear", "fossen", "uncoupled")
     assert comparison.methods == ("ls", "ai", "wild")
-    best, choice = comparison.best(), comparison.choice()
+    best, choice = comparison.best(), comparison.select()
     assert best is comparison.row("linear", "ls") is choice.row
     assert best.rms < 0.05
-    assert choice.reservation == "Left out: 2 replays that diverged, failed or did not settle."
+    assert choice.caveat == "Left out: 2 replays that diverged, failed or did not settle."
 
 
 def test_a_diverged_replay_is_a_row_with_a_status(comparison):
@@ -42,8 +42,8 @@ def test_a_diverged_replay_is_a_row_with_a_status(comparison):
     assert row.rms is None
     assert row.score.diverged[0][0] == "c"
     assert "diverged" in str(comparison)
-    assert comparison.best() in front(comparison)
-    assert row not in front(comparison)
+    assert comparison.best() in pareto_front(comparison)
+    assert row not in pareto_front(comparison)
     nothing = replace(comparison, rows=(row,))
     with pytest.raises(hd.MethodError, match="every replay diverged"):
         nothing.best()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.fit import fitted
-from hydrodamp.validation.crossvalidation import cross_validate, holdouts
+from hydrodamp.identification.fit import make_fit
+from hydrodamp.validation.cross_validation import cross_validate, holdouts
 
 LINEAR, FOSSEN = hd.catalog["linear"], hd.catalog["fossen"]
 
@@ -33,7 +33,7 @@ class Fixed:
         size = 300.0 if wild else -30.0
         values = [size if label[0] == "XYZKMN"["uvwpqr".index(label[2])] else 0.0
                   for label in model.labels]  # fmt: skip
-        return fitted(problem, model, self, np.array(values))
+        return make_fit(problem, model, self, np.array(values))
 
 
 def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
@@ -47,26 +47,26 @@ def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
         rest = [other for other in "abc" if other != name]
         fit = hd.identify(LINEAR, vehicle, log.select(*rest), hd.LeastSquares())
         alone = hd.compare([fit], vehicle, log.select(name))
-        assert table.rows[0].rms_by_part[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
+        assert table.rows[0].rms_by_fold[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
         assert table.rows[0].folds[fold].trajectory is None
     row = table.rows[1]
-    assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_part))
-    assert row.spread == pytest.approx(np.std(row.rms_by_part, ddof=1))
+    assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_fold))
+    assert row.spread == pytest.approx(np.std(row.rms_by_fold, ddof=1))
     assert row.n_lost == 0
-    assert row.settled
+    assert row.converged
 
 
 def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
     methods = [Fixed(wild_without="b"), hd.LeastSquares()]
     table = cross_validate(vehicle, log, LINEAR, methods)
     wild = table.rows[0]
-    assert [value is None for value in wild.rms_by_part] == [False, True, False]
+    assert [value is None for value in wild.rms_by_fold] == [False, True, False]
     assert wild.rms is None
-    assert not wild.settled
+    assert not wild.converged
     assert wild.n_lost == 1
-    kept = [wild.rms_by_part[0], wild.rms_by_part[2]]
+    kept = [wild.rms_by_fold[0], wild.rms_by_fold[2]]
     assert wild.rms_of_finished == pytest.approx(np.mean(kept))
-    assert table.choice().row.method == "ls"
+    assert table.select().row.method == "ls"
     ((where, after),) = wild.folds[1].score.diverged
     assert where == "b"
     assert wild.lost == (f"fold 2 (diverged in segment b after {after:.3g} s)",)
@@ -78,12 +78,12 @@ def test_a_row_that_is_nearer_but_lost_a_fold_is_named_beside_the_choice(vehicle
     table = cross_validate(vehicle, log, LINEAR, [hd.LeastSquares(), Fixed(wild_without="b")])
     exact, wild = table.rows
     far = [replace(row, score=replace(row.score, rms=9.0)) for row in exact.folds]
-    chosen = replace(table, rows=(replace(exact, folds=tuple(far)), wild)).choice()
+    chosen = replace(table, rows=(replace(exact, folds=tuple(far)), wild)).select()
     assert chosen.row.method == "ls"
     assert "of 1 replay of all 3 folds" in chosen.sentence
     same = f"({wild.rms_of_finished:.3g} against 9), but lost 1 of 3"
-    assert f"linear by fixed is nearer on the folds that it ended {same}" in chosen.reservation
-    assert "nearer" not in str(table.choice())  # the exact one is nearer there too
+    assert f"linear by fixed is nearer on the folds that it ended {same}" in chosen.caveat
+    assert "nearer" not in str(table.select())  # the exact one is nearer there too
 
 
 def names(log):
@@ -100,7 +100,7 @@ def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
         assert train.n + test.n == 300 - 4 * 20
     assert names(parts[1][0]) == ["a+0s", "a+13s", "a+19s", "a+25s"]
     table = cross_validate(vehicle, one, LINEAR, hd.LeastSquares(), gap=2.0)
-    assert len(table.rows[0].rms_by_part) == 5
+    assert len(table.rows[0].rms_by_fold) == 5
     assert table.rows[0].rms < 0.1
 
 

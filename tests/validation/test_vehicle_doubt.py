@@ -8,7 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.fit import empty_fit
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.vehicle_doubt import variants, vehicle_doubt
+from hydrodamp.validation.sensitivity import variants, vehicle_sensitivity
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 
 LINEAR = hd.catalog["linear"]
@@ -61,7 +61,7 @@ def test_an_error_of_the_mass_goes_into_the_damping(exact_log, vehicle):
     damping = hd.Damping(LINEAR, (-30 * np.eye(6)).ravel())
     log = exact_log(damping, n=900)
     model = hd.DampingModel.from_table({"X": "u"}, key="surge")
-    doubt = vehicle_doubt(free, log, log, model, hd.LeastSquares())
+    doubt = vehicle_sensitivity(free, log, log, model, hd.LeastSquares())
     u, du = log.velocity[:, 0], log.acceleration[:, 0]
     before = hd.identify(model, free, log, hd.LeastSquares()).damping
     move = abs(0.08 * vehicle.mass_matrix[0, 0] * (u @ du) / (u @ u))
@@ -96,8 +96,8 @@ class Blind:
 
 def test_a_method_that_fails_or_knows_no_covariance(campaign):
     logs = campaign.train, campaign.test
-    doubt = vehicle_doubt(campaign.vehicle, *logs, LINEAR, Blind(usable=False))
+    doubt = vehicle_sensitivity(campaign.vehicle, *logs, LINEAR, Blind(usable=False))
     assert str(doubt).count("nothing could be identified") == 4
-    doubt = vehicle_doubt(campaign.vehicle, *logs, LINEAR, Blind(usable=True))
+    doubt = vehicle_sensitivity(campaign.vehicle, *logs, LINEAR, Blind(usable=True))
     assert {effect.errors for effect in doubt.effects} == {None}
     assert {effect.share for effect in doubt.effects} == {0.0}

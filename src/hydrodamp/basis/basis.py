@@ -128,7 +128,7 @@ class Basis:
             raise TermError(f"`{wanted}` is not in the basis.{near}")
         return self.terms.index(wanted)
 
-    def table(self, channels: tuple[str, ...] = ()) -> IndexArray:
+    def atom_table(self, channels: tuple[str, ...] = ()) -> IndexArray:
         """Return the table of atom indices the kernels work from.
 
         Parameters
@@ -148,7 +148,7 @@ class Basis:
 
         Examples
         --------
-        >>> Basis.of("v|r|").table().tolist()
+        >>> Basis.of("v|r|").atom_table().tolist()
         [[2, 12, 0, 0]]
         """
         table = np.zeros((len(self.terms), MAX_FACTORS), dtype=np.int32)
@@ -214,7 +214,7 @@ class Basis:
         columns = [_spread(given[name], (n,), f"commands[{name!r}]") for name in channels]
         ratio = _spread(propulsion_ratio, (n,), "propulsion_ratio")
         values = regressor(
-            self.table(channels),
+            self.atom_table(channels),
             nu,
             _spread((0.0, 0.0, 1.0) if down is None else down, (n, 3), "down"),
             np.column_stack([*columns, np.empty((n, 0))]),

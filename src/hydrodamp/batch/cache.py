@@ -13,11 +13,11 @@ import numpy as np
 
 import hydrodamp
 from hydrodamp.basis.basis import Basis
-from hydrodamp.batch.addresses import digest_of_recording
-from hydrodamp.batch.folding import Folded, fold
+from hydrodamp.batch.discovery import digest_of_recording
 from hydrodamp.batch.recordings import ResolvedMapping
+from hydrodamp.batch.sufficient_statistics import LogStatistics, summarise_address
 from hydrodamp.files import save_bytes
-from hydrodamp.identification.triangle import Triangle
+from hydrodamp.identification.qr_factor import Triangle
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -31,7 +31,7 @@ _DIGEST_SIZE = hashlib.sha256().digest_size  # bytes
 
 
 @dataclass(frozen=True)
-class FoldCache:
+class StatisticsCache:
     """The folds of one vehicle, mapping and method; a fold with more terms serves too."""
 
     folder: Path | None
@@ -40,15 +40,15 @@ class FoldCache:
     method: Any
     mapping: ResolvedMapping | None
 
-    def fold(self, address: str) -> tuple[Folded, str, bool]:
+    def summarise(self, address: str) -> tuple[LogStatistics, str, bool]:
         """Return the fold of a log, the digest of its files, and whether it was in the cache."""
         basis = Basis.union(*(one.restricted_to(self.vehicle.axes).basis for one in self.models))
         digest = digest_of_recording(address, self.mapping)
         path = None if self.folder is None else self.folder / f"{self._key(digest)}.fold"
         cached = None if path is None else _load(path)
         if cached is not None and set(basis) <= set(cached.blocks[0].basis):
-            return cached.only(basis), digest, True
-        folded = fold(address, self.vehicle, self.models, self.method, self.mapping)
+            return cached.select_terms(basis), digest, True
+        folded = summarise_address(address, self.vehicle, self.models, self.method, self.mapping)
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
             _save(folded, path)
@@ -84,7 +84,7 @@ def _code_digest() -> str:
     return digest.hexdigest()
 
 
-def _load(path: Path) -> Folded | None:
+def _load(path: Path) -> LogStatistics | None:
     """Return a fold; None where there is none, or its content does not fit its digest."""
     try:
         content = path.read_bytes()
@@ -94,16 +94,16 @@ def _load(path: Path) -> Folded | None:
         with np.load(io.BytesIO(body), allow_pickle=False) as stored:
             basis = Basis.of(*str(stored["terms"]).split())
             rows = zip(stored["r"], stored["rows"].tolist(), strict=True)
-            pairs = zip(stored["sailed"].tolist(), stored["ranges"].tolist(), strict=True)
+            pairs = zip(stored["training_range"].tolist(), stored["ranges"].tolist(), strict=True)
             start, duration, n = stored["log"].tolist()
             blocks = tuple(Triangle(basis, r, n_rows) for r, n_rows in rows)
             ranges = {name: (low, high) for name, (low, high) in pairs}
     except OSError:
         return None
-    return Folded(blocks, start, duration, int(n), 1, ranges)
+    return LogStatistics(blocks, start, duration, int(n), 1, ranges)
 
 
-def _save(folded: Folded, path: Path) -> None:
+def _save(folded: LogStatistics, path: Path) -> None:
     body = io.BytesIO()
     np.savez(
         body,
@@ -111,8 +111,8 @@ def _save(folded: Folded, path: Path) -> None:
         r=np.array([one.r for one in folded.blocks]),
         rows=[one.n_samples for one in folded.blocks],
         log=[folded.start, folded.duration, folded.n_samples],
-        sailed=list(folded.sailed),
-        ranges=list(folded.sailed.values()),
+        training_range=list(folded.training_range),
+        ranges=list(folded.training_range.values()),
     )
     content = body.getvalue()
     save_bytes(hashlib.sha256(content).digest() + content, path)

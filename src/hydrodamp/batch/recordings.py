@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from hydrodamp.data.record import name_after
-from hydrodamp.ingest.formats.parties import JOINT, apart, called
+from hydrodamp.ingest.formats.multi_file import JOINT, apart, called
 from hydrodamp.ingest.mapping.log_mapping import LogMapping, composed, load, read_mapping
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import choose, options
+from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import WORK_FAILED, emit, note, show
 
 _LOGS = "Logs: files, folders with all logs beneath them, patterns, and URLs such as s3://…"
@@ -42,11 +42,16 @@ def batch(
     json: options.Json = False,
 ) -> None:
     """Identify models from many logs, group by group, and say what changed between them."""
-    from hydrodamp.report.season import RESULTS, coefficients_grid, told, write_season
+    from hydrodamp.report.batch_report import (
+        RESULTS,
+        coefficient_table,
+        summary_tables,
+        write_batch,
+    )
     from hydrodamp.results import check_results
 
     check_results(out, RESULTS, force)
-    crafts = [choose.choose_vehicle(one) for one in vehicle.split(",")]
+    crafts = [resolve.choose_vehicle(one) for one in vehicle.split(",")]
     models = _models(model)
     if mapping and len(mapping) > 1:
         raise hd.MethodError(
@@ -67,14 +72,14 @@ def batch(
             timeout=timeout,
             exclude=out,
         )
-    write_season(season, out)
+    write_batch(season, out)
     if json:
-        table = coefficients_grid(season)
+        table = coefficient_table(season)
         names = [column.name for column in table.columns]
         rows = [dict(zip(names, row, strict=True)) for row in table.rows]
         emit({"coefficients": rows, "failed": season.failed})
     else:
-        show(*told(season))
+        show(*summary_tables(season))
     for log, other in season.duplicates.items():
         note(f"{log} has the content of {other} and counts once.")
     if season.n_cached:
@@ -89,9 +94,9 @@ def batch(
 def _models(listed: str) -> tuple[hd.DampingModel, ...]:
     if not listed:
         raise hd.ModelError("`--model` is missing: name models, or YAML files of models.")
-    if choose.selects(listed):
+    if resolve.selects(listed):
         raise hd.ModelError("`sparse` is selected from one log: name models with terms.")
-    return choose.choose_models(listed)
+    return resolve.choose_models(listed)
 
 
 def _cluster(address: str) -> Any:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hydrodamp.cli import choose, options
-from hydrodamp.cli.parts import train_and_test
+from hydrodamp.cli import options, resolve
+from hydrodamp.cli.data_split import train_and_test
 from hydrodamp.errors import ProblemError
 
 
@@ -25,14 +25,14 @@ def compare(
     json: options.Json = False,
 ) -> None:
     """Identify models on one part of the data, replay them on another, rank them."""
-    from hydrodamp.cli.targets import check_out_folder, record
-    from hydrodamp.cli.work import Task, carry_out, check_log, check_training
+    from hydrodamp.cli.comparison_run import Task, carry_out, check_log, check_training
+    from hydrodamp.cli.provenance import check_out_folder, record
 
     parts = (*(logs or ()), *(train or ()), *(test or ()))
-    inputs = (*parts, *map(choose.file_of, choose.names(models or "")), vehicle, mapping)
+    inputs = (*parts, *map(resolve.file_of, resolve.names(models or "")), vehicle, mapping)
     check_out_folder(out, inputs, resume, force)
-    craft, chosen = choose.choose_vehicle(vehicle), choose.choose_models(models)
-    ways, said = choose.choose_methods(methods), record(inputs)
+    craft, chosen = resolve.choose_vehicle(vehicle), resolve.choose_models(models)
+    ways, said = resolve.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     ends = ((held_out.time[one.start], held_out.time[one.stop - 1]) for one in held_out.segments)
     longest = max(stop - start for start, stop in ends)
@@ -41,8 +41,8 @@ def compare(
             "`--horizon` must be more than 0 s and no more than the longest run of the test data, "
             f"{longest:.4g} s; got {horizon:g}."
         )
-    check_training(craft, learn, choose.asked(models, craft, learn, chosen))
-    check_log(craft, held_out, choose.asked(models, craft, held_out, chosen), learn)
-    chosen = choose.for_log(models, craft, learn, chosen, free_gains)
+    check_training(craft, learn, resolve.asked(models, craft, learn, chosen))
+    check_log(craft, held_out, resolve.asked(models, craft, held_out, chosen), learn)
+    chosen = resolve.for_log(models, craft, learn, chosen, free_gains)
     task = Task(craft, learn, held_out, chosen, ways, out, attitude, rate_unit, horizon)
     carry_out(task, shared | said, resume, json)

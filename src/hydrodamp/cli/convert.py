@@ -9,8 +9,8 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
+from hydrodamp.cli.data_split import read, suspect
 from hydrodamp.cli.output import note, show
-from hydrodamp.cli.parts import read, suspect
 
 
 def convert(
@@ -20,7 +20,7 @@ def convert(
     force: options.Force = False,
 ) -> None:
     """Bring a log of any format onto one clock, do the mapping's steps, and write it."""
-    from hydrodamp.cli.targets import check_out_log
+    from hydrodamp.cli.provenance import check_out_log
 
     check_out_log(out, (*logs, mapping), force)
     log = read(logs, mapping)

@@ -64,7 +64,7 @@ def datasets(
 
 def _list(json: bool) -> None:
     from hydrodamp.ingest.datasets import datasets as known
-    from hydrodamp.report.grid import Grid
+    from hydrodamp.report.table import Table
 
     listed = tuple(known().values())
     if json:
@@ -73,4 +73,4 @@ def _list(json: bool) -> None:
     rows = tuple((one.name, str(len(one.files)), one.mapping, one.title) for one in listed)
     notes = ("Fetch one: hydrodamp datasets NAME. None is part of hydrodamp; mind the licences.",)
     header = ("name", "files", "mapping", "title")
-    show(Grid.of_words("Public logs", header, "lrll", rows, notes))
+    show(Table.of_words("Public logs", header, "lrll", rows, notes))

@@ -8,8 +8,8 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.choose import choose_methods, choose_models
 from hydrodamp.cli.output import show
+from hydrodamp.cli.resolve import choose_methods, choose_models
 
 _TRUTH = (
     "The simulated vehicle's hydrodynamics: as published, or with strip-theory crossflow, farther "
@@ -26,8 +26,8 @@ def demo(
     json: options.Json = False,
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
-    from hydrodamp.cli.targets import check_out_folder, record
-    from hydrodamp.cli.work import Task, carry_out
+    from hydrodamp.cli.comparison_run import Task, carry_out
+    from hydrodamp.cli.provenance import check_out_folder, record
 
     check_out_folder(out, (), resume, force)
     campaign = hd.reenact(seed=seed, truth=truth)

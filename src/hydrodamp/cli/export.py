@@ -11,9 +11,9 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.choose import choose_vehicle
+from hydrodamp.cli.data_split import read
 from hydrodamp.cli.output import emit, fail, note, show
-from hydrodamp.cli.parts import read
+from hydrodamp.cli.resolve import choose_vehicle
 from hydrodamp.errors import MethodError
 
 _FILES = 6  # that are named
@@ -47,7 +47,7 @@ def export(
     from hydrodamp.data.record import first_few
     from hydrodamp.export.folder import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
-    from hydrodamp.report.grid import Grid
+    from hydrodamp.report.table import Table
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)
@@ -59,7 +59,7 @@ def export(
     if json:
         emit(document)
     else:
-        show(Grid("", (), (), tuple(str(card).splitlines())))
+        show(Table("", (), (), tuple(str(card).splitlines())))
     if card.run_error:
         fail(f"what was written does not run here: {card.run_error}")
     replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"

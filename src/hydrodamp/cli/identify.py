@@ -10,11 +10,11 @@ from typing import Annotated
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import choose, options
+from hydrodamp.cli import options, resolve
+from hydrodamp.cli.data_split import train_alone
 from hydrodamp.cli.output import emit, fail, note, show
-from hydrodamp.cli.parts import train_alone
 from hydrodamp.cli.report import beside, illustrate_fit
-from hydrodamp.progress import counted
+from hydrodamp.progress import count_items
 
 _MODEL = (
     "A model by name, a YAML file of one, or FILE:NAME; `sparse` selects one from the log. "
@@ -40,25 +40,25 @@ def identify(
     json: options.Json = False,
 ) -> None:
     """Identify one model, say how far to trust it, and write its damping file."""
-    from hydrodamp.cli.targets import check_out_file, record
-    from hydrodamp.cli.work import check_training, fit_all
+    from hydrodamp.cli.comparison_run import check_training, fit_all
+    from hydrodamp.cli.provenance import check_out_file, record
     from hydrodamp.files import save_json
     from hydrodamp.report.documents import fit_document
     from hydrodamp.report.files import PICTURES
-    from hydrodamp.report.fit_tables import fit_grid
+    from hydrodamp.report.fit_tables import fit_table
     from hydrodamp.results import check_results, remove_results
 
-    inputs = (*(logs or ()), *(train or ()), vehicle, choose.file_of(model), mapping)
+    inputs = (*(logs or ()), *(train or ()), vehicle, resolve.file_of(model), mapping)
     if out is not None:
         figures, page = beside(out)
         for path in (out, page):
             check_out_file(path, inputs, force)
         check_results(figures, PICTURES, force)
-    craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
+    craft, named = resolve.choose_vehicle(vehicle), resolve.choose_model(model)
     way, said = hd.find_method(method), record(inputs)
     log = train_alone(logs or (), train or (), mapping)
-    check_training(craft, log, choose.asked(model, craft, log, named))
-    chosen = choose.for_log(model, craft, log, named, free_gains)
+    check_training(craft, log, resolve.asked(model, craft, log, named))
+    chosen = resolve.for_log(model, craft, log, named, free_gains)
     (fit,) = fit_all(hd.prepare(craft, log, chosen), chosen, (way,))
     is_asked = fit.status.usable and not json
     grades, words, shown = trust(craft, log, fit) if is_asked else (None, [], [])
@@ -70,7 +70,7 @@ def identify(
     if json:
         emit(fit_document(fit))
     else:
-        show(fit_grid(replace(fit, remarks=()), grades), *shown)
+        show(fit_table(replace(fit, remarks=()), grades), *shown)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:
@@ -78,9 +78,9 @@ def identify(
     elif shown:
         note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
     if grades is not None:
-        from hydrodamp.planning.outlook import outlook
+        from hydrodamp.experiment_design.outlook import expected_gain
 
-        if told := outlook(hd.prepare(craft, log, fit.model), fit, grades):
+        if told := expected_gain(hd.prepare(craft, log, fit.model), fit, grades):
             note(told)
 
 
@@ -90,14 +90,14 @@ def trust(
     """Return grades, what is answered to questions of trust, and those answers for the screen."""
     problem, model = hd.prepare(vehicle, log, fit.model), fit.model
     questions: dict[str, Callable[[], object]] = {
-        "what the log determines": lambda: hd.graded(problem, fit),
+        "what the log determines": lambda: hd.grade_fit(problem, fit),
         "the residuals": lambda: "\n".join(hd.diagnose(problem, fit.damping)),
         # By a quick method, whatever the fit is by.
-        "a wrong vehicle": lambda: hd.vehicle_doubt(vehicle, log, log, model, hd.WeakForm()),
+        "a wrong vehicle": lambda: hd.vehicle_sensitivity(vehicle, log, log, model, hd.WeakForm()),
     }
     answers: list[object] = []
     unanswered: list[str] = []
-    for what, ask in counted(questions.items(), "asking", len(questions)):
+    for what, ask in count_items(questions.items(), "asking", len(questions)):
         try:
             answers.append(ask())
         except hd.HydrodampError as error:

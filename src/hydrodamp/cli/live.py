@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import choose, options
+from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import WORK_FAILED, fail, note
 from hydrodamp.errors import ProblemError
 
 if TYPE_CHECKING:
-    from hydrodamp.live.run import Run
+    from hydrodamp.live.runner import Run
 
 Said = TypeVar("Said")
 
@@ -54,9 +54,9 @@ def live(
     """Identify on board, sample by sample: JSON lines of estimates on standard output."""
     from hydrodamp.files import check_file
     from hydrodamp.live.display import LAYOUT, Display
-    from hydrodamp.live.loop import METHODS
-    from hydrodamp.live.opening import opened
-    from hydrodamp.live.run import Run
+    from hydrodamp.live.estimator import METHODS
+    from hydrodamp.live.opening import open_source
+    from hydrodamp.live.runner import Run
     from hydrodamp.live.sources import SourceError
 
     if not source:
@@ -69,7 +69,7 @@ def live(
         raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
     if state is not None:
         check_file(state)
-    craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
+    craft, named = resolve.choose_vehicle(vehicle), resolve.choose_model(model)
     if not named:
         raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
     with ExitStack() as ends:
@@ -81,7 +81,7 @@ def live(
             ends.callback(display.close)
             note(f"Foxglove finds it at {display.address}; its layout is {LAYOUT}")
             tell, say = _both(printer, display.tell), _both(note, display.say)
-        samples = opened(source, mapping, allow=allow, paced=paced, say=say)
+        samples = open_source(source, mapping, allow=allow, paced=paced, say=say)
         ends.callback(samples.close)
         run = Run(craft, named[0], method, tell, say, every, state, state_every)
         run.log, run.beside, run.skip_to = samples.log, samples.counts, samples.skip_to

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import choose, options
+from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import emit, show
 
 
@@ -19,10 +19,10 @@ def models(
     json: options.Json = False,
 ) -> None:
     """List the damping models, or show one: terms, counts, source, note."""
-    from hydrodamp.report.fit_tables import SPARSE, model_document, models_grid
+    from hydrodamp.report.fit_tables import SPARSE, model_document, model_table
 
-    named = [SPARSE] if name == choose.SPARSE else []
-    chosen = [*(choose.named_models(name) if name and not named else hd.catalog.values())]
+    named = [SPARSE] if name == resolve.SPARSE else []
+    chosen = [*(resolve.named_models(name) if name and not named else hd.catalog.values())]
     documents = named or [model_document(model) for model in chosen]
     selected = [] if name else [SPARSE]  # the catalogue has one more, which comes with a log
     if name and len(documents) == 1:
@@ -31,4 +31,4 @@ def models(
         emit({"models": documents, **({"selected_from_a_log": selected} if selected else {})})
     else:
         command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
-        show(models_grid([*documents, *selected], command))
+        show(model_table([*documents, *selected], command))

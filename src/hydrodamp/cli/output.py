@@ -20,7 +20,7 @@ from hydrodamp.files import as_json
 from hydrodamp.progress import watched
 
 if TYPE_CHECKING:
-    from hydrodamp.report.grid import Grid
+    from hydrodamp.report.table import Table
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -30,9 +30,9 @@ WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 _warned: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
-def show(*results: Grid | str) -> None:
+def show(*results: Table | str) -> None:
     """Print tables, and words as they are, on standard output."""
-    from hydrodamp.report.grid import to_text
+    from hydrodamp.report.table import to_text
 
     width = min(shutil.get_terminal_size().columns, 100)
     texts = (each if isinstance(each, str) else to_text(each, width) for each in results)

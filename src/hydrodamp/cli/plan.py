@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import choose, options
+from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import emit, note, show
 
 _MODEL = "The model to identify: by name, a YAML file of one, or FILE:NAME. [required]"
@@ -40,15 +40,15 @@ def plan(
     json: options.Json = False,
 ) -> None:
     """Plan the next dive: what to steer, where it goes, and what it will determine."""
-    from hydrodamp.planning.files import plan_document
-    from hydrodamp.report.dive import RESULTS, prediction_grid, stretches_grid, write_plan
+    from hydrodamp.experiment_design.files import plan_document
+    from hydrodamp.report.plan_report import RESULTS, prediction_table, segment_table, write_plan
     from hydrodamp.results import check_results
 
     check_results(out, RESULTS, force)
-    craft = choose.choose_vehicle(vehicle)
-    if choose.selects(model):
+    craft = resolve.choose_vehicle(vehicle)
+    if resolve.selects(model):
         raise hd.ModelError("`sparse` is selected from a log: name a model with terms.")
-    (asked,) = choose.choose_model(model)
+    (asked,) = resolve.choose_model(model)
     found = hd.plan(
         craft,
         asked,
@@ -64,7 +64,7 @@ def plan(
     if json:
         emit(plan_document(found))
     else:
-        show(stretches_grid(found), prediction_grid(found), str(found))
+        show(segment_table(found), prediction_table(found), str(found))
     for sentence in missing:
         note(sentence)
     note(f"written to {out}: execute plan.csv, then `hydrodamp identify`.")

@@ -15,7 +15,7 @@ from hydrodamp.cli.output import emit, note, show
 from hydrodamp.progress import progress
 
 if TYPE_CHECKING:
-    from hydrodamp.ingest.probing.verdict import Needs
+    from hydrodamp.ingest.inspection.quality_report import Requirements
 
 
 def probe(
@@ -33,8 +33,8 @@ def probe(
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.files import save_text
-    from hydrodamp.ingest.probing.probe import joined, judge
-    from hydrodamp.report.probe_tables import probe_document, probe_grids
+    from hydrodamp.ingest.inspection.probe import joined, judge
+    from hydrodamp.report.probe_tables import probe_document, probe_tables
 
     needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
     if draft is not None:
@@ -53,15 +53,15 @@ def probe(
     if json:
         emit(probe_document(found, judged))
     else:
-        show(*probe_grids(found, judged))
+        show(*probe_tables(found, judged))
         if judged.verdict is not None and judged.verdict.moves_too_little:
             note("`hydrodamp plan --vehicle V --model M --duration 600` says what to sail instead.")
 
 
-def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Needs:
+def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
     """Return what a vehicle needs of a log, and which wrench of its the motion contradicts."""
-    from hydrodamp.identification.actuation import doubts
     from hydrodamp.simulation.checks import needs_of, nothing_drives
+    from hydrodamp.validation.actuator_check import doubts
 
     needs, model = needs_of(vehicle, log), hd.catalog["fossen"]
     if needs.missing or nothing_drives(vehicle, log):

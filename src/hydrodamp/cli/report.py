@@ -29,7 +29,7 @@ def report(
     force: options.Force = False,
 ) -> None:
     """Make the report of a folder of results again, without fitting again."""
-    from hydrodamp.cli.targets import check_out_file
+    from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.report.fidelity_page import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import REPORT
 

@@ -10,9 +10,9 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.choose import choose_vehicle
+from hydrodamp.cli.data_split import read, suspect
 from hydrodamp.cli.output import emit, fail, note, show
-from hydrodamp.cli.parts import read, suspect
+from hydrodamp.cli.resolve import choose_vehicle
 from hydrodamp.progress import progress
 
 
@@ -33,11 +33,16 @@ def simulate(
     json: options.Json = False,
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
-    from hydrodamp.cli.targets import check_out_log
+    from hydrodamp.cli.provenance import check_out_log
     from hydrodamp.errors import ModelError
-    from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
+    from hydrodamp.identification.operating_range import (
+        energy_injection_warnings,
+        join_ranges,
+        range_exceedance_warnings,
+        velocity_ranges,
+    )
     from hydrodamp.models.damping import foreign_to
-    from hydrodamp.report.comparison_tables import replay_grid
+    from hydrodamp.report.comparison_tables import replay_table
     from hydrodamp.report.documents import score_document, trained_on
     from hydrodamp.simulation.checks import length_of
     from hydrodamp.simulation.problem import stamp
@@ -58,13 +63,17 @@ def simulate(
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
-        show(replay_grid(title, scored))
-    trained, driven = trained_on(Path(damping)), sailed(log.velocity, craft.axes)
-    for sentence in (*outreached(trained, driven), *fed(numbers, joined(trained, driven))):
+        show(replay_table(title, scored))
+    trained, driven = trained_on(Path(damping)), velocity_ranges(log.velocity, craft.axes)
+    for sentence in (
+        *range_exceedance_warnings(trained, driven),
+        *energy_injection_warnings(numbers, join_ranges(trained, driven)),
+    ):
         note(sentence)
     if scored.diverged:
         fail(
-            f"the replay diverged in {scored.left}; there is no RMS error, and nothing is written."
+            f"the replay diverged in {scored.divergence_text}; there is no RMS error, nothing is "
+            "written."
         )
 
 

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import choose, options
+from hydrodamp.cli import options, resolve
+from hydrodamp.cli.data_split import read
 from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, show
-from hydrodamp.cli.parts import read
-from hydrodamp.progress import counted, progress
+from hydrodamp.progress import count_items, progress
 
 
 def validate(
@@ -33,19 +33,19 @@ def validate(
     json: options.Json = False,
 ) -> None:
     """Cross-validate models over the segments of a log, and score them at several horizons."""
-    from hydrodamp.cli.targets import check_out_file
-    from hydrodamp.cli.work import check_training, fit_all
+    from hydrodamp.cli.comparison_run import check_training, fit_all
+    from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.files import save_json
-    from hydrodamp.report.comparison_tables import fold_grid, horizon_grid, validation_document
-    from hydrodamp.validation.crossvalidation import holdouts
+    from hydrodamp.report.comparison_tables import fold_table, horizon_table, validation_document
+    from hydrodamp.validation.cross_validation import holdouts
 
-    files = map(choose.file_of, choose.names(models or ""))
+    files = map(resolve.file_of, resolve.names(models or ""))
     check_out_file(out, (*logs, *files, vehicle, mapping), force)
-    craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
-    ways, log = choose.choose_methods(methods), read(logs, mapping)
-    selected = (hd.Sparse(),) if choose.selects(models) else ()
-    check_training(craft, log, choose.asked(models, craft, log, given))
-    chosen = choose.for_log(models, craft, log, given)
+    craft, given = resolve.choose_vehicle(vehicle), resolve.choose_models(models)
+    ways, log = resolve.choose_methods(methods), read(logs, mapping)
+    selected = (hd.StepwiseSelection(),) if resolve.selects(models) else ()
+    check_training(craft, log, resolve.asked(models, craft, log, given))
+    chosen = resolve.for_log(models, craft, log, given)
     count, tables = len(holdouts(log, folds)), list[hd.CrossValidation]()
     whole: tuple[Any, ...] = ((), ())
     try:
@@ -67,7 +67,7 @@ def validate(
             hd.horizon_scores(craft, fit.damping, log, attitude=attitude, rate_unit=rate_unit)
             if fit.status.usable
             else None
-            for fit in counted(fits, "replaying from many places", len(fits))
+            for fit in count_items(fits, "replaying from many places", len(fits))
         ]
         whole = fits, scores
     except KeyboardInterrupt:
@@ -80,7 +80,7 @@ def validate(
     if json:
         emit(document)
     else:
-        show(fold_grid(tables[-1]), *([horizon_grid(*whole)] if whole[0] else []))
+        show(fold_table(tables[-1]), *([horizon_table(*whole)] if whole[0] else []))
     if not whole[0]:
         said = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
         fail(said, INTERRUPTED)

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from hydrodamp.arrays import FloatArray, IntArray, freeze
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.derived import required
+from hydrodamp.conditioning.derivatives import required
 from hydrodamp.data.attitude import euler_from_quaternion, in_body, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -44,7 +44,7 @@ def carries(log: Log) -> str:
         return ""
     return (
         "velocities are over ground, in a current of "
-        f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `without_current` takes it out."
+        f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `subtract_current` takes it out."
     )
 
 
@@ -151,7 +151,7 @@ class Current:
     time: FloatArray
     velocity: FloatArray
     standard_error: FloatArray
-    turned: float = 1.0
+    heading_diversity: float = 1.0
 
     def __post_init__(self) -> None:
         """Copy the arrays at the door."""
@@ -162,7 +162,7 @@ class Current:
     def determined(self) -> bool:
         """Whether headings differ enough and no standard error is too large."""
         small = bool(self.standard_error.max() <= _LARGEST_ERROR)
-        return small and self.turned >= _LEAST_TURNED
+        return small and self.heading_diversity >= _LEAST_TURNED
 
     def at(self, elapsed: npt.ArrayLike) -> FloatArray:
         """Return the current at some times.
@@ -250,7 +250,7 @@ def estimate_current(
     return Current(knots, found, errors, float(1.0 - np.abs(np.exp(1j * yaw).mean())))
 
 
-def without_current(log: Log, current: Current | None = None) -> Log:
+def subtract_current(log: Log, current: Current | None = None) -> Log:
     """Return a log whose velocities are through the water.
 
     Parameters
@@ -276,16 +276,16 @@ def without_current(log: Log, current: Current | None = None) -> Log:
     >>> east = np.full((2, 3), (0, 0, np.pi / 2))
     >>> log = Log.from_arrays([0, 1], {"u": [1.5, 1.5], "v": [0, 0]}, attitude=east)
     >>> current = Current([0.0], [[0.0, 0.3]], [[0.0, 0.0]])
-    >>> without_current(log, current).velocity[0, :1].round(9).tolist()
+    >>> subtract_current(log, current).velocity[0, :1].round(9).tolist()
     [1.2]
     """
-    (attitude,) = required(log, "without_current", "attitude")
+    (attitude,) = required(log, "subtract_current", "attitude")
     given = estimate_current(log) if current is None else current
     if current is None and not given.determined:
         worst = float(given.standard_error.max())
         fault = (
             f"the headings of the log do not determine its current: they differ by"
-            f" {given.turned:.2g} (0 one heading, 1 there and back), a standard error is"
+            f" {given.heading_diversity:.2g} (0 one heading, 1 there and back), a standard error is"
             f" {worst:.2g} m/s."
             " Give a `current`, or a log with courses on several headings"
         )
@@ -304,7 +304,7 @@ def without_current(log: Log, current: Current | None = None) -> Log:
         f"derived: velocities through the water, less a current {known} of {sizes.min():.3g} to"
         f" {sizes.max():.3g} m/s (standard error up to {given.standard_error.max():.2g} m/s)"
     )
-    return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).noted(note)
+    return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).with_notes(note)
 
 
 def _slope(log: Log, current: Current) -> FloatArray:

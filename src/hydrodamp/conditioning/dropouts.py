@@ -6,7 +6,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.gaps import ATTITUDE, runs, without_samples
+from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, runs
 from hydrodamp.data.channels import POSITION
 from hydrodamp.data.log import Log, velocities
 
@@ -38,7 +38,7 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     -------
     log : Log
         The first sample of a run is kept. A channel that never changes at all is left
-        alone: :func:`~hydrodamp.conditioning.suspicions.suspicions` reports it.
+        alone: :func:`~hydrodamp.conditioning.quality_checks.suspicions` reports it.
 
     Examples
     --------
@@ -48,10 +48,10 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     >>> mask_frozen(Log.from_arrays(time, {"u": surge, "r": rate})).notes
     ('frozen: 19 of 100 samples of `u` (19 %) cut out',)
     """
-    return without_samples(log, frozen(log, seconds), "frozen")
+    return remove_samples(log, find_frozen(log, seconds), "frozen")
 
 
-def frozen(log: Log, seconds: float = 1.0) -> Lost:
+def find_frozen(log: Log, seconds: float = 1.0) -> Lost:
     """Return what a frozen sensor repeats: of a velocity, of the attitude, of the position."""
     steady, lost = _repeating(log), Lost()
     for name, values in velocities(log).items():
@@ -90,7 +90,7 @@ def _runs(log: Log, same: BoolArray) -> tuple[IntArray, IntArray, FloatArray]:
     return first, last, log.time[last] - log.time[first]
 
 
-def fill_held(log: Log) -> Log:
+def interpolate_sample_and_hold(log: Log) -> Log:
     """Interpolate velocities that a slower sensor sent and that were held from row to row.
 
     Parameters
@@ -107,16 +107,16 @@ def fill_held(log: Log) -> Log:
     --------
     >>> time = np.arange(0.0, 20.0, 0.2)
     >>> surge = np.repeat(np.sin(time[::5]), 5)
-    >>> fill_held(Log.from_arrays(time, {"u": surge, "r": np.cos(time)})).notes[0]
+    >>> interpolate_sample_and_hold(Log.from_arrays(time, {"u": surge, "r": np.cos(time)})).notes[0]
     'held: 76 of 100 samples of `u` (76 %) interpolated'
     """
-    lost = held(log)
+    lost = find_sample_and_hold(log)
     spans = [_runs(log, rows)[2].max() for rows in lost.values()]
     longest = max(spans, default=0.0) + 2 * float(np.median(log.steps))
-    return without_samples(log, lost, "held", longest)
+    return remove_samples(log, lost, "held", longest)
 
 
-def held(log: Log) -> Lost:
+def find_sample_and_hold(log: Log) -> Lost:
     """Return the samples of velocities that repeat a slower sensor's last."""
     steady, lost = _repeating(log), Lost()
     least = min((float(same.mean()) for same in steady.values()), default=0.0)
@@ -176,7 +176,7 @@ _NEAR = 1e-6  # m/s, about a sentinel
 _BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
 
 
-def mask_bottom_lock(log: Log, *, flag: str | None = None) -> Log:
+def mask_dvl_dropouts(log: Log, *, flag: str | None = None) -> Log:
     """Take out linear velocities that were written without bottom lock.
 
     Parameters
@@ -201,13 +201,13 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None) -> Log:
     Examples
     --------
     >>> log = Log.from_arrays(np.arange(6) / 5, {"u": [1, 1, 1, -32.768, 1, 1]})
-    >>> mask_bottom_lock(log).velocity[:, 0].tolist()
+    >>> mask_dvl_dropouts(log).velocity[:, 0].tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
-    return without_samples(log, without_lock(log, flag), "no measurement")
+    return remove_samples(log, find_dvl_dropouts(log, flag), "no measurement")
 
 
-def without_lock(log: Log, flag: str | None = None) -> Lost:
+def find_dvl_dropouts(log: Log, flag: str | None = None) -> Lost:
     """Return the linear velocities that were written without bottom lock."""
     linear = {name: one for name, one in velocities(log).items() if name in VELOCITIES[:3]}
     if not linear:
@@ -241,7 +241,7 @@ def _dropped_to_zero(values: FloatArray, bounds: IntArray, least: float) -> Bool
     return found
 
 
-def mask_lost_frames(log: Log) -> Log:
+def mask_mocap_dropouts(log: Log) -> Log:
     """Take out poses that motion capture wrote as zeros where it lost the vehicle.
 
     Parameters
@@ -260,13 +260,13 @@ def mask_lost_frames(log: Log) -> Log:
     >>> place = np.outer(np.arange(9.0), (1.0, 0.5, 0.1)) + 1.0
     >>> place[4] = 0.0
     >>> log = Log.from_arrays(np.arange(9.0), {"u": np.ones(9)}, position=place)
-    >>> mask_lost_frames(log).position[4].round(9).tolist()
+    >>> mask_mocap_dropouts(log).position[4].round(9).tolist()
     [5.0, 3.0, 1.4]
     """
-    return without_samples(log, lost_frames(log), "lost frames")
+    return remove_samples(log, find_mocap_dropouts(log), "lost frames")
 
 
-def lost_frames(log: Log) -> Lost:
+def find_mocap_dropouts(log: Log) -> Lost:
     """Return the poses that are zero between samples that are not."""
     lost = Lost()
     if log.position is not None:

@@ -43,7 +43,7 @@ def measured(log: Log) -> dict[str, FloatArray]:
     return {name: values for name, values in columns_of(log).items() if name in sensed}
 
 
-def without_samples(
+def remove_samples(
     log: Log, lost: Mapping[str, BoolArray], reason: str, longest: float | None = None
 ) -> Log:
     """Return a log without some samples of some channels, with a note on each channel."""
@@ -52,13 +52,13 @@ def without_samples(
     if not gaps:
         return log
     notes = [
-        counted(reason, name, int(rows.sum()), log.n, done)
+        count_note(reason, name, int(rows.sum()), log.n, done)
         for name, one in gaps.items()
         for rows, done in ((one.bridged, "interpolated"), (one.cut, "cut out"))
         if rows.any()
     ]
     cut = np.logical_or.reduce([one.cut for one in gaps.values()])
-    return _without_rows(_bridged(log, gaps), cut, reason).noted(*notes)
+    return _without_rows(_bridged(log, gaps), cut, reason).with_notes(*notes)
 
 
 def runs(mask: BoolArray) -> list[tuple[int, int]]:
@@ -67,7 +67,7 @@ def runs(mask: BoolArray) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def counted(reason: str, channel: str, samples: int, of: int, done: str) -> str:
+def count_note(reason: str, channel: str, samples: int, of: int, done: str) -> str:
     """Return the sentence on samples of a channel and what became of them."""
     share = f"{100 * samples / of:.2g} %"
     return f"{reason}: {samples} of {of} samples of `{channel}` ({share}) {done}"

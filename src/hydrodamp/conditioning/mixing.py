@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.derived import required
+from hydrodamp.conditioning.derivatives import required
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, no_such
@@ -101,7 +101,7 @@ def roll_from_mixing(
         f"derived: roll from the mixing of `{' '.join(fins)}`; interpolated in"
         f" {int((~good).sum())} of {log.n} samples"
     )
-    return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).noted(note)
+    return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).with_notes(note)
 
 
 def _sums(wanted: FloatArray, actual: FloatArray, mixing: str) -> FloatArray:

@@ -43,7 +43,7 @@ class Agreement(NamedTuple):
 NONE = Agreement(float("nan"), float("nan"))
 
 
-def turned(attitude: FloatArray, bounds: IntArray) -> FloatArray:
+def rotate_back(attitude: FloatArray, bounds: IntArray) -> FloatArray:
     """Return the turns about body axes, added up from the first sample of each segment."""
     return _added_up(turn(attitude[:-1], attitude[1:]), bounds)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.agreement import agreement, turned
+from hydrodamp.data.agreement import agreement, rotate_back
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copied, first_few, split, unrecorded
 
@@ -32,9 +32,9 @@ def record_faults(record: Record) -> list[str]:
         return ["there are no samples; at least two are needed"]
     measured = {name: block for name, block in record.blocks.items() if name != "time"}
     faults = [
-        *clock_faults(record.time, record.joins, record.place),
-        *_unbounded_faults(measured, record.command_names, np.isinf, record.place),
-        *_norm_faults(record.blocks.get("attitude"), record.place),
+        *clock_faults(record.time, record.joins, record.row_name),
+        *_unbounded_faults(measured, record.command_names, np.isinf, record.row_name),
+        *_norm_faults(record.blocks.get("attitude"), record.row_name),
     ]
     degrees = {} if faults else _rates_in_degrees(record)
     if degrees:
@@ -44,7 +44,7 @@ def record_faults(record: Record) -> list[str]:
             " deg/s. Convert them, or give a mapping with unit: deg/s"
         )
     rest = [name for name in record.velocity_names if name not in degrees]
-    return [*faults, *_speed_faults(record.blocks["velocity"], record.place, rest)]
+    return [*faults, *_speed_faults(record.blocks["velocity"], record.row_name, rest)]
 
 
 def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
@@ -175,7 +175,7 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     time, rates, turns = (
         record.time[keep],
         record.blocks["velocity"][keep],
-        turned(attitude[keep], bounds),
+        rotate_back(attitude[keep], bounds),
     )
     low, high = _DEGREES_SLOPE
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0

@@ -200,9 +200,9 @@ class Log:
         if len(segments) > np.count_nonzero(record.joins):
             cut = f"split into {len(segments)} segments: {cut}"
         warn(f"{record.source or 'log'}: {cut}", GapWarning, stacklevel=3)
-        return log.noted(cut)
+        return log.with_notes(cut)
 
-    def noted(self, *notes: str) -> Log:
+    def with_notes(self, *notes: str) -> Log:
         """Return the same log with sentences on what was done to it, after those it had."""
         return dataclasses.replace(self, notes=(*self.notes, *notes))
 

@@ -81,7 +81,7 @@ class Record:
             lacking |= absent.reshape(self.n, -1).any(axis=1)
         return lacking
 
-    def place(self, row: int) -> str:
+    def row_name(self, row: int) -> str:
         """Return how a message calls a sample."""
         return f"row {row + 1}" + ("" if self.lines is None else f" (line {self.lines[row]})")
 

@@ -26,10 +26,9 @@ from cffi import FFI
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import LONGEST_STEP, Engine, upright
-from hydrodamp.export.onboard import identified_of
-from hydrodamp.export.printer import C99, command, name_of, said_of
+from hydrodamp.export.codegen import C99, command, name_of, said_of
+from hydrodamp.export.embedded import identified_of
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.target import (
     Files,
     NotRun,
@@ -39,6 +38,7 @@ from hydrodamp.export.target import (
     require,
     version_of,
 )
+from hydrodamp.export.verification import LONGEST_STEP, Engine, upright
 from hydrodamp.files import save_all
 
 #: What a vehicle's header stands on, and what is there for the estimators on board.
@@ -69,7 +69,7 @@ class C(Target):
     """
 
     key: ClassVar[str] = "c"
-    meant: ClassVar[str] = "C99"
+    description: ClassVar[str] = "C99"
     precision: str = "double"
 
     def __post_init__(self) -> None:
@@ -82,7 +82,7 @@ class C(Target):
         """What the compiler is told of it."""
         return ("-DHD_FLOAT",) if self.precision == "float" else ()
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the header, hydrodamp's own files, and two examples in a folder of theirs."""
         name, own = name_of(craft), own_files((*HEADERS, *SOURCES, *ON_BOARD))
         said = said_of(craft) | identified_of(craft)
@@ -106,7 +106,7 @@ class C(Target):
         }
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Compile the files, and return the accelerations of the library."""
         name = name_of(craft)
         ffi: Any = FFI()
@@ -129,7 +129,7 @@ class C(Target):
         yield Engine(f"{by}, {self.precision}", rates)
 
 
-def header_of(craft: Craft) -> str:
+def header_of(craft: ExportedPlant) -> str:
     """Return the header of constants and functions of a vehicle."""
     table = craft.columns
     return rendered(
@@ -233,14 +233,14 @@ class FMU(Target):
     """
 
     key: ClassVar[str] = "fmu"
-    meant: ClassVar[str] = "FMI 2.0 or 3.0"
+    description: ClassVar[str] = "FMI 2.0 or 3.0"
     fmi: str = "2.0"
 
     def __post_init__(self) -> None:
         """Refuse versions that are not written."""
         demand(self.fmi in ("2.0", "3.0"), "fmi", "2.0 or 3.0", f"'{self.fmi}'.")
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the unit: model description, sources, and a binary where one can be made."""
         import hydrodamp
 
@@ -268,7 +268,7 @@ class FMU(Target):
         return {f"{name}.fmu": _zipped(parts)}
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Load the unit by fmpy, and hold its rates of model exchange."""
         require("fmpy")
         path = folder / f"{name_of(craft)}.fmu"

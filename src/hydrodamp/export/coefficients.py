@@ -14,12 +14,12 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import Body, numbers_of, symmetric, to_point
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Engine
-from hydrodamp.export.printer import said_of
+from hydrodamp.export.codegen import said_of
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.projection import diagonal
-from hydrodamp.export.target import Files, InWater, rendered
+from hydrodamp.export.rigid_body import Body, numbers_of, symmetric, to_point
+from hydrodamp.export.target import Files, HydrodynamicTarget, rendered
+from hydrodamp.export.verification import Engine
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
@@ -38,7 +38,7 @@ _LAG = ", and in the replay the lag of added mass that acts on a filtered accele
 
 
 @dataclass(frozen=True)
-class Coefficients(InWater):
+class Coefficients(HydrodynamicTarget):
     """One file: body, added mass, linear and quadratic drag.
 
     Parameters
@@ -49,7 +49,7 @@ class Coefficients(InWater):
 
     file: ClassVar[str]
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the file."""
         body, values = self.body(craft), craft.damping.as_dict()
         linear, forward, quadratic = (
@@ -68,14 +68,14 @@ class Coefficients(InWater):
         }
         return {self.file: rendered(f"{self.file}.j2", **said)}
 
-    def body(self, craft: Craft) -> Body:
+    def body(self, craft: ExportedPlant) -> Body:
         """Return the body of a craft with its centre of mass where its coefficients are about.
 
         These simulators let the wrench of the water act there.
         """
         return Body.of(craft, self.key, self.density).balanced
 
-    def more(self, craft: Craft, body: Body) -> dict[str, Any]:
+    def more(self, craft: ExportedPlant, body: Body) -> dict[str, Any]:
         """Return what else the file takes."""
         return {}
 
@@ -84,7 +84,7 @@ class Coefficients(InWater):
         return np.zeros_like(velocity)
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Read the file, and hold what equation 1 makes of its numbers."""
         text = load_text(folder / self.file)
         body, *found = self.parsed(text, self.body(craft))
@@ -99,7 +99,7 @@ class Coefficients(InWater):
             push = craft.pushed(at) @ back + self.drag(text, body, velocity)
             return np.asarray(there.acceleration(States(velocity, at.down, none, push)) @ back.T)
 
-        not_run = f"{self.meant} is in no registry of packages"
+        not_run = f"{self.description} is in no registry of packages"
         yield Engine("hydrodamp with the numbers of the file", rates, not_run=not_run)
 
     @abstractmethod
@@ -121,7 +121,7 @@ class UUV(Coefficients):
     """
 
     key: ClassVar[str] = "uuv"
-    meant: ClassVar[str] = "uuv_simulator, DAVE or Plankton"
+    description: ClassVar[str] = "uuv_simulator, DAVE or Plankton"
     file: ClassVar[str] = "uuv.urdf"
     left_out: ClassVar[str] = _LAG
 
@@ -162,11 +162,11 @@ class URDF(Coefficients):
     """
 
     key: ClassVar[str] = "urdf"
-    meant: ClassVar[str] = "the library hydrodynamics of auv_controllers (commit 3c4db4e)"
+    description: ClassVar[str] = "the library hydrodynamics of auv_controllers (commit 3c4db4e)"
     file: ClassVar[str] = "hydrodynamics.urdf"
     left_out: ClassVar[str] = ", products of inertia and coupled added mass"
 
-    def body(self, craft: Craft) -> Body:
+    def body(self, craft: ExportedPlant) -> Body:
         """Return the body of a craft whose mass has its weight in the library."""
         body = super().body(craft)
         return _with_mass(body, body.mass * STANDARD_GRAVITY / _URDF_GRAVITY)
@@ -210,7 +210,7 @@ class MarineGym(Coefficients):
     """
 
     key: ClassVar[str] = "marinegym"
-    meant: ClassVar[str] = "MarineGym"
+    description: ClassVar[str] = "MarineGym"
     file: ClassVar[str] = "marinegym.yaml"
     left_out: ClassVar[str] = (
         ", mass and inertia (of the USD file), coupled added mass, a centre of buoyancy beside "

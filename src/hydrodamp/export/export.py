@@ -9,14 +9,14 @@ from pathlib import Path
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.export.craft import WITHIN_ONE, Craft
-from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, measured, some
 from hydrodamp.export.folder import CARD, check_export, manifest_of, replace_export, save
+from hydrodamp.export.plant import WITHIN_ONE, ExportedPlant
 from hydrodamp.export.target import Target
 from hydrodamp.export.targets import find_target
+from hydrodamp.export.verification import VerificationRun, scattered
 from hydrodamp.files import as_json
-from hydrodamp.identification.power import OperatingBox, operating_box
+from hydrodamp.identification.dissipativity import OperatingBox, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -93,17 +93,17 @@ def export(
     form = find_target(target) if isinstance(target, str) else target
     folder = Path(out)
     check_export(folder, force)
-    craft = Craft.of(vehicle, damping, log)
-    drive = None if log is None else Drive.of(craft, log)
+    craft = ExportedPlant.of(vehicle, damping, log)
+    drive = None if log is None else VerificationRun.of(craft, log)
     where = box or (WITHIN_ONE if drive is None else operating_box(drive.problem))
     craft = replace(craft, box=where)
     at = scattered(craft) if drive is None else drive.states
-    if (lost := form.lost(craft)) and log is None and box is None:
+    if (lost := form.unrepresented_effects(craft)) and log is None and box is None:
         raise MethodError(
             f"'{form.key}' cannot hold {some(lost)}: their wrench is to be fitted at "
             "velocities, and there are none. Give a log."
         )
-    held = form.held(craft, at)
+    held = form.project(craft, at)
     beside = folder.resolve().parent
     beside.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=beside) as place:

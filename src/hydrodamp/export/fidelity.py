@@ -12,11 +12,11 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.record import first_few
-from hydrodamp.export.body import mass_ratio
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Drive, Engine, scattered
+from hydrodamp.export.plant import ExportedPlant, States
+from hydrodamp.export.rigid_body import mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target
-from hydrodamp.identification.power import OperatingBox, worst_power
+from hydrodamp.export.verification import Engine, VerificationRun, scattered
+from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 
 FORMAT, VERSION = "hydrodamp-fidelity", 2
@@ -102,7 +102,7 @@ class Fidelity:
     """
 
     target: str
-    meant: str
+    description: str
     settings: dict[str, str]
     vehicle: str
     model: str
@@ -146,10 +146,10 @@ def some(labels: Iterable[str]) -> str:
 def _sentences(card: Fidelity) -> Iterator[str]:
     worst = max(card.wrench_error.values(), default=0.0)
     if card.exact:
-        yield f"{card.meant} has every term of {card.model}."
+        yield f"{card.description} has every term of {card.model}."
     else:
         lost = some(card.projected)
-        yield f"{card.meant} cannot hold {lost}: their wrench is fitted with terms that it has."
+        yield f"{card.description} cannot hold {lost}: their wrench is fitted with its own terms."
     if any(card.about):
         yield (
             f"Its coefficients are about the point {' '.join(f'{x:g}' for x in card.about)} m of "
@@ -210,11 +210,16 @@ def _error(found: Score) -> str:
 
 
 def measured(
-    form: Target, craft: Craft, held: Craft, at: States, drive: Drive | None, made: Path
+    form: Target,
+    craft: ExportedPlant,
+    held: ExportedPlant,
+    at: States,
+    drive: VerificationRun | None,
+    made: Path,
 ) -> Fidelity:
     """Return the card of a craft as a target holds it, whose files are made."""
     name, failure, replays = "", "", None
-    moved = None if drive is None else Drive.of(held, drive.log)
+    moved = None if drive is None else VerificationRun.of(held, drive.log)
     own = scattered(held) if moved is None else moved.states
     some_own, some_at = _slower(own), _slower(at)
     try:
@@ -230,12 +235,12 @@ def measured(
     box = OperatingBox(low, high)
     return Fidelity(
         target=form.key,
-        meant=form.meant,
+        description=form.description,
         settings={name: str(value) for name, value in asdict(form).items()},
         vehicle=craft.vehicle.name,
         model=craft.damping.model.title,
         inputs=(*held.inputs, "wrench"),
-        projected=form.lost(craft),
+        projected=form.unrepresented_effects(craft),
         about=[*form.point(craft)],
         ignores=form.ignores,
         run_by=name,
@@ -246,8 +251,8 @@ def measured(
         asked_at="velocities all over the operating box" if drive is None else "the log's samples",
         replays=replays,
         power={
-            "source": worst_power(craft.damping, box).power,
-            "target": worst_power(held.damping, box).power,
+            "source": max_damping_power(craft.damping, box).power,
+            "target": max_damping_power(held.damping, box).power,
         },
         box=str(box),
         mass_ratio=mass_ratio(craft.vehicle),
@@ -261,7 +266,7 @@ def _slower(at: States) -> States:
     return States(SLOW * velocity, *others)
 
 
-def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
+def replays_of(source: VerificationRun, held: VerificationRun, engine: Engine) -> Replays:
     """Run what was written with the log's commands, and score it."""
     original, made = source.source(), held.target(engine)
     step = engine.step.format(engine.longest)
@@ -275,7 +280,7 @@ def _between(first: Trajectory, second: Trajectory) -> Score:
     return score(replace(second, log=log))
 
 
-def wrench_errors(craft: Craft, at: States, acceleration: FloatArray) -> dict[str, float]:
+def wrench_errors(craft: ExportedPlant, at: States, acceleration: FloatArray) -> dict[str, float]:
     """Return by axis how far the wrench of a target is from that of its source [%].
 
     An axis that the source does not damp counts by what damps the others: forces and moments each.

@@ -20,11 +20,11 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.export.body import FLU, Body, mass_ratio, numbers_of, symmetric, term_sign
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Engine, Simulator
-from hydrodamp.export.printer import said_of
-from hydrodamp.export.target import Files, InWater, NotRun, rendered, require
+from hydrodamp.export.codegen import said_of
+from hydrodamp.export.plant import ExportedPlant, States
+from hydrodamp.export.rigid_body import FLU, Body, mass_ratio, numbers_of, symmetric, term_sign
+from hydrodamp.export.target import Files, HydrodynamicTarget, NotRun, rendered, require
+from hydrodamp.export.verification import Engine, Simulator
 from hydrodamp.files import load_text
 from hydrodamp.models.model import spell_label
 
@@ -39,7 +39,7 @@ _EXPLICIT = [f"{axis.lower()}Dot{name.upper()}" for axis, name in product(AXES, 
 
 
 @dataclass(frozen=True)
-class Gazebo(InWater):
+class Gazebo(HydrodynamicTarget):
     """A model of one link in SDF, a world with it, and the block to paste into another model."""
 
     plugin: ClassVar[tuple[str, str]]
@@ -57,7 +57,7 @@ class Gazebo(InWater):
         """The actuators, and what the legacy path has not."""
         return super().ignores + ", and forces of the moving frame on added mass" * self.legacy
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the model, a world with it, and the block."""
         body = Body.of(craft, self.key, self.density).turned
         added = body.added[np.triu_indices(6)]
@@ -72,7 +72,7 @@ class Gazebo(InWater):
         names = "model.config", "model.sdf", "world.sdf", "blocks.txt"
         return {name: rendered(f"{name}.j2", **said) for name in names}
 
-    def _numbers(self, craft: Craft, body: Body) -> dict[str, float]:
+    def _numbers(self, craft: ExportedPlant, body: Body) -> dict[str, float]:
         """Return the numbers of the plugin by their tags."""
         values, known = craft.damping.as_dict(), self._tags().items()
         tags = dict.fromkeys(self.unsaid, 0.0)
@@ -84,7 +84,7 @@ class Gazebo(InWater):
         return tags
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Read the model, and hold DART with the forces of gz-sim's systems."""
         if self.legacy:
             raise NotRun("added mass of the step before is none of DART's")
@@ -132,7 +132,7 @@ class GzSim(Gazebo):
     """
 
     key: ClassVar[str] = "gz-sim"
-    meant: ClassVar[str] = "gz-sim 7 to 10 (8.12, 9.6 or newer are best), SDF 1.10"
+    description: ClassVar[str] = "gz-sim 7 to 10 (8.12, 9.6 or newer are best), SDF 1.10"
     plugin: ClassVar[tuple[str, str]] = (
         "gz-sim-hydrodynamics-system",
         "gz::sim::systems::Hydrodynamics",
@@ -156,14 +156,14 @@ class VRX(Gazebo):
     """
 
     key: ClassVar[str] = "vrx"
-    meant: ClassVar[str] = "VRX 2 to 3 on gz-sim, SDF 1.10"
+    description: ClassVar[str] = "VRX 2 to 3 on gz-sim, SDF 1.10"
     plugin: ClassVar[tuple[str, str]] = ("libSimpleHydrodynamics.so", "vrx::SimpleHydrodynamics")
     sign: ClassVar[float] = -1.0
     speed: ClassVar[str] = ""
     unsaid: ClassVar[tuple[str, ...]] = (*_EXPLICIT[::7], *_DRAG)
 
 
-def _check_explicit(craft: Craft) -> None:
+def _check_explicit(craft: ExportedPlant) -> None:
     """Refuse added mass that steps one after the other make grow without end."""
     ratios = mass_ratio(craft.vehicle)
     heavy = [f"{axis} {ratio:.3g}" for axis, ratio in ratios.items() if ratio > 1.0]
@@ -188,7 +188,9 @@ class _Link(Simulator):
 
     step = "Euler steps of {:g} s"
 
-    def __init__(self, driven: Craft, found: Craft, body: Body, step: float) -> None:
+    def __init__(
+        self, driven: ExportedPlant, found: ExportedPlant, body: Body, step: float
+    ) -> None:
         from dartpy import dynamics, simulation
 
         super().__init__(f"DART {version('dartpy')}", step)
@@ -202,7 +204,7 @@ class _Link(Simulator):
         self._world = simulation.World()
         self._world.addSkeleton(self._skeleton)
 
-    def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
+    def set_state(self, attitude: FloatArray, velocity: FloatArray) -> None:
         """Set the state."""
         turned = FLU[:3] * Rotation.from_quat(attitude, scalar_first=True).as_rotvec()
         self._joint.setPositions(np.concatenate([turned, np.zeros(3)]))

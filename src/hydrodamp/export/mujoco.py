@@ -13,12 +13,12 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.body import FLU, Body
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.drive import Engine, Simulator
-from hydrodamp.export.printer import name_of, said_of
+from hydrodamp.export.codegen import name_of, said_of
+from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.rigid_body import FLU, Body
 from hydrodamp.export.scripts import executed
 from hydrodamp.export.target import Files, Target, rendered, require
+from hydrodamp.export.verification import Engine, Simulator
 
 _WATER = 1000.0  # kg/m^3: the size of the box alone
 
@@ -34,7 +34,7 @@ class MuJoCo(Target):
     """
 
     key: ClassVar[str] = "mujoco"
-    meant: ClassVar[str] = "MuJoCo 3.3 or newer"
+    description: ClassVar[str] = "MuJoCo 3.3 or newer"
     step: float = 0.01
 
     def __post_init__(self) -> None:
@@ -46,7 +46,7 @@ class MuJoCo(Target):
         """What meets the rigid body alone."""
         return "added mass where contacts, constraints and MuJoCo's own actuators push"
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the model, and the file with the force."""
         body, name = Body.of(craft, self.key, _WATER).turned, name_of(craft)
         said = said_of(craft)
@@ -54,7 +54,7 @@ class MuJoCo(Target):
         return {f"{name}.xml": xml, f"{name}.py": rendered("mujoco.py.j2", **said)}
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Hold MuJoCo with the model and the force, which all its models have while it is held."""
         require("mujoco")
         import mujoco
@@ -77,7 +77,7 @@ class _Body(Simulator):
         self._data = mujoco.MjData(self._model)
         self._water = executed(folder / f"{name}.py").in_water(self._model)
 
-    def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
+    def set_state(self, attitude: FloatArray, velocity: FloatArray) -> None:
         """Set the state."""
         self._data.qpos[:] = np.concatenate([np.zeros(3), [1.0, *FLU[:3]] * attitude])
         self._mujoco.mj_kinematics(self._model, self._data)

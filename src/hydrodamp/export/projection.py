@@ -12,10 +12,10 @@ from scipy.optimize import lsq_linear
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import to_point
-from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.plant import ExportedPlant, States
+from hydrodamp.export.rigid_body import to_point
 from hydrodamp.identification.dissipative import nearest
-from hydrodamp.identification.power import OperatingBox, PowerRows
+from hydrodamp.identification.dissipativity import OperatingBox, PowerRows
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel, spell_label
 
@@ -33,7 +33,9 @@ def diagonal(axis: str) -> tuple[Term, ...]:
     return Term((own,)), Term((own, f"|{own}|"))
 
 
-def projected(craft: Craft, model: DampingModel, at: States, point: FloatArray) -> Craft:
+def projected(
+    craft: ExportedPlant, model: DampingModel, at: States, point: FloatArray
+) -> ExportedPlant:
     """Return a craft whose damping is in the terms of a model, about a point of the body.
 
     What they have in common stays where that is the origin. The wrench of the rest is fitted where

@@ -17,10 +17,10 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Engine, upright
-from hydrodamp.export.printer import CASADI, name_of, said_of
+from hydrodamp.export.codegen import CASADI, name_of, said_of
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.target import Files, NotRun, RunError, Target, rendered, require, version_of
+from hydrodamp.export.verification import Engine, upright
 from hydrodamp.files import load_text
 
 
@@ -33,14 +33,14 @@ class Python(Target):
     """
 
     key: ClassVar[str] = "python"
-    meant: ClassVar[str] = "Python with NumPy, PythonVehicleSimulator and HoloOcean 2"
+    description: ClassVar[str] = "Python with NumPy, PythonVehicleSimulator and HoloOcean 2"
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the file."""
         return {f"{name_of(craft)}.py": rendered("python.py.j2", **said_of(craft))}
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Run the file, and hold its accelerations."""
         yield _module(folder, craft, f"NumPy {np.__version__}")
 
@@ -57,7 +57,7 @@ class CasADi(Target):
     """
 
     key: ClassVar[str] = "casadi"
-    meant: ClassVar[str] = "CasADi 3.6 or newer"
+    description: ClassVar[str] = "CasADi 3.6 or newer"
     smooth: float = 0.0
 
     def __post_init__(self) -> None:
@@ -70,7 +70,7 @@ class CasADi(Target):
         """The corners that are rounded off."""
         return f"corners of |x|, rounded off over {self.smooth:g}" if self.smooth else ""
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the module, and an example of predictive control."""
         said, name = said_of(craft, CASADI), name_of(craft)
         return {
@@ -79,7 +79,7 @@ class CasADi(Target):
         }
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Run the module, and hold its accelerations."""
         require("casadi")
         yield _module(folder, craft, f"CasADi {version('casadi')}")
@@ -92,7 +92,7 @@ def executed(path: Path) -> ModuleType:
     return module
 
 
-def _module(folder: Path, craft: Craft, name: str) -> Engine:
+def _module(folder: Path, craft: ExportedPlant, name: str) -> Engine:
     module: Any = executed(folder / f"{name_of(craft)}.py")
 
     def rates(at: States) -> FloatArray:
@@ -106,9 +106,9 @@ class Octave(Target):
     """Two functions for GNU Octave and MATLAB, in the form of the Marine Systems Simulator."""
 
     key: ClassVar[str] = "octave"
-    meant: ClassVar[str] = "GNU Octave, MATLAB and the Marine Systems Simulator"
+    description: ClassVar[str] = "GNU Octave, MATLAB and the Marine Systems Simulator"
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the function of the state's rate, and that of the wrench."""
         said, name = said_of(craft), name_of(craft)
         return {
@@ -117,7 +117,7 @@ class Octave(Target):
         }
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Run the files in Octave, which answers each state with its rate."""
         program = next(filter(shutil.which, ("octave-cli", "octave")), None)
         if program is None:

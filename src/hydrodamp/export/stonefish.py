@@ -12,9 +12,9 @@ from scipy.optimize import nnls
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import Body, numbers_of, to_point
 from hydrodamp.export.coefficients import Coefficients, Parsed
-from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.plant import ExportedPlant, States
+from hydrodamp.export.rigid_body import Body, numbers_of, to_point
 from hydrodamp.models.model import DampingModel, read_label, spell_label
 
 #: eq. 24 adds rates in deg/s to velocities in m/s.
@@ -34,18 +34,18 @@ class Stonefish(Coefficients):
     """
 
     key: ClassVar[str] = "stonefish"
-    meant: ClassVar[str] = "Stonefish (SolidEntity.cpp at commit 3857913)"
+    description: ClassVar[str] = "Stonefish (SolidEntity.cpp at commit 3857913)"
     file: ClassVar[str] = "stonefish.scn"
     left_out: ClassVar[str] = ", and that Stonefish estimates added mass itself"
     length: float = 1.0
     width: float = 1.0
     height: float = 1.0
 
-    def point(self, craft: Craft) -> FloatArray:
+    def point(self, craft: ExportedPlant) -> FloatArray:
         """Return the centre of gravity, where Stonefish applies the drag."""
         return craft.vehicle.center_of_gravity
 
-    def body(self, craft: Craft) -> Body:
+    def body(self, craft: ExportedPlant) -> Body:
         """Return the body of a craft about its centre of gravity."""
         return Body.of(craft, self.key, self.density).about(self.point(craft))
 
@@ -54,23 +54,27 @@ class Stonefish(Coefficients):
         sides = np.array([self.length, self.width, self.height])
         return np.asarray(sides * np.cbrt(body.volume / sides.prod()))
 
-    def lost(self, craft: Craft) -> tuple[str, ...]:
+    def unrepresented_effects(self, craft: ExportedPlant) -> tuple[str, ...]:
         """Return all damping: six multipliers hold no coefficient as it is."""
         labels = craft.damping.model.labels
         return tuple(label for label in labels if not read_label(label)[1].commands)
 
-    def holds(self, craft: Craft) -> DampingModel:
+    def representable_model(self, craft: ExportedPlant) -> DampingModel:
         """Return linear and cubic terms of each axis along itself: what a box does along one."""
-        rows = super().holds(craft).terms
+        rows = super().representable_model(craft).terms
         own = (_along(axis) for axis in AXES)
         terms = (
             (*new, *(x for x in row if x.commands)) for new, row in zip(own, rows, strict=True)
         )
         return replace(craft.damping.model, terms=tuple(terms))
 
-    def held(self, craft: Craft, at: States) -> Craft:
+    def project(self, craft: ExportedPlant, at: States) -> ExportedPlant:
         """Return a craft with the multipliers that come nearest to the wrench, none negative."""
-        body, model, turn = self.body(craft), self.holds(craft), to_point(self.point(craft))
+        body, model, turn = (
+            self.body(craft),
+            self.representable_model(craft),
+            to_point(self.point(craft)),
+        )
         parts = self.density * box_wrenches(self.sides(body), body.lifted, at.velocity @ turn.T)
         wanted = craft.damping_wrench(at) @ np.linalg.inv(turn)
         weight = _SCORED * craft.inverse.diagonal()
@@ -101,7 +105,7 @@ class Stonefish(Coefficients):
         own = np.arange(6)
         return -np.array([parts[own, own, own % 3], parts[own, own, own % 3 + 3]])
 
-    def more(self, craft: Craft, body: Body) -> dict[str, Any]:
+    def more(self, craft: ExportedPlant, body: Body) -> dict[str, Any]:
         """Return the sides of the box, and the multipliers of the held coefficients."""
         values, units = craft.damping.as_dict(), self._units(body)
         found = [

@@ -18,11 +18,11 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError, ModelError, demand
-from hydrodamp.export.body import check_body
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Engine
-from hydrodamp.export.printer import number
+from hydrodamp.export.codegen import number
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.projection import diagonal, projected
+from hydrodamp.export.rigid_body import check_body
+from hydrodamp.export.verification import Engine
 from hydrodamp.models.model import DampingModel, read_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
@@ -65,7 +65,7 @@ class Target:
     """
 
     key: ClassVar[str]
-    meant: ClassVar[str]
+    description: ClassVar[str]
     """The program and version that is meant."""
 
     @property
@@ -73,40 +73,40 @@ class Target:
         """What of equation 1 it leaves out; empty where nothing."""
         return ""
 
-    def holds(self, craft: Craft) -> DampingModel:
+    def representable_model(self, craft: ExportedPlant) -> DampingModel:
         """Return the terms it can hold: all."""
         return craft.damping.model
 
-    def point(self, craft: Craft) -> FloatArray:
+    def point(self, craft: ExportedPlant) -> FloatArray:
         """Return the point that its coefficients are about, from the vehicle's origin [m]."""
         return np.zeros(3)
 
-    def lost(self, craft: Craft) -> tuple[str, ...]:
+    def unrepresented_effects(self, craft: ExportedPlant) -> tuple[str, ...]:
         """Return the coefficients of a craft that it has not as they are."""
-        model, about = self.holds(craft), self.point(craft).any()
+        model, about = self.representable_model(craft), self.point(craft).any()
         return tuple(
             label
             for label in craft.damping.model.labels
             if label not in model.labels or (about and not read_label(label)[1].commands)
         )
 
-    def held(self, craft: Craft, at: States) -> Craft:
+    def project(self, craft: ExportedPlant, at: States) -> ExportedPlant:
         """Return a craft as the target holds it: in its terms, about its point."""
-        if not self.lost(craft):
+        if not self.unrepresented_effects(craft):
             return craft
-        return projected(craft, self.holds(craft), at, self.point(craft))
+        return projected(craft, self.representable_model(craft), at, self.point(craft))
 
     @abstractmethod
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return its files. The craft has no other terms than it can hold, about its point."""
 
     @abstractmethod
-    def read(self, folder: Path, craft: Craft) -> AbstractContextManager[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> AbstractContextManager[Engine]:
         """Read the files back, and hold what runs them; NotRun where nothing can here."""
 
 
 @dataclass(frozen=True)
-class InWater(Target):
+class HydrodynamicTarget(Target):
     """A target that holds a body in water and terms of its velocities; a wrench drives it."""
 
     left_out: ClassVar[str] = ""
@@ -129,7 +129,7 @@ class InWater(Target):
         """Return the terms it has on an axis."""
         return diagonal(axis)
 
-    def holds(self, craft: Craft) -> DampingModel:
+    def representable_model(self, craft: ExportedPlant) -> DampingModel:
         """Return the terms of the craft that it has, and what takes the place of others."""
         check_body(craft, self.key)
         return terms_for(craft, self.key, self.allowed)
@@ -172,7 +172,9 @@ def _environment() -> Environment:
     )
 
 
-def terms_for(craft: Craft, key: str, allowed: Callable[[str], Iterable[Term]]) -> DampingModel:
+def terms_for(
+    craft: ExportedPlant, key: str, allowed: Callable[[str], Iterable[Term]]
+) -> DampingModel:
     """Return the terms of a craft that a target allows on each axis.
 
     Where it has others, those allowed of the same velocities and symmetry take their place. Terms

@@ -15,15 +15,15 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, ModelError, demand, no_such
 from hydrodamp.export.c99 import FMU, C
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.drive import Engine
 from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.mujoco import MuJoCo
+from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, Octave, Python
 from hydrodamp.export.stonefish import Stonefish
 from hydrodamp.export.target import Files, Target
+from hydrodamp.export.verification import Engine
 from hydrodamp.files import load_text
-from hydrodamp.identification.power import worst_power
+from hydrodamp.identification.dissipativity import max_damping_power
 from hydrodamp.models.damping import Damping
 
 _FORMS = (Python, C, Octave, CasADi, FMU, GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish)
@@ -51,7 +51,7 @@ class Randomisation(Target):
     """
 
     key: ClassVar[str] = "randomisation"
-    meant: ClassVar[str] = "domain randomisation"
+    description: ClassVar[str] = "domain randomisation"
     draws: int = 100
     form: str = ""
     dissipative: bool = False
@@ -63,10 +63,10 @@ class Randomisation(Target):
         known = not self.form or self.form in FORMS
         demand(known, "form", f"one of {', '.join(FORMS)}", f"'{self.form}'.")
 
-    def write(self, craft: Craft) -> Files:
+    def write(self, craft: ExportedPlant) -> Files:
         """Return the table, the estimate first, and the files of each draw."""
         form = FORMS.get(self.form)
-        if form is not None and (lost := form.lost(craft)):
+        if form is not None and (lost := form.unrepresented_effects(craft)):
             raise MethodError(
                 f"'{self.form}' cannot hold {', '.join(lost)}, and draws are not projected: take "
                 "a form that has every term, or identify a model that it can hold."
@@ -82,14 +82,14 @@ class Randomisation(Target):
         return files
 
     @contextmanager
-    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
         """Read the table back, and hold what the estimate in it gives."""
         labels, estimate = (line.split(",") for line in load_text(folder / _TABLE).split("\n")[:2])
         values = dict(zip(labels[1:], map(float, estimate[1:]), strict=True))
         read = replace(craft, damping=Damping.from_dict(craft.damping.model, values))
         yield Engine("hydrodamp, the estimate of the table", read.acceleration)
 
-    def _drawn(self, craft: Craft) -> list[FloatArray]:
+    def _drawn(self, craft: ExportedPlant) -> list[FloatArray]:
         """Return the coefficients of each draw."""
         found, covariance = craft.damping.coefficients, craft.damping.covariance
         if covariance is None or not np.isfinite(covariance).all():
@@ -111,12 +111,12 @@ class Randomisation(Target):
         return rows
 
 
-def _with(craft: Craft, coefficients: FloatArray) -> Craft:
+def _with(craft: ExportedPlant, coefficients: FloatArray) -> ExportedPlant:
     return replace(craft, damping=replace(craft.damping, coefficients=coefficients))
 
 
-def _dissipates(craft: Craft) -> bool:
-    return worst_power(craft.damping, craft.box).power <= 0.0
+def _dissipates(craft: ExportedPlant) -> bool:
+    return max_damping_power(craft.damping, craft.box).power <= 0.0
 
 
 TARGETS: dict[str, Target] = {**FORMS, Randomisation.key: Randomisation()}

@@ -10,21 +10,21 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
-from hydrodamp.identification.differences import mean_square, signal_to_noise
-from hydrodamp.identification.fit import Fit, empty_fit, fitted
+from hydrodamp.identification.differentiation import mean_square, signal_to_noise
+from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.online import first_guess, with_log
-from hydrodamp.identification.triangle import BLOCK, Triangle
-from hydrodamp.identification.weak import steps_between
+from hydrodamp.identification.qr_factor import BLOCK, Triangle
+from hydrodamp.identification.weak_form import steps_between
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Columns, Problem, stamp
+from hydrodamp.simulation.problem import EquationTable, Problem, stamp
 from hydrodamp.simulation.status import Status
 
 
 @dataclass(frozen=True)
-class ByNoise:
+class NoiseScaledGain:
     """Error gains ``a_i = share · SNR_i · M_ii``, SNR_i of the velocity on axis i.
 
     Noise of a measured velocity stands in the error and in the terms alike, and
@@ -51,7 +51,7 @@ class ByNoise:
 
 
 @dataclass(frozen=True)
-class ByTerm:
+class TermScaledGain:
     """Adaptation gains ``γ_ij = a_i / (settling · n_i mean ξ_j²)``, n_i terms on axis i.
 
     Every coefficient moves at a like pace, whatever its unit, the inertia of its
@@ -118,7 +118,7 @@ class History:
 class Adaptation(NamedTuple):
     """The identifier bound to a plant and a model: all that a step needs."""
 
-    columns: Columns
+    columns: EquationTable
     model: DampingModel
     entries: tuple[np.ndarray, np.ndarray]
     gains: core.Gains
@@ -165,7 +165,7 @@ class State(NamedTuple):
             bound.model, self.matrix[bound.entries], vehicle=stamp(bound.columns.vehicle)
         )
 
-    def restarted(self, sample: Sample) -> State:
+    def restart(self, sample: Sample) -> State:
         """Return the state at the first sample after a gap: no error, same coefficients.
 
         Parameters
@@ -187,10 +187,10 @@ class AdaptiveIdentifier:
 
     Parameters
     ----------
-    a : float, tuple of 6 floats or ByNoise
+    a : float, tuple of 6 floats or NoiseScaledGain
         Error gain, one or one an axis X Y Z K M N; 20 in the paper, whose
         section V calls it alpha.
-    gamma : float, tuple of 6 floats or ByTerm
+    gamma : float, tuple of 6 floats or TermScaledGain
         Adaptation gain, one, one an axis or by term; 20 in the paper.
     passes : int
         How often the log is gone through.
@@ -204,19 +204,19 @@ class AdaptiveIdentifier:
     --------
     >>> AdaptiveIdentifier(a=20, gamma=20).key
     'ai'
-    >>> AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30).key
+    >>> AdaptiveIdentifier(a=NoiseScaledGain(), gamma=TermScaledGain(), passes=30).key
     'ai-scaled'
     """
 
-    a: Numbers | ByNoise = 20.0
-    gamma: Numbers | ByTerm = 20.0
+    a: Numbers | NoiseScaledGain = 20.0
+    gamma: Numbers | TermScaledGain = 20.0
     passes: int = 1
 
     def __post_init__(self) -> None:
         """Refuse gains the proof does not cover."""
-        if not isinstance(self.a, ByNoise):
+        if not isinstance(self.a, NoiseScaledGain):
             per_axis(self.a, "a")
-        if not isinstance(self.gamma, ByTerm):
+        if not isinstance(self.gamma, TermScaledGain):
             per_axis(self.gamma, "gamma")
         fits = isinstance(self.passes, int | np.integer) and self.passes >= 1
         demand(fits, "passes", "a whole number, at least 1", self.passes)
@@ -224,19 +224,19 @@ class AdaptiveIdentifier:
     @property
     def key(self) -> str:
         """The key on the command line."""
-        return "ai-scaled" if isinstance(self.gamma, ByTerm) else "ai"
+        return "ai-scaled" if isinstance(self.gamma, TermScaledGain) else "ai"
 
-    def bind(self, source: Problem | Columns, model: DampingModel) -> Adaptation:
+    def bind(self, source: Problem | EquationTable, model: DampingModel) -> Adaptation:
         """Bind the gains to a plant and a model."""
-        columns = source if isinstance(source, Columns) else source.columns
+        columns = source if isinstance(source, EquationTable) else source.equations
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = entries = columns.entries(free)
-        if isinstance(self.a, ByNoise):
+        if isinstance(self.a, NoiseScaledGain):
             problem = with_log(source, "noise of each velocity")
             a = self.a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
         else:
             a = per_axis(self.a, "a")
-        if isinstance(self.gamma, ByTerm):
+        if isinstance(self.gamma, TermScaledGain):
             size = mean_square(with_log(source, "size of each term"))[rows - columns.n_known]
             time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
@@ -245,7 +245,7 @@ class AdaptiveIdentifier:
         gains = core.Gains(columns.plant, a, columns.scattered(entries, gamma))
         return Adaptation(columns, free, entries, gains)
 
-    def init(self, source: Problem | Columns, model: DampingModel, sample: Sample) -> State:
+    def init(self, source: Problem | EquationTable, model: DampingModel, sample: Sample) -> State:
         """Start online at the first sample of a run.
 
         Parameters
@@ -302,7 +302,7 @@ class AdaptiveIdentifier:
         Returns
         -------
         fit : Fit
-            ``NOT_SETTLED`` where the terms still find more than a tenth of the damping wrench
+            ``NOT_CONVERGED`` where the terms still find more than a tenth of the damping wrench
             of an axis in what the coefficients leave of the steps.
         """
         bound = self.bind(problem, model)
@@ -313,8 +313,8 @@ class AdaptiveIdentifier:
         if not np.all(np.isfinite(coefficients)):
             return empty_fit(problem, bound.model, self.key, Status.FAILED)
         settled = np.all(_missing_share(problem, bound, matrix) <= SETTLED)
-        status = Status.SETTLED if settled else Status.NOT_SETTLED
-        return fitted(problem, bound.model, self, coefficients, status=status)
+        status = Status.CONVERGED if settled else Status.NOT_CONVERGED
+        return make_fit(problem, bound.model, self, coefficients, status=status)
 
     def history(self, problem: Problem, model: DampingModel, every: int = 1) -> History:
         """Go through the log and return how the estimate came about.
@@ -354,14 +354,14 @@ class AdaptiveIdentifier:
         return core.adapt(bound.gains, bound.start(), inputs, segments, passes=passes, every=every)
 
 
-def scaled() -> AdaptiveIdentifier:
+def scaled_identifier() -> AdaptiveIdentifier:
     """Return the identifier with gains from the whole log and thirty passes."""
-    return AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30)
+    return AdaptiveIdentifier(a=NoiseScaledGain(), gamma=TermScaledGain(), passes=30)
 
 
 def _missing_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench that the terms find in the step residuals."""
-    unknown, share = matrix[problem.columns.n_known :], np.zeros(6)
+    unknown, share = matrix[problem.equations.n_known :], np.zeros(6)
 
     def left() -> Iterator[FloatArray]:
         for start, stop in problem.segments.tolist():
@@ -370,7 +370,7 @@ def _missing_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> F
                 design, target = steps_between(problem, first, end, problem.inputs.velocity)
                 yield np.hstack([design, target - design @ unknown])
 
-    triangle = Triangle.of(problem.columns.basis, left())
+    triangle = Triangle.of(problem.equations.basis, left())
     for axis, terms in enumerate(bound.model.terms):
         missing = np.linalg.norm(triangle.span(terms).directions.T @ triangle.target(axis))
         size = np.linalg.norm(triangle.r[:, :-6] @ unknown[:, axis])

@@ -9,20 +9,20 @@ from scipy.linalg import block_diag, solve_triangular
 from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray, factorisation
-from hydrodamp.identification.fit import Fit, empty_fit, fitted
-from hydrodamp.identification.linear import refused
-from hydrodamp.identification.power import (
+from hydrodamp.identification.dissipativity import (
     OperatingBox,
     PowerRows,
+    max_damping_power,
     operating_box,
     size,
     spread,
     worst_places,
-    worst_power,
 )
-from hydrodamp.identification.rows import Equations
-from hydrodamp.identification.triangle import Triangle, group_labels, solve_axis
-from hydrodamp.identification.weak import WeakEquations
+from hydrodamp.identification.fit import Fit, empty_fit, make_fit
+from hydrodamp.identification.least_squares import rank_status
+from hydrodamp.identification.qr_factor import Triangle, group_labels, solve_axis
+from hydrodamp.identification.regression_rows import RegressionForm
+from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -80,7 +80,7 @@ class Dissipative:
     'dissipative'
     """
 
-    equations: Equations = field(default_factory=WeakEquations)
+    equations: RegressionForm = field(default_factory=WeakRegression)
     box: OperatingBox | None = None
 
     key = "dissipative"
@@ -103,7 +103,7 @@ class Dissipative:
         """
         model = model.restricted_to(problem.vehicle.axes)
         triangle = self.equations.rows(problem).triangle()
-        if (status := refused(problem, model, triangle)) is not None:
+        if (status := rank_status(problem, model, triangle)) is not None:
             return empty_fit(problem, model, self.key, status)
         plain = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(model.terms)]
         least = 1e-6 * np.linalg.norm(triangle.r[:, -6:], axis=0) / np.sqrt(triangle.n_samples)
@@ -112,13 +112,13 @@ class Dissipative:
         root, point = _ridged(triangle, model, deviation)
         power = PowerRows(model)
         box = self.box or operating_box(problem)
-        box = box.restricted(problem.vehicle.free & power.velocities)
+        box = box.restrict(problem.vehicle.free & power.velocities)
         found, rounds = nearest(power, box, root, point)
         seen = np.concatenate([np.any(triangle.columns(row), axis=0) for row in model.terms])
         found = np.where(seen, found, 0.0)  # the solver leaves some 1e-16
         remarks = ("No term is damping: there was nothing to constrain.",)
         if power.counted.any():
-            worst = worst_power(Damping(model, found), box)
+            worst = max_damping_power(Damping(model, found), box)
             price = _price(root @ (found - point), sum(map(bool, model.terms)))
             remarks = (
                 f"Checked by search, not proven: the worst power found on {box} is "
@@ -126,7 +126,7 @@ class Dissipative:
                 f"{', and were stopped there' if rounds == _ROUNDS else ''}. "
                 f"{price} Terms with commands, weight, constants or (eta-1) are left free.",
             )
-        return fitted(
+        return make_fit(
             problem,
             model,
             self,

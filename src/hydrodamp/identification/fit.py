@@ -13,7 +13,7 @@ from hydrodamp.arrays import FloatArray, freeze
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import first_few
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.extrapolation import fed, sailed
+from hydrodamp.identification.operating_range import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import nothing_drives
@@ -75,7 +75,7 @@ class Uncertainty:
     noise: FloatArray | None = None
     block: float | None = None
     n_blocks: int = 0
-    allowance: str = ""
+    bias_allowance: str = ""
     leverage: FloatArray | None = None
 
     def __post_init__(self) -> None:
@@ -94,13 +94,13 @@ class Uncertainty:
         """Standard error of each coefficient, shape (n,)."""
         return np.sqrt(np.diag(self.covariance))
 
-    def scaled(self, factors: FloatArray) -> Uncertainty:
+    def rescale(self, factors: FloatArray) -> Uncertainty:
         """Return the same with every standard error larger by a factor, correlations kept."""
         by = factors[:, None] * factors
         noise = None if self.noise is None else self.noise * by
         return replace(self, covariance=self.covariance * by, noise=noise)
 
-    def widened(self, shift: FloatArray, allowance: str) -> Uncertainty:
+    def inflate(self, shift: FloatArray, allowance: str) -> Uncertainty:
         """Return the same with room for a shift of all coefficients together.
 
         A shift is found from the same record and scatters, too. What of it the scatter does
@@ -121,24 +121,24 @@ class Uncertainty:
         Examples
         --------
         >>> found = Uncertainty(np.diag([9.0, 0.0]), np.inf, "by hand")
-        >>> found.widened(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
+        >>> found.inflate(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
         [4.0, 1.0]
         """
         return replace(
             self,
             covariance=_with_room(self.covariance, shift),
             noise=None if self.noise is None else _with_room(self.noise, shift),
-            allowance=allowance,
+            bias_allowance=allowance,
         )
 
     @property
-    def of_noise(self) -> Uncertainty:
+    def noise_only(self) -> Uncertainty:
         """What noise alone makes of the same manoeuvres; itself where that is not known apart."""
         if self.noise is None:
             return self
         return replace(self, covariance=self.noise, noise=None)
 
-    def reach(self, level: float = 0.95) -> float:
+    def critical_value(self, level: float = 0.95) -> float:
         """Return how many standard errors an interval reaches to either side.
 
         Parameters
@@ -178,7 +178,7 @@ class Uncertainty:
         MethodError
             If the level is not between 0 and 1.
         """
-        half = self.reach(level) * self.standard_errors
+        half = self.critical_value(level) * self.standard_errors
         centre = np.asarray(coefficients, dtype=np.float64)
         return np.column_stack([centre - half, centre + half])
 
@@ -189,7 +189,7 @@ class Uncertainty:
         return (
             f"Standard errors are from {self.method}, in {self.n_blocks} blocks of "
             f"{self.block:.3g} s; intervals have {self.degrees_of_freedom:.0f} degrees of freedom."
-            + (f" They allow for {self.allowance}." if self.allowance else "")
+            + (f" They allow for {self.bias_allowance}." if self.bias_allowance else "")
             + self._misfit()
         )
 
@@ -248,7 +248,7 @@ class Fit:
     uncertainty : Uncertainty or None
         Standard errors and intervals; its covariance is that of the damping. None where
         the method knows none for coloured noise.
-    sailed : dict of str to tuple of float
+    training_range : dict of str to tuple of float
         Least and greatest value of each free velocity [m/s, rad/s] in the training log, without
         1 % of the samples at either end. All but the surge of a vehicle under way count in
         either direction.
@@ -263,7 +263,7 @@ class Fit:
     provenance: dict[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     uncertainty: Uncertainty | None = None
-    sailed: dict[str, tuple[float, float]] = field(default_factory=dict)
+    training_range: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def model(self) -> DampingModel:
@@ -271,9 +271,13 @@ class Fit:
         return self.damping.model
 
     @property
-    def sentences(self) -> tuple[str, ...]:
+    def summary_lines(self) -> tuple[str, ...]:
         """What to read with the numbers: where damping drives, the outcome, remarks, errors."""
-        said = (*fed(self.damping, self.sailed), self.status.value, *self.remarks)
+        said = (
+            *energy_injection_warnings(self.damping, self.training_range),
+            self.status.value,
+            *self.remarks,
+        )
         if self.uncertainty is not None:
             return (*said, str(self.uncertainty))
         return said if self.damping.covariance is None else (*said, WHITE)
@@ -283,7 +287,7 @@ class Fit:
         rank = "" if self.rank is None else f", rank {self.rank}"
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
         groups = first_few([f"  aliased: {' '.join(one)}" for one in self.aliased], 8, "groups")
-        said = [head, *self.sentences, *groups, str(self.damping)]
+        said = [head, *self.summary_lines, *groups, str(self.damping)]
         return "\n".join(said)
 
 
@@ -342,7 +346,7 @@ def digest(problem: Problem, model: DampingModel, method: object) -> str:
     return hashlib.sha256(repr(asked).encode()).hexdigest()[:16]
 
 
-def fitted(
+def make_fit(
     problem: Problem,
     model: DampingModel,
     method: Method,
@@ -412,7 +416,7 @@ def fitted(
         },
         remarks=remarks,
         uncertainty=uncertainty,
-        sailed=sailed(problem.inputs.velocity, problem.vehicle.axes),
+        training_range=velocity_ranges(problem.inputs.velocity, problem.vehicle.axes),
     )
 
 

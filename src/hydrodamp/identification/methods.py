@@ -62,13 +62,13 @@ class MethodEntry:
 #: The methods by the keys they have on the command line.
 METHODS = {
     "recommended": MethodEntry("recommended.Recommended", (_WEAK, _TRUNCATED)),
-    "ls": MethodEntry("linear.LeastSquares", printed="ls"),
-    "weak": MethodEntry("linear.WeakForm", (_WEAK,)),
-    "ridge": MethodEntry("linear.Ridge", (_WEAK, _RIDGE)),
+    "ls": MethodEntry("least_squares.LeastSquares", printed="ls"),
+    "weak": MethodEntry("least_squares.WeakForm", (_WEAK,)),
+    "ridge": MethodEntry("least_squares.Ridge", (_WEAK, _RIDGE)),
     "dissipative": MethodEntry("dissipative.Dissipative", (_WEAK,)),
     "oe": MethodEntry("output_error.OutputError", (_WEAK, _TRUNCATED)),
     "ai": MethodEntry("adaptive.AdaptiveIdentifier", printed="ai"),
-    "ai-scaled": MethodEntry("adaptive.scaled"),
+    "ai-scaled": MethodEntry("adaptive.scaled_identifier"),
     "rls": MethodEntry("recursive.RecursiveLeastSquares"),
 }
 

@@ -15,11 +15,11 @@ from hydrodamp.errors import MethodError, ProblemError, did_you_mean
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Columns, Problem, held_channels
+from hydrodamp.simulation.problem import EquationTable, Problem, held_channels
 
 
 def observe(
-    columns: Columns,
+    columns: EquationTable,
     *,
     time: float,
     velocity: npt.ArrayLike,
@@ -114,7 +114,7 @@ def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray
     )
 
 
-def with_log(source: Problem | Columns, what: str) -> Problem:
+def with_log(source: Problem | EquationTable, what: str) -> Problem:
     """Return the problem that settings by data need."""
     if isinstance(source, Problem):
         return source

@@ -8,9 +8,17 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, fitted
-from hydrodamp.identification.search import Place, Search, begun, ladder, searching, starts, within
-from hydrodamp.identification.triangle import spanned
+from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, make_fit
+from hydrodamp.identification.gauss_newton import (
+    Iterate,
+    ShootingObjective,
+    admissible_lengths,
+    best_initial_iterate,
+    continue_over_lengths,
+    make_objective,
+    starts,
+)
+from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status
@@ -79,19 +87,19 @@ class OutputError:
             ``STOPPED`` where the search ended before it came to rest.
         """
         free = model.restricted_to(problem.vehicle.axes)
-        problem = replace(problem, columns=problem.columns.only(free))
+        problem = replace(problem, equations=problem.equations.only(free))
         if not free.n_coefficients:
             return empty_fit(problem, free, self.key, Status.EMPTY)
         return self._searched(problem, free)
 
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
-        search = searching(problem, model)
-        lengths = within(problem, self.windows)
-        start = begun(search, starts(search, model), lengths[0])
-        return told(search, model, self, start, ladder(search, start, lengths))
+        search = make_objective(problem, model)
+        lengths = admissible_lengths(problem, self.windows)
+        start = best_initial_iterate(search, starts(search, model), lengths[0])
+        return build_fit(search, model, self, start, continue_over_lengths(search, start, lengths))
 
 
-def _walked(start: Place, place: Place) -> str:
+def _walked(start: Iterate, place: Iterate) -> str:
     """Say where a search started, which windows it went through, and what prior the data set."""
     if place is start:
         return (
@@ -105,12 +113,12 @@ def _walked(start: Place, place: Place) -> str:
     )
 
 
-def told(
-    search: Search,
+def build_fit(
+    search: ShootingObjective,
     model: DampingModel,
     method: Method,
-    start: Place,
-    place: Place,
+    start: Iterate,
+    place: Iterate,
     apart: FloatArray | None = None,
 ) -> Fit:
     """Return the fit at a place, the end of a search or its start.
@@ -120,15 +128,15 @@ def told(
     problem = search.problem
     shortest = place.kinds[0]
     root = shortest.windows.triangle(place.coefficients, shortest.spread)
-    span = spanned(root[:, :-1], model.labels)
-    uncertainty = jackknifed(search, place)
+    span = column_span(root[:, :-1], model.labels)
+    uncertainty = jackknife_uncertainty(search, place)
     if uncertainty is not None and apart is not None:
-        uncertainty = uncertainty.scaled(_beyond_linear(uncertainty, apart, search.entries[1]))
+        uncertainty = uncertainty.rescale(_beyond_linear(uncertainty, apart, search.entries[1]))
     if uncertainty is not None and start is not place:
-        uncertainty = uncertainty.widened(place.coefficients - start.coefficients, _MOVED)
+        uncertainty = uncertainty.inflate(place.coefficients - start.coefficients, _MOVED)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    return fitted(
+    return make_fit(
         problem,
         model,
         method,
@@ -137,7 +145,7 @@ def told(
         uncertainty=uncertainty,
         rank=span.rank,
         aliased=span.aliased,
-        status=status if place.settled or place is start else Status.STOPPED,
+        status=status if place.converged or place is start else Status.STOPPED,
         remarks=(_walked(start, place),),
     )
 
@@ -147,7 +155,7 @@ def _beyond_linear(uncertainty: Uncertainty, apart: FloatArray, axes: IntArray) 
 
     One linearisation does not see that far from its place errors bend.
     """
-    error = uncertainty.of_noise.standard_errors
+    error = uncertainty.noise_only.standard_errors
     share = np.divide(apart, error, out=np.zeros_like(apart), where=error > 0.0) ** 2
     count = np.bincount(axes, minlength=6)
     square = np.bincount(axes, share, minlength=6) / np.maximum(count, 1)
@@ -159,7 +167,7 @@ _FEWEST, _MOST = 4, 32
 
 
 @factorisation("normal matrix of the windows")
-def jackknifed(search: Search, place: Place) -> Uncertainty | None:
+def jackknife_uncertainty(search: ShootingObjective, place: Iterate) -> Uncertainty | None:
     """Return how far to trust the end of a search: one part of the log after another left out.
 
     Each time one Gauss-Newton step is taken from the end, all from the same linearisation. To

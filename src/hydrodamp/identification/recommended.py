@@ -8,19 +8,19 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.output_error import OutputError, told
-from hydrodamp.identification.search import (
+from hydrodamp.identification.gauss_newton import (
     DAMPING,
     REST,
-    Place,
-    Search,
-    begun,
-    descend,
-    ladder,
-    searching,
+    Iterate,
+    ShootingObjective,
+    admissible_lengths,
+    best_initial_iterate,
+    continue_over_lengths,
+    make_objective,
+    minimise,
     starts,
-    within,
 )
+from hydrodamp.identification.output_error import OutputError, build_fit
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -59,11 +59,11 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         return "recommended"
 
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
-        search, lengths = searching(problem, model), within(problem, self.windows)
-        start = begun(search, starts(search, model), lengths[0])
-        end = ladder(search, start, lengths)
+        search, lengths = make_objective(problem, model), admissible_lengths(problem, self.windows)
+        start = best_initial_iterate(search, starts(search, model), lengths[0])
+        end = continue_over_lengths(search, start, lengths)
         worse, apart = _halves(search, model, end)
-        return told(search, model, self, start, start if _certain(worse) else end, apart)
+        return build_fit(search, model, self, start, start if _certain(worse) else end, apart)
 
 
 def _certain(worse: FloatArray) -> bool:
@@ -74,7 +74,9 @@ def _certain(worse: FloatArray) -> bool:
     return bool(worse.mean() > 3.0 * np.std(worse, ddof=1) / np.sqrt(len(worse)))
 
 
-def _halves(search: Search, model: DampingModel, end: Place) -> tuple[FloatArray, FloatArray]:
+def _halves(
+    search: ShootingObjective, model: DampingModel, end: Iterate
+) -> tuple[FloatArray, FloatArray]:
     """Return how much worse than their starts ends of halves replay the other, and how far apart.
 
     The first has shape (n_pieces,), of the mean square error of the replay of a whole piece as a
@@ -89,10 +91,10 @@ def _halves(search: Search, model: DampingModel, end: Place) -> tuple[FloatArray
     for seen, other in (halves, halves[::-1]):
         judged, missed = other.windows(np.inf), []
         windows = [seen.windows(one.windows.length) for one in end.kinds]
-        first = begun(seen, starts(seen, model), windows[0].length)
+        first = best_initial_iterate(seen, starts(seen, model), windows[0].length)
         kinds = [old._replace(windows=new) for old, new in zip(end.kinds, windows, strict=True)]
         place = seen.at(end.coefficients, replace(end, kinds=tuple(kinds), damping=DAMPING))
-        place = descend(seen, place, REST, rounds=1)
+        place = minimise(seen, place, REST, rounds=1)
         for one in (first, place):
             errors = np.clip(judged.errors(one.coefficients) / most, -1.0, 1.0)
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])

@@ -11,16 +11,16 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.differences import mean_square
-from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, fitted
+from hydrodamp.identification.differentiation import mean_square
+from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
 from hydrodamp.identification.online import first_guess, with_log
-from hydrodamp.identification.triangle import spanned
+from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Columns, Problem, stamp
+from hydrodamp.simulation.problem import EquationTable, Problem, stamp
 from hydrodamp.simulation.status import Status
 
 #: Velocities that terms are scaled by on board, where no log tells their sizes.
@@ -30,7 +30,7 @@ USUAL = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 class RecursiveAdaptation(NamedTuple):
     """Recursive least squares bound to a plant and a model: all that a step needs."""
 
-    columns: Columns
+    columns: EquationTable
     model: DampingModel
     recursion: Recursion
     start: Estimate
@@ -63,7 +63,7 @@ class RecursiveState(NamedTuple):
         vehicle = stamp(bound.columns.vehicle)
         return Damping(bound.model, self.estimate.coefficients, vehicle=vehicle)
 
-    def restarted(self, sample: Sample) -> RecursiveState:
+    def restart(self, sample: Sample) -> RecursiveState:
         """Return the state at the first sample after a gap: a new block, all that was known.
 
         Parameters
@@ -117,12 +117,17 @@ class RecursiveLeastSquares:
     memory: float = 600.0
     prior: float = 1.0
     start: Damping | None = None
-    usual: tuple[float, ...] | None = None
+    typical_velocity: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense."""
-        if self.usual is not None:
-            demand(_is_usual(self.usual), "usual", "six positive numbers", self.usual)
+        if self.typical_velocity is not None:
+            demand(
+                _is_usual(self.typical_velocity),
+                "usual",
+                "six positive numbers",
+                self.typical_velocity,
+            )
         for name in ("block", "prior"):
             given = getattr(self, name)
             demand(0.0 < given < np.inf, name, "positive and finite", given)
@@ -131,29 +136,31 @@ class RecursiveLeastSquares:
 
     key = "rls"
 
-    def bind(self, source: Problem | Columns, model: DampingModel) -> RecursiveAdaptation:
+    def bind(self, source: Problem | EquationTable, model: DampingModel) -> RecursiveAdaptation:
         """Bind the settings to a plant and a model; sizes follow the log, or what is usual."""
-        columns = source if isinstance(source, Columns) else source.columns
+        columns = source if isinstance(source, EquationTable) else source.equations
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = columns.entries(free)
-        if self.usual is None:
+        if self.typical_velocity is None:
             square = mean_square(with_log(source, "size of each term"))
         else:
-            square = _usual_square(columns, self.usual)
+            square = _usual_square(columns, self.typical_velocity)
         size = self.block * np.sqrt(self.prior * square[rows - columns.n_known])
         if not np.all(np.isfinite(size)):
             raise MethodError(
                 "a term's mean square is not finite: look for absurd numbers in the log."
             )
-        known = columns.with_unknown((rows, axes), np.zeros(len(rows)))
+        current_estimate = columns.with_unknown((rows, axes), np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
-        recursion = Recursion(columns.plant, rows, axes, known, unit, self.block, forgetting)
+        recursion = Recursion(
+            columns.plant, rows, axes, current_estimate, unit, self.block, forgetting
+        )
         start = recursion.before(first_guess(free, self.start))
         return RecursiveAdaptation(columns, free, recursion, start)
 
     def init(
-        self, source: Problem | Columns, model: DampingModel, sample: Sample
+        self, source: Problem | EquationTable, model: DampingModel, sample: Sample
     ) -> RecursiveState:
         """Start online at the first sample of a run.
 
@@ -227,7 +234,7 @@ class RecursiveLeastSquares:
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         axes = [_axis_knowledge(bound, estimate, axis) for axis in range(6)]
         rank = sum(int(one.is_told.sum()) for one in axes)
-        return fitted(
+        return make_fit(
             problem,
             bound.model,
             self,
@@ -236,7 +243,7 @@ class RecursiveLeastSquares:
                 block_diag(*(one.covariance for one in axes)),
                 degrees_of_freedom=np.inf,
                 method=_METHOD,
-                allowance=_ALLOWANCE,
+                bias_allowance=_ALLOWANCE,
             ),
             rank=rank,
             aliased=tuple(group for one in axes for group in one.aliased),
@@ -244,7 +251,7 @@ class RecursiveLeastSquares:
         )
 
 
-class Knowledge(NamedTuple):
+class CurrentEstimate(NamedTuple):
     """How far an estimate can be trusted as it goes."""
 
     covariance: FloatArray  # of all coefficients
@@ -252,10 +259,10 @@ class Knowledge(NamedTuple):
     excitation: FloatArray  # by axis: along the direction told least, data over prior
 
 
-def known(state: RecursiveState) -> Knowledge:
+def known(state: RecursiveState) -> CurrentEstimate:
     """Return what is known of each coefficient at a state."""
     axes = [_axis_knowledge(state.adaptation, state.estimate, axis) for axis in range(6)]
-    return Knowledge(
+    return CurrentEstimate(
         block_diag(*(one.covariance for one in axes)),
         np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD,
         np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),
@@ -310,7 +317,7 @@ def _is_usual(velocity: tuple[float, ...]) -> bool:
     return len(velocity) == 6 and all(0.0 < one < np.inf for one in velocity)
 
 
-def _usual_square(columns: Columns, velocity: tuple[float, ...]) -> FloatArray:
+def _usual_square(columns: EquationTable, velocity: tuple[float, ...]) -> FloatArray:
     """Return the square of every unknown term at usual velocities."""
     plant = columns.plant
     moving = np.array([velocity])
@@ -339,7 +346,7 @@ class _AxisKnowledge(NamedTuple):
         """Labels that the directions of the data do not tell apart."""
         n, is_told = len(self.labels), self.is_told
         directions = self.vectors[:, is_told].T if is_told.any() else np.zeros((1, n))
-        return spanned(directions, self.labels, np.ones(n)).aliased
+        return column_span(directions, self.labels, np.ones(n)).aliased
 
 
 @factorisation("information matrix")

@@ -9,8 +9,8 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows import Rows, left_over
-from hydrodamp.identification.weak import WeakEquations, chosen_support
+from hydrodamp.identification.regression_rows import Rows, residuals
+from hydrodamp.identification.weak_form import WeakRegression, chosen_support
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 
@@ -60,7 +60,7 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     """
     free = damping.model.restricted_to(problem.vehicle.axes)
     rows, length = residual_rows(problem)
-    left, coloured, spiked = left_over(rows, Damping(free, damping.onto(free))), [], []
+    left, coloured, spiked = residuals(rows, Damping(free, damping.onto(free))), [], []
     for axis, terms, values in zip(AXES, free.terms, left.T, strict=True):
         near = float(correlated(values, rows.segment, 1)[1])
         if terms and abs(near) * np.sqrt(rows.n) > _WHITE:
@@ -81,7 +81,7 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
 def residual_rows(problem: Problem) -> tuple[Rows, float]:
     """Return rows of the weak form that share no sample, and how far apart they are [s]."""
     length = chosen_support(problem)[0]
-    return WeakEquations(length, overlap=1, windows=()).rows(problem), length
+    return WeakRegression(length, overlap=1, windows=()).rows(problem), length
 
 
 def outlier_share(series: FloatArray) -> float:
@@ -110,7 +110,7 @@ def autocorrelations(
     found = [
         {
             axis: correlated(left, rows.segment, most)
-            for axis, terms, left in zip(AXES, one.model.terms, left_over(rows, one).T, strict=True)
+            for axis, terms, left in zip(AXES, one.model.terms, residuals(rows, one).T, strict=True)
             if terms
         }
         for one in dampings

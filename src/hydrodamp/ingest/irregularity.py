@@ -41,7 +41,7 @@ class Irregularity:
     limit: float = 0.0
     what: str = ""
 
-    def told(self, first: float = 0.0) -> str:
+    def describe(self, first: float = 0.0) -> str:
         """Return what is odd; times count from the first sample of the log."""
         thing = "message" if self.topic else "row"
         return self.oddity.value.format(
@@ -57,7 +57,7 @@ def sentences(found: Iterable[Irregularity], first: float) -> Iterator[tuple[Odd
     """Yield one sentence on every oddity, with all topics of which it is true."""
     topics: dict[tuple[Oddity, str], list[str]] = {}
     for one in found:
-        topics.setdefault((one.oddity, one.told(first)), []).append(one.topic)
+        topics.setdefault((one.oddity, one.describe(first)), []).append(one.topic)
     for (oddity, told), names in topics.items():
         whose = " ".join(f"`{name}`" for name in names if name)
         yield oddity, f"{whose}: {told}" if whose else told

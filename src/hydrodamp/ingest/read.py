@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.steps import clean
+from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.canonical import record_of_columns
 from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
 from hydrodamp.data.checks import record_faults
@@ -20,7 +20,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.finding import Found, labels_of
+from hydrodamp.ingest.mapping.columns import FoundColumn, labels_of
 from hydrodamp.ingest.mapping.schema import Entry, Source
 
 #: A file or a folder.
@@ -177,12 +177,12 @@ def canonical_record(recording: Recording) -> Record:
     return dataclasses.replace(record, notes=recording.notes)
 
 
-def _columns(table: Topic) -> Iterator[Found]:
+def _columns(table: Topic) -> Iterator[FoundColumn]:
     """Yield the columns, but for the names of segments."""
     for name in dict.fromkeys((*table.faults, *table.fields, *table.texts)):
         if name != SEGMENT or (name in table.faults and name not in table.texts):
             source = Source(column=name)
-            yield Found(Entry("", name, (source,), QUANTITIES.get(name)), source, table, name)
+            yield FoundColumn(Entry("", name, (source,), QUANTITIES.get(name)), source, table, name)
 
 
 def _is_odd(name: str, table: Topic) -> bool:

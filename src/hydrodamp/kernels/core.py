@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray, IndexArray, IntArray, freeze, shaped
+from hydrodamp.arrays import FloatArray, IndexArray, IntArray, as_shape, freeze
 from hydrodamp.errors import ProblemError
 from hydrodamp.kernels.library import DOUBLES, C, call, ffi, given, struct
 from hydrodamp.kernels.plant import PACKED, Inputs, Plant, Sample
 
 
 def _floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
-    return shaped(values, shape, name, ProblemError)
+    return as_shape(values, shape, name, ProblemError)
 
 
 def regressor(

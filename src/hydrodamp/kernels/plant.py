@@ -77,7 +77,7 @@ class Inputs:
         """Return the number of command channels."""
         return int(self.channels.shape[1])
 
-    def part(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
+    def select(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
         """Return some of the samples, with another velocity where one is given."""
         some = {each.name: getattr(self, each.name)[part] for each in fields(self)}
         return Inputs(**(some if velocity is None else some | {"velocity": velocity}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.identifiability import Grade
 
 
 def diagnose(line: dict[str, Any]) -> tuple[bool, str, dict[str, str]]:

@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.term import Term
 from hydrodamp.identification import recursive
-from hydrodamp.identification.grades import EXCITED, SOUND, Cause, Grade, rated
+from hydrodamp.identification.identifiability import EXCITED, SOUND, Cause, Grade, rated
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import LAGS, Estimate, Recursion
 

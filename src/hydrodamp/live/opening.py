@@ -15,9 +15,9 @@ from hydrodamp.ingest.formats.mavlink import Decoder
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import read_log
 from hydrodamp.live import sources
-from hydrodamp.live.gathering import Gathering, Message, for_streams
-from hydrodamp.live.rows import Row, number
-from hydrodamp.live.sources import Datagrams, Waiting
+from hydrodamp.live.samples import Row, number
+from hydrodamp.live.sources import BoundedQueue, Datagrams
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, for_streams
 
 Say = Callable[[str], None]
 
@@ -36,7 +36,7 @@ class Source:
     skip_to: Callable[[int], None] = lambda first: None  # samples before it were taken already
 
 
-def opened(
+def open_source(
     address: str, mapping: str | Path | None, *, allow: bool, paced: bool, say: Say
 ) -> Source:
     """Return the samples of `stdin`, `ros2`, an address or a log."""
@@ -58,14 +58,14 @@ def opened(
                 f" preset such as {_PRESETS[kind]}."
             )
         return _of_ros(given, say) if kind == "ros2" else _of_mavlink(address, given, allow, say)
-    rows, datagrams = Waiting[Row](keeps_all=address == "stdin"), None
+    rows, datagrams = BoundedQueue[Row](keeps_all=address == "stdin"), None
     if address == "stdin":
-        rows.fed_by(sources.of_lines())
+        rows.start_reader(sources.of_lines())
     else:
         datagrams = sources.Datagrams(_bound(address, allow, say))
-        rows.fed_by(sources.of_datagrams(datagrams))
+        rows.start_reader(sources.of_datagrams(datagrams))
     if given is not None:
-        return _gathered(rows, map(_message, rows), Gathering(given, say), datagrams)
+        return _gathered(rows, map(_message, rows), MessageSynchroniser(given, say), datagrams)
     return Source(rows, lambda: _drops(rows, datagrams), close=lambda: _end(rows))
 
 
@@ -73,8 +73,8 @@ def _of_ros(mapping: LogMapping, say: Say) -> Source:
     try:
         from hydrodamp.live.ros import of_topics
 
-        gathering, messages = Gathering(mapping, say), Waiting[Message]()
-        messages.fed_by(of_topics(gathering.wants))
+        gathering, messages = MessageSynchroniser(mapping, say), BoundedQueue[Message]()
+        messages.start_reader(of_topics(gathering.wants))
     except ModuleNotFoundError as error:
         raise ProblemError(
             "ROS 2 is heard by rclpy, which is not found: source the setup file of ROS first."
@@ -92,15 +92,15 @@ def _of_mavlink(address: str, mapping: LogMapping, allow: bool, say: Say) -> Sou
         raise ProblemError(
             'MAVLink is read by pymavlink, which is not installed: pip install "hydrodamp[live]"'
         ) from error
-    messages, datagrams = Waiting[Message](), sources.Datagrams(_bound(address, allow, say))
-    messages.fed_by(sources.of_packets(datagrams, decoder))
-    return _gathered(messages, messages, Gathering(mapping, say), datagrams)
+    messages, datagrams = BoundedQueue[Message](), sources.Datagrams(_bound(address, allow, say))
+    messages.start_reader(sources.of_packets(datagrams, decoder))
+    return _gathered(messages, messages, MessageSynchroniser(mapping, say), datagrams)
 
 
 def _gathered(
-    waiting: Waiting[Row] | Waiting[Message],
+    waiting: BoundedQueue[Row] | BoundedQueue[Message],
     messages: Iterable[Message | None],
-    gathering: Gathering,
+    gathering: MessageSynchroniser,
     datagrams: Datagrams | None = None,
 ) -> Source:
     return Source(
@@ -110,7 +110,7 @@ def _gathered(
     )
 
 
-def _end(waiting: Waiting[Row] | Waiting[Message]) -> None:
+def _end(waiting: BoundedQueue[Row] | BoundedQueue[Message]) -> None:
     """Wait for a reader of a socket or of topics; one of standard input may never return."""
     if waiting.keeps_all:
         waiting.is_over = True
@@ -118,7 +118,9 @@ def _end(waiting: Waiting[Row] | Waiting[Message]) -> None:
         waiting.end()
 
 
-def _drops(waiting: Waiting[Row] | Waiting[Message], datagrams: Datagrams | None) -> dict[str, int]:
+def _drops(
+    waiting: BoundedQueue[Row] | BoundedQueue[Message], datagrams: Datagrams | None
+) -> dict[str, int]:
     """Return what was dropped for want of room, here and, where it tells, in the kernel."""
     return {"dropped": waiting.dropped} | ({"kernel drops": datagrams.lost} if datagrams else {})
 

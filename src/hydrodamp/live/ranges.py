@@ -12,7 +12,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.checks import FASTEST
 from hydrodamp.identification.recursive import USUAL
 from hydrodamp.kernels.plant import Plant
-from hydrodamp.simulation.problem import Columns
+from hydrodamp.simulation.problem import EquationTable
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -40,14 +40,14 @@ class Ranges(NamedTuple):
 _CACHE: WeakKeyDictionary[Plant, Ranges] = WeakKeyDictionary()
 
 
-def ranges_of(columns: Columns) -> Ranges:
+def ranges_of(columns: EquationTable) -> Ranges:
     """Return the ranges of a table of equation 1, computed once."""
     if (ranges := _CACHE.get(columns.plant)) is None:
         ranges = _CACHE[columns.plant] = _ranges(columns)
     return ranges
 
 
-def _ranges(columns: Columns) -> Ranges:
+def _ranges(columns: EquationTable) -> Ranges:
     """Return the ranges of the needed commands and, without actuators, of a recorded wrench.
 
     The largest plausible input accelerates the vehicle from rest to the largest plausible

@@ -8,8 +8,8 @@ from importlib import import_module
 from typing import Any
 
 from hydrodamp.ingest.formats.message_layout import LONGEST
-from hydrodamp.live.gathering import Message
-from hydrodamp.live.sources import Waiting
+from hydrodamp.live.sources import BoundedQueue
+from hydrodamp.live.synchroniser import Message
 
 _LOOK = 0.5  # s, between two looks for topics that are new
 _DEPTH = 1000  # messages that the middleware keeps
@@ -65,13 +65,13 @@ def _subscribed(node: Any, topic: str, kind: str, put: Callable[[Message], None]
     return node.create_subscription(getattr(import_module(package), name), topic, take, quality)
 
 
-def of_topics(is_wanted: Callable[[str], bool]) -> Callable[[Waiting[Message]], None]:
+def of_topics(is_wanted: Callable[[str], bool]) -> Callable[[BoundedQueue[Message]], None]:
     """Return what hears topics by a node of its own, until nobody waits any more."""
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    def read(waiting: Waiting[Message]) -> None:
+    def read(waiting: BoundedQueue[Message]) -> None:
         context = rclpy.Context()
         rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
         node = rclpy.create_node("hydrodamp_live", context=context)

@@ -19,8 +19,8 @@ from urllib.parse import urlsplit
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.mavlink import Decoder, packets
-from hydrodamp.live.gathering import Message
-from hydrodamp.live.rows import Row, rows_of
+from hydrodamp.live.samples import Row, rows_of
+from hydrodamp.live.synchroniser import Message
 
 Item = TypeVar("Item")
 
@@ -43,7 +43,7 @@ class SourceError(Exception):
 
 
 @dataclass
-class Waiting(Generic[Item]):
+class BoundedQueue(Generic[Item]):
     """What a thread has read and nobody has taken yet: a bounded queue, drops counted."""
 
     keeps_all: bool = False  # the reader waits where there is no room
@@ -85,7 +85,7 @@ class Waiting(Generic[Item]):
             text = f"{type(self.error).__name__}: {self.error}"
             raise SourceError(f"the source can no longer be read: {text}") from self.error
 
-    def fed_by(self, read: Callable[[Waiting[Item]], None]) -> Waiting[Item]:
+    def start_reader(self, read: Callable[[BoundedQueue[Item]], None]) -> BoundedQueue[Item]:
         """Start a thread that reads; its end is the stream's, and so is its error."""
 
         def run() -> None:
@@ -132,10 +132,10 @@ class LogRows:
         self.first = first
 
 
-def of_lines(descriptor: int = 0) -> Callable[[Waiting[Row]], None]:
+def of_lines(descriptor: int = 0) -> Callable[[BoundedQueue[Row]], None]:
     """Return what reads JSON lines or a canonical CSV, from standard input by default."""
 
-    def read(waiting: Waiting[Row]) -> None:
+    def read(waiting: BoundedQueue[Row]) -> None:
         row_of, rest = Lines(), b""
         # Python's own buffer would be locked by this thread when the program ends.
         while chunk := os.read(descriptor, _CHUNK):
@@ -236,7 +236,7 @@ class Datagrams:
             with suppress(OSError):
                 one.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
 
-    def until_over(self, waiting: Waiting[Any]) -> Iterator[bytes]:
+    def until_over(self, waiting: BoundedQueue[Any]) -> Iterator[bytes]:
         """Yield what arrives."""
         with self.socket:
             while not waiting.is_over:
@@ -253,10 +253,10 @@ class Datagrams:
         return data
 
 
-def of_datagrams(datagrams: Datagrams) -> Callable[[Waiting[Row]], None]:
+def of_datagrams(datagrams: Datagrams) -> Callable[[BoundedQueue[Row]], None]:
     """Return what reads JSON objects from datagrams, one or several lines in each."""
 
-    def read(waiting: Waiting[Row]) -> None:
+    def read(waiting: BoundedQueue[Row]) -> None:
         for data in datagrams.until_over(waiting):
             for line in data.splitlines():
                 if line.strip():
@@ -265,10 +265,10 @@ def of_datagrams(datagrams: Datagrams) -> Callable[[Waiting[Row]], None]:
     return read
 
 
-def of_packets(datagrams: Datagrams, decoder: Decoder) -> Callable[[Waiting[Message]], None]:
+def of_packets(datagrams: Datagrams, decoder: Decoder) -> Callable[[BoundedQueue[Message]], None]:
     """Return what reads MAVLink from datagrams, one or several packets in each."""
 
-    def read(waiting: Waiting[Message]) -> None:
+    def read(waiting: BoundedQueue[Message]) -> None:
         for data in datagrams.until_over(waiting):
             now = time.time()
             for packet in packets(data):

@@ -13,15 +13,21 @@ from os.path import commonprefix
 import numpy as np
 
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.identification.extrapolation import fed
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.grid import Column, Grid, error_size, percent
-from hydrodamp.report.words import remarks
+from hydrodamp.identification.operating_range import energy_injection_warnings
+from hydrodamp.report.narrative import remarks
+from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.choice import error_of, front
-from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Row, beside_paper
-from hydrodamp.validation.crossvalidation import CrossValidation
+from hydrodamp.validation.compare import (
+    PAPER_TABLE_I,
+    PRINTED_COLUMN,
+    Comparison,
+    Row,
+    beside_paper,
+)
+from hydrodamp.validation.cross_validation import CrossValidation
+from hydrodamp.validation.selection import error_of, pareto_front
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
 _RUNS = 6  # likewise
@@ -32,12 +38,12 @@ _ROW = (
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
-def detail_grids(comparison: Comparison) -> tuple[Grid, ...]:
+def detail_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the errors by run, axis and window."""
-    return (*run_grids(comparison), *axis_grids(comparison), *window_grids(comparison))
+    return (*run_tables(comparison), *axis_tables(comparison), *horizon_tables(comparison))
 
 
-def run_grids(comparison: Comparison) -> tuple[Grid, ...]:
+def run_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the errors on each test run, where there are several and a table holds them."""
     runs = list(next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {}))
     if not 1 < len(runs) <= _RUNS:
@@ -50,10 +56,10 @@ def run_grids(comparison: Comparison) -> tuple[Grid, ...]:
     shared = commonprefix(runs).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
     columns = (*_ROW, *(Column(run.removeprefix(shared), form=error_size) for run in runs))
     of = f", {shared}…" if shared else ""
-    return (Grid(f"RMS velocity error by test run{of}", columns, cells),)
+    return (Table(f"RMS velocity error by test run{of}", columns, cells),)
 
 
-def window_grids(comparison: Comparison) -> tuple[Grid, ...]:
+def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the fit of each velocity over windows of so many seconds, where that was asked."""
     found = [(row, row.windows) for row in comparison.rows if row.windows]
     if not found:
@@ -69,21 +75,21 @@ def window_grids(comparison: Comparison) -> tuple[Grid, ...]:
         "diverged, their share stands in place of the error."
     )
     title = f"Fit in % over windows of {found[0][1].name}"
-    return (Grid(title, (*_ROW, *errors), cells, (note,)),)
+    return (Table(title, (*_ROW, *errors), cells, (note,)),)
 
 
-def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
+def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the errors of models (down) by methods (across), a few methods to a table."""
     methods = comparison.methods
     pages = math.ceil(len(methods) / _ABREAST) or 1
     parts = np.array_split(np.array(methods, dtype=object), pages)
     *grids, last = (_summary(comparison, part.tolist()) for part in parts)
     chosen = any(row.rms is not None for row in comparison.rows)
-    choice = (str(comparison.choice()),) if chosen else ()
+    choice = (str(comparison.select()),) if chosen else ()
     return (*grids, replace(last, notes=(*choice, *remarks(comparison))))
 
 
-def _summary(comparison: Comparison, methods: Sequence[str]) -> Grid:
+def _summary(comparison: Comparison, methods: Sequence[str]) -> Table:
     found = {(row.model, row.method): row for row in reversed(comparison.rows)}
     sizes = {row.model: row.n_coefficients for row in comparison.rows}
     known = [PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN]
@@ -95,14 +101,14 @@ def _summary(comparison: Comparison, methods: Sequence[str]) -> Grid:
     for model, n in sizes.items():
         mine = [found.get((model, method)) for method in methods]
         ranks = (row.fit.rank for row in mine if row is not None and row.fit.rank is not None)
-        paper = (getattr(TABLE_I.get(model), name, None) for name in printed)
+        paper = (getattr(PAPER_TABLE_I.get(model), name, None) for name in printed)
         rows.append((model, n, next(ranks, None), *map(_error, mine), *paper))
     best = set()
     for place, method in enumerate(methods, start=3):
-        scored = [row for row in comparison.rows if row.method == method and row.settled]
+        scored = [row for row in comparison.rows if row.method == method and row.converged]
         if scored:
             best.add(([*sizes].index(min(scored, key=error_of).model), place))
-    return Grid(
+    return Table(
         title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
         columns=tuple(columns),
         rows=tuple(rows),
@@ -114,12 +120,12 @@ def _error(row: Row | None) -> float | str | None:
     """Return the error of a row, "~" before it if the fit has not settled, or what happened."""
     if row is None:
         return None
-    if row.status is Status.NOT_SETTLED:
+    if row.status is Status.NOT_CONVERGED:
         return f"~{error_size(row.rms)}"
     return row.status.word.removesuffix(" samples") if row.rms is None else row.rms
 
 
-def score_grid(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Grid:
+def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Table:
     """Return rows of a comparison with all their numbers."""
     unit, printed = f"{comparison.rate_unit}/s", beside_paper(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
@@ -141,7 +147,7 @@ def score_grid(comparison: Comparison, rows: Sequence[Row], title: str = "") -> 
         columns.append(Column("paper", form=form, meaning=meaning, key="paper_rms"))
     for name in names:
         columns += _axis_columns(name, unit)
-    return Grid(title, tuple(columns), tuple(_numbers(row, names, printed) for row in rows))
+    return Table(title, tuple(columns), tuple(_numbers(row, names, printed) for row in rows))
 
 
 def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
@@ -156,7 +162,7 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
 
 
 def _numbers(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
-    paper = getattr(TABLE_I.get(row.model), PRINTED_COLUMN.get(row.method, ""), None)
+    paper = getattr(PAPER_TABLE_I.get(row.model), PRINTED_COLUMN.get(row.method, ""), None)
     return (
         *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
         *((paper,) if printed else ()),
@@ -170,7 +176,7 @@ def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:
         yield row.score.fit_by_axis.get(name)
 
 
-def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
+def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return error and fit by velocity, a table a method."""
     unit, grids = f"{comparison.rate_unit}/s", []
     for method in comparison.methods:
@@ -181,11 +187,11 @@ def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
             columns = chain.from_iterable((error, replace(fit, name="%")) for error, fit in by_axis)
             title = f"{method} by axis: RMS error (m/s, {unit}), fit in %"
             cells = tuple((row.model, *_by_axis(row, names)) for row in rows)
-            grids.append(Grid(title, (Column("model", number=False), *columns), cells))
+            grids.append(Table(title, (Column("model", number=False), *columns), cells))
     return tuple(grids)
 
 
-def replay_grid(title: str, score: Score) -> Grid:
+def replay_table(title: str, score: Score) -> Table:
     """Return the score of one replay: error and fit of each velocity, then of all together."""
     rate = f"{score.rate_unit}/s"
     rows = []
@@ -194,12 +200,12 @@ def replay_grid(title: str, score: Score) -> Grid:
         rows.append((name, error_size(error), unit, percent(score.fit_by_axis[name])))
     rows.append(("all", error_size(score.rms), f"m/s, {rate}", "-"))
     notes = (score.status.value,) if score.diverged else ()
-    return Grid.of_words(title, ("velocity", "RMS error", "unit", "fit %"), "lrlr", rows, notes)
+    return Table.of_words(title, ("velocity", "RMS error", "unit", "fit %"), "lrlr", rows, notes)
 
 
-def fold_grid(table: CrossValidation) -> Grid:
+def fold_table(table: CrossValidation) -> Table:
     """Return the errors on held-out folds, a row for each model and method."""
-    best = [f"{row.model} by {row.method}" for row in front(table)]
+    best = [f"{row.model} by {row.method}" for row in pareto_front(table)]
     notes = [
         "RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, "
         "however small its RMS.",
@@ -211,7 +217,7 @@ def fold_grid(table: CrossValidation) -> Grid:
     ]
     if best:
         notes += [
-            str(table.choice()),
+            str(table.select()),
             f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",
         ]
     else:
@@ -225,10 +231,10 @@ def fold_grid(table: CrossValidation) -> Grid:
         "lost folds": ("n_lost", "d"),
     }
     title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
-    return Grid.of_items(title, table.rows, columns, notes)
+    return Table.of_items(title, table.rows, columns, notes)
 
 
-def horizon_grid(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Grid:
+def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Table:
     """Return the errors by horizon of fits to the whole log."""
     names = next(([one.name for one in some] for some in scores if some), [])
     rows = []
@@ -242,11 +248,13 @@ def horizon_grid(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | 
             said
             for fit, some in zip(fits, scores, strict=True)
             if some and any(one.n_diverged for one in some)
-            for said in fed(fit.damping, fit.sailed, f"{fit.model.key} by {fit.method}: its")
+            for said in energy_injection_warnings(
+                fit.damping, fit.training_range, f"{fit.model.key} by {fit.method}: its"
+            )
         ),
     )
     title = "Fitted to the whole log: RMS when restarted every so often"
-    return Grid.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
+    return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
 
 def _restarted(found: HorizonScore) -> str:
@@ -260,7 +268,7 @@ def validation_document(
     table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
-    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_part", "lost")
+    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold", "lost")
     return {
         "held_out": table.held_out,
         "folds": [{key: getattr(row, key) for key in of_row} for row in table.rows],
@@ -272,5 +280,5 @@ def validation_document(
             }
             for fit, some in zip(fits, scores, strict=True)
         ],
-        "choice": str(table.choice()) if front(table) else None,
+        "choice": str(table.select()) if pareto_front(table) else None,
     }

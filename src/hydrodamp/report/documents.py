@@ -189,7 +189,7 @@ class UncertaintyDocument(BaseModel):
     method: str
     block: Number
     n_blocks: int
-    allowance: str
+    bias_allowance: str
     noise: Annotated[tuple[Number, ...] | None, BeforeValidator(_variances)]
 
     def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
@@ -213,7 +213,7 @@ class FitDocument(BaseModel):
     provenance: dict[str, str]
     remarks: tuple[str, ...] = ()
     uncertainty: UncertaintyDocument | None = None
-    sailed: dict[str, tuple[float, float]] = {}
+    training_range: dict[str, tuple[float, float]] = {}
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""
@@ -241,4 +241,4 @@ def trained_on(path: Path) -> dict[str, tuple[float, float]]:
     """Return the ranges that a damping file was trained on; none where they are not known."""
     content = load_json(path)
     is_fit = isinstance(content, dict) and "fit" in content
-    return read_fit(path).sailed if is_fit else {}
+    return read_fit(path).training_range if is_fit else {}

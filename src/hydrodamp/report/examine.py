@@ -12,9 +12,9 @@ import numpy as np
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
+from hydrodamp.identification.dissipativity import TAIL, max_damping_power, operating_box
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.grades import Identifiability, graded
-from hydrodamp.identification.power import TAIL, operating_box, worst_power
+from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.residuals import diagnose
 from hydrodamp.report.figures.diagnostics import (
     correlation_figure,
@@ -24,14 +24,14 @@ from hydrodamp.report.figures.diagnostics import (
     power_figure,
     residuals_figure,
 )
-from hydrodamp.report.figures.look import figure_bytes
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
+from hydrodamp.report.figures.style import figure_bytes
 from hydrodamp.report.files import Findings, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import RateUnit, horizon_scores
 from hydrodamp.validation.bands import PredictionBand, prediction_band
-from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.selection import error_of
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def examine(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
     if row is not None:
         problem = prepare(vehicle, train, row.fit.model)
         try:
-            grades = graded(problem, row.fit) if row.n_coefficients else None
+            grades = grade_fit(problem, row.fit) if row.n_coefficients else None
         except HydrodampError as error:
             not_graded = [_sentence("What the log determines is not known", error)]
         band = _band(vehicle, row)
@@ -77,7 +77,7 @@ def examine(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
             lambda: commands_figure(train),
         ),
     )
-    pictures, not_drawn = painted(sketches) if find_spec("matplotlib") else ((), (MISSING,))
+    pictures, not_drawn = draw_pictures(sketches) if find_spec("matplotlib") else ((), (MISSING,))
     return Findings(grades, band, pictures, (*not_drawn, *not_graded))
 
 
@@ -96,7 +96,7 @@ def _band(vehicle: Vehicle, row: Row) -> PredictionBand | None:
         return prediction_band(problem, row.fit.damping, degrees_of_freedom=freedom)
 
 
-def painted(sketches: Iterable[Sketch]) -> tuple[tuple[Picture, ...], tuple[str, ...]]:
+def draw_pictures(sketches: Iterable[Sketch]) -> tuple[tuple[Picture, ...], tuple[str, ...]]:
     """Draw sketches; of one that cannot be drawn, return the reason."""
     pictures: list[Picture] = []
     not_drawn: list[str] = []
@@ -191,7 +191,7 @@ def _said_of_residuals(problem: Problem, fit: Fit) -> str:
 
 def _said_of_power(problem: Problem, fit: Fit) -> str:
     """Return whether damping drives the vehicle, where most, and what the box is."""
-    power, velocity = worst_power(fit.damping, operating_box(problem))
+    power, velocity = max_damping_power(fit.damping, operating_box(problem))
     place = ", ".join(
         f"{name} {value:.2g}" for name, value in zip(VELOCITIES, velocity, strict=True) if value
     )

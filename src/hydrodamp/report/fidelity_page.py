@@ -8,8 +8,8 @@ from typing import Any
 
 from hydrodamp.errors import FileError
 from hydrodamp.files import load_json, save_text
-from hydrodamp.report.grid import NOTHING, Grid
 from hydrodamp.report.page import template, text_of
+from hydrodamp.report.table import NOTHING, Table
 
 CARD, PAGE = "fidelity.json", "fidelity.html"
 """The card in the folder of an export, and its page."""
@@ -37,7 +37,7 @@ def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
     return path or folder / PAGE
 
 
-def _grids(card: dict[str, Any]) -> Iterator[Grid]:
+def _grids(card: dict[str, Any]) -> Iterator[Table]:
     errors = {
         "wrench error [% of rms]": card["wrench_error"],
         "at a tenth of the velocities": card.get("slow_error", {}),
@@ -56,16 +56,16 @@ def _grids(card: dict[str, Any]) -> Iterator[Grid]:
 
 def _side_by_side(
     title: str, first: str, columns: Mapping[str, Mapping[str, float | None]]
-) -> Grid:
+) -> Table:
     """Return a table of numbers by name, a column each."""
     names = dict.fromkeys(name for one in columns.values() for name in one)
     rows = ((name, *(_word(one.get(name)) for one in columns.values())) for name in names)
-    return Grid.of_words(title, (first, *columns), "l" + "r" * len(columns), rows)
+    return Table.of_words(title, (first, *columns), "l" + "r" * len(columns), rows)
 
 
 def _origin(card: dict[str, Any]) -> dict[str, str]:
     facts = {
-        "meant for": card["meant"],
+        "meant for": card["description"],
         "model": card["model"],
         "inputs": card["inputs"],
         "fitted with other terms": card["projected"],

@@ -20,8 +20,8 @@ from hydrodamp.errors import FileError
 from hydrodamp.faults import validated
 from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
-from hydrodamp.report.comparison_tables import detail_grids, score_grid, summary_grids
+from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.report.comparison_tables import detail_tables, score_table, summary_tables
 from hydrodamp.report.documents import (
     ComparisonDocument,
     comparison_document,
@@ -29,8 +29,8 @@ from hydrodamp.report.documents import (
     names_of,
     read_fit,
 )
-from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
-from hydrodamp.report.words import RESUMED, UNFINISHED
+from hydrodamp.report.narrative import RESUMED, UNFINISHED
+from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
@@ -94,7 +94,7 @@ def chosen_row(comparison: Comparison) -> Row | None:
     if all(row.rms is None for row in comparison.rows):
         alone = len(comparison.rows) == 1 and comparison.rows[0].fit.status.usable
         return comparison.rows[0] if alone else None
-    return comparison.choice().row
+    return comparison.select().row
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
@@ -116,7 +116,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         If the folder cannot be made or written, or a file would replace one that hydrodamp did
         not write.
     """
-    home, grids = Path(folder), (*summary_grids(comparison), *detail_grids(comparison))
+    home, grids = Path(folder), (*summary_tables(comparison), *detail_tables(comparison))
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
     remove_results(home, (COMPARISON, REPORT, GRADES, BAND, *_PICTURES))
     if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
@@ -125,8 +125,8 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
         home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
         home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n",
-        home / "table.tex": "\n\n".join(map(to_latex, summary_grids(comparison))) + "\n",
-        home / "table.csv": to_csv(score_grid(comparison, comparison.rows)),
+        home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n",
+        home / "table.csv": to_csv(score_table(comparison, comparison.rows)),
         home / COMPARISON: as_json(comparison_document(comparison)),
     }
     contents = {home / REPLAYS: _replays(comparison)}

@@ -11,10 +11,16 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.record import first_few
 from hydrodamp.identification.fit import Fit, reach
-from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Cause, Grade, Identifiability
-from hydrodamp.identification.sparse import KEY
+from hydrodamp.identification.identifiability import (
+    CONTRIBUTION,
+    RELATIVE,
+    Cause,
+    Grade,
+    Identifiability,
+)
+from hydrodamp.identification.stepwise import KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
-from hydrodamp.report.grid import Column, Grid, coefficient
+from hydrodamp.report.table import Column, Table, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
 _RULE = (
@@ -38,7 +44,7 @@ SPARSE: dict[str, Any] = {
 }
 
 
-def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
+def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     """Return the coefficients of a fit, how sure they are, and which are aliased."""
     model, known = fit.model, _known(fit, grades)
     columns = [
@@ -55,12 +61,12 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
     rows = zip(model.labels, *numbers, units, *([known] if known else []), strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     graded = () if grades is None else (grades.summary + ".", _RULE, *_causes(fit, grades))
-    return Grid(
+    return Table(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
         f"{fit.n_samples} samples",
         columns=tuple(columns),
         rows=tuple(rows),
-        notes=(*fit.sentences, *_aliased(fit), *graded),
+        notes=(*fit.summary_lines, *_aliased(fit), *graded),
     )
 
 
@@ -75,7 +81,7 @@ def standard_errors(fit: Fit) -> FloatArray:
 
 def half_widths(fit: Fit) -> FloatArray:
     """Return half the width of the 95 % interval of each coefficient, NaN where unknown."""
-    times = reach() if fit.uncertainty is None else fit.uncertainty.reach()
+    times = reach() if fit.uncertainty is None else fit.uncertainty.critical_value()
     return times * standard_errors(fit)
 
 
@@ -136,7 +142,7 @@ def model_document(model: DampingModel) -> dict[str, Any]:
     }
 
 
-def models_grid(models: Iterable[Mapping[str, Any]], command: str) -> Grid:
+def model_table(models: Iterable[Mapping[str, Any]], command: str) -> Table:
     """Return documents of models with how many terms they have on which axis."""
     rows, notes = [], [f"`{command}` shows the terms of one."]
     for one in models:
@@ -144,4 +150,4 @@ def models_grid(models: Iterable[Mapping[str, Any]], command: str) -> Grid:
             notes.insert(0, one["note"])
         counts = [None] * len(AXES) if one["terms"] is None else map(len, one["terms"].values())
         rows.append((one["model"], one["n_coefficients"], *counts, one["title"]))
-    return Grid.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)
+    return Table.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)

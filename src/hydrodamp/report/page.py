@@ -17,19 +17,19 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
-from hydrodamp.report.comparison_tables import score_grid
+from hydrodamp.report.comparison_tables import score_table
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.examine import said_of_band
-from hydrodamp.report.figures.axes import Bins, clock, shown, velocity_unit
-from hydrodamp.report.figures.look import colour_of, looks_of
+from hydrodamp.report.figures.axes import Bins, clock, shown_velocities, velocity_unit
+from hydrodamp.report.figures.style import colour_of, looks_of
 from hydrodamp.report.files import Findings, chosen_row, read_comparison, read_findings
-from hydrodamp.report.fit_tables import fit_grid
-from hydrodamp.report.grid import Grid
-from hydrodamp.report.words import remarks, verdict
+from hydrodamp.report.fit_tables import fit_table
+from hydrodamp.report.narrative import remarks, verdict
+from hydrodamp.report.table import Table
 from hydrodamp.results import save_listed
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.selection import error_of
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -94,7 +94,7 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     """Return what the page holds beside its words."""
     chosen, grades, unit = chosen_row(comparison), findings.identifiability, comparison.rate_unit
     by_error = sorted(comparison.rows, key=lambda row: (error_of(row), row.n_coefficients))
-    order = sorted(by_error, key=lambda row: (row.rms is None, not row.settled))
+    order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
     drawn = series(comparison, order, findings.band)
     warnings = comparison.provenance.get("warnings", "").splitlines()
     return {
@@ -106,7 +106,7 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         },
         "verdict": verdict(comparison, grades),
         "warnings": [*map(str.strip, warnings), *remarks(comparison)],
-        "scores": score_grid(
+        "scores": score_table(
             comparison,
             by_error,
             f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
@@ -115,7 +115,7 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         "chosen": chosen,
         "series": drawn,
         "coefficients": [
-            (row, fit_grid(row.fit, grades if row is chosen else None))
+            (row, fit_table(row.fit, grades if row is chosen else None))
             for row in order
             if row.fit.status.usable
         ],
@@ -172,8 +172,8 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
     return {
         "facts": (*facts, ("report made by", made)),
-        "files": Grid.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
-        "settings": Grid.of_words("Settings of the methods", ("method", "settings"), "ll", used),
+        "files": Table.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
+        "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
     }
 
 
@@ -190,7 +190,7 @@ def series(
     bins, time = Bins.over(log.bounds, min(_VALUES // n_series, _FINEST)), clock(log)
 
     def packed(velocity: FloatArray) -> list[dict[str, object]]:
-        return [_pack(bins.values(shown(velocity, name, unit))) for name in names]
+        return [_pack(bins.values(shown_velocities(velocity, name, unit))) for name in names]
 
     looks = looks_of([(row.model, row.method) for row, _ in drawn])
     around, said, edges = None, "", []

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-from hydrodamp.ingest.probing.delay import Delay
-from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
-from hydrodamp.ingest.probing.verdict import Verdict
-from hydrodamp.report.grid import Grid
+from hydrodamp.ingest.inspection.delay import Delay
+from hydrodamp.ingest.inspection.probe import SUFFICES, Inspection, Probe
+from hydrodamp.ingest.inspection.quality_report import QualityReport
+from hydrodamp.report.table import Table
 
 #: Topics and segments that are spelt out.
 LISTED = 25
@@ -20,7 +20,7 @@ _SAVED = "draft, and how sure each line is (--draft FILE saves it)"
 _WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
 
-def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
+def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
     """Yield the tables of a probed recording and its log."""
     if judged.made or judged.guessed:
         yield _topics(found)
@@ -29,7 +29,7 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
     if judged.verdict is None:
         notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
         notes += [f"mind: {each}" for each in found.roles.upright.doubts]
-        yield Grid("No log", (), (), (*notes, f"Verdict: {_NO_LOG}"))
+        yield Table("No log", (), (), (*notes, f"Verdict: {_NO_LOG}"))
         return
     made = (f"Made {judged.made}.",) if judged.made else ()
     yield _segments(judged.verdict, (*made, *judged.notes))
@@ -38,7 +38,7 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
     yield _columns(judged.verdict)
 
 
-def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
+def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.verdict
     nothing = ("delays", "suspicions", "doubts", "reservations", "promises")
@@ -68,7 +68,7 @@ def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     }
 
 
-def _topics(found: Probe) -> Grid:
+def _topics(found: Probe) -> Table:
     notes = [*_more(len(found.topics), "topics"), *(f"Reader: {note}." for note in found.notes)]
     for topic in found.topics:
         name = topic.name or "table"
@@ -90,14 +90,14 @@ def _topics(found: Probe) -> Grid:
         "to [s]": ("end", ".2f"),
     }
     topics = found.topics[:LISTED]
-    return Grid.of_items(f"{found.source}: {found.format}", topics, columns, notes)
+    return Table.of_items(f"{found.source}: {found.format}", topics, columns, notes)
 
 
 def _more(count: int, what: str) -> tuple[str, ...]:
     return (f"and {count - LISTED} more {what}",) if count > LISTED else ()
 
 
-def _draft(found: Probe) -> Grid:
+def _draft(found: Probe) -> Table:
     lines = tuple((line,) for line in found.draft.text.rstrip("\n").split("\n"))
     notes = [*_axes(found), *_presets(found)]
     if found.draft.confidence < SUFFICES:
@@ -105,7 +105,7 @@ def _draft(found: Probe) -> Grid:
             f"The draft is too unsure ({found.draft.confidence} %) to make a log of: correct it, "
             "then ask again with --mapping."
         )
-    return Grid.of_words("What its columns may be, as a mapping", (_SAVED,), "l", lines, notes)
+    return Table.of_words("What its columns may be, as a mapping", (_SAVED,), "l", lines, notes)
 
 
 def _axes(found: Probe) -> Iterator[str]:
@@ -144,12 +144,14 @@ def _presets(found: Probe) -> Iterator[str]:
         yield "No shipped preset fits."
 
 
-def _delays(found: tuple[Delay, ...]) -> Grid:
+def _delays(found: tuple[Delay, ...]) -> Table:
     notes = [
         "Sense: the sign of the change that follows. Explains: share of the growth of the "
         "velocity, beyond what velocities explain."
     ]
-    if early := [one.command for one in found if one.seconds + (one.spread or 0.0) < _EARLY]:
+    if early := [
+        one.command for one in found if one.seconds + (one.standard_deviation or 0.0) < _EARLY
+    ]:
         notes.append(
             f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
             "smoothed the velocity, or a loop is closed and the command follows the motion."
@@ -157,17 +159,17 @@ def _delays(found: tuple[Delay, ...]) -> Grid:
     columns = {
         "command": ("command", "s"),
         "moves": ("velocity", "s"),
-        "sense": ("sense", "+d"),
+        "sign": ("sign", "+d"),
         "delay [s]": ("seconds", ".2f"),
-        "± [s]": ("spread", ".2f"),
+        "± [s]": ("standard_deviation", ".2f"),
         "explains": ("share", ".0%"),
         "sure [%]": ("confidence", "d"),
     }
     title = "Delay between commands and what they move (dead time and lag together)"
-    return Grid.of_items(title, found, columns, notes)
+    return Table.of_items(title, found, columns, notes)
 
 
-def _segments(found: Verdict, notes: tuple[str, ...]) -> Grid:
+def _segments(found: QualityReport, notes: tuple[str, ...]) -> Table:
     n = len(found.segments)
     columns = {
         "segment": ("name", "s"),
@@ -182,10 +184,10 @@ def _segments(found: Verdict, notes: tuple[str, ...]) -> Grid:
         f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s in {n} "
         f"segment{'s' if n != 1 else ''}"
     )
-    return Grid.of_items(title, found.segments[:LISTED], columns, (*_more(n, "segments"), *notes))
+    return Table.of_items(title, found.segments[:LISTED], columns, (*_more(n, "segments"), *notes))
 
 
-def _columns(judged: Verdict) -> Grid:
+def _columns(judged: QualityReport) -> Table:
     numbers = {"mean": "mean", "std": "std", "lowest": "low", "highest": "high"}
     columns = {
         "column": ("name", "s"),
@@ -202,4 +204,4 @@ def _columns(judged: Verdict) -> Grid:
         *(f"good: {each}" for each in judged.promises),
         f"Verdict: {judged.sentence}",
     )
-    return Grid.of_items("Columns", (*judged.velocities, *judged.commands), columns, notes)
+    return Table.of_items("Columns", (*judged.velocities, *judged.commands), columns, notes)

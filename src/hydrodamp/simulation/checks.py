@@ -16,7 +16,7 @@ from hydrodamp.simulation.actuation import channel_names
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from hydrodamp.ingest.probing.verdict import Needs
+    from hydrodamp.ingest.inspection.quality_report import Requirements
 
 
 _RADII = 4.0  # in the length of a hull
@@ -49,13 +49,13 @@ def unused(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterat
         )
 
 
-def needs_of(vehicle: Vehicle, log: Log) -> Needs:
+def needs_of(vehicle: Vehicle, log: Log) -> Requirements:
     """Return what a vehicle needs of a log; models may yet have terms for its commands."""
-    from hydrodamp.ingest.probing.verdict import Needs
+    from hydrodamp.ingest.inspection.quality_report import Requirements
 
     told = nothing_drives(vehicle, log)
     reserved = told if log.command_names and not vehicle.commands else ""
-    return Needs(
+    return Requirements(
         velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
         missing=tuple(lack for lack in lacks(vehicle, log, ()) if lack != reserved),
         reservations=(*unused(vehicle, log, ()), *filter(None, [reserved])),

@@ -46,7 +46,7 @@ _ZERO = ""
 
 
 @dataclass(frozen=True)
-class Columns:
+class EquationTable:
     """The table of equation 1 for one vehicle and the terms asked for.
 
     Attributes
@@ -119,7 +119,7 @@ class Columns:
                 f"{' '.join(missing)}. Name the model in `prepare(vehicle, log, models)`."
             )
 
-    def only(self, model: DampingModel) -> Columns:
+    def only(self, model: DampingModel) -> EquationTable:
         """Return the table without the unknown columns that a model has no term of."""
         self.require(model)
         unknown = [self.n_known + self.basis.index(term) for term in model.basis]
@@ -154,13 +154,13 @@ class Columns:
         return rows, axes
 
 
-def columns(
+def equation_table(
     vehicle: Vehicle,
     models: tuple[DampingModel, ...],
     *,
     actuators: bool,
     propulsion_known: bool = True,
-) -> Columns:
+) -> EquationTable:
     """Write equation 1 of a vehicle and some models as one table.
 
     Parameters
@@ -184,10 +184,10 @@ def columns(
     names = {name for term in (*known, *basis) for name in term.commands}
     idle = [term.needs_propulsion and not propulsion_known for term in basis]
     channels = (*sorted(names), *((_ZERO,) if any(idle) else ()))
-    unknown = basis.table(channels).copy()
+    unknown = basis.atom_table(channels).copy()
     unknown[idle] = [FIRST_CHANNEL + len(channels) - 1, 0, 0, 0]
-    table = np.vstack([Basis(tuple(known)).table(channels), unknown])
-    return Columns(
+    table = np.vstack([Basis(tuple(known)).atom_table(channels), unknown])
+    return EquationTable(
         vehicle=vehicle,
         basis=basis,
         channels=channels,
@@ -197,7 +197,7 @@ def columns(
     )
 
 
-def held_channels(table: Columns, commands: Mapping[str, FloatArray], n: int) -> FloatArray:
+def held_channels(table: EquationTable, commands: Mapping[str, FloatArray], n: int) -> FloatArray:
     """Return the channels of a table, sample by sample."""
     made = table.vehicle.channels(commands) if table.actuators else {}
     found = {**commands, **made, _ZERO: np.zeros(n)}
@@ -231,7 +231,7 @@ class Problem:
 
     log: Log
     models: tuple[DampingModel, ...]
-    columns: Columns
+    equations: EquationTable
     inputs: Inputs
     segments: IntArray
     propulsion_known: bool = True
@@ -239,7 +239,7 @@ class Problem:
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle it was prepared for."""
-        return self.columns.vehicle
+        return self.equations.vehicle
 
     @property
     def n_samples(self) -> int:
@@ -299,7 +299,7 @@ class Problem:
         """
         part = slice(start, stop, step)
         return core.regressor(
-            self.columns.plant.factors,
+            self.equations.plant.factors,
             self.inputs.velocity[part],
             self.inputs.down[part],
             self.inputs.channels[part],
@@ -321,12 +321,12 @@ class Problem:
             One row a column of equation 1.
         """
         free = damping.model.restricted_to(self.vehicle.axes)
-        return self.columns.with_unknown(self.columns.entries(free), damping.onto(free))
+        return self.equations.with_unknown(self.equations.entries(free), damping.onto(free))
 
     def covering(self, *models: DampingModel) -> Problem:
         """Return the problem with columns of further models; itself where it has them all."""
         free = tuple(model.restricted_to(self.vehicle.axes) for model in models)
-        if all(term in self.columns.basis for model in free for term in model.basis):
+        if all(term in self.equations.basis for model in free for term in model.basis):
             return self
         return _filled(self.vehicle, self.log, (*self.models, *free))
 
@@ -382,7 +382,7 @@ def _filled(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Pro
     held = vehicle.propulsion_speed(commands)
     known = log.propulsion_ratio is not None or held is not None
     actuators = bool(vehicle.actuators) and log.wrench is None
-    table = columns(vehicle, models, actuators=actuators, propulsion_known=known)
+    table = equation_table(vehicle, models, actuators=actuators, propulsion_known=known)
     if not commands.keys() >= {name for term in table.basis for name in term.commands}:
         commands = {**actuation_channels(vehicle, log), **commands}
     velocity = log.velocity * vehicle.free

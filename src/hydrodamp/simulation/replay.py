@@ -122,7 +122,7 @@ def replay(
     log, recorded = problem.log, problem.log.attitude
     start = np.tile(_LEVEL, (log.n, 1)) if recorded is None else recorded
     velocity, diverged_at, _ = core.replay(
-        problem.columns.plant,
+        problem.equations.plant,
         problem.matrix(damping),
         problem.inputs,
         problem.segments if spans is None else spans,
@@ -172,7 +172,7 @@ class Score:
         return Status.DIVERGED if self.diverged else Status.OK
 
     @property
-    def left(self) -> str:
+    def divergence_text(self) -> str:
         """In which segments the replay left every bound, and after how long; empty where none."""
         places = (f"segment {name} after {time:.3g} s" for name, time in self.diverged)
         return ", ".join(places)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Worded(Enum):
+class TextEnum(Enum):
     """Values are sentences that begin with one or two words and a colon."""
 
     @property
@@ -14,7 +14,7 @@ class Worded(Enum):
         return str(self.value).split(":", 1)[0]
 
 
-class Status(Worded):
+class Status(TextEnum):
     """An outcome; its value is the sentence to read.
 
     Examples
@@ -33,11 +33,11 @@ class Status(Worded):
         "too few samples: an axis has more coefficients than the log has samples; "
         "nothing was identified."
     )
-    SETTLED = (
+    CONVERGED = (
         "settled: less than a tenth of each axis's damping wrench is still missing; single "
         "coefficients may be further away."
     )
-    NOT_SETTLED = (
+    NOT_CONVERGED = (
         "not settled: more than a tenth of an axis's damping wrench is still missing; give a "
         "longer or richer log, or more passes."
     )

@@ -89,7 +89,7 @@ def prediction_band(
     free = damping.model.restricted_to(problem.vehicle.axes)
     kept = [damping.model.index(label) for label in free.labels]
     root = _root(damping.covariance[np.ix_(kept, kept)])
-    entries, n = problem.columns.entries(free), free.n_coefficients
+    entries, n = problem.equations.entries(free), free.n_coefficients
     matrix, length = problem.matrix(damping), max(_CHUNK // (6 * (n + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
     width = velocity.copy()
@@ -100,9 +100,9 @@ def prediction_band(
             begun = problem.inputs.velocity[part].copy()
             begun[0] = here
             velocity[part], _, slope = core.replay(
-                problem.columns.plant,
+                problem.equations.plant,
                 matrix,
-                problem.inputs.part(part, begun),
+                problem.inputs.select(part, begun),
                 np.array([[0, len(begun)]]),
                 entries,
                 limit=LIMIT,

@@ -25,7 +25,7 @@ from hydrodamp.simulation.replay import (
     score,
 )
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.choice import Choice, Ranked, choose
+from hydrodamp.validation.selection import Ranked, Selection, choose
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -71,7 +71,7 @@ class Row:
         return self.score.rms
 
     @property
-    def rms_by_part(self) -> tuple[float | None, ...]:
+    def rms_by_fold(self) -> tuple[float | None, ...]:
         """Equation 24 on each segment; None where it diverged."""
         return tuple(self.score.rms_by_segment.values())
 
@@ -82,9 +82,9 @@ class Row:
         return self.score.status if own.usable and self.score.diverged else own
 
     @property
-    def settled(self) -> bool:
+    def converged(self) -> bool:
         """Whether there is an RMS error, and it is that of a fit that has settled."""
-        return self.rms is not None and self.status is not Status.NOT_SETTLED
+        return self.rms is not None and self.status is not Status.NOT_CONVERGED
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Comparison:
             f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
         )
 
-    def choice(self) -> Choice[Row]:
+    def select(self) -> Selection[Row]:
         """Choose the row of the fewest coefficients among those as good as the lowest RMS error.
 
         A row is as good where its errors, segment by segment, are within one standard error of the
@@ -176,7 +176,7 @@ class Comparison:
         MethodError
             If no row has an RMS error.
         """
-        return self.choice().row
+        return self.select().row
 
     def __str__(self) -> str:
         """Return the table as plain text."""
@@ -290,7 +290,7 @@ class Printed:
 
 
 #: Root mean square velocity error values for different models.
-TABLE_I = {
+PAPER_TABLE_I = {
     "mcfarland-whitcomb": Printed(216, 0.40, 0.54),
     "pitch-yaw": Printed(100, 1.74, 2.00),
     "gertler-hagen": Printed(88, 0.39, 0.55),
@@ -307,4 +307,6 @@ PRINTED_COLUMN = {key: entry.printed for key, entry in METHODS.items() if entry.
 
 def beside_paper(comparison: Comparison) -> bool:
     """Tell whether Table I may stand beside a comparison."""
-    return "truth" in comparison.provenance and any(key in TABLE_I for key in comparison.models)
+    return "truth" in comparison.provenance and any(
+        key in PAPER_TABLE_I for key in comparison.models
+    )

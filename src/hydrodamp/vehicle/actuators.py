@@ -101,7 +101,7 @@ class Matrix:
 
     Examples
     --------
-    >>> term, wrench = Matrix(("surge_force",), [[1, 0, 0, 0, 0, 0]]).columns()[0]
+    >>> term, wrench = Matrix(("surge_force",), [[1, 0, 0, 0, 0, 0]]).regressor_terms()[0]
     >>> str(term), wrench.tolist()
     ('surge_force', [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     """
@@ -125,7 +125,7 @@ class Matrix:
         """Return the commands as they are, each of shape (n,)."""
         return {name: command_of(commands, name) for name in self.commands}
 
-    def columns(self) -> Columns:
+    def regressor_terms(self) -> Columns:
         """Return one term a command: the command itself."""
         pairs = zip(self.commands, self.wrench, strict=True)
         return tuple((Term.parse(name), np.array(row)) for name, row in pairs)
@@ -160,7 +160,7 @@ class Fin(Limited):
     Examples
     --------
     >>> fin = Fin("rudder", {"Y": 9.64, "N": -6.15}, limit=0.35)
-    >>> [(str(term), wrench.tolist()) for term, wrench in fin.columns()][0]
+    >>> [(str(term), wrench.tolist()) for term, wrench in fin.regressor_terms()][0]
     ('u|u|*rudder_limited', [0.0, 9.64, 0.0, 0.0, 0.0, -6.15])
     """
 
@@ -173,7 +173,7 @@ class Fin(Limited):
         object.__setattr__(self, "force", checked_gains(self.force, "force"))
         object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
 
-    def columns(self) -> Columns:
+    def regressor_terms(self) -> Columns:
         """Return u|u|*angle and u|u|*angle^2 on the axes given."""
         lift = Term.parse(f"u|u|*{self.channel}")
         return (lift, wrench_of(self.force)), (Term.parse(f"{lift}^2"), wrench_of(self.drag))
@@ -234,7 +234,7 @@ class Propeller(Limited):
         if self.speed_slope is not None:
             checked_number(self.speed_slope, "speed_slope", positive=True)
 
-    def columns(self) -> Columns:
+    def regressor_terms(self) -> Columns:
         """Return n|n| on X and K, and u|n| on X."""
         square = Term.parse(f"{self.channel}*|{self.channel}|")
         advance = Term.parse(f"u*|{self.channel}|")
@@ -301,7 +301,7 @@ class Thruster(Limited):
     >>> thruster = Thruster("port", (0, -0.2, 0), (1, 0, 0), gain=40, dead_zone=(-0.1, 0.1))
     >>> thruster.channels({"port": [0.05, 0.5]})["port_thrust"].tolist()
     [0.0, 20.0]
-    >>> [(str(term), float(wrench[0])) for term, wrench in thruster.columns()]
+    >>> [(str(term), float(wrench[0])) for term, wrench in thruster.regressor_terms()]
     [('port_thrust', 1.0)]
     """
 
@@ -334,7 +334,7 @@ class Thruster(Limited):
             return given * (self.gain or 0.0)
         return np.asarray(np.interp(given, *np.array(self.curve).T))
 
-    def columns(self) -> Columns:
+    def regressor_terms(self) -> Columns:
         """Return the force along the direction and its moment about the origin."""
         wrench = np.concatenate([self.direction, np.cross(self.position, self.direction)])
         scale = 1.0 if self.derived or self.gain is None else self.gain

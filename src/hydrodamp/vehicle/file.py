@@ -348,8 +348,8 @@ def without_righting(vehicle: Vehicle) -> str:
 
 
 def _unknown(name: str) -> str:
-    meant = did_you_mean(name, fleet) or nearest_file(f"{name}.yaml")
+    suggestion = did_you_mean(name, fleet) or nearest_file(f"{name}.yaml")
     return (
-        f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{meant} For your own "
+        f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{suggestion} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."
     )

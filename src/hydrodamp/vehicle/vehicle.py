@@ -210,7 +210,7 @@ class Vehicle:
             H(M nu) nu and a recorded wrench; terms without any are left out.
         """
         columns = [*zip(map(Term.parse, DOWN), self.restoring_matrix.T, strict=True)]
-        columns += [column for one in self.actuators for column in one.columns()]
+        columns += [column for one in self.actuators for column in one.regressor_terms()]
         sums: dict[Term, FloatArray] = {}
         for term, wrench in columns:
             sums[term] = sums.get(term, 0.0) + wrench

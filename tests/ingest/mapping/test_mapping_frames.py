@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assembling import record_of
+from hydrodamp.ingest.mapping.assemble import record_of
 
 # Rows are the axes of each world in north-east-down, and of each body in forward-starboard-down.
 WORLDS = {

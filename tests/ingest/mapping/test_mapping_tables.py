@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.data.agreement import agreement, turned
+from hydrodamp.data.agreement import agreement, rotate_back
 from hydrodamp.data.attitude import down, turn
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
@@ -122,7 +122,7 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)
         assert log.attitude is not None
-        turns, rates = turned(log.attitude, log.bounds), log.velocity[:, 3:]
+        turns, rates = rotate_back(log.attitude, log.bounds), log.velocity[:, 3:]
         for k in range(3):
             both = agreement(log.time, log.bounds, rates[:, [k]], turns[:, [k]])
             assert both.ratio == pytest.approx(1, abs=0.1)

@@ -12,7 +12,7 @@ from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ClockWarning, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assembling import record_of
+from hydrodamp.ingest.mapping.assemble import record_of
 
 FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
-from hydrodamp.ingest.probing.probe import Judged, judge, probe
-from hydrodamp.ingest.probing.verdict import verdict
+from hydrodamp.ingest.inspection.probe import Inspection, judge, probe
+from hydrodamp.ingest.inspection.quality_report import verdict
 from hydrodamp.ingest.read import read_recording
 from strangers import FLIP, Truth, named, write
 
@@ -33,7 +33,7 @@ def motion(turn: np.ndarray) -> dict[str, np.ndarray]:
     return {"time": it.time, **angles, **both, "rudder": it.rudder}
 
 
-def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = None) -> Judged:
+def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = None) -> Inspection:
     recording = read_recording(write(folder / "a.csv", columns))
     if mapping is not None:
         (folder / "mapping.yaml").write_text(mapping, "utf-8")
@@ -88,5 +88,5 @@ def test_a_wrench_against_its_sign(sign: float) -> None:
         heave[k + 1] = heave[k] + 0.1 * (0.2 * force[k] - 0.5 * heave[k])
     wrench = np.outer(sign * 10 * force, (0, 0, 1, 0, 0, 0))
     found = verdict(Log.from_arrays(time, {"w": heave}, wrench=wrench))
-    against = [one.channel for one in found.suspicions if one.looks == "pushes against its sign"]
+    against = [one.channel for one in found.suspicions if one.problem == "pushes against its sign"]
     assert against == ([] if sign > 0 else ["Z"])

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.probing.probe import probe
+from hydrodamp.ingest.inspection.probe import probe
 
 LISTED = (
     "time t_ms u v w p q r vx vy vz roll pitch_deg yaw heading qw qx qy qz x y z depth north east "

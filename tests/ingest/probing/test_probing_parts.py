@@ -7,12 +7,12 @@ import pytest
 
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.ingest.inspection import columns
+from hydrodamp.ingest.inspection.columns import ticking
+from hydrodamp.ingest.inspection.delay import estimate_delays
+from hydrodamp.ingest.inspection.draft import command_names
+from hydrodamp.ingest.inspection.probe import joined, probe
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.probing import columns
-from hydrodamp.ingest.probing.columns import ticking
-from hydrodamp.ingest.probing.delay import delays
-from hydrodamp.ingest.probing.draft import command_names
-from hydrodamp.ingest.probing.probe import joined, probe
 
 
 @pytest.mark.parametrize(
@@ -70,12 +70,12 @@ def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Lo
 
 @pytest.mark.parametrize(("delay", "irregular"), [(0, False), (4, False), (12, False), (6, True)])
 def test_delay_comes_back(delay: int, irregular: bool) -> None:
-    (found,) = delays(surge(delay, 0.05, irregular))
-    assert (found.command, found.velocity, found.sense) == ("rpm", "u", 1)
+    (found,) = estimate_delays(surge(delay, 0.05, irregular))
+    assert (found.command, found.velocity, found.sign) == ("rpm", "u", 1)
     assert found.seconds == pytest.approx(0.05 * delay, abs=0.05)
     assert found.confidence > 90
-    assert found.spread is not None
-    assert found.spread < 0.05
+    assert found.standard_deviation is not None
+    assert found.standard_deviation < 0.05
 
 
 def test_a_command_that_does_nothing_has_no_delay() -> None:
@@ -83,7 +83,7 @@ def test_a_command_that_does_nothing_has_no_delay() -> None:
     time = np.arange(0.0, 200.0, 0.1)
     command = np.repeat(rng.choice([0.0, 1.0], 40), 50)
     log = Log.from_arrays(time, {"u": rng.standard_normal(2000)}, commands={"lamp": command})
-    assert delays(log) == ()
+    assert estimate_delays(log) == ()
 
 
 def test_command_names_are_short_legal_and_unlike() -> None:

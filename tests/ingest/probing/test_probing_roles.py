@@ -7,8 +7,8 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.probing.names import hint
-from hydrodamp.ingest.probing.probe import probe
+from hydrodamp.ingest.inspection.names import hint
+from hydrodamp.ingest.inspection.probe import probe
 from strangers import FLIP, Truth, named
 
 TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.derived import rates_from_attitude
-from hydrodamp.conditioning.spikes import steady_attitude
-from hydrodamp.conditioning.suspicions import Suspicion
+from hydrodamp.conditioning.derivatives import rates_from_attitude
+from hydrodamp.conditioning.outliers import remove_attitude_outliers
+from hydrodamp.conditioning.quality_checks import QualityIssue
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.probing.probe import judge, probe, without_steps
-from hydrodamp.ingest.probing.verdict import verdict
+from hydrodamp.ingest.inspection.probe import judge, probe, without_steps
+from hydrodamp.ingest.inspection.quality_report import verdict
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -77,7 +77,7 @@ def test_a_current_is_minded() -> None:
     )
     (said,) = [each for each in verdict(log).reservations if "current" in each]
     assert "0.3 m/s" in said
-    assert "`without_current`" in said
+    assert "`subtract_current`" in said
 
 
 @pytest.mark.parametrize("has", [True, False])
@@ -90,9 +90,11 @@ def test_what_can_be_derived_is_counted(has: bool) -> None:
 
 def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
     log = verdict(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
-    one = Suspicion("yaw", "leaps", "once", cure="write `steps: [steady_attitude]` in the mapping")
-    found = without_steps(replace(log, suspicions=(one,)), (steady_attitude,))
-    assert "`steady_attitude` in the mapping leaves it" in str(found.suspicions[0])
+    one = QualityIssue(
+        "yaw", "leaps", "once", remedy="write `steps: [remove_attitude_outliers]` in the mapping"
+    )
+    found = without_steps(replace(log, suspicions=(one,)), (remove_attitude_outliers,))
+    assert "`remove_attitude_outliers` in the mapping leaves it" in str(found.suspicions[0])
     assert "write `steps" not in str(found.suspicions[0])
     assert any("`rates_from_attitude`, `velocity" in each for each in log.missing)
     there = without_steps(log, (rates_from_attitude,))

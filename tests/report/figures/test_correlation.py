@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.look import COLUMN, PAGE
+from hydrodamp.report.figures.style import COLUMN, PAGE
 
 from .conftest import made_up, tied
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import hydrodamp as hd
-from hydrodamp.report.figures.look import (
+from hydrodamp.report.figures.style import (
     colour_of,
     figure_bytes,
     in_our_look,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.look import MEASURED, colour_of
+from hydrodamp.report.figures.style import MEASURED, colour_of
 
 from .conftest import labels, legend
 

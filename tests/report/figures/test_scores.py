@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.look import colour_of
+from hydrodamp.report.figures.style import colour_of
 
 from .conftest import legend
 
@@ -19,7 +19,7 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     figure = hd.front_figure(comparison)
     (panel,) = figure.axes
     steps, *_ = panel.lines
-    assert list(steps.get_ydata()) == [row.rms for row in hd.front(comparison)]
+    assert list(steps.get_ydata()) == [row.rms for row in hd.pareto_front(comparison)]
     drawn = points(panel)
     assert len(drawn) == sum(row.rms is not None for row in comparison.rows)
     assert legend(figure) == ["ls", "ai", "front", "not settled"]

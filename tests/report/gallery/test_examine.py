@@ -58,7 +58,7 @@ def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(exam
         said = {one.name: one.caption for one in found.pictures}
         assert said["residuals"].startswith(hd.diagnose(problem, fit.damping)[0])
         assert ("The damping drives the vehicle above zero" in said["power"]) == driven
-        power, velocity = hd.worst_power(fit.damping, hd.operating_box(problem))
+        power, velocity = hd.max_damping_power(fit.damping, hd.operating_box(problem))
         assert (f"{power:.3g} W at most" in said["power"]) == driven
         assert (f"v {velocity[1]:.2g}" in said["power"]) == driven
     monkeypatch.setattr(examining, "diagnose", lambda *_: ("Many residuals are spikes.",))

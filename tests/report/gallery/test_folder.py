@@ -14,7 +14,7 @@ from hydrodamp.report.files import (
     write_findings,
     write_pictures,
 )
-from hydrodamp.report.words import verdict
+from hydrodamp.report.narrative import verdict
 from hydrodamp.results import MANIFEST, save_listed
 
 

@@ -20,7 +20,7 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import absent, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
-from hydrodamp.ingest.formats.parties import JOINT, apart, called, patterns
+from hydrodamp.ingest.formats.multi_file import JOINT, apart, called, patterns
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")

@@ -9,14 +9,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.steps import clean
+from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
 from hydrodamp.files import Packaged, load_yaml, mistaken, nearest_file
-from hydrodamp.ingest.mapping.assembling import record_of
+from hydrodamp.ingest.mapping.assemble import record_of
 from hydrodamp.ingest.mapping.schema import COMPASS, MappingFile, by_name
 
 _WORLDS = {"FRD": ("NED",), "FLU": ("NWU", "ENU")}

@@ -21,7 +21,7 @@ from pydantic import (
 )
 
 from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.conditioning.steps import Step, steps_of
+from hydrodamp.conditioning.pipeline import Step, steps_of
 from hydrodamp.data.channels import ATTITUDE, BLOCKS, EULER, POSITION, RESERVED, VELOCITY
 from hydrodamp.data.units import factor
 from hydrodamp.errors import LogError
@@ -319,7 +319,9 @@ class MappingFile(_Channels):
     steps: Annotated[
         tuple[Step, ...],
         BeforeValidator(_steps, json_schema_input_type=list[str | dict[str, Any]]),
-    ] = Field((), description="done to the log, in order; names as in hydrodamp.conditioning.steps")
+    ] = Field(
+        (), description="done to the log, in order; names as in hydrodamp.conditioning.pipeline"
+    )
 
     _name: str = PrivateAttr("mapping")
 

@@ -12,7 +12,7 @@ from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import COARSE, Clock, Stamps, set_right
-from hydrodamp.ingest.mapping.finding import Found, beside, called, column_of, labels_of
+from hydrodamp.ingest.mapping.columns import FoundColumn, beside, called, column_of, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
 _LARGEST = np.finfo(np.float64).max
@@ -26,7 +26,7 @@ class Stream:
     topic: Topic
     clock: Clock
     rows: BoolArray | None
-    channels: dict[str, Found] = field(default_factory=dict)
+    channels: dict[str, FoundColumn] = field(default_factory=dict)
     stamps: Stamps = field(init=False)
 
     def __post_init__(self) -> None:
@@ -50,7 +50,7 @@ class Stream:
 
 
 def streams_of(
-    found: Sequence[Found], time: Sequence[Source], segment: tuple[Topic, str] | None
+    found: Sequence[FoundColumn], time: Sequence[Source], segment: tuple[Topic, str] | None
 ) -> tuple[list[Stream], list[str]]:
     """Return the channels by the clocks they stand on, and a fault for every topic without one."""
     streams: dict[object, Stream] = {}
@@ -81,7 +81,7 @@ def streams_of(
     ], []
 
 
-def _in_turns(found: Sequence[Found]) -> dict[str, BoolArray]:
+def _in_turns(found: Sequence[FoundColumn]) -> dict[str, BoolArray]:
     """Return the rows of channels of tables where topics take turns: few rows are whole."""
     apart: dict[str, BoolArray] = {}
     for topic in {id(one.topic): one.topic for one in found if one.topic}.values():
@@ -142,7 +142,7 @@ def stamps_of(topic: Topic, time: Sequence[Source]) -> FloatArray:
             return topic.time
         if (name := column_of(topic, source.column)) is None:
             continue
-        found = Found(Entry("time", "time", (source,), "time"), source, topic, name)
+        found = FoundColumn(Entry("time", "time", (source,), "time"), source, topic, name)
         if faults := [*found.faults()]:
             raise LogError(faults)
         stamps = found.values()

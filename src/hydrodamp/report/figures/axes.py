@@ -13,7 +13,7 @@ from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.models.model import read_label
-from hydrodamp.report.figures.look import FAINT, plain
+from hydrodamp.report.figures.style import FAINT, plain
 from hydrodamp.simulation.replay import RateUnit
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def velocity_label(name: str, rate_unit: RateUnit = "deg") -> str:
     return f"${name}$ [{velocity_unit(name, rate_unit)}]"
 
 
-def shown(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> FloatArray:
+def shown_velocities(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> FloatArray:
     """Return one column of velocities in the unit it is shown in."""
     column = velocity[:, VELOCITIES.index(name)]
     return np.degrees(column) if velocity_unit(name, rate_unit) == "deg/s" else column

@@ -9,9 +9,9 @@ import numpy as np
 
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, power_range
 from hydrodamp.identification.fit import Fit, correlation
-from hydrodamp.identification.grades import EXCITED, Grade, Identifiability
-from hydrodamp.identification.power import OperatingBox, power_range, worst_power
+from hydrodamp.identification.identifiability import EXCITED, Grade, Identifiability
 from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import (
@@ -20,7 +20,7 @@ from hydrodamp.report.figures.axes import (
     velocity_label,
     velocity_unit,
 )
-from hydrodamp.report.figures.look import (
+from hydrodamp.report.figures.style import (
     BAND,
     COLUMN,
     FAINT,
@@ -36,8 +36,8 @@ from hydrodamp.report.figures.look import (
 )
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
-from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import Comparison
+from hydrodamp.validation.selection import error_of, pareto_front
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,13 +81,13 @@ def front_figure(comparison: Comparison) -> Figure:
 
     figure = sheet(COLUMN if len(models) <= _NARROW else PAGE, 3.3 + 0.05 * len(methods))
     panel = figure.subplots()
-    best = [row for row in front(comparison) if row.n_coefficients]
+    best = [row for row in pareto_front(comparison) if row.n_coefficients]
     across = [place(row.model, row.method) for row in best]
     panel.plot(across, [*map(error_of, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2)
     for row in rows:
         look = looks[row.method]
         (point,) = panel.plot([place(row.model, row.method)], [error_of(row)], **look.points)
-        point.set_markerfacecolor(look.colour if row.settled else "white")
+        point.set_markerfacecolor(look.colour if row.converged else "white")
     error_scale(panel)
     names = [f"{plain(model, 22)}, {sizes[model]}" for model in models]
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
@@ -96,7 +96,7 @@ def front_figure(comparison: Comparison) -> Figure:
     entries = [(method, look.points) for method, look in looks.items()]
     entries.append(("front", {"color": FAINT, "linewidth": 1.2}))
     hollow = {"color": FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
-    if not all(row.settled for row in rows):
+    if not all(row.converged for row in rows):
         entries.append(("not settled", hollow))
     legend(figure, entries, columns=3)
     return figure
@@ -304,7 +304,7 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
         panel.axhspan(0.0, high, color=SHADE, linewidth=0.0, zorder=0.5)
     panels[0].set_ylim(low, high)
     figure.supylabel("power into the motion [W]", fontsize=7.5)
-    most = worst_power(fit.damping, box).power
+    most = max_damping_power(fit.damping, box).power
     legend(figure, [(f"{title}: at most {most:.3g} W", look.line)])
     return figure
 

@@ -13,8 +13,8 @@ from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.axes import mark_segments, shown, trace, velocity_label
-from hydrodamp.report.figures.look import (
+from hydrodamp.report.figures.axes import mark_segments, shown_velocities, trace, velocity_label
+from hydrodamp.report.figures.style import (
     BAND,
     MEASURED,
     SERIES,
@@ -24,7 +24,7 @@ from hydrodamp.report.figures.look import (
     plain,
     stacked,
 )
-from hydrodamp.report.grid import error_size
+from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Row
@@ -67,7 +67,9 @@ def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
     if not names:
         raise MethodError(f"{log.source or 'log'}: no velocity was recorded, so none is drawn")
     panels = [
-        _Panel(velocity_label(name, rate_unit), {name: shown(log.velocity, name, rate_unit)})
+        _Panel(
+            velocity_label(name, rate_unit), {name: shown_velocities(log.velocity, name, rate_unit)}
+        )
         for name in names
     ]
     return _drawn(log, panels, 0.72)
@@ -199,12 +201,12 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
     figure, panels = stacked(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
     for panel, axis in zip(panels, first.axes, strict=True):
         name = VELOCITY_OF[axis]
-        measured = shown(log.velocity, name, unit)
+        measured = shown_velocities(log.velocity, name, unit)
         panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
-        replays = [shown(run.velocity, name, unit) for _, run in replayed]
+        replays = [shown_velocities(run.velocity, name, unit) for _, run in replayed]
         panel.set_ylim(*_limits(measured, np.concatenate(replays)))
         if band is not None:
-            ends = (shown(end, name, unit) for end in (band.lower, band.upper))
+            ends = (shown_velocities(end, name, unit) for end in (band.lower, band.upper))
             time, lower, upper = trace(log, *ends)
             area = panel.fill_between(time, lower, upper, facecolor=(looks[0].colour, BAND))
             area.set(edgecolor=(looks[0].colour, 0.6), linewidth=0.4, zorder=2.9)

@@ -52,7 +52,7 @@ class Conditions:
 
         Examples
         --------
-        >>> WHITE.draw_errors(0, n_runs=6, n_samples=50).shape
+        >>> WHITE_NOISE.draw_errors(0, n_runs=6, n_samples=50).shape
         (50, 6, 10)
         """
         return draw(seed, n_runs, n_samples, len(CHANNELS)) * (self.scale * np.sqrt(VARIANCES))
@@ -71,5 +71,5 @@ def draw(seed: int, n_runs: int, n_samples: int, n_columns: int, *stream: int) -
     return np.stack(draws, axis=1)
 
 
-WHITE = Conditions()
+WHITE_NOISE = Conditions()
 """The published noise; nothing pushes the vehicle."""

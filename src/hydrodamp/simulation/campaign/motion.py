@@ -10,7 +10,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.simulation.problem import columns, held_channels
+from hydrodamp.simulation.problem import equation_table, held_channels
 from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -44,7 +44,7 @@ class Motion:
     def of(cls, vehicle: Vehicle, truth: Truth, rpm: FloatArray) -> Motion:
         """Return the motion of a vehicle with rudder, elevator and propeller at some speeds."""
         model, n = truth.damping.model, len(rpm)
-        table = columns(vehicle, (model,), actuators=True)
+        table = equation_table(vehicle, (model,), actuators=True)
         fins = {one.command: one.channel for one in vehicle.actuators if isinstance(one, Fin)}
         propeller = next(one for one in vehicle.actuators if isinstance(one, Propeller))
         commands = {**dict.fromkeys(fins, np.zeros(n)), propeller.command: rpm}

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, no_such
-from hydrodamp.progress import counted
+from hydrodamp.progress import count_items
 from hydrodamp.simulation.campaign.autopilot import (
     PUBLISHED,
     TESTING,
@@ -20,7 +20,7 @@ from hydrodamp.simulation.campaign.autopilot import (
     Memory,
     Run,
 )
-from hydrodamp.simulation.campaign.conditions import WHITE, Conditions
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
 from hydrodamp.simulation.campaign.motion import (
     DEPTH,
     EULER,
@@ -124,7 +124,7 @@ class Plan:
         state, memory, samples = np.zeros((n, N_STATES)), Memory.blank(n), []
         state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
         driven = zip(errors, pushes, heading, depth, strict=True)
-        for error, push, course, level in counted(driven, "sailing the campaign", len(errors)):
+        for error, push, course, level in count_items(driven, "sailing the campaign", len(errors)):
             measured, pushed = state[:, MEASURED] + error, replace(motion, push=push)
             commands, memory = self.autopilot.steer(measured, course, level, memory)
             state = pushed.receive(state, commands)
@@ -141,7 +141,7 @@ class Plan:
         ):
             own = Voyage(*(array[:, place] for array in voyage))
             exact = replace(
-                self._log(runs, own, own.states), acceleration=frozen(joined(own.accelerations))
+                self._log(runs, own, own.states), acceleration=frozen(stack_runs(own.accelerations))
             )
             parts |= {name: self._log(runs, own, own.measured), f"exact_{name}": exact}
         return Campaign(**parts, vehicle=self.vehicle, truth=self.water.name, note=self.water.note)
@@ -149,11 +149,11 @@ class Plan:
     def _log(self, runs: Sequence[Run], voyage: Voyage, states: FloatArray) -> Log:
         n = len(states)
         time = np.arange(n) * self.autopilot.period
-        rudder, elevator = joined(voyage.commands).T
+        rudder, elevator = stack_runs(voyage.commands).T
         return Log.from_arrays(
             np.concatenate([(time[-1] + PAUSE) * k + time for k in range(len(runs))]),
-            joined(states[:, :, VELOCITY]),
-            attitude=joined(states[:, :, EULER]),
+            stack_runs(states[:, :, VELOCITY]),
+            attitude=stack_runs(states[:, :, EULER]),
             commands={
                 "rudder": rudder,
                 "elevator": elevator,
@@ -165,7 +165,10 @@ class Plan:
 
 
 def reenact(
-    seed: int = 0, truth: str = "sname", duration: float = DURATION, conditions: Conditions = WHITE
+    seed: int = 0,
+    truth: str = "sname",
+    duration: float = DURATION,
+    conditions: Conditions = WHITE_NOISE,
 ) -> Campaign:
     """Return the logs of the paper's campaign, sailed by a simulated VT 690.
 
@@ -209,6 +212,6 @@ def reenact(
     return Plan.of(truth).sail((seed,), duration, conditions)[0]
 
 
-def joined(columns: FloatArray) -> FloatArray:
+def stack_runs(columns: FloatArray) -> FloatArray:
     """Return arrays of shape (n_samples, n_runs, k) as rows, run by run."""
     return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])

@@ -139,5 +139,5 @@ def true_damping() -> Damping:
 def tail_of(vehicle: Vehicle) -> float:
     """Return the position of the rudders, forward of the origin [m]."""
     rudder = next(one for one in vehicle.actuators if "rudder" in one.commands)
-    wrench = rudder.columns()[0][1]
+    wrench = rudder.regressor_terms()[0][1]
     return float(wrench[5] / wrench[1])

@@ -1,0 +1,309 @@
+"""Velocities and accelerations derived from other channels, by local quadratics."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import FloatArray, IntArray, frozen
+from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.data.attitude import down, in_body, turn
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError, did_you_mean
+
+#: Numbers of samples to choose from.
+WINDOWS = (5, 7, 9, 13, 17, 25, 35)
+
+_CHUNK = 8192
+_EVEN = 1e-9  # of a window, by which an even clock may differ
+_TRIED = 20000  # samples at which windows are compared, no more
+
+
+class Local(NamedTuple):
+    """Local polynomials at m samples."""
+
+    value: FloatArray
+    slope: FloatArray
+    own: FloatArray
+
+
+#: Samples (m,) and their neighbours (m, w) -> the values there, shape (m, w, k).
+Around = Callable[[IntArray, IntArray], FloatArray]
+
+
+def slopes(log: Log, around: Around, seconds: float | None) -> tuple[Local, int]:
+    """Return local quadratics over some seconds, or over the best window; and its samples."""
+    if seconds is None:
+        window = best_window(log.time, log.bounds, around)
+    else:
+        window = max(5, 2 * round(seconds / float(np.median(log.steps)) / 2) + 1)
+    return fit_local_polynomials(log.time, log.bounds, around, window), window
+
+
+def relative(values: FloatArray) -> Around:
+    """Return columns of numbers as differences from each sample."""
+
+    def around(at: IntArray, near: IntArray) -> FloatArray:
+        return np.asarray(values[near] - values[at][:, np.newaxis])
+
+    return around
+
+
+def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> Local:
+    """Fit a polynomial to each window and evaluate it at the sample."""
+    if np.ptp(span, axis=0).max() <= _EVEN * np.abs(span).max():
+        span = span[:1]  # an even clock: one polynomial's weights serve all
+    size = np.abs(span).max(axis=1)
+    scale = np.where(size > 0, size, 1.0)[:, np.newaxis]
+    powers = np.stack([(span / scale) ** k for k in range(min(degree + 1, span.shape[1]))], axis=1)
+    inverse = np.linalg.inv(powers @ powers.transpose(0, 2, 1))
+    parts = (inverse @ powers) @ around
+    slope = parts[:, 1] / scale if parts.shape[1] > 1 else 0.0 * parts[:, 0]
+    return Local(parts[:, 0], slope, np.broadcast_to(inverse[:, 0, 0], len(around)))
+
+
+def fit_local_polynomials(
+    time: FloatArray,
+    bounds: IntArray,
+    around: Around,
+    window: int,
+    rows: IntArray | None = None,
+    degree: int = 2,
+) -> Local:
+    """Return local polynomials at samples of a log."""
+    wanted = np.arange(len(time)) if rows is None else rows
+    parts = []
+    for start, stop in bounds.tolist():
+        first, last = np.searchsorted(wanted, (start, stop)).tolist()
+        width = min(window, stop - start)
+        for low in range(first, last, _CHUNK):
+            at = wanted[low : min(low + _CHUNK, last)]
+            begin = np.clip(at - width // 2, start, stop - width)
+            near = begin[:, np.newaxis] + np.arange(width)
+            span = time[near] - time[at, np.newaxis]
+            parts.append(local_polynomials(span, around(at, near), degree))
+    return Local(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def best_window(time: FloatArray, bounds: IntArray, around: Around) -> int:
+    """Return the window whose parabolas best predict the sample they leave out."""
+    rows = np.arange(0, len(time), -(-len(time) // _TRIED))
+    longest = int(np.max(bounds[:, 1] - bounds[:, 0]))
+    usable = [window for window in WINDOWS if window < longest] or [WINDOWS[0]]
+    errors = []
+    for window in usable:
+        fit = fit_local_polynomials(time, bounds, around, window, rows)
+        free = np.maximum(1.0 - fit.own, 1e-6)[:, np.newaxis]
+        errors.append(float(np.mean((fit.value / free) ** 2)))
+    return usable[int(np.argmin(errors))]
+
+
+def required(log: Log, step: str, *names: str) -> list[FloatArray]:
+    """Return what a step needs of a log, or say what is lacking."""
+    found = {name: getattr(log, name) for name in names}
+    if lacking := [name.replace("_", " ") for name, block in found.items() if block is None]:
+        fault = f"there is no {' and no '.join(lacking)}, which `{step}` needs"
+        raise LogError(fault, source=log.source)
+    return [*found.values()]
+
+
+_LINEAR, _RATES = VELOCITIES[:3], VELOCITIES[3:]
+_LEVEL = 1e-9  # off the vertical; a planar log has no more
+
+
+def rates_from_attitude(
+    log: Log, names: Sequence[str] | None = None, *, seconds: float | None = None
+) -> Log:
+    """Return a log whose body rates come from its attitude.
+
+    Parameters
+    ----------
+    log : Log
+        With an attitude.
+    names : sequence of str, optional
+        Which of p q r to derive; those not recorded where not given, of a log that is level
+        throughout r alone.
+    seconds : float, optional
+        Time under each local quadratic [s]; chosen by cross-validation where not given.
+
+    Returns
+    -------
+    log : Log
+        Its notes say which rates are derived, and how. A log that lacks none is returned
+        as it is.
+
+    Raises
+    ------
+    LogError
+        If there is no attitude, or a name is no rate.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 5.0, 0.1)
+    >>> yaw = np.outer(0.3 * time, (0, 0, 1))
+    >>> log = rates_from_attitude(Log.from_arrays(time, {"u": 1 + 0 * time}, attitude=yaw))
+    >>> log.velocity_names, log.velocity[:, 5].min().round(9).item()
+    (('u', 'r'), 0.3)
+    """
+    (attitude,) = required(log, "rates_from_attitude", "attitude")
+    level = bool((np.abs(down(attitude)[:, :2]) < _LEVEL).all())
+    chosen = _chosen(log, names, _RATES, _RATES[2:] if level else _RATES)
+    if not chosen:
+        return log
+    fit, window = slopes(log, _turns(attitude), seconds)
+    rates = fit.slope - np.cross(fit.value, fit.slope) / 2
+    return _with_velocities(log, chosen, rates, "from attitude", window)
+
+
+def velocity_from_position(
+    log: Log, names: Sequence[str] | None = None, *, seconds: float | None = None
+) -> Log:
+    """Return a log whose linear velocities come from its position and attitude.
+
+    Parameters
+    ----------
+    log : Log
+        With a position and an attitude.
+    names : sequence of str, optional
+        Which of u v w to derive; those not recorded where not given, without w where the
+        position never leaves its depth, w alone where it has a depth alone.
+    seconds : float, optional
+        Time under each local quadratic [s]; chosen by cross-validation where not given.
+
+    Returns
+    -------
+    log : Log
+        Its notes say which velocities are derived: they are over ground, a current is in
+        them. A log that lacks none is returned as it is.
+
+    Raises
+    ------
+    LogError
+        If position or attitude is lacking, or a name is no linear velocity.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 5.0, 0.1)
+    >>> east = np.full((50, 3), (0, 0, np.pi / 2))
+    >>> log = Log.from_arrays(
+    ...     time, {"r": 0 * time}, attitude=east, position=np.outer(time, (0, 2, 0))
+    ... )
+    >>> done = velocity_from_position(log)
+    >>> done.velocity_names, done.velocity[:, 0].max().round(9).item()
+    (('u', 'v', 'r'), 2.0)
+    """
+    position, attitude = required(log, "velocity_from_position", "position", "attitude")
+    moves = (position != position[0]).any(axis=0)
+    known = (_LINEAR[:2] if moves[:2].any() else ()) + (_LINEAR[2:] if moves[2] else ())
+    chosen = _chosen(log, names, _LINEAR, known)
+    if not chosen:
+        return log
+    fit, window = slopes(log, relative(position), seconds)
+    body = in_body(attitude, fit.slope)  # v = R^T dx/dt
+    return _with_velocities(log, chosen, body, "over ground from position", window)
+
+
+def _turns(attitude: FloatArray) -> Around:
+    """Return attitudes as the rotation vectors that lead there from each sample."""
+
+    def around(at: IntArray, near: IntArray) -> FloatArray:
+        first = np.repeat(attitude[at], near.shape[1], axis=0)
+        return turn(first, attitude[near.ravel()]).reshape(*near.shape, 3)
+
+    return around
+
+
+def _chosen(
+    log: Log, names: Sequence[str] | None, known: Sequence[str], usual: Sequence[str]
+) -> tuple[str, ...]:
+    """Return the velocities to derive, in their usual order, or say which cannot be."""
+    if names is None:
+        return tuple(name for name in usual if name not in log.velocity_names)
+    faults = [
+        f"'{name}' cannot be derived here; it takes {' '.join(known)}.{did_you_mean(name, known)}"
+        for name in names
+        if name not in known
+    ]
+    if faults:
+        raise LogError(faults, source=log.source)
+    return tuple(name for name in known if name in names)
+
+
+def _with_velocities(
+    log: Log, chosen: Sequence[str], three: FloatArray, origin: str, window: int
+) -> Log:
+    """Return a log with some of three velocities added or replaced, without accelerations."""
+    velocity, called = log.velocity.copy(), " ".join(chosen)
+    for place in map(VELOCITIES.index, chosen):
+        velocity[:, place] = three[:, place % 3]
+    names = tuple(name for name in VELOCITIES if name in (*log.velocity_names, *chosen))
+    made = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
+    if log.acceleration is not None:
+        made = made.with_notes(f"left out: recorded accelerations, which `{called}` lack")
+    return made.with_notes(
+        f"derived: `{called}` {origin}, by local quadratics over {window} samples"
+    )
+
+
+#: Standard gravity [m/s^2].
+GRAVITY = 9.80665
+
+
+def acceleration_from_accelerometer(
+    log: Log,
+    lever_arm: npt.ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    seconds: float | None = None,
+) -> Log:
+    """Return a log whose accelerations come from its specific force.
+
+    Parameters
+    ----------
+    log : Log
+        With a specific force and an attitude.
+    lever_arm : array_like, shape (3,), optional
+        From the reference point to the accelerometer, body frame [m].
+    seconds : float, optional
+        Time under the local quadratics of the rates [s]; chosen by cross-validation where
+        not given.
+
+    Returns
+    -------
+    log : Log
+        With ``acceleration`` for every velocity recorded; its notes say so.
+
+    Raises
+    ------
+    LogError
+        If specific force or attitude is lacking, or the lever arm is not three numbers.
+
+    Examples
+    --------
+    >>> level = np.zeros((9, 3))
+    >>> still = Log.from_arrays(
+    ...     np.arange(9.0), np.zeros((9, 6)), attitude=level,
+    ...     specific_force=np.full((9, 3), (0.5, 0, -9.80665)),
+    ... )
+    >>> acceleration_from_accelerometer(still).acceleration[4, :3].round(9).tolist()
+    [0.5, 0.0, 0.0]
+    """
+    what = "acceleration_from_accelerometer"
+    force, _ = required(log, what, "specific_force", "attitude")
+    arm = frozen(lever_arm, (3,), "lever_arm", LogError)
+    rates = log.velocity[:, 3:]
+    fit, window = slopes(log, relative(rates), seconds)
+    linear = force + GRAVITY * log.down - np.cross(rates, log.velocity[:, :3])
+    linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
+    both = np.column_stack((linear, fit.slope))
+    absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]
+    both[:, absent] = 0.0
+    place = ", ".join(f"{part:g}" for part in arm)
+    note = (
+        f"derived: accelerations from an accelerometer at ({place}) m and from rates by local"
+        f" quadratics over {window} samples"
+    )
+    return dataclasses.replace(log, acceleration=both).with_notes(note)

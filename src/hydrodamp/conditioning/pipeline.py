@@ -1,0 +1,172 @@
+"""Steps from log to log by their names, so that a mapping file can ask for them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    ValidationError,
+    create_model,
+)
+
+from hydrodamp.conditioning.actuator_response import (
+    apply_dead_zone,
+    apply_delay,
+    apply_first_order_lag,
+)
+from hydrodamp.conditioning.current import subtract_current
+from hydrodamp.conditioning.derivatives import (
+    acceleration_from_accelerometer,
+    rates_from_attitude,
+    velocity_from_position,
+)
+from hydrodamp.conditioning.dropouts import (
+    interpolate_sample_and_hold,
+    mask_dvl_dropouts,
+    mask_frozen,
+    mask_mocap_dropouts,
+)
+from hydrodamp.conditioning.mixing import MIXINGS, roll_from_mixing
+from hydrodamp.conditioning.outliers import remove_attitude_outliers, remove_outliers
+from hydrodamp.conditioning.quality_checks import annotate_quality
+from hydrodamp.data.log import Log
+from hydrodamp.errors import did_you_mean
+from hydrodamp.faults import faults_in
+
+Step = Callable[[Log], Log]
+
+#: The steps of :func:`clean`. Numbers that stand for none first: others take them for spikes.
+CLEANING_STEPS: tuple[Step, ...] = (
+    mask_dvl_dropouts,
+    mask_mocap_dropouts,
+    mask_frozen,
+    remove_attitude_outliers,
+    remove_outliers,
+    annotate_quality,
+)
+
+
+_STRICT = ConfigDict(extra="forbid")
+_Positive = Annotated[FiniteFloat, Field(gt=0)]
+_LATE = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+
+# The kinds of all settings that a file can hold, by their names; of steps that take a table of
+# commands, by the name of the step.
+_KINDS: dict[str, Any] = {
+    "names": tuple[str, ...],
+    **dict.fromkeys(("threshold", "seconds"), _Positive),
+    "flag": str,
+    "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
+    **dict.fromkeys(("demanded", "fins"), tuple[str, str]),
+    "mixing": Literal[tuple(MIXINGS)],
+    **dict.fromkeys(("apply_delay", "apply_first_order_lag"), _LATE),
+    "apply_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
+}
+
+
+def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Log:
+    """Clean a log, step by step.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+    steps : sequence of function, optional
+        Each takes a log and returns a log; :func:`functools.partial` gives one other settings.
+
+    Returns
+    -------
+    log : Log
+        Its notes count what every step touched, channel by channel.
+
+    Raises
+    ------
+    LogError
+        If a step leaves nothing.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.arange(0.0, 20.0, 0.1)
+    >>> surge, rate = 1 + 0.1 * np.sin(time), 0.2 * np.cos(time)
+    >>> surge[50] = 9.0
+    >>> clean(Log.from_arrays(time, {"u": surge, "r": rate})).notes
+    ('spikes: 1 of 200 samples of `u` (0.5 %) interpolated',)
+    """
+    for step in steps:
+        log = step(log)
+    return log
+
+
+_ALL: tuple[Callable[..., Log], ...] = (
+    clean,
+    *CLEANING_STEPS,
+    interpolate_sample_and_hold,
+    velocity_from_position,
+    rates_from_attitude,
+    acceleration_from_accelerometer,
+    roll_from_mixing,
+    subtract_current,
+    apply_delay,
+    apply_first_order_lag,
+    apply_dead_zone,
+)
+_FUNCTIONS = {step.__name__: step for step in _ALL}
+
+#: The names of all steps.
+STEPS = tuple(_FUNCTIONS)
+
+
+def steps_of(content: Sequence[object]) -> tuple[tuple[Step, ...], list[str]]:
+    """Return the steps that a mapping file asks for, and everything wrong with them."""
+    found: list[Step] = []
+    faults: list[str] = []
+    for given in content:
+        name, settings = given, None
+        if isinstance(given, dict) and len(given) == 1:
+            ((name, settings),) = given.items()
+        if not isinstance(name, str):
+            faults.append(f"a step must be a name, or one name with its settings; got {name!r}")
+        elif name not in STEPS:
+            near = did_you_mean(name, STEPS)
+            faults.append(f"unknown step `{name}`.{near} Steps are: {' '.join(STEPS)}")
+        else:
+            step, wrong = _step(name, {} if settings is None else settings)
+            found += () if step is None else (step,)
+            faults += wrong
+    return tuple(found), faults
+
+
+def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
+    """Return a step with its settings checked, or what is wrong with them."""
+    function, by_command = _FUNCTIONS[name], name in _KINDS
+    if by_command and settings == {}:
+        return None, [f"`{name}` needs commands and their numbers, such as {{rudder: 0.2}}"]
+    kind = _KINDS[name] if by_command else _form(name)
+    entry: dict[str, Any] = {name: (kind, ...)}
+    form = create_model("Step", __config__=_STRICT, **entry)
+    try:
+        checked = form.model_validate({name: settings}).model_dump(exclude_unset=True)[name]
+    except ValidationError as error:
+        return None, faults_in(error, {name: settings}, form)
+    if by_command:
+        return lambda log: function(log, checked), []
+    return partial(function, **checked), []
+
+
+def _form(name: str) -> type[BaseModel]:
+    """Return the form of the settings that the function of a step takes."""
+    taken = inspect.signature(_FUNCTIONS[name]).parameters
+    fields: dict[str, Any] = {
+        key: (_KINDS[key], ... if one.default is one.empty else None)
+        for key, one in taken.items()
+        if key in _KINDS
+    }
+    return create_model(name, __config__=_STRICT, **fields)

@@ -1,0 +1,220 @@
+"""A table of values and how it is written: terminal, plain text, Markdown, LaTeX and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from hydrodamp.errors import printable
+
+NOTHING = "-"  # where there is no number
+
+#: Columns of a plain text page.
+WIDTH = 80
+
+_FORMULAS = ("=", "+", "-", "@")  # how cells begin that spreadsheets run
+_CROWDED = 10  # columns, beyond which they stand closer together
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    **{mark: f"\\{mark}" for mark in "&%$#_{}"},
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "|": r"\textbar{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: how its values are written, what they mean, and its name for other programs."""
+
+    name: str
+    number: bool = True
+    form: Callable[[Any], str] = str
+    meaning: str = ""
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A title, columns, rows of values and notes below them."""
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[object, ...], ...]
+    notes: tuple[str, ...] = ()
+    best: frozenset[tuple[int, int]] = frozenset()
+
+    def __post_init__(self) -> None:
+        """Take control characters, such as a name of a log may hold, out of all words."""
+        object.__setattr__(self, "title", printable(self.title))
+        object.__setattr__(self, "notes", tuple(map(printable, self.notes)))
+
+    @classmethod
+    def of_items(
+        cls,
+        title: str,
+        items: Iterable[object],
+        columns: Mapping[str, tuple[str, str]],
+        notes: Iterable[str] = (),
+    ) -> Table:
+        """Return a table of values, a row each; a column names an attribute and its format."""
+        named = columns.items()
+        made = (Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in named)
+        rows = (tuple(getattr(item, name) for name, _ in columns.values()) for item in items)
+        return cls(title, tuple(made), tuple(rows), tuple(notes))
+
+    @classmethod
+    def of_words(
+        cls,
+        title: str,
+        header: Sequence[str],
+        align: str,
+        rows: Iterable[tuple[object, ...]],
+        notes: Iterable[str] = (),
+    ) -> Table:
+        """Return a table of words, each column aligned to the left ("l") or the right ("r")."""
+        sides = zip(header, align, strict=True)
+        columns = tuple(Column(name, number=side == "r") for name, side in sides)
+        return cls(title, columns, tuple(rows), tuple(notes))
+
+    @property
+    def header(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return tuple(printable(column.name) for column in self.columns)
+
+    @property
+    def words(self) -> list[list[str]]:
+        """The rows as they are read."""
+        return [
+            [_word(value, column) for column, value in zip(self.columns, row, strict=True)]
+            for row in self.rows
+        ]
+
+
+def _word(value: object, column: Column) -> str:
+    if value is None:
+        return NOTHING
+    return printable(value) if isinstance(value, str) else column.form(value)
+
+
+def _cells(grid: Table) -> list[list[str]]:
+    """Return header, rule and rows as words of equal width in each column."""
+    table = [list(grid.header), [""] * len(grid.columns), *grid.words]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    table[1] = ["-" * width for width in widths]
+    return [
+        [
+            word.rjust(width) if column.number else word.ljust(width)
+            for word, width, column in zip(row, widths, grid.columns, strict=True)
+        ]
+        for row in table
+    ]
+
+
+def to_text(grid: Table, width: int = WIDTH) -> str:
+    """Return a table as plain text, and its notes, which are wrapped."""
+    gap = " " * (2 if len(grid.columns) <= _CROWDED else 1)
+    title = [grid.title, ""] if grid.title else []
+    wrap = partial(textwrap.fill, subsequent_indent="  ", break_long_words=False)
+    notes = [wrap(note, width, break_on_hyphens=False) for note in grid.notes]
+    rows = [gap.join(row).rstrip() for row in _cells(grid)] if grid.columns else []
+    return "\n".join([*title, *rows, *([""] if rows and notes else []), *notes])
+
+
+def to_markdown(grid: Table) -> str:
+    """Return a table in GitHub's Markdown."""
+    rules = ["---:" if column.number else ":---" for column in grid.columns]
+    head = [f"**{grid.title}**", ""] if grid.title else []
+    notes = ["", *(f"- {_markdown(note)}" for note in grid.notes)] if grid.notes else []
+    rows = _stressed(grid, _markdown, "**{}**")
+    lines = [" | ".join(row) for row in ([*map(_markdown, grid.header)], rules, *rows)]
+    return "\n".join([*head, *(f"| {line} |" for line in lines), *notes])
+
+
+def to_latex(grid: Table) -> str:
+    """Return a table as LaTeX, with the rules of the booktabs package."""
+    rows = [" & ".join(row) for row in _stressed(grid, _latex, r"\textbf{{{}}}")]
+    align = "".join("r" if column.number else "l" for column in grid.columns)
+    lines = [
+        *(f"% {note}" for note in grid.notes),
+        r"\begin{table}",
+        r"  \centering",
+        f"  \\caption{{{_latex(grid.title)}}}",
+        f"  \\begin{{tabular}}{{{align}}}",
+        r"    \toprule",
+        f"    {' & '.join(map(_latex, grid.header))} \\\\",
+        r"    \midrule",
+        *(f"    {row} \\\\" for row in rows),
+        r"    \bottomrule",
+        r"  \end{tabular}",
+        r"\end{table}",
+    ]
+    return "\n".join(lines)
+
+
+def _stressed(grid: Table, escape: Callable[[str], str], stress: str) -> list[list[str]]:
+    return [
+        [stress.format(escape(w)) if (i, j) in grid.best else escape(w) for j, w in enumerate(row)]
+        for i, row in enumerate(grid.words)
+    ]
+
+
+def _markdown(word: str) -> str:
+    return word.replace("|", r"\|").replace("<", "&lt;").replace("~", r"\~")
+
+
+def _latex(word: str) -> str:
+    return "".join(_LATEX.get(letter, letter) for letter in word)
+
+
+def to_csv(grid: Table) -> str:
+    """Return a table as comma-separated values in full precision: header and rows alone."""
+    stream = io.StringIO()
+    header = [column.key or column.name for column in grid.columns]
+    rows = ([_cell(value) for value in row] for row in (header, *grid.rows))
+    csv.writer(stream, lineterminator="\n").writerows(rows)
+    return stream.getvalue()
+
+
+def _cell(value: object) -> object:
+    """Return a value for a spreadsheet, which would take some words for formulas."""
+    if not isinstance(value, str):
+        return value
+    word = printable(value)
+    with suppress(ValueError):
+        float(word)
+        return word
+    return f"'{word}" if word.startswith(_FORMULAS) else word
+
+
+def error_size(value: float | None, decimals: int = 3) -> str:
+    """Return an error with a fixed number of decimals, so that points stand in line."""
+    if value is None or math.isnan(value):
+        return NOTHING
+    if 0.0 < value < 0.5 * 10.0**-decimals:
+        return f"<.{'1':>0{decimals}}"
+    for limit, most in ((100.0, decimals), (1000.0, 1), (99999.5, 0)):
+        if value < limit:
+            return f"{value:.{min(most, decimals)}f}"
+    return f"{value:.0e}"
+
+
+def percent(value: float | None) -> str:
+    """Return a fit in percent in at most three characters."""
+    if value is None or math.isnan(value):
+        return NOTHING
+    return "<0" if value < 0.0 else f"{value:.0f}"
+
+
+def coefficient(value: float | None) -> str:
+    """Return a coefficient with four significant digits."""
+    return NOTHING if value is None or not math.isfinite(value) else f"{value:.4g}"
