@@ -30,7 +30,7 @@ test:
 
 bench:
 	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max \
-		--page docs/performance.md
+		--page docs/evidence/performance.md
 
 smoke:            ## the headline ratios at reduced size, a minute at most
 	python benchmarks/smoke.py

@@ -9,7 +9,7 @@ seconds, and whole runs open loop. Each of these is a row, kept as a line of
 ``FOLDER/rows.jsonl`` as soon as it is there; what is there is not done again (but with
 ``--again``), so the command may be stopped and started at will. ``FOLDER/benchmark.md`` has the
 tables, with the regret of each method: its error over the least error of any method on the same
-model and campaign. ``docs/benchmark.md`` has the protocol.
+model and campaign. ``docs/evidence/benchmark.md`` has the protocol.
 
 A method of one's own is named ``module:object``: a value (or what makes one when called without
 arguments) with ``identify(problem, model) -> Fit``.

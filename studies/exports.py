@@ -1,6 +1,6 @@
-"""What each target makes of each model: the tables of `docs/export/faithful.md`.
+"""What each target makes of each model: the tables of `docs/evidence/export-fidelity.md`.
 
-    python studies/exports.py --page docs/export/faithful.md
+    python studies/exports.py --page docs/evidence/export-fidelity.md
 
 Two vehicles are identified and sailed on: the paper's, by fins and propeller, and an ROV by a
 recorded wrench. Where a program is not installed, what its target wrote is not run.

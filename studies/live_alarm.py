@@ -35,7 +35,7 @@ from hydrodamp.live.samples import Row, rows_of
 from hydrodamp.simulation.campaign.reenact import PAUSE
 from tables import replace_table
 
-PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
+PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "change-detection.md"
 """Where the tables stand, between these marks."""
 
 MARKS = ("<!-- vehicles -->", "<!-- end of vehicles -->")

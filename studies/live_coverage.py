@@ -23,7 +23,7 @@ from tables import replace_table
 MISTOLD = ("wrench", "fins")
 """What the names of campaigns have in them whose vehicle is told wrongly."""
 
-PAGE = Path(__file__).parents[1] / "docs" / "live" / "index.md"
+PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "live" / "index.md"
 """Where the table stands, between these marks."""
 
 MARKS = ("<!-- coverage -->", "<!-- end of coverage -->")

@@ -24,7 +24,7 @@ from live_alarm import Change, dragged
 from live_campaigns import DIVES, MODELS, STEPS, TRUTHS, Dive, rows, sail
 from tables import replace_table
 
-PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
+PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "change-detection.md"
 MARKS = ("<!-- alarm -->", "<!-- end of alarm -->")
 
 CHANGES = (
@@ -134,7 +134,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--seed", type=int, default=7000, help="the design used 1000 to 1041")
     parser.add_argument("--each", type=int, default=4, help="campaigns of each kind")
-    parser.add_argument("--write", action="store_true", help="to docs/live/alarm.md")
+    parser.add_argument("--write", action="store_true", help="into the page")
     given = parser.parse_args()
     seeds = [given.seed + k for k in range(given.each)]
     tasks = [

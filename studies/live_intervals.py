@@ -23,7 +23,7 @@ from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
 from tables import replace_table
 
-PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
+PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "change-detection.md"
 MARKS = ("<!-- intervals -->", "<!-- end of intervals -->")
 
 WIDTH = 1.959964
@@ -54,7 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--seed", type=int, default=20000)
     parser.add_argument("--each", type=int, default=4, help="campaigns of each duration")
-    parser.add_argument("--write", action="store_true", help="to docs/live/alarm.md")
+    parser.add_argument("--write", action="store_true", help="into the page")
     given = parser.parse_args()
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     tasks = [(truth, key, given.seed, given.each) for truth in TRUTHS for key in MODELS]

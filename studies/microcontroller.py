@@ -18,7 +18,7 @@ from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
 from hydrodamp.export.folder import save
 from hydrodamp.export.plant import ExportedPlant
 
-PAGE = Path(__file__).parents[1] / "docs" / "live" / "microcontroller.md"
+PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "live" / "microcontroller.md"
 
 #: What a bare processor needs to reach main, and where its memory is.
 START = """

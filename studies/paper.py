@@ -1,6 +1,6 @@
 """Re-enact the paper's identifier and its Table I.
 
-    python studies/paper.py --page docs/paper-reenacted.md
+    python studies/paper.py --page docs/evidence/paper-reenacted.md
 
 Each number is the median over campaigns of some seeds. The campaigns record what the paper's
 vehicle did: the attitude sensor's translational acceleration, no angular one.

@@ -50,7 +50,7 @@ N_QUIET, N_CHANGED = 100, 12
 FIRST_SEED = 1_000_000
 """Of the published table; seeds below this were used to choose the test."""
 
-PAGE = Path(__file__).parents[1] / "docs" / "season.md"
+PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "compare-many-logs.md"
 MARKS = ("<!-- changes -->", "<!-- end of changes -->")
 """Where the table stands, between these marks."""
 

@@ -77,10 +77,10 @@ def test_every_model_is_documented(built):
 
 
 def test_every_method_has_a_line_in_how_to_choose_one():
-    page = (DOCS / "choosing-a-method.md").read_text(encoding="utf-8")
+    page = (DOCS / "how-to/choose-a-method.md").read_text(encoding="utf-8")
     assert not [key for key in hd.METHODS if f"`{key}`" not in page]
 
 
 def test_every_symbol_and_column_is_in_the_nomenclature():
-    page = (DOCS / "nomenclature.md").read_text(encoding="utf-8")
+    page = (DOCS / "reference/nomenclature.md").read_text(encoding="utf-8")
     assert not [word for word in (*hd.AXES, *RESERVED) if not re.search(rf"\b{word}\b", page)]

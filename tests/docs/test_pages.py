@@ -116,7 +116,7 @@ def test_a_script_of_a_page_exists(page, words):
 
 
 def test_files_in_yaml_blocks_are_models_where_they_have_terms(tmp_path):
-    for number, (_, block) in enumerate(blocks(DOCS / "extending/model.md", "yaml")):
+    for number, (_, block) in enumerate(blocks(DOCS / "how-to/extend/model.md", "yaml")):
         file = tmp_path / f"{number}.yaml"
         file.write_text(block, encoding="utf-8")
         assert hd.read_models(file)[0].n_coefficients

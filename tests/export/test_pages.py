@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-PAGES = sorted((Path(__file__).parents[2] / "docs" / "export").glob("*.md"))
+PAGES = sorted((Path(__file__).parents[2] / "docs" / "how-to" / "export").glob("*.md"))
 BLOCK = re.compile(r"^```(\S+)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 

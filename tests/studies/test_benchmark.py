@@ -150,5 +150,5 @@ def test_the_tables_of_a_page_are_replaced(study, tmp_path):
     page.write_text("No marks", encoding="utf-8")
     with pytest.raises(study.typer.BadParameter, match="has no place for tables"):
         study.fill(page, text)
-    ours = (STUDIES.parent / "docs" / "benchmark.md").read_text(encoding="utf-8")
+    ours = (STUDIES.parent / "docs" / "evidence" / "benchmark.md").read_text(encoding="utf-8")
     assert all(ours.count(mark) == 1 for mark in study.MARKS)
