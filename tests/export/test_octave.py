@@ -64,7 +64,9 @@ def test_what_the_page_shows_runs(tmp_path):
     written(
         Octave(), ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path
     )
-    page = (Path(__file__).parents[2] / "docs" / "how-to" / "export" / "octave.md").read_text("utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "export" / "octave.md").read_text(
+        "utf-8"
+    )
     (tmp_path / "page.m").write_text(page.split("```matlab\n")[1].split("```")[0])
     program = shutil.which("octave-cli") or shutil.which("octave")
     call = [program, "--no-init-file", "--quiet", "page.m"]

@@ -16,7 +16,7 @@ from hydrodamp.identification.identifiability import RELATIVE
 _SIDE, FEWEST = 2, 5
 
 #: Significance level of a season, over all coefficients and days: 1 of 800 quiet seasons changed,
-#: and every growth of 5 % was found (table of docs/how-to/compare-many-logs.md, studies/season_changes.py).
+#: every growth of 5 % was detected (studies/season_changes.py).
 CHANCE = 0.002
 
 

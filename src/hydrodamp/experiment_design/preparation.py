@@ -24,7 +24,7 @@ from hydrodamp.simulation.problem import prepare
 Mode = Literal["overlays", "setpoints", "waypoints"]
 """How a dive is executed: setpoints and excitation of commands, setpoints alone, or waypoints."""
 
-#: Mode of a vehicle that is driven by a propeller and steers its heading; docs/how-to/plan-a-dive.md.
+#: Mode of a vehicle with a propeller and steering; docs/how-to/plan-a-dive.md.
 DEFAULT_MODE: Mode = "setpoints"
 
 #: Members of the ensemble that a dive is verified with.
