@@ -1,0 +1,94 @@
+"""Names and prose use the terms of the field: counts of other words, each with a ceiling."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = sorted((ROOT / "src" / "hydrodamp").rglob("*.py"))
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+PAGES += sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)
+
+# Past participles are no names of functions or classes: a function is a verb with an object.
+PARTICIPLES = frozenset(
+    """asked begun bound brought built called caught chosen closed counted covered delayed drawn fed
+    felt filled fitted folded found freed given graded heard held hidden informed joined judged kept
+    known lagged laid learnt left listed looked lost made matched meant merged met moved named opened
+    parted passed placed printed reached rehearsed restricted sailed sampled scaled seen sent settled
+    shaped shared shifted shown smoothed solved sorted spanned spelled spent started stepped stopped
+    strayed taken thought thrown told turned understood wanted widened worded written""".split()
+)
+# Words without a meaning of their own are no names of variables.
+FILLERS = frozenset(
+    """alike another anything apart around beside beyond else found given held instead kept left lost
+    made met nothing one ones other others own part parts place places rest said seen shown some
+    something taken thing things told way ways whatever whole within""".split()
+)
+# A constant says what it limits and in which unit.
+GENERIC = frozenset(
+    """ALIKE BEYOND DEAD EVEN EXACT FAR FED FEW FEWEST FIRST FLOOR HIGH LARGE LAST LEAST LITTLE LONGEST
+    LOOKED LOST LOW MANY MOST MUCH NEAR PART SHORTEST SMALL TINY UNLIKE USUAL""".split()
+)
+COLLOQUIAL = re.compile(
+    r"\b(alike|apart|beside|comes? to rest|house|is said|are said|leaves over|left over|makes small"
+    r"|neighbours?|ran away|reckon\w*|rooms?|run(?:s|ning)? away|sail(?:s|ed|ing)?|stands?|stood|tells?"
+    r"|telling|told|by turns|waters?|whither|witness\w*)\b",
+    re.IGNORECASE,
+)
+
+
+def definitions(tree):
+    """Yield the names of functions and classes; properties are values."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            decorators = {getattr(name, "id", getattr(name, "attr", "")) for name in node.decorator_list}
+            if not decorators & {"property", "cached_property"}:
+                yield node.name
+
+
+def variables(tree):
+    """Yield the names that functions bind."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+
+
+def strings(tree):
+    """Yield docstrings and messages."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and len(node.value) > 15:
+            yield node.value
+
+
+@pytest.fixture(scope="module")
+def trees():
+    return [ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES]
+
+
+def named(trees, names, words):
+    """Return the names that are one of the words."""
+    return [name for tree in trees for name in names(tree) if name.strip("_") in words]
+
+
+def test_functions_and_classes_are_not_named_by_a_participle(trees):
+    assert len(named(trees, definitions, PARTICIPLES | FILLERS)) <= 0
+
+
+def test_variables_are_not_named_by_a_filler_word(trees):
+    assert len(named(trees, variables, FILLERS)) <= 0
+
+
+def test_constants_say_what_they_limit(trees):
+    assert named(trees, variables, GENERIC) == []
+
+
+def test_messages_and_docstrings_are_technical_english(trees):
+    words = [word for tree in trees for text in strings(tree) for word in COLLOQUIAL.findall(text)]
+    assert len(words) <= 0
+
+
+def test_pages_are_technical_english():
+    texts = (re.sub(r"```.*?```", "", path.read_text("utf-8"), flags=re.DOTALL) for path in PAGES)
+    assert len([word for text in texts for word in COLLOQUIAL.findall(text)]) <= 0
