@@ -44,10 +44,10 @@ def export(
     json: options.Json = False,
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
-    from hydrodamp.data.record import first_few
     from hydrodamp.export.folder import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
+    from hydrodamp.text import first_few
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)

@@ -11,7 +11,8 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.agreement import agreement, rotate_back
 from hydrodamp.data.channels import BLOCKS, unit_of
-from hydrodamp.data.record import Record, Segment, copied, first_few, split, unrecorded
+from hydrodamp.data.record import Record, Segment, copied, split, unrecorded
+from hydrodamp.text import first_few
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
 FASTEST = 50.0

@@ -22,7 +22,6 @@ from hydrodamp.data.record import (
     EPOCH,
     Record,
     Segment as Segment,
-    first_few,
     goes_by,
     laid_out,
     name_after,
@@ -30,6 +29,7 @@ from hydrodamp.data.record import (
     split,
 )
 from hydrodamp.errors import GapWarning, LogError, no_such, warn
+from hydrodamp.text import first_few
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
 _LISTED, _WIDTH = 12, 160  # lines and letters of each list in the text of a log

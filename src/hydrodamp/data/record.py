@@ -16,11 +16,10 @@ from hydrodamp.basis.atoms import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, BLOCKS
 from hydrodamp.errors import LogError, TermError, did_you_mean
+from hydrodamp.text import first_few, format_time, unique_names
 
 #: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
 GAP_STEPS = 5.0
-
-_CENTISECOND = 0.005  # s, what two digits round to
 
 #: Stamps further apart than this, 11 days, belong to two epochs [s].
 EPOCH = 1e6
@@ -184,12 +183,6 @@ def longest_step(steps: FloatArray) -> float:
     return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
 
 
-def moment(time: float, first: float) -> str:
-    """Return how messages call a time: from the first sample on, the clock's own beside it."""
-    own = f" (by the clock {time:.3f} s)" if abs(first) >= _CENTISECOND else ""
-    return f"{time - first:.2f} s{own}"
-
-
 def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
     """Return which samples to keep, their segments, and a sentence on every cut but joins."""
     joins, missing = record.joins, record.missing
@@ -211,18 +204,6 @@ def name_after(source: str) -> str:
     """Return what the segments of a file are called; of several, the first counts."""
     name = Path(source.split(", ")[0]).name
     return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
-
-
-def unique_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the names with a number added to those that stood before."""
-    taken: dict[str, None] = {}
-    for name in names:
-        candidate, count = name, 1
-        while candidate in taken:
-            count += 1
-            candidate = f"{name}-{count}"
-        taken[candidate] = None
-    return tuple(taken)
 
 
 def laid_out(names: Iterable[str], lengths: Iterable[int]) -> tuple[Segment, ...]:
@@ -262,22 +243,16 @@ def _notes(
     time, pieces = record.time.tolist(), [*itertools.pairwise(edges)]
     first = time[kept[0][0]] if kept else time[0]
     pauses = [
-        f"no samples for {time[row] - time[row - 1]:.3g} s from {moment(time[row - 1], first)}"
+        f"no samples for {time[row] - time[row - 1]:.3g} s from {format_time(time[row - 1], first)}"
         for row in np.flatnonzero(gaps).tolist()
     ]
     left_out = [
         f"{b - a} sample{'s' if b - a > 1 else ''}"
         f" {'with missing values' if missing[a] else 'alone, left out'}"
-        f" at {moment(time[a], first)}"
+        f" at {format_time(time[a], first)}"
         + ("" if record.labels is None else f" (segment '{record.labels[a]}')")
         for a, b in pieces
         if missing[a] or b - a == 1
     ]
     yield from first_few(pauses, 5, "gaps")
     yield from first_few(left_out, 5, "stretches left out")
-
-
-def first_few(sentences: list[str], most: int, what: str) -> list[str]:
-    """Return the first sentences of many, and how many more there are."""
-    more = len(sentences) - most
-    return sentences if more <= 0 else [*sentences[:most], f"... and {more} more {what}"]

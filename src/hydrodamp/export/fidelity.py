@@ -11,13 +11,13 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.data.record import first_few
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.rigid_body import mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target
 from hydrodamp.export.verification import Engine, VerificationRun, scattered
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
+from hydrodamp.text import first_few
 
 FORMAT, VERSION = "hydrodamp-fidelity", 2
 UNITS = {

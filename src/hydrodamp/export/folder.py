@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from hydrodamp.data.record import first_few
 from hydrodamp.errors import FileError
 from hydrodamp.export.target import Files
 from hydrodamp.files import check_folder, load_json, save_all
+from hydrodamp.text import first_few
 
 CARD = "fidelity.json"
 """The card's name in the folder of an export; its ``files`` are the manifest."""

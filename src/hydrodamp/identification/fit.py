@@ -11,7 +11,6 @@ from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, freeze
 from hydrodamp.data.log import Log
-from hydrodamp.data.record import first_few
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.operating_range import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
@@ -19,6 +18,7 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import nothing_drives
 from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
+from hydrodamp.text import first_few
 from hydrodamp.vehicle.vehicle import Vehicle
 
 # From here on a median ratio of standard errors is worth a sentence.

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from hydrodamp.data.record import moment
+from hydrodamp.text import format_time
 
 
 class Oddity(Enum):
@@ -47,7 +47,7 @@ class Irregularity:
         return self.oddity.value.format(
             count=f"{self.count} {thing}{'s' if self.count != 1 else ''}",
             times="once" if self.count == 1 else f"{self.count} times",
-            at=moment(self.at, first),
+            at=format_time(self.at, first),
             limit=self.limit,
             what=self.what,
         )

@@ -15,13 +15,14 @@ from hydrodamp.data.canonical import record_of_columns
 from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
 from hydrodamp.data.checks import record_faults
 from hydrodamp.data.log import Log, concatenate
-from hydrodamp.data.record import Record, first_few
+from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.columns import FoundColumn, labels_of
 from hydrodamp.ingest.mapping.schema import Entry, Source
+from hydrodamp.text import first_few
 
 #: A file or a folder.
 Place = str | Path

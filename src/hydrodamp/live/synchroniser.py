@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
@@ -19,6 +18,7 @@ from hydrodamp.ingest.mapping.assemble import Assembly, sampler_of
 from hydrodamp.ingest.mapping.schema import Clock, Source
 from hydrodamp.ingest.mapping.streams import Stream, stamps_of
 from hydrodamp.live.samples import Row
+from hydrodamp.text import first_few
 
 _EACH = 0.2  # s, between two makings of samples
 _PATIENCE = 1.0  # s, that a sample waits for a topic that is late

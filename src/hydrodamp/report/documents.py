@@ -17,7 +17,6 @@ from pydantic import (
     PlainSerializer,
 )
 
-from hydrodamp.data.record import unique_names
 from hydrodamp.faults import validated
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
@@ -25,6 +24,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
 from hydrodamp.simulation.replay import AttitudeSource, Horizon, HorizonScore, RateUnit, Score
 from hydrodamp.simulation.status import Status
+from hydrodamp.text import unique_names
 from hydrodamp.validation.compare import Comparison, Row
 
 _STATUS = {status.word: status for status in Status}

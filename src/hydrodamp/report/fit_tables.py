@@ -9,7 +9,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.data.record import first_few
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.identifiability import (
     CONTRIBUTION,
@@ -21,6 +20,7 @@ from hydrodamp.identification.identifiability import (
 from hydrodamp.identification.stepwise import KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
+from hydrodamp.text import first_few
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
 _RULE = (

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import matlab
 from hydrodamp.ingest.formats.cells import Column, Names, column_of, topic_of
 from hydrodamp.ingest.formats.content import check_columns, check_unpacked, head, opened, seekable
+from hydrodamp.text import first_few
 
 _LONGEST = 64  # columns of an array
 _CLOCKS = ("time", "t", "timestamp", "time_s")

@@ -15,12 +15,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
-from hydrodamp.data.record import first_few, name_after
+from hydrodamp.data.record import name_after
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import absent, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
 from hydrodamp.ingest.formats.multi_file import JOINT, apart, called, patterns
+from hydrodamp.text import first_few
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import did_you_mean
 from hydrodamp.ingest.formats.cells import bad_cells, number
 from hydrodamp.ingest.mapping.schema import Entry, Source
+from hydrodamp.text import first_few
 
 # What stands where a unit would and is none: time scales, frames, sensors, what was done.
 _NO_UNITS = """
