@@ -10,7 +10,12 @@ from interleaving import interleaved
 from scipy.optimize import least_squares
 
 import hydrodamp as hd
-from hydrodamp.identification.gauss_newton import Iterate, make_objective, minimise, starts
+from hydrodamp.identification.gauss_newton import (
+    Iterate,
+    initial_candidates,
+    make_objective,
+    minimise,
+)
 
 pytestmark = pytest.mark.usefixtures("one_core")
 
@@ -26,7 +31,7 @@ def test_against_scipy(benchmark, ledger, key, target):
     search = make_objective(problem, model)
     # SciPy holds first velocities where they are, so they are in no doubt here either.
     windows = replace(search.windows(8.0), doubt=np.full(6, 1e-9))
-    first = starts(search, model)[-1]
+    first = initial_candidates(search, model)[-1]
     start = search.wider(Iterate(first, (), strength=1e-4), windows)
     spread = search.spread(first, windows)
 

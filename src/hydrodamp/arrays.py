@@ -64,6 +64,16 @@ def _fits(found: tuple[int, ...], wanted: Shape) -> bool:
     )
 
 
+#: Standard deviation of a normal distribution over its median absolute deviation, 1 / Φ⁻¹(3/4).
+_STD_PER_MAD = 1.482602218505602
+
+
+def mad_std(deviations: FloatArray, axis: int | None = None) -> FloatArray:
+    """Return the robust standard deviation of deviations from a centre: 1.4826 median |x|."""
+    scale: FloatArray = _STD_PER_MAD * np.median(np.abs(deviations), axis=axis)
+    return scale
+
+
 @contextmanager
 def factorisation(matrix: str) -> Iterator[None]:
     """Refuse, as a method does, a log and model of which a matrix cannot be factorised."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.differentiation import mean_square, signal_to_noise
+from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 
 SCALED = hd.AdaptiveIdentifier(a=hd.NoiseScaledGain(2e-4), gamma=hd.TermScaledGain(7.0), passes=40)
 
@@ -95,7 +95,7 @@ def test_scaled_gains_follow_their_formula(driven, prepared):
     expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
     np.testing.assert_allclose(bound.gains.a, expected)
     power = np.mean(problem.log.velocity**2, axis=0)
-    np.testing.assert_allclose(mean_square(problem), power)
+    np.testing.assert_allclose(regressor_mean_square(problem), power)
     gamma = expected / (50.0 * 6 * power[:, None])
     np.testing.assert_allclose(bound.gains.gamma[problem.equations.n_known :], gamma)
     assert not bound.gains.gamma[: problem.equations.n_known].any()

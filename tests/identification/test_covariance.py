@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
-from hydrodamp.identification.har_covariance import Bins, HarCovariance, long_run
+from hydrodamp.identification.har_covariance import Bins, HarCovariance, long_run_covariance
 from hydrodamp.identification.qr_factor import solve_axis
 from hydrodamp.identification.regression_rows import Rows
 
@@ -42,7 +42,7 @@ def rows_of(n=600, seed=0, a=0.7, columns_seed=99):
 
 def summed(scores, segment, time):
     bins = Bins.of(segment, time)
-    return long_run(bins, bins.sums(scores))
+    return long_run_covariance(bins, bins.sums(scores))
 
 
 def solutions(rows, model=MODEL, strength=0.0):

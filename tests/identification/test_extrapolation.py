@@ -8,9 +8,9 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.operating_range import (
     energy_injection_warnings,
-    feeding,
     join_ranges,
     range_exceedance_warnings,
+    unstable_speed_ranges,
     velocity_ranges,
 )
 
@@ -35,21 +35,21 @@ def damping(**values):
     ],
 )
 def test_feeding_lies_between_the_roots_of_the_own_polynomial(values, name, found):
-    assert feeding(damping(**values), name) == [pytest.approx(one) for one in found]
+    assert unstable_speed_ranges(damping(**values), name) == [pytest.approx(one) for one in found]
 
 
 def test_an_even_term_feeds_one_way():
     drag = damping(**{"X_u^2": -3.0})
-    assert feeding(drag, "u", 1.0) == []
-    assert feeding(drag, "u", -1.0) == [(0.0, math.inf)]
+    assert unstable_speed_ranges(drag, "u", 1.0) == []
+    assert unstable_speed_ranges(drag, "u", -1.0) == [(0.0, math.inf)]
     assert not list(energy_injection_warnings(drag, AHEAD))  # never sailed astern
     assert list(energy_injection_warnings(drag, {"u": (-1.0, 2.0)}))
 
 
 def test_surge_damps_a_vehicle_under_way():
     lift = damping(**{"Z_w": 5.0, "Z_uw": -3.0, "Z_w|w|": 0.5})
-    assert feeding(lift, "w") == [(0.0, math.inf)]
-    assert feeding(lift, "w", 1.0, surge=2.0) == [(2.0, math.inf)]
+    assert unstable_speed_ranges(lift, "w") == [(0.0, math.inf)]
+    assert unstable_speed_ranges(lift, "w", 1.0, surge=2.0) == [(2.0, math.inf)]
 
 
 @pytest.mark.parametrize("key", list(hd.catalog))
@@ -64,7 +64,9 @@ def test_feeding_is_where_power_is_positive(key, name):
         velocity = np.zeros((200, 6))
         velocity[:, place] = sign * speeds
         power = found.power(velocity)
-        inside = [any(a < x < b for a, b in feeding(found, name, sign)) for x in speeds]
+        inside = [
+            any(a < x < b for a, b in unstable_speed_ranges(found, name, sign)) for x in speeds
+        ]
         np.testing.assert_array_equal(inside, power > 0.0)
 
 

@@ -9,8 +9,8 @@ import hydrodamp as hd
 from hydrodamp.identification.gauss_newton import (
     best_initial_iterate,
     continue_over_lengths,
+    initial_candidates,
     make_objective,
-    starts,
 )
 from hydrodamp.identification.output_error import build_fit, jackknife_uncertainty
 
@@ -26,7 +26,7 @@ def test_without_a_prior_it_is_the_delete_one_jackknife(campaign):
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
     search = make_objective(problem, model)
     windows = search.windows(4.0)
-    place = best_initial_iterate(search, starts(search, model)[:1], 4.0)
+    place = best_initial_iterate(search, initial_candidates(search, model)[:1], 4.0)
     (kind,), place = place.kinds, replace(place, strength=0.0)
     normals = windows.normals(place.coefficients, kind.spread, 32)
     total = normals.sum(axis=0)
@@ -64,7 +64,7 @@ def test_intervals_reach_back_to_the_start_and_as_far_as_halves_differ(campaign)
     model = hd.catalog["linear"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
     search = make_objective(problem, model)
-    start = best_initial_iterate(search, starts(search, model), 2.0)
+    start = best_initial_iterate(search, initial_candidates(search, model), 2.0)
     end = continue_over_lengths(search, start, (2.0, 4.0))
     moved = np.abs(end.coefficients - start.coefficients)
     alone = build_fit(search, model, hd.OutputError(), start, end)

@@ -12,9 +12,9 @@ from hydrodamp.identification.gauss_newton import (
     admissible_lengths,
     best_initial_iterate,
     continue_over_lengths,
+    initial_candidates,
     make_objective,
     minimise,
-    starts,
 )
 from hydrodamp.simulation.campaign.truth import true_damping
 
@@ -121,7 +121,7 @@ def test_a_window_within_a_hole_of_the_log_is_none(campaign):
 def searched(campaign):
     model = hd.catalog["fossen"]
     search = make_objective(hd.prepare(campaign.vehicle, campaign.train, model), model)
-    return search, best_initial_iterate(search, starts(search, model), 2.0)
+    return search, best_initial_iterate(search, initial_candidates(search, model), 2.0)
 
 
 def test_a_step_damped_to_nothing_is_no_rest(searched):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.differentiation import mean_square
+from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import coriolis
@@ -70,7 +70,7 @@ def voyage():
 def shares(problem, adaptation):
     """What a unit of each coefficient makes over a log, per share of its axis's wrench."""
     entries = adaptation.recursion
-    size = np.sqrt(mean_square(problem)[entries.rows - problem.equations.n_known])
+    size = np.sqrt(regressor_mean_square(problem)[entries.rows - problem.equations.n_known])
     wrench = np.sqrt(np.mean(TRUTH.wrench(problem.log.velocity) ** 2, axis=0))
     return size / wrench[entries.axes]
 

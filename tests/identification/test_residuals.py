@@ -8,8 +8,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.residuals import (
+    autocorrelation,
     autocorrelations,
-    correlated,
     diagnose,
     outlier_share,
 )
@@ -64,7 +64,7 @@ def test_short_logs_have_no_correlation(campaign, problem):
 def test_correlations_are_those_of_the_definition():
     rng = np.random.default_rng(5)
     values, segment = rng.normal(size=50), np.repeat([0, 1], [30, 20])
-    correlation = correlated(values, segment, 30)
+    correlation = autocorrelation(values, segment, 30)
     parts = values[:30], values[30:]
     for lag in (0, 1, 7):
         expected = np.concatenate([part[: len(part) - lag] * part[lag:] for part in parts])

@@ -11,9 +11,9 @@ from hydrodamp.identification.differentiation import smooth_velocity
 from hydrodamp.identification.least_squares import WeakForm
 from hydrodamp.identification.weak_form import (
     WeakRegression,
-    bumps,
-    chosen_support,
-    steps_between,
+    iterate_test_functions,
+    select_support,
+    step_equations,
     variance_inflation,
 )
 
@@ -66,7 +66,7 @@ class TestSteps:
         problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["gertler-hagen"])
         part = problem.inputs.select(slice(0, 31))
         expected = oracle.steps_between(problem.equations.plant, part)
-        design, target = steps_between(problem, 0, 31, problem.inputs.velocity)
+        design, target = step_equations(problem, 0, 31, problem.inputs.velocity)
         n_known = problem.equations.n_known
         np.testing.assert_allclose(design, expected.xi[:, n_known:], rtol=1e-12)
         known = expected.xi[:, :n_known] @ problem.equations.known
@@ -80,7 +80,7 @@ class TestBumps:
     @pytest.mark.parametrize("support", [0.05, 0.7, 3.0, 40.0])
     def test_weights_are_the_integral_of_the_bump_over_each_step(self, support):
         time = jerky_clock(400, 4)
-        for some in bumps(time, support, 4):
+        for some in iterate_test_functions(time, support, 4):
             np.testing.assert_allclose(some.weights.sum(axis=1), 1.0, rtol=1e-12)
             middle = len(some.centres) // 2
             fine = np.linspace(-0.5, 0.5, 20_001) * support + some.centres[middle]
@@ -92,7 +92,7 @@ class TestBumps:
 
     def test_blocks_join_without_a_seam(self):
         time = np.arange(30_000) / 10
-        centres = np.concatenate([some.centres for some in bumps(time, 2.0, 4)])
+        centres = np.concatenate([some.centres for some in iterate_test_functions(time, 2.0, 4)])
         np.testing.assert_allclose(np.diff(centres), 0.5, rtol=1e-9)
         assert centres[0] - 1.0 == pytest.approx(time[-1] - centres[-1] - 1.0, abs=1e-6)
 
@@ -142,7 +142,7 @@ class TestChoice:
 
     def test_more_noise_asks_for_longer_functions(self, bare):
         lengths = [
-            chosen_support(hd.prepare(bare, self.noisy(level), LINEAR))[0]
+            select_support(hd.prepare(bare, self.noisy(level), LINEAR))[0]
             for level in (0.0, 0.03, 0.1, 0.6)
         ]
         assert lengths == sorted(lengths)
@@ -152,18 +152,18 @@ class TestChoice:
     def test_a_vehicle_at_rest_is_said_to_be(self, bare):
         noise = 0.01 * np.random.default_rng(0).standard_normal(1000)
         problem = hd.prepare(bare, surge_log(noise, wrench=np.zeros((1000, 6))), LINEAR)
-        assert chosen_support(problem)[1] == 1.0
+        assert select_support(problem)[1] == 1.0
 
     def test_short_segments_bound_the_support(self, bare):
         """Ten seconds of strong noise: a quarter of that at most."""
-        length, noise = chosen_support(hd.prepare(bare, self.noisy(0.5, n=101, rate=0.5), LINEAR))
+        length, noise = select_support(hd.prepare(bare, self.noisy(0.5, n=101, rate=0.5), LINEAR))
         assert length <= 2.5 * (1 + 1e-12)
         assert noise > 0.1
 
     def test_a_long_log_hears_what_its_longest_function_averages_away(self, bare):
         """Five hours: the length is chosen by the motion, not by what a quarter of it leaves."""
         lengths = [
-            chosen_support(hd.prepare(bare, self.noisy(0.1, n=n), LINEAR))[0]
+            select_support(hd.prepare(bare, self.noisy(0.1, n=n), LINEAR))[0]
             for n in (4_000, 200_000)
         ]
         assert lengths[1] == pytest.approx(lengths[0], rel=0.2)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from hydrodamp.arrays import FloatArray, IntArray, freeze
+from hydrodamp.arrays import FloatArray, IntArray, freeze, mad_std
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derivatives import required
 from hydrodamp.data.attitude import euler_from_quaternion, in_body, rotation
@@ -331,7 +331,7 @@ def _refuse(log: Log, spacing: float, drift: float) -> None:
 
 def _weights(rest: FloatArray, elapsed: FloatArray) -> FloatArray:
     """Return Huber's weights over the variance that residuals as long as these have."""
-    spread = max(1.4826 * float(np.median(np.abs(rest))), _TINY)
+    spread = max(float(mad_std(rest)), _TINY)
     huber = np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(rest), _TINY))
     length = max(_length(huber * rest, elapsed, block) for block in _BLOCKS) / spread**2
     return np.asarray(huber / (spread**2 * max(length, 1.0)))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, mad_std
 from hydrodamp.conditioning.gaps import ATTITUDE, measured, remove_samples
 from hydrodamp.data.attitude import turn
 from hydrodamp.data.channels import ACCELERATION
@@ -19,9 +19,6 @@ Off = Callable[[FloatArray, FloatArray], FloatArray]
 #: Samples compared, and as many as must be there. A third of them side by side is the most that
 #: can be told from motion.
 _WINDOW, _LEAST = 7, 5
-
-#: Standard deviation over median absolute deviation of a normal distribution.
-_NORMAL = 1.482602218505602
 
 _ROUNDING = 1e-9  # of the largest value; less is no distance
 _FLICKER = 0.02  # share of samples off their line from which a coarse sensor flickers
@@ -105,7 +102,7 @@ def _distances(
             first = np.clip(part - width // 2, start, stop - width)
             around = first[:, np.newaxis] + np.arange(width)
             rest = off(log.time[around], values[around])
-            yield part, rest[np.arange(len(part)), part - first], _NORMAL * np.median(rest, axis=1)
+            yield part, rest[np.arange(len(part)), part - first], mad_std(rest, axis=1)
 
 
 def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
@@ -128,7 +125,7 @@ def _usual(log: Log, values: FloatArray) -> float:
     rest = np.concatenate(parts) if parts else np.zeros(1)
     moved = rest > _rounding(values)
     flickers = np.median(rest) <= _rounding(values) and np.mean(moved) > _FLICKER
-    return _NORMAL * float(np.median(rest[moved] if flickers else rest))
+    return float(mad_std(rest[moved] if flickers else rest))
 
 
 def _rounding(values: FloatArray) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError
-from hydrodamp.identification.har_covariance import reference
+from hydrodamp.identification.har_covariance import reference_model
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel
 from hydrodamp.models.published import published
@@ -152,7 +152,7 @@ def draw_ensemble(
 def wide_model(vehicle: Vehicle, model: DampingModel, known: Damping) -> DampingModel:
     """Return a model with the terms asked for, those of what is known, and the reference's."""
     wide = model.restricted_to(vehicle.axes)
-    for other in (known.model.restricted_to(vehicle.axes), reference(vehicle.axes)):
+    for other in (known.model.restricted_to(vehicle.axes), reference_model(vehicle.axes)):
         rows = zip(AXES, other.terms, strict=True)
         wide = wide.with_terms({axis: [*terms] for axis, terms in rows if terms}, key=wide.key)
     return wide

@@ -10,11 +10,11 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
-from hydrodamp.identification.differentiation import mean_square, signal_to_noise
+from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.qr_factor import BLOCK, Triangle
-from hydrodamp.identification.weak_form import steps_between
+from hydrodamp.identification.weak_form import step_equations
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
@@ -47,7 +47,7 @@ class NoiseScaledGain:
 
     def __post_init__(self) -> None:
         """Refuse what the proof does not cover."""
-        per_axis(self.share, "share")
+        axis_gains(self.share, "share")
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,14 @@ class TermScaledGain:
 
     def __post_init__(self) -> None:
         """Refuse what the proof does not cover."""
-        per_axis(self.settling, "settling")
+        axis_gains(self.settling, "settling")
 
 
 #: One gain for all axes, or six in the order X Y Z K M N.
-Numbers = float | tuple[float, ...]
+AxisGains = float | tuple[float, ...]
 
 
-def per_axis(gain: Numbers, name: str) -> FloatArray:
+def axis_gains(gain: AxisGains, name: str) -> FloatArray:
     """Return six positive gains from one or six."""
     gains = np.asarray(gain, dtype=np.float64)
     fits = gains.shape in ((), (6,)) and bool(np.all((gains > 0.0) & (gains < np.inf)))
@@ -208,16 +208,16 @@ class AdaptiveIdentifier:
     'ai-scaled'
     """
 
-    a: Numbers | NoiseScaledGain = 20.0
-    gamma: Numbers | TermScaledGain = 20.0
+    a: AxisGains | NoiseScaledGain = 20.0
+    gamma: AxisGains | TermScaledGain = 20.0
     passes: int = 1
 
     def __post_init__(self) -> None:
         """Refuse gains the proof does not cover."""
         if not isinstance(self.a, NoiseScaledGain):
-            per_axis(self.a, "a")
+            axis_gains(self.a, "a")
         if not isinstance(self.gamma, TermScaledGain):
-            per_axis(self.gamma, "gamma")
+            axis_gains(self.gamma, "gamma")
         fits = isinstance(self.passes, int | np.integer) and self.passes >= 1
         demand(fits, "passes", "a whole number, at least 1", self.passes)
 
@@ -235,13 +235,15 @@ class AdaptiveIdentifier:
             problem = with_log(source, "noise of each velocity")
             a = self.a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
         else:
-            a = per_axis(self.a, "a")
+            a = axis_gains(self.a, "a")
         if isinstance(self.gamma, TermScaledGain):
-            size = mean_square(with_log(source, "size of each term"))[rows - columns.n_known]
+            size = regressor_mean_square(with_log(source, "size of each term"))[
+                rows - columns.n_known
+            ]
             time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
         else:
-            gamma = per_axis(self.gamma, "gamma")[axes]
+            gamma = axis_gains(self.gamma, "gamma")[axes]
         gains = core.Gains(columns.plant, a, columns.scattered(entries, gamma))
         return Adaptation(columns, free, entries, gains)
 
@@ -367,7 +369,7 @@ def _missing_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> F
         for start, stop in problem.segments.tolist():
             for first in range(start, stop - 1, BLOCK):
                 end = min(first + BLOCK, stop - 1) + 1
-                design, target = steps_between(problem, first, end, problem.inputs.velocity)
+                design, target = step_equations(problem, first, end, problem.inputs.velocity)
                 yield np.hstack([design, target - design @ unknown])
 
     triangle = Triangle.of(problem.equations.basis, left())

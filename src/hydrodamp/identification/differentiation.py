@@ -197,7 +197,7 @@ def noise_variance(problem: Problem) -> FloatArray:
     return variance
 
 
-def mean_square(problem: Problem) -> FloatArray:
+def regressor_mean_square(problem: Problem) -> FloatArray:
     """Return the mean square of every unknown column over a log."""
     total = np.zeros(len(problem.equations.basis))
     for start in range(0, problem.n_samples, _BLOCK):
@@ -208,11 +208,11 @@ def mean_square(problem: Problem) -> FloatArray:
 
 
 #: Lengths of local quadratics offered to each velocity [samples].
-QUADRATICS = (5, 7, 9, 11, 15, 21, 31)
+SMOOTHING_WINDOWS = (5, 7, 9, 11, 15, 21, 31)
 
 
 def smooth_velocity(
-    problem: Problem, windows: Sequence[int] = QUADRATICS
+    problem: Problem, windows: Sequence[int] = SMOOTHING_WINDOWS
 ) -> tuple[FloatArray, tuple[int, ...], FloatArray]:
     """Return velocities by local quadratics, each over the window of the least risk.
 

@@ -12,9 +12,9 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.conditioning.derivatives import fit_local_polynomials, relative
 from hydrodamp.identification.differentiation import (
-    mean_square,
     median_step,
     noise_variance,
+    regressor_mean_square,
     smooth_velocity,
 )
 from hydrodamp.identification.dissipativity import PowerRows, box_of, spread as spread_over
@@ -181,7 +181,7 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     ).slope
     forces = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
     force = forces[axes]
-    size = np.sqrt(mean_square(problem))[rows - problem.equations.n_known]
+    size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]
     unit = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
     box = box_of(velocity, _BEYOND, 0.0).restrict(free)
     usual = float(np.linalg.norm(box.extent * forces * free)) or 1.0
@@ -190,7 +190,7 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
 
 
 @factorisation("normal matrix of the weak form")
-def starts(search: ShootingObjective, model: DampingModel) -> list[FloatArray]:
+def initial_candidates(search: ShootingObjective, model: DampingModel) -> list[FloatArray]:
     """Return coefficients of the weak form, more or less small, that hardly feed the motion."""
     triangle = WeakRegression().rows(search.problem).triangle()
     blocks, targets = [], []

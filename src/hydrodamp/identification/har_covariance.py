@@ -122,13 +122,13 @@ class Bins:
         last = times[enough[0]] if len(enough) else times.max(initial=1.0)
         return width * max(float(last), 1.0)
 
-    def hop(self, sums: FloatArray) -> int:
+    def block_stride(self, sums: FloatArray) -> int:
         """Return how many bins apart blocks should start."""
         parts = self.duration / self.correlation_time(sums)
         freedom: float = max(_FREEDOM * parts ** (2.0 / 3.0), 1.0)
         return max(round(self.n / (freedom * _ROUGHNESS * _OVERLAP)), 1)
 
-    def tapers(self, overlap: int = _OVERLAP) -> FloatArray:
+    def taper_weights(self, overlap: int = _OVERLAP) -> FloatArray:
         """Return blocks of so many bins that fade as half sines, one a row, none across a join."""
         taper = np.sin(np.pi * (np.arange(overlap) + 0.5) / overlap)
         taper /= np.linalg.norm(taper)
@@ -141,10 +141,10 @@ class Bins:
         return made
 
 
-def long_run(bins: Bins, sums: FloatArray, hop: int | None = None) -> Uncertainty:
+def long_run_covariance(bins: Bins, sums: FloatArray, hop: int | None = None) -> Uncertainty:
     """Return the covariance of the sum of correlated scores from their sums over bins."""
-    coarse = bins.merge(hop or bins.hop(sums))
-    tapers = coarse.tapers()
+    coarse = bins.merge(hop or bins.block_stride(sums))
+    tapers = coarse.taper_weights()
     blocks, overlaps = tapers @ coarse.sums(sums), tapers @ tapers.T
     length = bins.duration / coarse.n * _OVERLAP
     return Uncertainty(
@@ -157,7 +157,7 @@ def long_run(bins: Bins, sums: FloatArray, hop: int | None = None) -> Uncertaint
 
 
 @cache
-def reference(axes: tuple[str, ...]) -> DampingModel:
+def reference_model(axes: tuple[str, ...]) -> DampingModel:
     """Return Gertler and Hagen's terms without (eta-1): what they leave over too is noise."""
     full = catalog["gertler-hagen"].restricted_to(axes)
     rows = tuple(tuple(t for t in terms if not t.needs_propulsion) for terms in full.terms)
@@ -225,7 +225,7 @@ class HarCovariance:
         if self.triangle.n_samples <= max(one.shape[1] for one in wide):
             return None
         scores = self._scores(axes, own, (own, wide))
-        hop = self.bins.hop(np.hstack(scores[0]))
+        hop = self.bins.block_stride(np.hstack(scores[0]))
         made = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
         shared = {key: self._blocks(one, hop) for key, one in found.items()}
         blocks = [shared[key] for key in keys]
@@ -269,7 +269,7 @@ class HarCovariance:
         """Return what directions share with all columns in each of some coarse blocks."""
         if hop not in self._tapered:
             size = hop * _OVERLAP // _COARSE
-            tapers = self.bins.merge(size).tapers(_COARSE)
+            tapers = self.bins.merge(size).taper_weights(_COARSE)
             every = np.repeat(tapers, self.bins.sizes(size), axis=1)
             self._tapered[hop] = every @ self.gram.reshape(self.bins.n, -1)
         tapered = self._tapered[hop].reshape(-1, self.span.rank, self.span.rank)
@@ -286,7 +286,7 @@ class HarCovariance:
             lost, axes = np.linalg.eigh(taken @ taken.T)
             left = np.sqrt(np.maximum(1.0 - lost, _LEAST_LEFT))
             sums.append(z @ (back @ (axes / left) @ axes.T).T)
-        return long_run(self.bins, np.hstack(sums), hop)
+        return long_run_covariance(self.bins, np.hstack(sums), hop)
 
     def _two_stage(self, own: FloatArray) -> FloatArray:
         """Return what takes moments with a target to two-stage less ordinary least squares."""

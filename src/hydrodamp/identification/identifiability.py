@@ -12,7 +12,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Uncertainty
-from hydrodamp.identification.har_covariance import HarCovariance, reference
+from hydrodamp.identification.har_covariance import HarCovariance, reference_model
 from hydrodamp.identification.qr_factor import column_span, solve_axis
 from hydrodamp.identification.regression_rows import Rows, Split, folds
 from hydrodamp.identification.weak_form import WeakRegression
@@ -59,7 +59,7 @@ class Excitation:
 def excitation(problem: Problem, model: DampingModel) -> Excitation:
     """Find how much of the motion on each axis equation 1 accounts for."""
     free = model.restricted_to(problem.vehicle.axes)
-    rich = zip(AXES, reference(problem.vehicle.axes).terms, strict=True)
+    rich = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
     wide = problem.covering(both)
     equations = WeakRegression(min(SPAN, float(wide.durations.max())), _OVERLAP, windows=())
@@ -332,7 +332,7 @@ def _by_log(seen: Excitation) -> Identifiability:
     """Grade by the weak form's own numbers and the noise alone."""
     triangle, rows = seen.rows.triangle(), enumerate(seen.model.terms)
     solved = [solve_axis(triangle, terms, axis) for axis, terms in rows]
-    grams, rich = HarCovariance.of(seen.rows, triangle), reference(seen.axes)
+    grams, rich = HarCovariance.of(seen.rows, triangle), reference_model(seen.axes)
     known = grams.uncertainty(solved, rich, noisy_terms=True)
     if known is None:
         raise MethodError(

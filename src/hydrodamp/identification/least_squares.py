@@ -16,7 +16,7 @@ from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit
-from hydrodamp.identification.har_covariance import HarCovariance, reference
+from hydrodamp.identification.har_covariance import HarCovariance, reference_model
 from hydrodamp.identification.qr_factor import (
     AxisSolution,
     Triangle,
@@ -56,7 +56,7 @@ class Regression:
         """Make the rows, with columns for the reference of the noise, and fold them."""
         if isinstance(equations, PointwiseRegression) and problem.n_samples > MOST_ROWS:
             return cls(problem, accumulate(problem, equations.derivative))
-        rows = equations.rows(problem.covering(reference(problem.vehicle.axes)))
+        rows = equations.rows(problem.covering(reference_model(problem.vehicle.axes)))
         return cls(problem, rows.triangle(), rows)
 
     @cached_property
@@ -91,7 +91,7 @@ class Regression:
         noisy_terms: bool = False,
     ) -> Fit:
         """Put together the fit of six separately solved axes."""
-        rows, rich = self.rows, reference(self.problem.vehicle.axes)
+        rows, rich = self.rows, reference_model(self.problem.vehicle.axes)
         uncertainty = None
         if self.grams is not None:
             uncertainty = self.grams.uncertainty(solved, rich, noisy_terms=noisy_terms)

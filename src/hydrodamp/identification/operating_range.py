@@ -63,7 +63,7 @@ def energy_injection_warnings(
             (start, stop)
             # Nothing is said of a direction that was not sailed, such as astern.
             for sign, reach in ((1.0, high), (-1.0, -low))
-            for start, stop in feeding(damping, name, sign, surge)
+            for start, stop in unstable_speed_ranges(damping, name, sign, surge)
             if start < _NEAR * reach and stop > reach
         ]
         if near:
@@ -76,7 +76,7 @@ def energy_injection_warnings(
         )
 
 
-def feeding(
+def unstable_speed_ranges(
     damping: Damping, name: str, sign: float = 1.0, surge: float = 0.0
 ) -> list[tuple[float, float]]:
     """Return between which speeds, ahead or back, the damping of an axis feeds its own velocity.

@@ -15,8 +15,8 @@ from hydrodamp.identification.gauss_newton import (
     admissible_lengths,
     best_initial_iterate,
     continue_over_lengths,
+    initial_candidates,
     make_objective,
-    starts,
 )
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.models.model import DampingModel
@@ -95,7 +95,7 @@ class OutputError:
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search = make_objective(problem, model)
         lengths = admissible_lengths(problem, self.windows)
-        start = best_initial_iterate(search, starts(search, model), lengths[0])
+        start = best_initial_iterate(search, initial_candidates(search, model), lengths[0])
         return build_fit(search, model, self, start, continue_over_lengths(search, start, lengths))
 
 

@@ -16,9 +16,9 @@ from hydrodamp.identification.gauss_newton import (
     admissible_lengths,
     best_initial_iterate,
     continue_over_lengths,
+    initial_candidates,
     make_objective,
     minimise,
-    starts,
 )
 from hydrodamp.identification.output_error import OutputError, build_fit
 from hydrodamp.models.model import DampingModel
@@ -60,7 +60,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search, lengths = make_objective(problem, model), admissible_lengths(problem, self.windows)
-        start = best_initial_iterate(search, starts(search, model), lengths[0])
+        start = best_initial_iterate(search, initial_candidates(search, model), lengths[0])
         end = continue_over_lengths(search, start, lengths)
         worse, apart = _halves(search, model, end)
         return build_fit(search, model, self, start, start if _certain(worse) else end, apart)
@@ -91,7 +91,7 @@ def _halves(
     for seen, other in (halves, halves[::-1]):
         judged, missed = other.windows(np.inf), []
         windows = [seen.windows(one.windows.length) for one in end.kinds]
-        first = best_initial_iterate(seen, starts(seen, model), windows[0].length)
+        first = best_initial_iterate(seen, initial_candidates(seen, model), windows[0].length)
         kinds = [old._replace(windows=new) for old, new in zip(end.kinds, windows, strict=True)]
         place = seen.at(end.coefficients, replace(end, kinds=tuple(kinds), damping=DAMPING))
         place = minimise(seen, place, REST, rounds=1)

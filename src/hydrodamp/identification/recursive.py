@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.differentiation import mean_square
+from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.qr_factor import column_span
@@ -142,7 +142,7 @@ class RecursiveLeastSquares:
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = columns.entries(free)
         if self.typical_velocity is None:
-            square = mean_square(with_log(source, "size of each term"))
+            square = regressor_mean_square(with_log(source, "size of each term"))
         else:
             square = _usual_square(columns, self.typical_velocity)
         size = self.block * np.sqrt(self.prior * square[rows - columns.n_known])

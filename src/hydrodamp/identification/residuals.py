@@ -6,22 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, mad_std
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.regression_rows import Rows, residuals
-from hydrodamp.identification.weak_form import WeakRegression, chosen_support
+from hydrodamp.identification.weak_form import WeakRegression, select_support
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 
 #: Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones.
-FAR = 4.0
+OUTLIER_THRESHOLD = 4.0
 
 #: Share of outliers worth a sentence: more than 100 times that of normal residuals.
-MANY = 0.01
-
-# The standard deviation of a normal distribution over its median absolute deviation.
-_NORMAL = 1.482602218505602
+MAX_OUTLIER_SHARE = 0.01
 
 # Neighbours of white residuals are less correlated, but for 1 % of the series.
 _WHITE = 2.58
@@ -62,17 +59,17 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     rows, length = residual_rows(problem)
     left, coloured, spiked = residuals(rows, Damping(free, damping.onto(free))), [], []
     for axis, terms, values in zip(AXES, free.terms, left.T, strict=True):
-        near = float(correlated(values, rows.segment, 1)[1])
+        near = float(autocorrelation(values, rows.segment, 1)[1])
         if terms and abs(near) * np.sqrt(rows.n) > _WHITE:
             coloured.append(f"{axis} ({near:.2f})")
-        if terms and (share := outlier_share(values)) > MANY:
+        if terms and (share := outlier_share(values)) > MAX_OUTLIER_SHARE:
             spiked.append(f"{axis} ({100.0 * share:.1f} %)")
     white = (
         f"Residuals are correlated in time on {', '.join(coloured)}, those {length:.2g} s apart: "
         "intervals for white residuals would be wrong."
     )
     outlying = (
-        f"Many residuals are beyond {FAR:g} robust standard deviations on "
+        f"Many residuals are beyond {OUTLIER_THRESHOLD:g} robust standard deviations on "
         f"{', '.join(spiked)}: what the model lacks shows there, or what the log has wrong."
     )
     return (*([white] if coloured else []), *([outlying] if spiked else []))
@@ -80,7 +77,7 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
 
 def residual_rows(problem: Problem) -> tuple[Rows, float]:
     """Return rows of the weak form that share no sample, and how far apart they are [s]."""
-    length = chosen_support(problem)[0]
+    length = select_support(problem)[0]
     return WeakRegression(length, overlap=1, windows=()).rows(problem), length
 
 
@@ -89,7 +86,7 @@ def outlier_share(series: FloatArray) -> float:
     if not len(series):
         return 0.0
     distance = np.abs(series - np.median(series))
-    return float(np.mean(distance > FAR * _NORMAL * np.median(distance)))
+    return float(np.mean(distance > OUTLIER_THRESHOLD * mad_std(distance)))
 
 
 def autocorrelations(
@@ -109,7 +106,7 @@ def autocorrelations(
     most = min(_LAGS, longest // _SHARE)
     found = [
         {
-            axis: correlated(left, rows.segment, most)
+            axis: autocorrelation(left, rows.segment, most)
             for axis, terms, left in zip(AXES, one.model.terms, residuals(rows, one).T, strict=True)
             if terms
         }
@@ -118,7 +115,7 @@ def autocorrelations(
     return length * np.arange(most + 1.0), 1.96 / float(np.sqrt(rows.n)), found
 
 
-def correlated(series: FloatArray, segment: IntArray, most: int) -> FloatArray:
+def autocorrelation(series: FloatArray, segment: IntArray, most: int) -> FloatArray:
     """Return the autocorrelation at lags 0 to ``most``, never across a join."""
     products = np.zeros(most + 1)
     for part in np.split(series, np.flatnonzero(np.diff(segment)) + 1):

@@ -32,8 +32,8 @@ from hydrodamp.identification.gauss_newton import (
     admissible_lengths,
     best_initial_iterate,
     continue_over_lengths,
+    initial_candidates,
     make_objective,
-    starts,
 )
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
@@ -44,7 +44,7 @@ from hydrodamp.simulation.replay import replay, score
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Key of the model that a selection makes.
-KEY = "sparse"
+SPARSE_KEY = "sparse"
 
 #: Columns are one and the same where less than this share of the one is not in the other.
 _SAME = 1e-9
@@ -83,9 +83,9 @@ class Round(NamedTuple):
     """One round: selection around a model, and the replay of what was selected."""
 
     model: DampingModel
-    words: str
+    summary: str
     rms: float | None
-    push: float
+    max_power: float
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class StepwiseSelection:
                 done(made)
         best, why = best_round(rounds)
         source = f"selected by hydrodamp from {log.source or 'a log in memory'}"
-        note = f"{why} {best.words}"
+        note = f"{why} {best.summary}"
         idle = set(log.command_names) - {*vehicle.commands, *best.model.commands}
         if idle and log.wrench is None:
             note += f" No axis follows the command {' '.join(sorted(idle))}."
@@ -237,7 +237,10 @@ def refit(
 ) -> tuple[Damping, float | None]:
     """Fit the replay on windows of some lengths, and score that of the whole log."""
     search = make_objective(problem, model)
-    tried, lengths = [*first, *starts(search, model)], admissible_lengths(problem, lengths)
+    tried, lengths = (
+        [*first, *initial_candidates(search, model)],
+        admissible_lengths(problem, lengths),
+    )
     place = continue_over_lengths(search, best_initial_iterate(search, tried, lengths[0]), lengths)
     damping = Damping(model, place.coefficients)
     return damping, score(replay(problem, damping)).rms
@@ -248,7 +251,7 @@ def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
     finished = [(one.rms, one) for one in rounds if one.rms is not None]
     if not finished:
         return rounds[-1], "No selected model replays the training data; this is the last."
-    braking = [(rms, one) for rms, one in finished if one.push <= 0.0]
+    braking = [(rms, one) for rms, one in finished if one.max_power <= 0.0]
     ranked = braking or finished
     least = min(rms for rms, _ in ranked)
     near = [(one.model.n_coefficients, rms, one) for rms, one in ranked if rms <= _NEAR * least]
@@ -280,7 +283,7 @@ def candidates(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) 
         for axis in range(len(AXES))
     ]
     terms = tuple(tuple(dict.fromkeys(row)) for row in rows)
-    return DampingModel(KEY, "Sparse", terms).restricted_to(vehicle.axes)
+    return DampingModel(SPARSE_KEY, "Sparse", terms).restricted_to(vehicle.axes)
 
 
 def degree(term: Term) -> int:
@@ -359,7 +362,7 @@ def moved(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Damping
     forms = ("{}", "u|u|*{}") if under_way(log.velocity) else ("{}",)
     axes = " ".join(vehicle.axes)
     everything = DampingModel.from_table(
-        {axes: " ".join(form.format(name) for name in idle for form in forms)}, key=KEY
+        {axes: " ".join(form.format(name) for name in idle for form in forms)}, key=SPARSE_KEY
     )
     problem = prepare(vehicle, log, [everything, *_PLAIN, *given])
     triangle = WeakRegression().rows(problem).triangle()

@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import (
-    QUADRATICS,
+    SMOOTHING_WINDOWS,
     median_step,
     signal_to_noise,
     smooth_velocity,
@@ -71,7 +71,7 @@ class WeakRegression:
 
     support: float | None = None
     overlap: int = 4
-    windows: tuple[int, ...] = QUADRATICS
+    windows: tuple[int, ...] = SMOOTHING_WINDOWS
 
     def __post_init__(self) -> None:
         """Refuse what makes no test function."""
@@ -95,7 +95,7 @@ class WeakRegression:
             Weighted means of equation 1 under each function, at the time of its middle. The
             remarks say which test functions and smoothed velocities were used.
         """
-        support, heard = (self.support, np.nan) if self.support else chosen_support(problem)
+        support, heard = (self.support, np.nan) if self.support else select_support(problem)
         clocks = [problem.inputs.time[start:stop] for start, stop in problem.segments.tolist()]
         used = [len(time) for time in clocks if _covered(time, support)]
         if self.support and not used:
@@ -107,9 +107,9 @@ class WeakRegression:
         n_terms = len(problem.equations.basis)
         parts = [(np.zeros((0, n_terms)), np.zeros((0, 6)), np.zeros(0), np.zeros(0, dtype=int))]
         for number, (start, time) in enumerate(zip(problem.segments[:, 0], clocks, strict=True)):
-            for some in bumps(time, support, self.overlap):
+            for some in iterate_test_functions(time, support, self.overlap):
                 first, last = int(start) + some.start, int(start) + some.stop
-                design, target = steps_between(problem, first, last, velocity)
+                design, target = step_equations(problem, first, last, velocity)
                 where = np.full(len(some.centres), number)
                 parts.append((some.weights @ design, some.weights @ target, some.centres, where))
         design, target, time, segment = (
@@ -128,7 +128,7 @@ class WeakRegression:
 
 
 @dataclass(frozen=True, eq=False)
-class Bumps:
+class BumpFunctions:
     """Test functions next to each other, and the samples they reach."""
 
     centres: FloatArray
@@ -137,7 +137,9 @@ class Bumps:
     weights: csr_array
 
 
-def bumps(time: FloatArray, support: float, overlap: int) -> Iterator[Bumps]:
+def iterate_test_functions(
+    time: FloatArray, support: float, overlap: int
+) -> Iterator[BumpFunctions]:
     """Go through the test functions of one segment, some at a time."""
     if not _covered(time, support):
         return
@@ -158,7 +160,7 @@ def variance_inflation(overlap: int) -> float:
     return max(area**2 / square * overlap / 2.0, 1.0)
 
 
-def steps_between(
+def step_equations(
     problem: Problem, start: int, stop: int, velocity: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return design and target of the steps between samples of one segment.
@@ -184,7 +186,7 @@ def steps_between(
     return regressor[:, n_known:], (gained - known) * problem.vehicle.free
 
 
-def chosen_support(problem: Problem) -> tuple[float, float]:
+def select_support(problem: Problem) -> tuple[float, float]:
     """Return one length for all axes and the share of noise: the shortest with little, or least."""
     lengths, ratio = _lengths(problem), signal_to_noise(problem)
     moving = ratio > _HEARD
@@ -204,7 +206,7 @@ def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArr
     gain, power = 0.0, np.zeros(6)
     for start, stop in problem.segments.tolist():
         time, velocity = problem.inputs.time[start:stop], problem.inputs.velocity[start:stop]
-        for some in bumps(time, support, _OVERLAP):
+        for some in iterate_test_functions(time, support, _OVERLAP):
             reach = slice(some.start, some.stop)
             rate = 1.0 / np.diff(time[reach])
             slopes = some.weights @ (rate[:, None] * np.diff(velocity[reach], axis=0))
@@ -224,7 +226,7 @@ def _lengths(problem: Problem) -> list[float]:
     return lengths
 
 
-def _bumps(time: FloatArray, centres: FloatArray, support: float) -> Bumps:
+def _bumps(time: FloatArray, centres: FloatArray, support: float) -> BumpFunctions:
     half, latest = 0.5 * support, len(time) - 1
     first = np.maximum(np.searchsorted(time, centres - half, "right") - 1, 0)
     last = np.minimum(np.searchsorted(time, centres + half, "left"), latest)
@@ -237,7 +239,7 @@ def _bumps(time: FloatArray, centres: FloatArray, support: float) -> Bumps:
     rows = width * np.arange(len(centres) + 1)
     shape = (len(centres), stop - start - 1)
     sparse = csr_array((weights.ravel(), columns.ravel(), rows), shape=shape)
-    return Bumps(centres, start, stop, sparse)
+    return BumpFunctions(centres, start, stop, sparse)
 
 
 def _area(place: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from hydrodamp.identification.identifiability import (
     Grade,
     Identifiability,
 )
-from hydrodamp.identification.stepwise import KEY
+from hydrodamp.identification.stepwise import SPARSE_KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
 from hydrodamp.text import first_few
@@ -31,16 +31,16 @@ _RULE = (
 _TIED = 0.9  # correlation of two coefficients from which one may stand for the other
 #: The model that has no terms before there is a log, as a document.
 SPARSE: dict[str, Any] = {
-    "model": KEY,
+    "model": SPARSE_KEY,
     "title": "Selected from a log",
     "n_coefficients": None,
     "terms": None,
     "commands": [],
     "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419",
-    "note": f"{KEY} comes with a log: its terms are selected from the training data by what they "
-    "do to the replay, out of those of the paper's models, of models beside it, and of commands "
-    f"that no actuator takes. Ask for it by `hydrodamp identify LOG --model {KEY}`, or by "
-    f"`hydrodamp compare LOG ... --models {KEY}` and `validate`.",
+    "note": f"{SPARSE_KEY} comes with a log: its terms are selected from the training data by what "
+    "they do to the replay, out of those of the paper's models, of models beside it, and of commands "
+    f"that no actuator takes. Ask for it by `hydrodamp identify LOG --model {SPARSE_KEY}`, or by "
+    f"`hydrodamp compare LOG ... --models {SPARSE_KEY}` and `validate`.",
 }
 
 

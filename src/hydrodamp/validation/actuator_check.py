@@ -9,7 +9,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.fit import attempted
-from hydrodamp.identification.har_covariance import reference
+from hydrodamp.identification.har_covariance import reference_model
 from hydrodamp.identification.least_squares import WeakForm
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.actuation import CHANNELS, with_gains
@@ -41,7 +41,7 @@ class Gain:
 def gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
     """Return the gains that are determined beside all terms of models and of the reference."""
     free = problem.vehicle.axes
-    rich = reference(free)
+    rich = reference_model(free)
     for model in models:
         rich = rich.with_terms(dict(zip(AXES, model.restricted_to(free).terms, strict=True)))
     try:
