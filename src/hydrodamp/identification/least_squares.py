@@ -36,11 +36,11 @@ from hydrodamp.identification.regression_rows import (
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Problem, stamp
+from hydrodamp.simulation.problem import Problem, vehicle_stamp
 from hydrodamp.simulation.status import Status
 
 # Samples up to which `ls` keeps its rows for the covariance of coloured noise.
-MOST_ROWS = 100_000
+MAX_ROWS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +54,9 @@ class Regression:
     @classmethod
     def of(cls, problem: Problem, equations: RegressionForm) -> Regression:
         """Make the rows, with columns for the reference of the noise, and fold them."""
-        if isinstance(equations, PointwiseRegression) and problem.n_samples > MOST_ROWS:
+        if isinstance(equations, PointwiseRegression) and problem.n_samples > MAX_ROWS:
             return cls(problem, accumulate(problem, equations.derivative))
-        rows = equations.rows(problem.covering(reference(problem.vehicle.axes)))
+        rows = equations.rows(problem.extend_to(reference(problem.vehicle.axes)))
         return cls(problem, rows.triangle(), rows)
 
     @cached_property
@@ -70,9 +70,9 @@ class Regression:
         if self.rows is None:
             raise MethodError("cross-validation needs the rows: give the `strength` itself")
         made = folds(self.rows)
-        return made.made, made.splits(self.rows)
+        return made.description, made.splits(self.rows)
 
-    def less(self, damping: Damping) -> Regression:
+    def subtract(self, damping: Damping) -> Regression:
         """Take what a damping makes off the targets."""
         made = self.triangle.columns(damping.model.basis.terms) @ damping.matrix.T
         r = self.triangle.r.copy()
@@ -304,9 +304,9 @@ class Ridge(LinearEstimator):
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
         remarks, about = [], np.zeros(model.n_coefficients)
         if self.prior is not None:
-            warn_if_foreign(self.prior, stamp(regression.problem.vehicle))
+            warn_if_foreign(self.prior, vehicle_stamp(regression.problem.vehicle))
             about = np.nan_to_num(self.prior.onto(model))
-            regression = regression.less(Damping(model, about))
+            regression = regression.subtract(Damping(model, about))
             remarks.append(
                 f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of "
                 f"{model.n_coefficients} coefficients; the others are drawn to zero."

@@ -10,10 +10,10 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.record import first_few
-from hydrodamp.identification.fit import Fit, reach
+from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import (
-    CONTRIBUTION,
-    RELATIVE,
+    MAX_RELATIVE_HALF_WIDTH,
+    MINOR_CONTRIBUTION,
     Cause,
     Grade,
     Identifiability,
@@ -24,9 +24,9 @@ from hydrodamp.report.table import Column, Table, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
 _RULE = (
-    f"grade: determined within {100.0 * RELATIVE:.0f} % of the number; minor where the interval "
-    f"leaves less open than {100.0 * CONTRIBUTION:.0f} % of the response of its axis; weak where "
-    "the sign is known; not determined for a cause."
+    f"grade: determined within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the number; minor where "
+    f"the interval leaves less open than {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its "
+    "axis; weak where the sign is known; not determined for a cause."
 )
 _TIED = 0.9  # correlation of two coefficients from which one may stand for the other
 #: The model that has no terms before there is a log, as a document.
@@ -81,7 +81,7 @@ def standard_errors(fit: Fit) -> FloatArray:
 
 def half_widths(fit: Fit) -> FloatArray:
     """Return half the width of the 95 % interval of each coefficient, NaN where unknown."""
-    times = reach() if fit.uncertainty is None else fit.uncertainty.critical_value()
+    times = critical_value() if fit.uncertainty is None else fit.uncertainty.critical_value()
     return times * standard_errors(fit)
 
 
@@ -103,7 +103,7 @@ def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
         return
     errors, axes = standard_errors(fit), np.array([label[0] for label in fit.model.labels])
     vague = [
-        grade is Grade.WEAK or grades.causes.get(label) is Cause.WIDE
+        grade is Grade.WEAK or grades.causes.get(label) is Cause.NOT_SIGNIFICANT
         for label, grade in grades.grades.items()
     ]
     with np.errstate(divide="ignore", invalid="ignore"):
