@@ -56,10 +56,10 @@ from hydrodamp import (
 )
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
-from hydrodamp.identification.fit import Uncertainty, reach
+from hydrodamp.identification.fit import Uncertainty, critical_value
 from hydrodamp.identification.identifiability import (
     Grade,
-    excitation,
+    analyse_excitation,
     grade_by_excitation,
     identifiability,
 )
@@ -107,8 +107,8 @@ def determined(problem: Problem, fit: Fit) -> BoolArray:
     if covariance is None:
         found = identifiability(problem, fit.model)
     else:
-        half = reach(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
-        found = grade_by_excitation(excitation(problem, fit.model), half)
+        half = critical_value(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
+        found = grade_by_excitation(analyse_excitation(problem, fit.model), half)
     return np.array(
         [found.grades[label] in (Grade.DETERMINED, Grade.MINOR) for label in fit.model.labels]
     )

@@ -38,7 +38,7 @@ from hydrodamp.experiment_design.result import identify_ensemble
 from hydrodamp.files import save_json, save_text
 from hydrodamp.simulation.campaign.reenact import Plan
 from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.parallel import run_parallel
 
 ENVELOPE = hd.Envelope(
     depth=(3, 20),
@@ -112,7 +112,7 @@ def sailed(closed_loop: ClosedLoop, candidate: CandidateDive, test: hd.Log, dive
     overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
     trajectories = closed_loop.simulate((setpoints, overlays), SEED)
     far = [one.max(axis=0) for one in limit_violations(closed_loop.envelope, trajectories).values()]
-    done = each(_one, [(closed_loop, trajectories.select([n]), test) for n in range(dives)])
+    done = run_parallel(_one, [(closed_loop, trajectories.select([n]), test) for n in range(dives)])
     estimates, errors, replays = (np.array(one) for one in zip(*done, strict=True))
     return Sailed(estimates, errors, replays, float(np.mean(np.max(far, axis=0) <= 0.0)))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.kernels.core import Adapted, Estimate
+from hydrodamp.kernels.core import AdaptationRun, Estimate
 from hydrodamp.kernels.plant import FIXED_ATOMS, Inputs
 
 SLOWEST = 1e-6  # m/s; slower speeds count as this where the propulsion ratio divides by one
@@ -202,7 +202,7 @@ def adapt(gains, matrix, inputs, segments, passes=1, every=0):
             if every and count % every == 0:
                 kept.append((inputs.time[start + k + 1], error, matrix))
     time, errors, tables = zip(*kept, strict=True) if kept else ((), (), ())
-    return Adapted(matrix, error, np.array(time), np.array(errors), np.array(tables))
+    return AdaptationRun(matrix, error, np.array(time), np.array(errors), np.array(tables))
 
 
 def hats(recursion, steps):
@@ -226,43 +226,44 @@ def absorb(recursion, estimate, row):
     last factor is at most c |phi|^2 / r <= c^2. The decomposition is that of Cao and Schwartz,
     Automatica 36 (2000) 1725.
     """
-    kappa, information, noise, rows, witness = map(np.array, estimate)
+    kappa, information, noise, rows, iv_state = map(np.array, estimate)
     for axis in range(6):
-        part, seen = recursion.of(axis, information)
-        if part.start == part.stop:
+        block, matrix = recursion.axis_block(axis, information)
+        if block.start == block.stop:
             continue
-        unit, terms = recursion.unit[part], row[recursion.rows[part]]
-        surprise, phi = row[len(recursion.known) + axis] - kappa[part] @ terms, unit * terms
-        along, eye = phi @ seen @ phi, np.eye(len(phi))
-        kept = witness[recursion.witnesses[axis] : recursion.witnesses[axis + 1]]
-        if along > 0.0:
-            share = min(recursion.forgetting, 2.0 * (phi @ np.linalg.solve(eye + seen, phi)))
-            forgotten = eye - (1.0 - np.sqrt(1.0 - share)) / along * np.outer(seen @ phi, phi)
-            moments = kept[9 + len(phi) :][: len(phi) ** 2].reshape(eye.shape)
-            moments[:] = forgotten @ moments @ forgotten.T
-            seen -= share / along * np.outer(seen @ phi, seen @ phi)
-        gain = np.linalg.solve(eye + seen, phi)
-        seen += np.outer(phi, phi)
-        news = phi @ gain
-        kappa[part] += unit * gain * (surprise / (1.0 + news))
+        unit, terms = recursion.unit[block], row[recursion.rows[block]]
+        innovation, phi = row[len(recursion.known) + axis] - kappa[block] @ terms, unit * terms
+        information_along, eye = phi @ matrix @ phi, np.eye(len(phi))
+        state = iv_state[recursion.iv_offsets[axis] : recursion.iv_offsets[axis + 1]]
+        if information_along > 0.0:
+            share = min(recursion.forgetting, 2.0 * (phi @ np.linalg.solve(eye + matrix, phi)))
+            factor = (1.0 - np.sqrt(1.0 - share)) / information_along
+            forgetting = eye - factor * np.outer(matrix @ phi, phi)
+            moments = state[9 + len(phi) :][: len(phi) ** 2].reshape(eye.shape)
+            moments[:] = forgetting @ moments @ forgetting.T
+            matrix -= share / information_along * np.outer(matrix @ phi, matrix @ phi)
+        gain = np.linalg.solve(eye + matrix, phi)
+        matrix += np.outer(phi, phi)
+        leverage = phi @ gain
+        kappa[block] += unit * gain * (innovation / (1.0 + leverage))
         rows[axis] += 1.0
         weight = max(3.0 / (rows[axis] + 2.0), recursion.forgetting)
-        noise[axis] += weight * (surprise**2 / (1.0 + news) - noise[axis])
+        noise[axis] += weight * (innovation**2 / (1.0 + leverage) - noise[axis])
         target = row[len(recursion.known) + axis]
-        witnessed(kept, phi, target, surprise / np.sqrt(1.0 + news), weight)
-    return Estimate(kappa, information, noise, rows, witness)
+        update_instruments(state, phi, target, innovation / np.sqrt(1.0 + leverage), weight)
+    return Estimate(kappa, information, noise, rows, iv_state)
 
 
-def witnessed(kept, phi, target, left, weight):
-    """Take a row in: products of what is left over, and an estimate by instruments 3 rows away."""
-    n, count = len(phi), int(kept[0])
-    estimate, moments = kept[9 : 9 + n], kept[9 + n : 9 + n + n * n].reshape(n, n)
-    rows = kept[9 + n + n * n :].reshape(7, n + 1)
+def update_instruments(state, phi, target, innovation, weight):
+    """Take a row in: lag products of innovations, and an estimate by instruments 3 rows away."""
+    n, count = len(phi), int(state[0])
+    estimate, moments = state[9 : 9 + n], state[9 + n : 9 + n + n * n].reshape(n, n)
+    rows = state[9 + n + n * n :].reshape(7, n + 1)
     known = min(count, 4)
-    kept[5 : 5 + known] += weight * (left * kept[1 : 1 + known] - kept[5 : 5 + known])
-    kept[1:5] = np.append(left, kept[1:4])
+    state[5 : 5 + known] += weight * (innovation * state[1 : 1 + known] - state[5 : 5 + known])
+    state[1:5] = np.append(innovation, state[1:4])
     rows[:] = np.vstack([[*phi, target], rows[:6]])
-    kept[0] = min(count + 1, 7)
+    state[0] = min(count + 1, 7)
     if count < 3:
         return
     middle, instruments = rows[3, :n], rows[0, :n] + (count >= 6) * rows[6, :n]
@@ -273,9 +274,9 @@ def witnessed(kept, phi, target, left, weight):
 
 def recur(recursion, estimate, inputs, segments):
     """Take in the rows of every segment."""
-    estimate = estimate._replace(witness=estimate.witness.copy())
+    estimate = estimate._replace(iv_state=estimate.iv_state.copy())
     for start, stop in np.asarray(segments).tolist():
-        estimate.witness[recursion.witnesses[:-1]] = 0.0
+        estimate.iv_state[recursion.iv_offsets[:-1]] = 0.0
         for row in hats(
             recursion, steps_between(recursion.plant, inputs.select(slice(start, stop)))
         ):

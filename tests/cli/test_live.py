@@ -11,7 +11,7 @@ from time import monotonic
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live.estimator import USUAL
+from hydrodamp.live.estimator import TYPICAL_VELOCITY
 
 #: How often a run is killed.
 KILLS = int(os.environ.get("HYDRODAMP_KILLS", "5"))
@@ -24,7 +24,9 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
     line = json.loads(done.stdout.splitlines()[-1])
     told = {label: one["value"] for label, one in line["coefficients"].items()}
     problem = hd.prepare(hd.read_vehicle("planar.yaml"), hd.read_log("b.csv"), hd.catalog["linear"])
-    fit = hd.RecursiveLeastSquares(typical_velocity=USUAL).identify(problem, hd.catalog["linear"])
+    fit = hd.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY).identify(
+        problem, hd.catalog["linear"]
+    )
     assert told == fit.damping.as_dict()
     again = call(f"{START} --source b.csv --state s.json")
     assert [json.loads(again.stdout)] == [line]

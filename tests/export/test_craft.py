@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.plant import ExportedPlant
-from hydrodamp.simulation.problem import stamp
+from hydrodamp.simulation.problem import vehicle_stamp
 
 from .conftest import ALL_ATOMS, RICH, coefficients, core, states
 
@@ -34,6 +34,6 @@ def test_what_cannot_leave_is_told():
         ExportedPlant.of(vehicle, lost)
     with pytest.raises(hd.ModelError, match="gains of a recorded wrench"):
         ExportedPlant.of(vehicle, hd.Damping.from_dict(None, {"X_actuation_X": 0.1}))
-    other = hd.Damping.from_dict(None, {"X_u": -1.0}, vehicle=stamp(hd.fleet["remus100"]))
+    other = hd.Damping.from_dict(None, {"X_u": -1.0}, vehicle=vehicle_stamp(hd.fleet["remus100"]))
     with pytest.raises(hd.ModelError, match="belong to vehicle 'remus100'"):
         ExportedPlant.of(vehicle, other)

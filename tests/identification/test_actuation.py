@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.actuation import actuation, with_gains
-from hydrodamp.validation.actuator_check import Gain, doubts, gains
+from hydrodamp.validation.actuator_check import Gain, check_gains, estimate_gains
 
 PRESTERO = hd.catalog["prestero"]
 CAMPAIGN = hd.reenact(seed=0, duration=60.0)
@@ -21,11 +21,11 @@ def recorded(log, factor):
 
 
 def asked(log, vehicle=BARE):
-    return {one.axis: one for one in gains(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])}
+    return {one.axis: one for one in estimate_gains(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])}
 
 
 def told(log, vehicle=BARE):
-    return list(map(str, doubts(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])))
+    return list(map(str, check_gains(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])))
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 1.2, 3.0])
@@ -34,7 +34,7 @@ def test_without_noise_the_gain_is_what_undoes_the_factor(factor):
     assert set(found) == set("XYZMN")  # the torque of the propeller is zero
     for one in found.values():
         assert one.value * factor == pytest.approx(1.0, abs=0.03)
-        assert one.doubtful == (factor in (0.5, 3.0))
+        assert one.is_inconsistent == (factor in (0.5, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_without_noise_the_gain_is_what_undoes_the_factor(factor):
     ],
 )
 def test_doubtful_is_far_from_one_and_well_known(gain, doubtful):
-    assert gain.doubtful == doubtful
+    assert gain.is_inconsistent == doubtful
 
 
 def test_noise_alone_makes_no_doubt():
@@ -82,7 +82,7 @@ def test_nothing_is_asked_of_what_does_not_vary_or_is_an_unknown_already():
     assert asked(recorded(CAMPAIGN.train.between(0.0, 0.5), 1.0)) == {}  # too short
     log = recorded(CAMPAIGN.train, 3.0)
     freed = with_gains(BARE, log, PRESTERO)
-    assert list(doubts(hd.prepare(BARE, log, freed), [freed])) == []
+    assert list(check_gains(hd.prepare(BARE, log, freed), [freed])) == []
 
 
 @pytest.mark.parametrize("key", ["ls", "weak", "ridge", "oe"])

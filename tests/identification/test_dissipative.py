@@ -44,7 +44,9 @@ def pushing(exact_log):
 def nearest(damping, box, root=None):
     """Return the nearest coefficients that dissipate, by default in the plain norm."""
     root = np.eye(damping.model.n_coefficients) if root is None else root
-    return dissipative.nearest(PowerRows(damping.model), box, root, damping.coefficients)[0]
+    return dissipative.project_dissipative(
+        PowerRows(damping.model), box, root, damping.coefficients
+    )[0]
 
 
 def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):

@@ -22,14 +22,14 @@ def rows_of(*lengths, step=0.1):
 def test_a_fold_is_a_segment_where_there_are_several():
     rows = rows_of(30, 50, 20)
     made = hd.folds(rows)
-    np.testing.assert_array_equal(made.part, rows.segment)
-    assert (made.n, made.made) == (3, "3 folds, one a segment")
+    np.testing.assert_array_equal(made.fold, rows.segment)
+    assert (made.n, made.description) == (3, "3 folds, one a segment")
 
 
 def test_segment_numbers_may_have_holes():
     rows = rows_of(20, 20, 20)
     made = hd.folds(rows.select(rows.segment != 1))
-    assert (made.n, set(made.part.tolist())) == (2, {0, 1})
+    assert (made.n, set(made.fold.tolist())) == (2, {0, 1})
 
 
 def test_a_single_segment_is_cut_into_five_blocks_with_margins():
@@ -37,22 +37,22 @@ def test_a_single_segment_is_cut_into_five_blocks_with_margins():
     made = hd.folds(rows, gap=1.0)
     assert made.n == 5
     for cut in (100, 200, 300, 400):  # the half second on both sides of a cut is in no fold
-        margin = np.flatnonzero(made.part[cut - 10 : cut + 10] < 0)
+        margin = np.flatnonzero(made.fold[cut - 10 : cut + 10] < 0)
         np.testing.assert_array_equal(margin, 5 + np.arange(10))
-    assert np.sum(made.part < 0) == 40
+    assert np.sum(made.fold < 0) == 40
 
 
 def test_margins_stay_within_their_segment():
     """Clocks of segments may overlap: a cut in one takes no row of another."""
     made = hd.folds(rows_of(100, 40), n=3, gap=1.0)
-    assert np.all(made.part[100:] == 2)
-    assert np.sum(made.part < 0) == 10
+    assert np.all(made.fold[100:] == 2)
+    assert np.sum(made.fold < 0) == 10
 
 
 def test_the_longest_segments_are_cut_first():
     made = hd.folds(rows_of(100, 30, 200), n=5, gap=0.0)
-    assert made.made == "5 folds, blocks of 3 segments"
-    assert np.bincount(made.part).tolist() == [50, 50, 30, 100, 100]
+    assert made.description == "5 folds, blocks of 3 segments"
+    assert np.bincount(made.fold).tolist() == [50, 50, 30, 100, 100]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.identifiability import Cause, excitation, grade_by_excitation, rated
+from hydrodamp.identification.identifiability import (
+    Cause,
+    analyse_excitation,
+    grade_by_excitation,
+    grade_coefficients,
+)
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(hd.Grade)
@@ -16,7 +21,7 @@ CLEAR = {"coefficient": 10.0, "half": 1.0, "size": 1.0, "sound": 1.0, "aliased":
 
 def grade(*, excited=True, **more):
     values = {key: np.array([value]) for key, value in {**CLEAR, **more}.items()}
-    (found,), (cause,) = rated(**values, response=10.0, excited=excited)
+    (found,), (cause,) = grade_coefficients(**values, response=10.0, excited=excited)
     return found, cause
 
 
@@ -54,10 +59,10 @@ def test_the_rule(values, expected):
     [
         ({}, None),
         ({"coefficient": 8.0, "half": 5.1}, None),  # weak
-        ({"coefficient": 5.0, "half": 5.1}, Cause.WIDE),
-        ({"half": np.nan}, Cause.WIDE),
+        ({"coefficient": 5.0, "half": 5.1}, Cause.NOT_SIGNIFICANT),
+        ({"half": np.nan}, Cause.NOT_SIGNIFICANT),
         ({"sound": 0.4, "half": np.nan}, Cause.NOISE),
-        ({"excited": False, "sound": 0.4}, Cause.QUIET),
+        ({"excited": False, "sound": 0.4}, Cause.POORLY_EXCITED),
         ({"size": 0.0, "excited": False}, Cause.ALIASED),
         ({"aliased": True}, Cause.ALIASED),
     ],
@@ -83,7 +88,7 @@ def by_log(problem):
 
 def test_the_campaign_determines_the_main_coefficients(by_log):
     main = {"X_u|u|", "Y_ur", "K_p|p|", "M_uw", "N_uv", "N_ur"}
-    assert main <= set(by_log.labelled(hd.Grade.DETERMINED))
+    assert main <= set(by_log.labels_with(hd.Grade.DETERMINED))
     assert all(one.excited for one in by_log.axes)
     assert by_log.grades["Z_w|w|"] is hd.Grade.NOT_DETERMINED
 
@@ -93,7 +98,7 @@ def test_aliased_columns_are_named(problem, campaign):
     found = hd.identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
     assert found.axes[0].groups == (("X_u^2", "X_u|u|"),)
     assert found.axes[0].condition == np.inf
-    assert found.labelled(hd.Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
+    assert found.labels_with(hd.Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
 
 
 def test_printed_on_one_screen(by_log):
@@ -125,10 +130,13 @@ def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
 
 def test_the_worse_holds(problem, fit, by_log):
     known = fit.uncertainty
-    half, seen = known.critical_value() * known.standard_errors, excitation(problem, PRESTERO)
+    half, seen = (
+        known.critical_value() * known.standard_errors,
+        analyse_excitation(problem, PRESTERO),
+    )
     by_fit = grade_by_excitation(seen, half, fit.damping.coefficients).grades
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
     found = hd.grade_fit(problem, fit)
     assert found.grades == worse
-    assert tuple(found.causes) == found.labelled(hd.Grade.NOT_DETERMINED)
+    assert tuple(found.causes) == found.labels_with(hd.Grade.NOT_DETERMINED)
     assert worse not in (by_log.grades, by_fit)

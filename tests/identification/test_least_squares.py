@@ -58,7 +58,7 @@ def test_a_long_log_keeps_no_rows(vehicle, exact_log, true_damping, monkeypatch)
     truth = true_damping(hd.catalog["linear"])
     problem = hd.prepare(vehicle, exact_log(truth, n=900), truth.model)
     kept = hd.LeastSquares().identify(problem, truth.model)
-    monkeypatch.setattr("hydrodamp.identification.least_squares.MOST_ROWS", 800)
+    monkeypatch.setattr("hydrodamp.identification.least_squares.MAX_ROWS", 800)
     fit = hd.LeastSquares().identify(problem, truth.model)
     np.testing.assert_allclose(fit.damping.coefficients, kept.damping.coefficients, rtol=1e-9)
     assert kept.uncertainty is not None

@@ -55,7 +55,7 @@ def test_a_fit_says_with_what_settings_it_was_made(
 
 
 def test_beside_the_paper_stands_what_is_the_papers():
-    assert [key for key, entry in hd.METHODS.items() if entry.printed] == ["ls", "ai"]
+    assert [key for key, entry in hd.METHODS.items() if entry.paper_column] == ["ls", "ai"]
     assert hd.LeastSquares(hd.FiniteDifference()).key == "ls"
     assert hd.LeastSquares(hd.SavitzkyGolay()).key not in hd.METHODS
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.dissipativity import PowerRows, dissipates
+from hydrodamp.identification.dissipativity import PowerRows, is_damping_term
 
 UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
 LINEAR = hd.catalog["linear"]
@@ -27,9 +27,9 @@ def test_rows_times_coefficients_is_the_power(key, true_damping):
 
 
 def test_what_is_damping():
-    assert all(dissipates(hd.Term.parse(term)) for term in ("u", "V_v|r|"))
+    assert all(is_damping_term(hd.Term.parse(term)) for term in ("u", "V_v|r|"))
     others = ("uv(eta-1)", "down_y", "1", "u|u|*rudder", "rpm*|rpm|")
-    assert not any(dissipates(hd.Term.parse(term)) for term in others)
+    assert not any(is_damping_term(hd.Term.parse(term)) for term in others)
 
 
 def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
@@ -64,20 +64,20 @@ def test_under_way_the_box_keeps_away_from_rest(boxed):
     low, high = np.quantile(problem.inputs.velocity[:, 0], [0.01, 0.99])
     assert box.low[0] == pytest.approx(0.75 * low)
     assert box.high[0] == pytest.approx(1.25 * high)
-    assert box.nearest[0] == box.low[0] > 0.0
+    assert box.min_abs[0] == box.low[0] > 0.0
 
 
 def test_a_hovering_vehicle_has_a_box_around_rest(boxed):
     _, box = boxed(0.0)
     np.testing.assert_array_equal(box.low, -box.high)
-    assert not box.nearest.any()
+    assert not box.min_abs.any()
 
 
 def test_astern_is_under_way_too(boxed):
     _, box = boxed(-3.0)
     assert box.low[0] < box.high[0] < 0.0
-    assert box.nearest[0] == -box.high[0]
-    assert box.extent[0] == -box.low[0]
+    assert box.min_abs[0] == -box.high[0]
+    assert box.max_abs[0] == -box.low[0]
 
 
 def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed):
@@ -86,13 +86,13 @@ def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed
     velocity[100] = 40.0
     log = replace(problem.log, velocity=velocity)
     other = hd.operating_box(hd.prepare(vehicle, log, LINEAR))
-    np.testing.assert_allclose(other.extent, box.extent, rtol=0.05)
+    np.testing.assert_allclose(other.max_abs, box.max_abs, rtol=0.05)
 
 
 def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
     planar = replace(vehicle, axes=("X", "Y", "N"))
     box = hd.operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
-    np.testing.assert_array_equal(box.extent > 0, [True, True, False, False, False, True])
+    np.testing.assert_array_equal(box.max_abs > 0, [True, True, False, False, False, True])
     assert "w" not in str(box)
 
 

@@ -103,7 +103,7 @@ def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
     assert error[-1] < 0.05
     assert error[-1] < error[turn]
     for axis in (0, 1, 5):  # covariance is below the prior's
-        _, information = adaptation.recursion.of(axis, estimates[-1].information)
+        _, information = adaptation.recursion.axis_block(axis, estimates[-1].information)
         assert np.linalg.eigvalsh(information)[0] > 0.0
 
 
@@ -151,7 +151,7 @@ def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are
     fit, rows = method.identify(problem, MODEL), rows_of(problem, adaptation)
     for axis in (0, 1, 5):
         entries = adaptation.recursion
-        part, _ = entries.of(axis, adaptation.start.information)
+        part, _ = entries.axis_block(axis, adaptation.start.information)
         design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
         target, start = rows[:, axis - 6], adaptation.start.coefficients[part]
         prior, found = np.diag(unit**-2.0), fit.damping.coefficients[part]

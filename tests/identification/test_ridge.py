@@ -73,7 +73,7 @@ def test_the_choice_is_that_of_refitting_without_each_fold(linear):
         for strength in np.logspace(-6, 2, 200):
             squares = 0.0
             for fold in range(made.n):
-                test, train = (rows.select(part) for part in (made.part == fold, made.part != fold))
+                test, train = (rows.select(part) for part in (made.fold == fold, made.fold != fold))
                 normal = train.design.T @ train.design + strength * train.n * np.diag(size)
                 kappa = np.linalg.solve(normal, train.design.T @ train.target[:, axis])
                 squares += np.sum((test.target[:, axis] - test.design @ kappa) ** 2)

@@ -41,9 +41,9 @@ def test_without_forgetting_it_is_least_squares_with_a_prior():
     unit, start = np.array([0.5, 2.0, 1.0, 3.0, 0.1]), rng.standard_normal(5)
     recursion = moving([0, 1, 3, 0, 2], [0, 0, 0, 5, 5], 4, unit)
     rows = rng.standard_normal((40, 10))
-    found = absorbed(recursion, recursion.before(start), rows)
+    found = absorbed(recursion, recursion.initial_estimate(start), rows)
     for axis in (0, 5):
-        part, information = recursion.of(axis, found.information)
+        part, information = recursion.axis_block(axis, found.information)
         design = np.vstack([rows[:, recursion.rows[part]], np.diag(1.0 / unit[part])])
         target = np.concatenate([rows[:, 4 + axis], start[part] / unit[part]])
         expected = np.linalg.lstsq(design, target, rcond=None)[0]
@@ -74,7 +74,7 @@ def test_information_is_bounded_and_no_row_bursts(seed, forgetting, kinds):
     rng = np.random.default_rng(seed)
     unit = 10.0 ** rng.uniform(-1, 1, 4)
     recursion = moving([0, 1, 2, 3], [1, 1, 1, 1], 4, unit, forgetting)
-    estimate, most = recursion.before(np.zeros(4)), 0.0
+    estimate, most = recursion.initial_estimate(np.zeros(4)), 0.0
     for row in np.vstack([wild_rows(rng, kind, 12, 10) for kind in kinds]):
         surprise = abs(row[5] - estimate.coefficients @ row[:4])
         most = max(most, float(np.sum((unit * row[:4]) ** 2)))
@@ -95,7 +95,7 @@ def run_arguments(make, free=ALL_FREE):
     places = listed(rng, plant, free)
     n = len(places[0])
     recursion = Recursion(plant, *places, 10.0 ** rng.uniform(-1, 1, n), 0.35, 0.1)
-    estimate = recursion.before(rng.standard_normal(n))
+    estimate = recursion.initial_estimate(rng.standard_normal(n))
     return recursion, estimate, inputs, np.array([[0, 25], [25, 26], [28, 60]])
 
 
@@ -103,7 +103,7 @@ def run_arguments(make, free=ALL_FREE):
 def test_it_is_the_oracles(make, free):
     arguments = run_arguments(make, free)
     found, expected = core.recur(*arguments), oracle.recur(*arguments)
-    for name in ("coefficients", "information", "noise", "rows", "witness"):
+    for name in ("coefficients", "information", "noise", "rows", "iv_state"):
         ours, theirs = getattr(found, name), getattr(expected, name)
         scale = np.abs(theirs).max(initial=1.0)
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-11 * scale)

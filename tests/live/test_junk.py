@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
-from hydrodamp.identification.recursive import known
+from hydrodamp.identification.recursive import estimate_uncertainty
 from hydrodamp.live import estimator
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.sources import UNREADABLE, BoundedQueue, Lines, from_json
@@ -141,7 +141,7 @@ def test_a_command_that_leaps_and_stays_begins_a_run(dive, rows):
 def drag_of(told):
     state, labels = told.run.state.rls, list(told.lines[-1]["coefficients"])
     value = told.lines[-1]["coefficients"]["X_u|u|"]["value"]
-    return value, known(state).covariance[(labels.index("X_u|u|"),) * 2] ** 0.5
+    return value, estimate_uncertainty(state).covariance[(labels.index("X_u|u|"),) * 2] ** 0.5
 
 
 @pytest.mark.parametrize("rpm", [65535, 1e9, 1e200, 12_000, 30_000])

@@ -53,7 +53,7 @@ def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
     path.write_bytes(b"".join(round(1e6 * (START + at)).to_bytes(8) + one for at, one in sent))
     with pytest.warns(hd.GapWarning):
         log = hd.read_log(path, MAPPING)
-    batch = hd.RecursiveLeastSquares(typical_velocity=estimator.USUAL).identify(
+    batch = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY).identify(
         hd.prepare(vehicle, log, MODEL), MODEL
     )
     said = []

@@ -155,7 +155,7 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     rclpy.shutdown()
     with pytest.warns(hd.GapWarning):
         whole = hd.read_mapping(path).log(recorded(said))
-    way = hd.RecursiveLeastSquares(typical_velocity=estimator.USUAL)
+    way = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY)
     fit = way.identify(hd.prepare(vehicle, whole, MODEL), MODEL)
     assert told.counts == {"taken": log.n, "first": 1, "gap": 3}
     assert told.coefficients == fit.damping.coefficients.tolist()

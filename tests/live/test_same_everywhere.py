@@ -17,7 +17,7 @@ def batch(vehicle, log, method):
     way = (
         hd.AdaptiveIdentifier()
         if method == "ai"
-        else hd.RecursiveLeastSquares(typical_velocity=estimator.USUAL)
+        else hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY)
     )
     return way.identify(hd.prepare(vehicle, log, MODEL), MODEL)
 

@@ -15,7 +15,7 @@ from hydrodamp.experiment_design.optimiser import Optimiser
 from hydrodamp.experiment_design.result import EnsembleFits
 from hydrodamp.experiment_design.shortest import _why
 from hydrodamp.identification.identifiability import Cause
-from hydrodamp.simulation.problem import stamp
+from hydrodamp.simulation.problem import vehicle_stamp
 
 
 def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
@@ -80,11 +80,11 @@ def refused(match, vehicle, model, *arguments, **settings):
 
 def test_why_a_coefficient_falls_short_says_how_long_it_would_take():
     # Twice as narrow takes four times as long: 1.96 x 1 is 49 % of 4, where 25 % is wanted.
-    told = _why(4.0, 1.0, Cause.WIDE, 10.0, hd.Grade.DETERMINED)
+    told = _why(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.DETERMINED)
     assert "is 49% of 4; at this rate it takes 38 min" in told
     assert "more than ten hours" in _why(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
-    assert "by the weak form" in _why(4.0, 1.0, Cause.WIDE, 10.0, hd.Grade.WEAK)
-    assert _why(4.0, 1.0, Cause.QUIET, 10.0, hd.Grade.WEAK).startswith("quiet")
+    assert "by the weak form" in _why(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.WEAK)
+    assert _why(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("quiet")
 
 
 def test_a_prior_with_standard_errors_counts(boat, known):
@@ -195,7 +195,7 @@ def test_a_vehicle_that_hovers_is_planned_from_rest():
 
 def test_a_prior_of_another_mass_matrix_is_refused(boat, known):
     other = replace(boat, mass_matrix=2.0 * boat.mass_matrix)
-    foreign = replace(known, vehicle=stamp(other))
+    foreign = replace(known, vehicle=vehicle_stamp(other))
     refused("mass matrix", boat, known.model, 60.0, damping=foreign)
 
 

@@ -59,11 +59,11 @@ def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
     covariance[2, 0] = covariance[0, 2] = -0.95 * np.sqrt(covariance[0, 0] * covariance[2, 2])
     covariance[3, 4] = covariance[4, 3] = 0.95 * np.sqrt(covariance[3, 3] * covariance[4, 4])
     tied = replace(fit, damping=replace(fit.damping, covariance=covariance))
-    found = grades(tied, Grade.NOT_DETERMINED, X_u=Cause.WIDE, X_v=Cause.NOISE)
+    found = grades(tied, Grade.NOT_DETERMINED, X_u=Cause.NOT_SIGNIFICANT, X_v=Cause.NOISE)
     grid = fit_table(tied, found)
     words = ("not determined: wide", "not determined: noise", "not determined")
     assert column(grid, "grade")[:3] == words
-    assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.WIDE.value)
+    assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.NOT_SIGNIFICANT.value)
     assert grid.notes[-1].endswith("together rather than alone: X_u with X_w.")
 
 

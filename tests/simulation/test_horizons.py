@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.replay import horizon_scores, replay, score, windows
+from hydrodamp.simulation.replay import horizon_scores, replay, score, window_bounds
 
 LINEAR = hd.catalog["linear"]
 SOFT = hd.Damping(LINEAR, (-20 * np.eye(6) + 0.1).ravel())
@@ -26,17 +26,17 @@ def test_windows_share_their_ends_and_cross_no_join(problem):
     """Segments of 100 samples at 10 Hz: 4 s are 40 steps, and 19 are left over."""
     first = [(0, 41), (40, 81), (80, 100)]
     expected = [(start + 100 * k, stop + 100 * k) for k in range(3) for start, stop in first]
-    np.testing.assert_array_equal(windows(problem, 4.0), expected)
+    np.testing.assert_array_equal(window_bounds(problem, 4.0), expected)
     steps = [(k + 100 * s, k + 2 + 100 * s) for s in range(3) for k in range(99)]
-    np.testing.assert_array_equal(windows(problem, "step"), steps)
-    np.testing.assert_array_equal(windows(problem, "run"), problem.segments)
+    np.testing.assert_array_equal(window_bounds(problem, "step"), steps)
+    np.testing.assert_array_equal(window_bounds(problem, "run"), problem.segments)
 
 
 def test_a_horizon_is_at_least_a_step_and_at_most_the_segment(problem):
-    np.testing.assert_array_equal(windows(problem, 1000.0), problem.segments)
+    np.testing.assert_array_equal(window_bounds(problem, 1000.0), problem.segments)
     # The last sample begins no window: 9.9 s after the first there is nothing to predict.
-    assert windows(problem, 9.9).tolist() == problem.segments.tolist()
-    np.testing.assert_array_equal(windows(problem, 0.01), windows(problem, "step"))
+    assert window_bounds(problem, 9.9).tolist() == problem.segments.tolist()
+    np.testing.assert_array_equal(window_bounds(problem, 0.01), window_bounds(problem, "step"))
 
 
 def test_windows_follow_an_irregular_clock(vehicle):
@@ -44,7 +44,7 @@ def test_windows_follow_an_irregular_clock(vehicle):
     time = np.array([5.0, 5.4, 6.1, 6.9, 7.0, 7.2, 8.5, 9.4])
     log = hd.Log(time=time, velocity=np.zeros((8, 6)), wrench=np.zeros((8, 6)))
     log = replace(log, attitude=np.tile([1.0, 0, 0, 0], (8, 1)))
-    found = windows(hd.prepare(vehicle, log, LINEAR), 1.0)
+    found = window_bounds(hd.prepare(vehicle, log, LINEAR), 1.0)
     assert found[:, 0].tolist() == [0, 2, 4, 6]
 
 
@@ -59,7 +59,7 @@ def test_each_window_is_a_replay_of_its_own(vehicle, log, problem, attitude):
     """The same as cutting the log by hand and replaying every piece."""
     (found,) = horizon_scores(vehicle, SOFT, log, [3.0], attitude=attitude)
     squares = np.zeros(6)
-    for start, stop in windows(problem, 3.0).tolist():
+    for start, stop in window_bounds(problem, 3.0).tolist():
         piece = log.between(log.elapsed[start], log.elapsed[stop - 1] + 0.05)
         assert piece.n == stop - start
         error = hd.simulate(vehicle, SOFT, piece, attitude=attitude).velocity - piece.velocity

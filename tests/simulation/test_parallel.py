@@ -7,12 +7,12 @@ import time
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.parallel import run_parallel
 
 
 def test_results_come_in_order_and_each_is_handed_out_once():
     told: list[int] = []
-    assert each(lambda x: x * x, [(k,) for k in range(20)], told.append) == tuple(
+    assert run_parallel(lambda x: x * x, [(k,) for k in range(20)], told.append) == tuple(
         k * k for k in range(20)
     )
     assert sorted(told) == [k * k for k in range(20)]
@@ -33,7 +33,7 @@ def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun():
         return number
 
     with pytest.raises(KeyboardInterrupt):
-        each(work, [(k,) for k in range(1000)], told.append)
+        run_parallel(work, [(k,) for k in range(1000)], told.append)
     over.set()
     assert told == [0, 1, 2]
     assert len(begun) < 1000
@@ -52,7 +52,7 @@ def test_ctrl_c_does_not_wait_for_work_that_is_not_done():
 
     threading.Thread(target=interrupt).start()
     with pytest.raises(KeyboardInterrupt):
-        each(long, [()] * 5)
+        run_parallel(long, [()] * 5)
     assert not over.is_set()
     over.set()
 
@@ -64,5 +64,5 @@ def test_blas_keeps_to_the_thread_that_calls_it():
         return {library["num_threads"] for library in threadpool_info()}
 
     with threadpool_limits(limits=2):
-        assert each(threads, [(), ()]) == ({1}, {1})
+        assert run_parallel(threads, [(), ()]) == ({1}, {1})
         assert threads() == {2}

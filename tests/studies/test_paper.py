@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.online import first_guess
+from hydrodamp.identification.online import initial_coefficients
 from hydrodamp.kernels.core import coriolis
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -28,7 +28,7 @@ def in_degrees(vehicle, log, model):
     xi = model.basis.evaluate(nu, propulsion_ratio=ratio)
     known = coriolis(vehicle.mass_matrix, log.velocity) + log.wrench
     known = known + vehicle.restoring_wrench(log.down)
-    table, error = model.unpack(first_guess(model)), np.zeros(6)
+    table, error = model.unpack(initial_coefficients(model)), np.zeros(6)
     for k, h in enumerate(np.diff(log.time)):
         if k + 1 in log.bounds[:, 0]:
             error = np.zeros(6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation.compare import beside_paper
+from hydrodamp.validation.compare import is_paper_campaign
 from hydrodamp.validation.selection import pareto_front
 
 
@@ -52,8 +52,8 @@ def test_a_diverged_replay_is_a_row_with_a_status(comparison):
 
 
 def test_the_printed_table_stands_beside_a_re_enactment_only(comparison):
-    assert not beside_paper(comparison)
-    assert beside_paper(replace(comparison, provenance={"truth": "sname"}))
+    assert not is_paper_campaign(comparison)
+    assert is_paper_campaign(replace(comparison, provenance={"truth": "sname"}))
 
 
 def test_errors_of_runs_add_up_to_that_of_all(vehicle, exact_log):

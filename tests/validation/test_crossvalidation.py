@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.fit import make_fit
-from hydrodamp.validation.cross_validation import cross_validate, holdouts
+from hydrodamp.validation.cross_validation import cross_validate, split_holdout
 
 LINEAR, FOSSEN = hd.catalog["linear"], hd.catalog["fossen"]
 
@@ -50,9 +50,9 @@ def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
         assert table.rows[0].rms_by_fold[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
         assert table.rows[0].folds[fold].trajectory is None
     row = table.rows[1]
-    assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_fold))
-    assert row.spread == pytest.approx(np.std(row.rms_by_fold, ddof=1))
-    assert row.n_lost == 0
+    assert row.rms == row.rms_of_completed == pytest.approx(np.mean(row.rms_by_fold))
+    assert row.standard_deviation == pytest.approx(np.std(row.rms_by_fold, ddof=1))
+    assert row.n_failed_folds == 0
     assert row.converged
 
 
@@ -63,15 +63,15 @@ def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
     assert [value is None for value in wild.rms_by_fold] == [False, True, False]
     assert wild.rms is None
     assert not wild.converged
-    assert wild.n_lost == 1
+    assert wild.n_failed_folds == 1
     kept = [wild.rms_by_fold[0], wild.rms_by_fold[2]]
-    assert wild.rms_of_finished == pytest.approx(np.mean(kept))
+    assert wild.rms_of_completed == pytest.approx(np.mean(kept))
     assert table.select().row.method == "ls"
     ((where, after),) = wild.folds[1].score.diverged
     assert where == "b"
-    assert wild.lost == (f"fold 2 (diverged in segment b after {after:.3g} s)",)
+    assert wild.failed_folds == (f"fold 2 (diverged in segment b after {after:.3g} s)",)
     text = str(table).splitlines()
-    assert text[1].endswith(f"{wild.rms_of_finished:.3f}  lost {wild.lost[0]}")
+    assert text[1].endswith(f"{wild.rms_of_completed:.3f}  lost {wild.failed_folds[0]}")
 
 
 def test_a_row_that_is_nearer_but_lost_a_fold_is_named_beside_the_choice(vehicle, log):
@@ -81,7 +81,7 @@ def test_a_row_that_is_nearer_but_lost_a_fold_is_named_beside_the_choice(vehicle
     chosen = replace(table, rows=(replace(exact, folds=tuple(far)), wild)).select()
     assert chosen.row.method == "ls"
     assert "of 1 replay of all 3 folds" in chosen.sentence
-    same = f"({wild.rms_of_finished:.3g} against 9), but lost 1 of 3"
+    same = f"({wild.rms_of_completed:.3g} against 9), but lost 1 of 3"
     assert f"linear by fixed is nearer on the folds that it ended {same}" in chosen.caveat
     assert "nearer" not in str(table.select())  # the exact one is nearer there too
 
@@ -93,7 +93,7 @@ def names(log):
 def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
     """30 s at 10 Hz in five blocks of 6 s, two seconds left out around every cut."""
     one = log.select("a")
-    parts = holdouts(one, gap=2.0)
+    parts = split_holdout(one, gap=2.0)
     assert len(parts) == 5
     for train, test in parts:
         assert np.abs(train.time[:, None] - test.time).min() >= 2.0 - 1e-9
@@ -105,11 +105,11 @@ def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
 
 
 def test_whole_segments_are_held_out_once(log):
-    parts = holdouts(log, n=2)
+    parts = split_holdout(log, n=2)
     assert [(names(train), names(test)) for train, test in parts] == [
         (["b"], ["a", "c"]), (["a", "c"], ["b"]),
     ]  # fmt: skip
-    parts = holdouts(log)
+    parts = split_holdout(log)
     held = np.concatenate([test.velocity for _, test in parts])
     np.testing.assert_array_equal(held, log.velocity)
     assert all(train.n + test.n == log.n for train, test in parts)
@@ -122,10 +122,10 @@ def test_too_few_samples_for_the_folds(vehicle, log):
     with pytest.raises(hd.MethodError, match="too few for 5 folds 5 s apart"):
         cross_validate(vehicle, short, FOSSEN, hd.LeastSquares())
     with pytest.raises(hd.MethodError, match="no two neighbouring samples to replay"):
-        holdouts(short, n=7, gap=0.0)
+        split_holdout(short, n=7, gap=0.0)
     uneven = hd.Log(time=[0.0, 1.0, 2.0, 3.0, 3.2, 10.0], velocity=np.zeros((6, 6)))
     with pytest.raises(hd.MethodError, match="no two neighbouring samples to identify from"):
-        holdouts(uneven, n=2, gap=1.5)
+        split_holdout(uneven, n=2, gap=1.5)
     with pytest.raises(hd.MethodError, match="at least 2 folds"):
         cross_validate(vehicle, log, LINEAR, hd.LeastSquares(), folds=1)
 

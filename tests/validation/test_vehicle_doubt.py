@@ -67,11 +67,11 @@ def test_an_error_of_the_mass_goes_into_the_damping(exact_log, vehicle):
     move = abs(0.08 * vehicle.mass_matrix[0, 0] * (u @ du) / (u @ u))
     mass = doubt.effects[0]
     assert mass.label == "X_u"
-    assert mass.share == pytest.approx(move / abs(before["X_u"]), rel=1e-9)
-    assert mass.errors == pytest.approx(move / np.sqrt(before.covariance[0, 0]), rel=1e-9)
+    assert mass.wrench_share == pytest.approx(move / abs(before["X_u"]), rel=1e-9)
+    assert mass.standard_errors == pytest.approx(move / np.sqrt(before.covariance[0, 0]), rel=1e-9)
     assert doubt.rms is not None
     assert mass.rms is not None
-    assert [effect.what[:4] for effect in doubt.effects] == ["mass", "adde", "r_G "]
+    assert [effect.change[:4] for effect in doubt.effects] == ["mass", "adde", "r_G "]
 
 
 @pytest.fixture(scope="module")
@@ -99,5 +99,5 @@ def test_a_method_that_fails_or_knows_no_covariance(campaign):
     doubt = vehicle_sensitivity(campaign.vehicle, *logs, LINEAR, Blind(usable=False))
     assert str(doubt).count("nothing could be identified") == 4
     doubt = vehicle_sensitivity(campaign.vehicle, *logs, LINEAR, Blind(usable=True))
-    assert {effect.errors for effect in doubt.effects} == {None}
-    assert {effect.share for effect in doubt.effects} == {0.0}
+    assert {effect.standard_errors for effect in doubt.effects} == {None}
+    assert {effect.wrench_share for effect in doubt.effects} == {0.0}

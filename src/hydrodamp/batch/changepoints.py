@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import t as student
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.identification.fit import Fit, reach
-from hydrodamp.identification.identifiability import RELATIVE
+from hydrodamp.identification.fit import Fit, critical_value
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
 #: Groups on either side of a change at least, and groups in all.
 _SIDE, FEWEST = 2, 5
@@ -99,8 +99,8 @@ def _most_significant(
     residual = value - np.where(late, after[:, None], before[:, None])
     errors = np.sqrt((residual**2 @ weight) / (n - 2) / total)
     error = np.hypot(*errors)
-    half = reach(degrees_of_freedom=n - 2) * errors
-    determined = np.any(half <= RELATIVE * np.abs(means), axis=0)
+    half = critical_value(degrees_of_freedom=n - 2) * errors
+    determined = np.any(half <= MAX_RELATIVE_HALF_WIDTH * np.abs(means), axis=0)
     ratio = np.abs(after - before) / np.maximum(error, np.finfo(np.float64).tiny)
     chance = np.where(determined, 2.0 * student.sf(ratio, n - 2), 1.0)
     best = int(chance.argmin())

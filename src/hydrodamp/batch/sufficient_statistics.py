@@ -18,8 +18,8 @@ from hydrodamp.batch.discovery import local_copy
 from hydrodamp.batch.recordings import ResolvedMapping
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import ProblemError, suppress_warnings
-from hydrodamp.identification.fit import Fit, Method, Uncertainty, attempted
-from hydrodamp.identification.identifiability import Grade, rated
+from hydrodamp.identification.fit import Fit, Method, Uncertainty, identify_or_refuse
+from hydrodamp.identification.identifiability import Grade, grade_coefficients
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
 from hydrodamp.identification.operating_range import Ranges, join_ranges, velocity_ranges
 from hydrodamp.identification.qr_factor import (
@@ -33,7 +33,7 @@ from hydrodamp.identification.qr_factor import (
 from hydrodamp.ingest.read import read_log
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import prepare, stamp
+from hydrodamp.simulation.problem import prepare, vehicle_stamp
 from hydrodamp.simulation.replay import score, simulate
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -245,7 +245,7 @@ def identify_logs(
 ) -> tuple[Fit, ...]:
     """Identify models from the whole of some logs, by a method that folds nothing."""
     problem = prepare(vehicle, _read_logs(addresses, mapping), models)
-    return tuple(attempted(method, problem, model) for model in models)
+    return tuple(identify_or_refuse(method, problem, model) for model in models)
 
 
 def replay_log(
@@ -284,7 +284,7 @@ def solve_model(
             free,
             coefficients,
             covariance=covariance,
-            vehicle=stamp(vehicle),
+            vehicle=vehicle_stamp(vehicle),
         ),
         method=method.key,
         status=Status.RANK_DEFICIENT if aliased else Status.OK,
@@ -340,7 +340,7 @@ def grade_statistics(folded: LogStatistics | None, fit: Fit) -> tuple[Grade, ...
     for terms in fit.model.terms:
         part = slice(first, first := first + len(terms))
         design, own = folded.triangle.columns(terms), fit.damping.coefficients[part]
-        found += rated(
+        found += grade_coefficients(
             own,
             half[part],
             np.linalg.norm(design, axis=0) / root,

@@ -49,22 +49,22 @@ def check_log(
     from hydrodamp.simulation import checks
 
     checks.check_log(vehicle, log, [model.restricted_to(vehicle.axes) for model in models])
-    for one in checks.unused(vehicle, log, models):
+    for one in checks.unused_commands(vehicle, log, models):
         warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
-    suspect(log, checks.length_of(vehicle), after)
+    suspect(log, checks.estimate_length(vehicle), after)
 
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     """Check a log as any, name models that nothing drives, refuse too few samples for all."""
     from hydrodamp.conditioning.current import carries
-    from hydrodamp.simulation.checks import nothing_drives
+    from hydrodamp.simulation.checks import missing_actuation
 
     check_log(vehicle, log, models)
     if carried := carries(log):
         warnings.warn(f"{log.source or 'log'}: {carried}", HydrodampWarning, stacklevel=2)
     free = [model.restricted_to(vehicle.axes) for model in models]
     for model in free:
-        if told := nothing_drives(vehicle, log, (model,)):
+        if told := missing_actuation(vehicle, log, (model,)):
             warnings.warn(f"'{model.key}' is refused: {told}", HydrodampWarning, stacklevel=2)
     needed = [max(map(len, model.terms), default=0) for model in free]
     if log.n < min(needed):
@@ -82,9 +82,9 @@ def fit_all(
     there: Container[Key] = (),
 ) -> tuple[hd.Fit, ...]:
     """Ask the actuation, and make the fits that are not there, with a bar a method."""
-    from hydrodamp.validation.actuator_check import doubts
+    from hydrodamp.validation.actuator_check import check_gains
 
-    for doubt in doubts(problem, models):
+    for doubt in check_gains(problem, models):
         warnings.warn(str(doubt), HydrodampWarning, stacklevel=2)
     fits: tuple[hd.Fit, ...] = ()
     for place, method in enumerate(methods, start=1):
@@ -140,7 +140,7 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
 def _compared(task: Task, said: dict[str, str], resume: bool) -> hd.Comparison:
     """Return the comparison, or after Ctrl-C the rows that are finished."""
     from hydrodamp.report.narrative import RESUMED, UNFINISHED
-    from hydrodamp.validation.compare import origin
+    from hydrodamp.validation.compare import comparison_provenance
 
     made: dict[Key, hd.Fit] = {}
     replayed: dict[Key, hd.Row] = {}
@@ -155,7 +155,7 @@ def _compared(task: Task, said: dict[str, str], resume: bool) -> hd.Comparison:
         with suppress(KeyboardInterrupt):
             _replay(task, fits, replayed)
     rows = tuple(replayed[key] for key in task.rows if key in replayed)
-    words = {**origin(fits, task.vehicle, task.test), **said, **warned()}
+    words = {**comparison_provenance(fits, task.vehicle, task.test), **said, **warned()}
     if len(rows) < len(task.rows):
         words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
     return hd.Comparison(rows, task.rate_unit, task.attitude, words)

@@ -60,10 +60,10 @@ def probe(
 
 def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
     """Return what a vehicle needs of a log, and which wrench of its the motion contradicts."""
-    from hydrodamp.simulation.checks import needs_of, nothing_drives
-    from hydrodamp.validation.actuator_check import doubts
+    from hydrodamp.simulation.checks import log_requirements, missing_actuation
+    from hydrodamp.validation.actuator_check import check_gains
 
-    needs, model = needs_of(vehicle, log), hd.catalog["fossen"]
-    if needs.missing or nothing_drives(vehicle, log):
+    needs, model = log_requirements(vehicle, log), hd.catalog["fossen"]
+    if needs.missing or missing_actuation(vehicle, log):
         return needs
-    return replace(needs, suspicions=tuple(doubts(hd.prepare(vehicle, log, model), [model])))
+    return replace(needs, suspicions=tuple(check_gains(hd.prepare(vehicle, log, model), [model])))

@@ -44,15 +44,15 @@ def simulate(
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
     from hydrodamp.report.documents import score_document, trained_on
-    from hydrodamp.simulation.checks import length_of
-    from hydrodamp.simulation.problem import stamp
+    from hydrodamp.simulation.checks import estimate_length
+    from hydrodamp.simulation.problem import vehicle_stamp
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
-    if told := foreign_to(numbers, stamp(craft)):
+    if told := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(told)
     log = read(logs, mapping)
-    suspect(log, length_of(craft))
+    suspect(log, estimate_length(craft))
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)

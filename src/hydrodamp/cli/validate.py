@@ -37,7 +37,7 @@ def validate(
     from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.files import save_json
     from hydrodamp.report.comparison_tables import fold_table, horizon_table, validation_document
-    from hydrodamp.validation.cross_validation import holdouts
+    from hydrodamp.validation.cross_validation import split_holdout
 
     files = map(resolve.file_of, resolve.names(models or ""))
     check_out_file(out, (*logs, *files, vehicle, mapping), force)
@@ -46,7 +46,7 @@ def validate(
     selected = (hd.StepwiseSelection(),) if resolve.selects(models) else ()
     check_training(craft, log, resolve.asked(models, craft, log, given))
     chosen = resolve.for_log(models, craft, log, given)
-    count, tables = len(holdouts(log, folds)), list[hd.CrossValidation]()
+    count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()
     whole: tuple[Any, ...] = ((), ())
     try:
         with progress("leaving out in turn", count * len(ways) * len(chosen)) as done:
@@ -84,5 +84,5 @@ def validate(
     if not whole[0]:
         said = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
         fail(said, INTERRUPTED)
-    if all(row.rms_of_finished is None for row in tables[-1].rows):
+    if all(row.rms_of_completed is None for row in tables[-1].rows):
         fail("no model has an error on any fold: give a longer log or smaller models.")

@@ -36,11 +36,11 @@ from hydrodamp.experiment_design.preparation import (
     steerable_members,
 )
 from hydrodamp.experiment_design.result import EnsembleFits
-from hydrodamp.identification.fit import reach as reach_of
-from hydrodamp.identification.identifiability import CONTRIBUTION, RELATIVE
+from hydrodamp.identification.fit import critical_value as reach_of
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.checks import length_of
+from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Lookahead distance and radius of acceptance of waypoints, in lengths of the vehicle: two, as
@@ -153,7 +153,7 @@ class PlanningContext:
     @property
     def acceptance(self) -> float:
         """Lookahead distance and radius of acceptance of waypoints [m]."""
-        return ACCEPTANCE * (length_of(self.closed_loop.vehicle) or 1.0)
+        return ACCEPTANCE * (estimate_length(self.closed_loop.vehicle) or 1.0)
 
     @property
     def segment_duration(self) -> float:
@@ -213,7 +213,10 @@ class PlanningContext:
     def aim(self, criterion: Criterion, wider: FloatArray | None = None) -> Objective:
         """Return what the dive is to make small."""
         sizes = np.maximum(self.sized(self.sizes), 1e-9)
-        allowed = np.maximum(RELATIVE * np.abs(self.value), CONTRIBUTION * sizes) / reach_of()
+        allowed = (
+            np.maximum(MAX_RELATIVE_HALF_WIDTH * np.abs(self.value), MINOR_CONTRIBUTION * sizes)
+            / reach_of()
+        )
         wider = np.ones(len(sizes)) if wider is None else wider
         # Correlations of a prior are left out: those of a jackknife are not known well enough.
         known = np.diag(self.before**-2.0) + self.nothing

@@ -13,8 +13,8 @@ from hydrodamp.identification.har_covariance import reference_model
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel
 from hydrodamp.models.published import published
-from hydrodamp.simulation.checks import length_of
-from hydrodamp.simulation.problem import stamp
+from hydrodamp.simulation.checks import estimate_length
+from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -39,7 +39,7 @@ def prior_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None
     """Return what is known of a model's coefficients: as given, as published, or by the hull."""
     free = model.restricted_to(vehicle.axes)
     if damping is not None:
-        if told := foreign_to(damping, stamp(vehicle)):
+        if told := foreign_to(damping, vehicle_stamp(vehicle)):
             raise ModelError(told)
         if lacking := [name for name in free.commands if name not in damping.model.commands]:
             raise ModelError(
@@ -53,7 +53,7 @@ def prior_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None
             "and nothing says what they are: give `damping`, from a log that was identified."
         )
     for name, found in published.items():
-        if found.vehicle is not None and not foreign_to(found, stamp(vehicle)):
+        if found.vehicle is not None and not foreign_to(found, vehicle_stamp(vehicle)):
             return replace(found, source=f"published set '{name}'")
     return hull_damping(vehicle)
 
@@ -64,7 +64,7 @@ def hull_damping(vehicle: Vehicle) -> Damping:
     A cylinder across the flow, a smooth hull ahead, a slender body's lift with its tail: right to
     a factor of two.
     """
-    length = length_of(vehicle) or 1.0
+    length = estimate_length(vehicle) or 1.0
     volume = vehicle.weight / STANDARD_GRAVITY / _DENSITY
     diameter = float(np.sqrt(4.0 * volume / np.pi / length))
     across = 0.5 * _DENSITY * _ACROSS * diameter * length
@@ -85,7 +85,7 @@ def hull_damping(vehicle: Vehicle) -> Damping:
     }
     coefficients = {label: value for label, value in values.items() if label[0] in vehicle.axes}
     source = f"a hull of {length:.2g} m and {diameter:.2g} m"
-    return Damping.from_dict(None, coefficients, source=source, vehicle=stamp(vehicle))
+    return Damping.from_dict(None, coefficients, source=source, vehicle=vehicle_stamp(vehicle))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,8 @@ from hydrodamp.experiment_design.fisher_information import (
 )
 from hydrodamp.experiment_design.optimiser import simulate_candidates, worst_violation
 from hydrodamp.identification.differentiation import noise_variance
-from hydrodamp.identification.fit import Fit, reach
-from hydrodamp.identification.identifiability import RELATIVE, Grade, Identifiability
+from hydrodamp.identification.fit import Fit, critical_value
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Grade, Identifiability
 from hydrodamp.simulation.problem import Problem
 
 #: Length of the dive looked at, and of the manoeuvres it is made of [s].
@@ -52,7 +52,7 @@ def expected_gain(problem: Problem, fit: Fit, grades: Identifiability) -> str:
     except HydrodampError:
         return f"{counted}: {_TOLD} next, once it is known how the vehicle is steered."
     error = np.sqrt(np.diag(fit.damping.covariance)) * share
-    narrow = reach() * error <= RELATIVE * np.abs(fit.damping.coefficients)
+    narrow = critical_value() * error <= MAX_RELATIVE_HALF_WIDTH * np.abs(fit.damping.coefficients)
     gained = [label for label, now in zip(fit.model.labels, narrow, strict=True) if now]
     more = [label for label in open_ones if label in gained]
     named = f", {', '.join(more[:3])}{' and others' * (len(more) > 3)}," if more else ""

@@ -16,7 +16,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import Cause, Grade, Identifiability, grade_fit
 from hydrodamp.identification.recommended import Recommended
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.parallel import run_parallel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -202,7 +202,7 @@ def identify_ensemble(
     """Identify the model from what each vehicle recorded, by the recommended method."""
     n = trajectories.states.shape[1]
     calls = [(closed_loop, trajectories.select([one]), grading) for one in range(n)]
-    fits = each(_identified, calls)
+    fits = run_parallel(_identified, calls)
     covariances = [fit.damping.covariance for fit, _ in fits]
     known = [one for one in covariances if one is not None]
     found = [fit.damping.coefficients for fit, _ in fits]

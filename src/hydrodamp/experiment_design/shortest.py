@@ -7,8 +7,8 @@ import numpy as np
 from hydrodamp.experiment_design.closed_loop import Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.result import EnsembleFits, GoalDuration, identify_ensemble
-from hydrodamp.identification.fit import reach as reach_of
-from hydrodamp.identification.identifiability import RELATIVE, Cause, Grade
+from hydrodamp.identification.fit import critical_value as reach_of
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Cause, Grade
 
 #: Parts of a dive that are tried: a fifth of it, and so on.
 _PARTS = 5
@@ -59,10 +59,10 @@ def find_grade(word: str) -> Grade:
 
 def _why(value: float, error: float, cause: Cause | None, minutes: float, wanted: Grade) -> str:
     """Say why a coefficient is not brought to its grade in so many minutes."""
-    if cause is not None and cause is not Cause.WIDE:
+    if cause is not None and cause is not Cause.NOT_SIGNIFICANT:
         return str(cause.value)
     half, size = reach_of() * error, max(abs(value), 1e-12)
-    enough = RELATIVE if wanted is Grade.DETERMINED else 1.0
+    enough = MAX_RELATIVE_HALF_WIDTH if wanted is Grade.DETERMINED else 1.0
     said = f"its interval of +-{half:.2g} is {half / size:.0%} of {value:.3g}"
     if half <= enough * size:
         return f"{said}, which would do, but not by the weak form, which grades the log itself."

@@ -10,21 +10,21 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.recursive import USUAL, RecursiveLeastSquares
+from hydrodamp.identification.recursive import TYPICAL_VELOCITY, RecursiveLeastSquares
 from hydrodamp.kernels import core
 
 
 def identified_of(craft: ExportedPlant) -> dict[str, object]:
     """Return what the templates of the identifiers take: those of a live run, with its settings."""
     model, columns = craft.damping.model, craft.columns
-    recursive = RecursiveLeastSquares(typical_velocity=USUAL).bind(columns, model)
+    recursive = RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY).bind(columns, model)
     gains, recursion = AdaptiveIdentifier().bind(columns, model).gains, recursive.recursion
     plant = columns.plant
     arrays = plant.mass_matrix, plant.free, plant.factors, recursion.known, recursion.unit
     mark = zlib.crc32(repr(model.labels).encode() + b"".join(map(np.ndarray.tobytes, arrays)))
     return {
         "labels": model.labels,
-        "rooms": core.rooms(gains, recursion),
+        "rooms": core.buffer_sizes(gains, recursion),
         "start": recursive.start.coefficients.tolist(),
         "exported": craft.damping.coefficients.tolist(),
         "starts": recursion.starts.tolist(),

@@ -18,7 +18,7 @@ from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
 from hydrodamp.simulation.actuation import CHANNELS
-from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels, stamp
+from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels, vehicle_stamp
 from hydrodamp.vehicle.actuators import Propeller
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -55,7 +55,7 @@ class ExportedPlant:
     @classmethod
     def of(cls, vehicle: Vehicle, damping: Damping, log: Log | None = None) -> ExportedPlant:
         """Return the craft that a log drives: by a wrench where it has one, else by commands."""
-        if told := foreign_to(damping, stamp(vehicle)):
+        if told := foreign_to(damping, vehicle_stamp(vehicle)):
             raise ModelError(told)
         driven = log is not None and log.wrench is not None
         craft = replace(vehicle, actuators=()) if driven else vehicle

@@ -14,7 +14,7 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.rigid_body import to_point
-from hydrodamp.identification.dissipative import nearest
+from hydrodamp.identification.dissipative import project_dissipative
 from hydrodamp.identification.dissipativity import OperatingBox, PowerRows
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel, spell_label
@@ -62,7 +62,7 @@ def projected(
         columns = triangle[:, [free.basis.index(term) for term in row]]
         axes.append(_Axis.of(columns / size[axis], wanted[:, axis], most))
     change = np.concatenate([axis.fit() for axis in axes])
-    extent, own_push = craft.box.extent, _push(_linear(craft.damping), craft.box.extent)
+    extent, own_push = craft.box.max_abs, _push(_linear(craft.damping), craft.box.max_abs)
     limit = max(own_push, 0.0) + _ROUNDING * float(extent @ np.abs(_linear(craft.damping)) @ extent)
     if _push(_linear(Damping(free, kept + change)), extent) > limit:
         if own_push <= limit:
@@ -122,9 +122,9 @@ def _dissipative(
             ordered = np.column_stack([axis.matrix[:, ~part], axis.matrix[:, part]])
             n = int(part.sum())
             roots.append(np.linalg.qr(ordered)[1][-n:, -n:])
-    around = OperatingBox(-box.extent, box.extent)
+    around = OperatingBox(-box.max_abs, box.max_abs)
     power = PowerRows(replace(model, terms=rows))
-    moved, _ = nearest(power, around, block_diag(*roots), (kept + change)[linear])
+    moved, _ = project_dissipative(power, around, block_diag(*roots), (kept + change)[linear])
     changed = change.copy()
     changed[linear] = moved - kept[linear]
     held = zip(axes, parts, np.split(changed, splits), strict=True)

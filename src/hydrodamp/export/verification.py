@@ -14,10 +14,10 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.export.plant import ExportedPlant, States
-from hydrodamp.identification.dissipativity import spread
+from hydrodamp.identification.dissipativity import sample_box
 from hydrodamp.progress import count_items
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import LIMIT, Trajectory, replay
+from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, Trajectory, replay
 
 LONGEST_STEP = 0.05
 """No Runge-Kutta step is longer [s]: as in replays."""
@@ -75,7 +75,7 @@ class VerificationRun:
             between = count_items(range(part.start, part.stop - 1), label, part.stop - part.start)
             for after, *step in (each for k in between for each in self._steps(k, engine.longest)):
                 velocity[after] = engine.advance(*step)
-                if not np.all(np.abs(velocity[after]) <= LIMIT):
+                if not np.all(np.abs(velocity[after]) <= DIVERGENCE_LIMIT):
                     velocity[after] = np.nan
                     ended.append((part.name, float(log.time[after] - log.time[part.start])))
                     break
@@ -94,7 +94,7 @@ class VerificationRun:
 
 def scattered(craft: ExportedPlant) -> States:
     """Return states all over the craft's box, upright and not, without commands."""
-    velocity = spread(craft.box.restrict(craft.vehicle.free))
+    velocity = sample_box(craft.box.restrict(craft.vehicle.free))
     n, random = len(velocity), np.random.default_rng(0)
     directions = random.normal(size=(n, 3))
     return States(

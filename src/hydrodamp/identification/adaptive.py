@@ -12,14 +12,14 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
-from hydrodamp.identification.online import first_guess, with_log
+from hydrodamp.identification.online import initial_coefficients, require_problem
 from hydrodamp.identification.qr_factor import BLOCK, Triangle
 from hydrodamp.identification.weak_form import step_equations
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import EquationTable, Problem, stamp
+from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
 from hydrodamp.simulation.status import Status
 
 
@@ -125,7 +125,7 @@ class Adaptation(NamedTuple):
 
     def start(self) -> FloatArray:
         """Return the table to start from."""
-        return self.columns.with_unknown(self.entries, first_guess(self.model))
+        return self.columns.with_unknown(self.entries, initial_coefficients(self.model))
 
 
 class State(NamedTuple):
@@ -161,9 +161,7 @@ class State(NamedTuple):
     def damping(self) -> Damping:
         """The present estimate, with the vehicle it belongs to."""
         bound = self.adaptation
-        return Damping(
-            bound.model, self.matrix[bound.entries], vehicle=stamp(bound.columns.vehicle)
-        )
+        return Damping(bound.model, self.matrix[bound.entries], vehicle=vehicle_stamp(bound.columns.vehicle))
 
     def restart(self, sample: Sample) -> State:
         """Return the state at the first sample after a gap: no error, same coefficients.
@@ -232,19 +230,17 @@ class AdaptiveIdentifier:
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = entries = columns.entries(free)
         if isinstance(self.a, NoiseScaledGain):
-            problem = with_log(source, "noise of each velocity")
+            problem = require_problem(source, "noise of each velocity")
             a = self.a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
         else:
             a = axis_gains(self.a, "a")
         if isinstance(self.gamma, TermScaledGain):
-            size = regressor_mean_square(with_log(source, "size of each term"))[
-                rows - columns.n_known
-            ]
+            size = regressor_mean_square(require_problem(source, "size of each term"))[rows - columns.n_known]
             time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
         else:
             gamma = axis_gains(self.gamma, "gamma")[axes]
-        gains = core.Gains(columns.plant, a, columns.scattered(entries, gamma))
+        gains = core.Gains(columns.plant, a, columns.scatter(entries, gamma))
         return Adaptation(columns, free, entries, gains)
 
     def init(self, source: Problem | EquationTable, model: DampingModel, sample: Sample) -> State:
@@ -344,14 +340,9 @@ class AdaptiveIdentifier:
         bound = self.bind(problem, model)
         run = self._run(problem, bound, every)
         rows, axes = bound.entries
-        return History(
-            time=frozen(run.history_time),
-            velocity_error=frozen(run.history_error),
-            coefficients=frozen(run.history_matrix[:, rows, axes]),
-            labels=bound.model.labels,
-        )
+        return History(time=frozen(run.history_time), velocity_error=frozen(run.history_error), coefficients=frozen(run.history_matrix[:, rows, axes]), labels=bound.model.labels,)
 
-    def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> core.Adapted:
+    def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> core.AdaptationRun:
         inputs, segments, passes = problem.inputs, problem.segments, self.passes
         return core.adapt(bound.gains, bound.start(), inputs, segments, passes=passes, every=every)
 

@@ -12,11 +12,11 @@ from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.identification.dissipativity import (
     OperatingBox,
     PowerRows,
+    local_maxima,
     max_damping_power,
     operating_box,
-    size,
-    spread,
-    worst_places,
+    relative_square,
+    sample_box,
 )
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.least_squares import rank_status
@@ -113,7 +113,7 @@ class Dissipative:
         power = PowerRows(model)
         box = self.box or operating_box(problem)
         box = box.restrict(problem.vehicle.free & power.velocities)
-        found, rounds = nearest(power, box, root, point)
+        found, rounds = project_dissipative(power, box, root, point)
         seen = np.concatenate([np.any(triangle.columns(row), axis=0) for row in model.terms])
         found = np.where(seen, found, 0.0)  # the solver leaves some 1e-16
         remarks = ("No term is damping: there was nothing to constrain.",)
@@ -138,7 +138,7 @@ class Dissipative:
         )
 
 
-def nearest(
+def project_dissipative(
     power: PowerRows, box: OperatingBox, root: FloatArray, wished: FloatArray
 ) -> tuple[FloatArray, int]:
     """Return coefficients that no search of a box objects to, and the rounds that it took.
@@ -178,14 +178,14 @@ def _pushing(
         return power.power(x / scale, velocity, box)
 
     def relative(velocity: FloatArray) -> FloatArray:
-        return pushed(velocity) / size(velocity, box)
+        return pushed(velocity) / relative_square(velocity, box)
 
-    found = np.vstack([worst_places(measure, box) for measure in (pushed, relative)])
-    coarse = np.round(found / np.where(box.extent > 0.0, box.extent, 1.0), 3)
+    found = np.vstack([local_maxima(measure, box) for measure in (pushed, relative)])
+    coarse = np.round(found / np.where(box.max_abs > 0.0, box.max_abs, 1.0), 3)
     velocity = found[np.unique(coarse, axis=0, return_index=True)[1]]
     speeds = power.worst_speeds(x / scale, velocity, box)
-    rows = power.rows(velocity, speeds) / scale / size(velocity, box)[:, None]
-    return rows, float(np.abs(relative(spread(box))).max())
+    rows = power.rows(velocity, speeds) / scale / relative_square(velocity, box)[:, None]
+    return rows, float(np.abs(relative(sample_box(box))).max())
 
 
 @factorisation("triangle of the rows")

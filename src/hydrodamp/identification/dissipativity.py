@@ -73,12 +73,12 @@ class OperatingBox:
             )
 
     @property
-    def extent(self) -> FloatArray:
+    def max_abs(self) -> FloatArray:
         """Greatest absolute value of each velocity, shape (6,)."""
         return np.maximum(np.abs(self.low), np.abs(self.high))
 
     @property
-    def nearest(self) -> FloatArray:
+    def min_abs(self) -> FloatArray:
         """Least absolute value of each velocity, shape (6,); zero where it may vanish."""
         away = np.minimum(np.abs(self.low), np.abs(self.high))
         return np.where(self.low * self.high > 0.0, away, 0.0)
@@ -118,10 +118,10 @@ def operating_box(problem: Problem) -> OperatingBox:
     box : OperatingBox
         Zero on locked axes.
     """
-    return box_of(problem.inputs.velocity, _WIDENING)
+    return velocity_box(problem.inputs.velocity, _WIDENING)
 
 
-def box_of(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL) -> OperatingBox:
+def velocity_box(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL) -> OperatingBox:
     """Return the box of some velocities, shape (n, 6)."""
     low, high = np.quantile(velocity, [tail, 1.0 - tail], axis=0)
     reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
@@ -133,7 +133,7 @@ def box_of(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL) -> O
     return OperatingBox(below, above)
 
 
-def dissipates(term: Term) -> bool:
+def is_damping_term(term: Term) -> bool:
     """Tell whether a term is damping: a function of the velocities alone, zero at rest."""
     foreign = term.commands or term.needs_attitude or term.needs_propulsion
     return bool(term.velocities) and not foreign
@@ -152,7 +152,9 @@ class PowerRows:
     @cached_property
     def counted(self) -> BoolArray:
         """Which coefficients belong to damping terms, shape (n_coefficients,)."""
-        return np.array([dissipates(term) for row in self.model.terms for term in row], dtype=bool)
+        return np.array(
+            [is_damping_term(term) for row in self.model.terms for term in row], dtype=bool
+        )
 
     @cached_property
     def velocities(self) -> BoolArray:
@@ -160,7 +162,7 @@ class PowerRows:
         used = {
             name
             for own, row in zip(VELOCITIES, self.model.terms, strict=True)
-            for term in filter(dissipates, row)
+            for term in filter(is_damping_term, row)
             for name in (own, *term.velocities)
         }
         return np.array([name in used for name in VELOCITIES])
@@ -172,7 +174,7 @@ class PowerRows:
             (axis, *_without_speed(term))
             for axis, row in enumerate(self.model.terms)
             for term in row
-            if dissipates(term)
+            if is_damping_term(term)
         ]
         basis = Basis(tuple(dict.fromkeys(term for _, term, _ in found)))
         places = [(axis, basis.index(term), speed) for axis, term, speed in found]
@@ -222,7 +224,7 @@ def _without_speed(term: Term) -> tuple[Term, int]:
 
 
 def _worst(by_speed: FloatArray, box: OperatingBox) -> FloatArray:
-    return np.where(by_speed > 0.0, box.extent, box.nearest)
+    return np.where(by_speed > 0.0, box.max_abs, box.min_abs)
 
 
 class PowerMaximum(NamedTuple):
@@ -270,31 +272,31 @@ def max_damping_power(damping: Damping, box: OperatingBox) -> PowerMaximum:
     def power(velocity: FloatArray) -> FloatArray:
         return rows.power(damping.coefficients, velocity)
 
-    places = worst_places(power, box)
+    places = local_maxima(power, box)
     values = power(places)
     worst = int(np.argmax(values))
     return PowerMaximum(float(values[worst]), places[worst])
 
 
-def size(velocity: FloatArray, box: OperatingBox) -> FloatArray:
+def relative_square(velocity: FloatArray, box: OperatingBox) -> FloatArray:
     """Return the sum of squares of velocities relative to the box."""
-    extent = np.where(box.extent > 0.0, box.extent, 1.0)
+    extent = np.where(box.max_abs > 0.0, box.max_abs, 1.0)
     return np.asarray(np.sum((velocity / extent) ** 2, axis=1) + 1e-9)
 
 
-def spread(box: OperatingBox) -> FloatArray:
+def sample_box(box: OperatingBox) -> FloatArray:
     """Return velocities all over a box: corners, middles and a quasi-random sequence."""
     grid = np.array(list(product((0.0, 0.5, 1.0), repeat=6)))
     scattered = np.outer(np.arange(_SPREAD), _GOLDEN ** -np.arange(1.0, 7.0)) % 1.0
     return np.unique(box.at(np.vstack([grid, scattered])), axis=0)
 
 
-def worst_places(value: Callable[[FloatArray], FloatArray], box: OperatingBox) -> FloatArray:
+def local_maxima(value: Callable[[FloatArray], FloatArray], box: OperatingBox) -> FloatArray:
     """Return velocities of a box at which something is locally greatest: a compass search.
 
     All points move at once by steps along axes and across, halved where none helps.
     """
-    starts = spread(box)
+    starts = sample_box(box)
     points = starts[np.argsort(value(starts))[-_POLISHED:]]
     oblique = np.linalg.qr(np.random.default_rng(0).normal(size=(6, 6)))[0]
     directions = np.vstack([np.eye(6), -np.eye(6), oblique, -oblique])[:, None, :]
@@ -320,6 +322,6 @@ def power_range(damping: Damping, box: OperatingBox, name: str) -> tuple[FloatAr
     values = np.linspace(box.low[axis], box.high[axis], _PLACES)
     here = np.arange(6) == axis
     low, high = (np.where(here, 0.0, bound) for bound in (box.low, box.high))
-    others = spread(OperatingBox(low, high))
+    others = sample_box(OperatingBox(low, high))
     power = [rows.power(damping.coefficients, np.where(here, v, others)) for v in values.tolist()]
     return values, np.array(power)

@@ -15,8 +15,8 @@ from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.operating_range import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.checks import nothing_drives
-from hydrodamp.simulation.problem import Problem, prepare, stamp
+from hydrodamp.simulation.checks import missing_actuation
+from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.text import first_few
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -25,7 +25,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 _WIDER = 1.5
 
 
-def reach(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
+def critical_value(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
     """Return how many standard errors an interval reaches to either side."""
     demand(0.0 < level < 1.0, "level", "between 0 and 1", level)
     demand(degrees_of_freedom > 0.0, "degrees_of_freedom", "positive", degrees_of_freedom)
@@ -156,7 +156,7 @@ class Uncertainty:
         MethodError
             If the level is not between 0 and 1.
         """
-        return reach(level, self.degrees_of_freedom)
+        return critical_value(level, self.degrees_of_freedom)
 
     def interval(self, coefficients: FloatArray, level: float = 0.95) -> FloatArray:
         """Return the interval of each coefficient.
@@ -280,7 +280,7 @@ class Fit:
         )
         if self.uncertainty is not None:
             return (*said, str(self.uncertainty))
-        return said if self.damping.covariance is None else (*said, WHITE)
+        return said if self.damping.covariance is None else (*said, WHITE_NOISE_NOTE)
 
     def __str__(self) -> str:
         """Return the outcome and the coefficients, one screen."""
@@ -292,7 +292,7 @@ class Fit:
 
 
 #: What is said of a covariance that does not allow for coloured noise.
-WHITE = (
+WHITE_NOISE_NOTE = (
     "Standard errors take the residuals as white: they are too narrow where these are correlated."
 )
 
@@ -400,7 +400,9 @@ def make_fit(
     named = {label for group in aliased for label in group}
     aliased += tuple(group for group in problem.undetermined(model) if group[0] not in named)
     return Fit(
-        damping=Damping(model, coefficients, covariance=covariance, vehicle=stamp(problem.vehicle)),
+        damping=Damping(
+            model, coefficients, covariance=covariance, vehicle=vehicle_stamp(problem.vehicle)
+        ),
         method=method.key,
         status=status or (Status.RANK_DEFICIENT if aliased else Status.OK),
         rank=rank,
@@ -430,7 +432,7 @@ def empty_fit(
     """Return a fit with no number for any coefficient, and a status that says why."""
     nothing = np.full(model.n_coefficients, np.nan)
     return Fit(
-        damping=Damping(model, nothing, vehicle=stamp(problem.vehicle)),
+        damping=Damping(model, nothing, vehicle=vehicle_stamp(problem.vehicle)),
         method=method,
         status=status,
         n_samples=problem.n_samples,
@@ -438,19 +440,19 @@ def empty_fit(
     )
 
 
-def check_drive(problem: Problem, model: DampingModel) -> None:
+def check_actuation(problem: Problem, model: DampingModel) -> None:
     """Refuse a log without motion, and a model that nothing drives though others may be driven."""
     if not problem.inputs.velocity.any():
         raise MethodError("all velocities of the log are zero: give a log of a vehicle that moves")
     free = model.restricted_to(problem.vehicle.axes)
-    if told := nothing_drives(problem.vehicle, problem.log, (free,)):
+    if told := missing_actuation(problem.vehicle, problem.log, (free,)):
         raise MethodError(told)
 
 
-def attempted(method: Method, problem: Problem, model: DampingModel) -> Fit:
+def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) -> Fit:
     """Return a method's fit; where it raises, a fit whose status and remark say so."""
     try:
-        check_drive(problem, model)
+        check_actuation(problem, model)
         return method.identify(problem, model)
     except MethodError as error:
         free = model.restricted_to(problem.vehicle.axes)

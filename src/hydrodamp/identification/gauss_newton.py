@@ -17,7 +17,11 @@ from hydrodamp.identification.differentiation import (
     regressor_mean_square,
     smooth_velocity,
 )
-from hydrodamp.identification.dissipativity import PowerRows, box_of, spread as spread_over
+from hydrodamp.identification.dissipativity import (
+    PowerRows,
+    sample_box as spread_over,
+    velocity_box,
+)
 from hydrodamp.identification.har_covariance import Bins
 from hydrodamp.identification.multiple_shooting import (
     Windows,
@@ -183,8 +187,8 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     force = forces[axes]
     size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]
     unit = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
-    box = box_of(velocity, _BEYOND, 0.0).restrict(free)
-    usual = float(np.linalg.norm(box.extent * forces * free)) or 1.0
+    box = velocity_box(velocity, _BEYOND, 0.0).restrict(free)
+    usual = float(np.linalg.norm(box.max_abs * forces * free)) or 1.0
     power = PowerRows(model).rows(spread_over(box)) * unit / usual
     return ShootingObjective(problem, entries, velocity, doubt, noise, unit, power)
 

@@ -23,11 +23,11 @@ from hydrodamp.simulation.status import TextEnum
 
 #: Least share of the response that must be predicted: a correlation of one half between the
 #: response predicted and the response seen.
-EXCITED = 0.25
+MIN_R_SQUARED = 0.25
 
 #: Length of the test functions [s]: some time constants of a small vehicle, so that noise of the
 #: velocities, which dominates accelerations from sample to sample, is averaged out.
-SPAN = 8.0
+TEST_FUNCTION_LENGTH = 8.0
 
 #: Shortest fold, in test functions.
 _FOLD = 5.0
@@ -46,34 +46,36 @@ class Excitation:
     model: DampingModel
     axes: tuple[str, ...]
     rows: Rows
-    quiet: FloatArray
-    share: FloatArray
+    excited_design: FloatArray
+    r_squared: FloatArray
     response: FloatArray
 
     @property
     def excited(self) -> BoolArray:
         """On which axes enough of the response is predicted; shape (6,)."""
-        return self.share >= EXCITED
+        return self.r_squared >= MIN_R_SQUARED
 
 
-def excitation(problem: Problem, model: DampingModel) -> Excitation:
+def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     """Find how much of the motion on each axis equation 1 accounts for."""
     free = model.restricted_to(problem.vehicle.axes)
     rich = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
-    wide = problem.covering(both)
-    equations = WeakRegression(min(SPAN, float(wide.durations.max())), _OVERLAP, windows=())
+    wide = problem.extend_to(both)
+    equations = WeakRegression(
+        min(TEST_FUNCTION_LENGTH, float(wide.durations.max())), _OVERLAP, windows=()
+    )
     rows = equations.rows(wide)
     response = equations.rows(_without_momentum(wide)).target
     variance = response.var(axis=0)
     share = _share(rows, (free, both), variance)
-    quiet = equations.rows(_held(wide, share < EXCITED)).design
+    quiet = equations.rows(_held(wide, share < MIN_R_SQUARED)).design
     return Excitation(
         model=free,
         axes=problem.vehicle.axes,
         rows=rows,
-        quiet=quiet,
-        share=frozen(share),
+        excited_design=quiet,
+        r_squared=frozen(share),
         response=frozen(np.sqrt(share * variance)),
     )
 
@@ -96,8 +98,8 @@ def _held(problem: Problem, held: BoolArray) -> Problem:
 def _share(rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray) -> FloatArray:
     """Cross-validate each axis of each model, and take the better model."""
     length = sum(np.ptp(rows.time[rows.segment == one]) for one in np.unique(rows.segment))
-    wanted = int(np.clip(length / (_FOLD * SPAN), 2, _MOST_FOLDS))
-    splits = folds(rows, wanted, gap=SPAN).splits(rows)
+    wanted = int(np.clip(length / (_FOLD * TEST_FUNCTION_LENGTH), 2, _MOST_FOLDS))
+    splits = folds(rows, wanted, gap=TEST_FUNCTION_LENGTH).splits(rows)
     error = np.min([_missed(splits, model) for model in models], axis=0)
     moved = variance > 0.0
     return np.where(moved, np.clip(1.0 - error / np.where(moved, variance, 1.0), 0.0, 1.0), 0.0)
@@ -116,17 +118,17 @@ def _missed(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
 
 #: A 95 % interval of at most this share of the coefficient to either side determines it: the least
 #: accuracy at which damping coefficients are worth comparing with others.
-RELATIVE = 0.25
+MAX_RELATIVE_HALF_WIDTH = 0.25
 
 #: An interval that is worth at most this share of the axis' response leaves too little open to
 #: matter, whatever the number is.
-CONTRIBUTION = 0.05
+MINOR_CONTRIBUTION = 0.05
 
 #: Least share of the leverage of a coefficient that must come from excited motion: below it, more
 #: than half of what distinguishes its column from the others may be noise, which biases a
 #: coefficient towards zero by that share (Fuller, "Measurement Error Models", 1987,
 #: doi:10.1002/9780470316665, section 1.1).
-SOUND = 0.5
+MIN_MOTION_LEVERAGE = 0.5
 
 _STAR = (
     "* the force is not predicted on stretches held out, for want of motion or of\n"
@@ -146,8 +148,8 @@ class Grade(TextEnum):
     DETERMINED = "determined: the number can be used."
     MINOR = (
         "minor: what its interval leaves open is worth less than "
-        f"{100.0 * CONTRIBUTION:.0f} % of the response of its axis; weak where the vehicle moves "
-        "otherwise."
+        f"{100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its axis; weak where the vehicle "
+        "moves otherwise."
     )
     WEAK = "weak: sign and order of magnitude at best; use it with the whole model only."
     NOT_DETERMINED = "not determined: the data do not tell; take it from elsewhere or leave it out."
@@ -157,12 +159,12 @@ class Cause(TextEnum):
     """Why a coefficient is not determined, the first that holds; the value says what it means."""
 
     ALIASED = "aliased: its column is zero throughout or a sum of others."
-    QUIET = (
+    POORLY_EXCITED = (
         "quiet: too little of the force on its axis is predicted on stretches held out; a replay, "
         "which sums it over time, may still be near."
     )
     NOISE = "noise: what tells its column from others may be more noise than motion."
-    WIDE = "wide: its interval holds zero, and what it leaves open matters."
+    NOT_SIGNIFICANT = "wide: its interval holds zero, and what it leaves open matters."
     MODEL_FORM = "model form: residuals persist on its axis, so no interval would hold."
 
 
@@ -175,7 +177,7 @@ class AxisIdentifiability:
     grades: tuple[Grade, ...]
     rank: int
     condition: float
-    share: float
+    r_squared: float
     excited: bool
     groups: tuple[tuple[str, ...], ...]
     causes: tuple[Cause | None, ...] = ()
@@ -189,7 +191,7 @@ class AxisIdentifiability:
         counts = "".join(f"{self.count(grade):>8}" for grade in Grade)
         return (
             f"{self.axis:<5}{self.rank:>4} of {len(self.labels):<4}{self.condition:>10.3g}"
-            f"{100.0 * self.share:>10.0f} %{counts}{'' if self.excited else ' *'}"
+            f"{100.0 * self.r_squared:>10.0f} %{counts}{'' if self.excited else ' *'}"
         )
 
 
@@ -226,7 +228,7 @@ class Identifiability:
         total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
         return f"{self.model.key}: {total}"
 
-    def labelled(self, grade: Grade) -> tuple[str, ...]:
+    def labels_with(self, grade: Grade) -> tuple[str, ...]:
         """Return the labels of a grade, in the model's order."""
         return tuple(label for label, given in self.grades.items() if given is grade)
 
@@ -277,7 +279,7 @@ def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
     >>> len(found.grades), found.axes[0].rank
     (12, 2)
     """
-    return _by_log(excitation(problem, model))
+    return _by_log(analyse_excitation(problem, model))
 
 
 def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
@@ -304,7 +306,7 @@ def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     MethodError
         If the log is too short.
     """
-    seen = excitation(problem, fit.model)
+    seen = analyse_excitation(problem, fit.model)
     by_log, damping = _by_log(seen), fit.damping
     if damping.covariance is None:
         return by_log
@@ -359,11 +361,11 @@ def grade_by_excitation(
         weights = span.coefficients @ span.directions.T
         known = weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
         excited = bool(seen.excited[axis])
-        grades, causes = rated(
+        grades, causes = grade_coefficients(
             coefficient=known,
             half=half[part],
             size=np.sqrt(np.mean(design**2, axis=0)),
-            sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
+            sound=np.einsum("mn,nm->m", weights, seen.excited_design[:, columns]),
             aliased=np.array([label in lost for label in labels]),
             response=float(seen.response[axis]),
             excited=excited,
@@ -375,7 +377,7 @@ def grade_by_excitation(
                 grades=grades,
                 rank=span.rank,
                 condition=np.inf if lost else float(span.singular[0] / span.singular[-1]),
-                share=float(seen.share[axis]),
+                r_squared=float(seen.r_squared[axis]),
                 excited=excited,
                 groups=span.aliased,
                 causes=causes,
@@ -384,7 +386,7 @@ def grade_by_excitation(
     return Identifiability(model, tuple(axes))
 
 
-def rated(
+def grade_coefficients(
     coefficient: FloatArray,
     half: FloatArray,
     size: FloatArray,
@@ -401,10 +403,16 @@ def rated(
     """
     value = np.abs(coefficient)
     rungs = np.array(
-        [half <= RELATIVE * value, half * size <= CONTRIBUTION * response, half < value]
+        [
+            half <= MAX_RELATIVE_HALF_WIDTH * value,
+            half * size <= MINOR_CONTRIBUTION * response,
+            half < value,
+        ]
     )
     quiet = np.full(half.shape, not excited)
-    blind = np.array([aliased | (size == 0.0), quiet, sound < SOUND, ~rungs.any(axis=0)])
+    blind = np.array(
+        [aliased | (size == 0.0), quiet, sound < MIN_MOTION_LEVERAGE, ~rungs.any(axis=0)]
+    )
     words = np.where(blind.any(axis=0), len(rungs), rungs.argmax(axis=0)).tolist()
     first = np.where(blind.any(axis=0), blind.argmax(axis=0), -1).tolist()
     causes = (*Cause, None)

@@ -17,30 +17,16 @@ from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
-from hydrodamp.identification.qr_factor import (
-    AxisSolution,
-    Triangle,
-    column_span,
-    group_labels,
-    solve_axis,
-)
-from hydrodamp.identification.regression_rows import (
-    PointwiseRegression,
-    RegressionForm,
-    Rows,
-    Split,
-    accumulate,
-    folds,
-    residuals,
-)
+from hydrodamp.identification.qr_factor import (AxisSolution, Triangle, column_span, group_labels, solve_axis,)
+from hydrodamp.identification.regression_rows import (PointwiseRegression, RegressionForm, Rows, Split, accumulate, folds, residuals,)
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Problem, stamp
+from hydrodamp.simulation.problem import Problem, vehicle_stamp
 from hydrodamp.simulation.status import Status
 
 # Samples up to which `ls` keeps its rows for the covariance of coloured noise.
-MOST_ROWS = 100_000
+MAX_ROWS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +40,9 @@ class Regression:
     @classmethod
     def of(cls, problem: Problem, equations: RegressionForm) -> Regression:
         """Make the rows, with columns for the reference of the noise, and fold them."""
-        if isinstance(equations, PointwiseRegression) and problem.n_samples > MOST_ROWS:
+        if isinstance(equations, PointwiseRegression) and problem.n_samples > MAX_ROWS:
             return cls(problem, accumulate(problem, equations.derivative))
-        rows = equations.rows(problem.covering(reference_model(problem.vehicle.axes)))
+        rows = equations.rows(problem.extend_to(reference_model(problem.vehicle.axes)))
         return cls(problem, rows.triangle(), rows)
 
     @cached_property
@@ -70,9 +56,9 @@ class Regression:
         if self.rows is None:
             raise MethodError("cross-validation needs the rows: give the `strength` itself")
         made = folds(self.rows)
-        return made.made, made.splits(self.rows)
+        return made.description, made.splits(self.rows)
 
-    def less(self, damping: Damping) -> Regression:
+    def subtract(self, damping: Damping) -> Regression:
         """Take what a damping makes off the targets."""
         made = self.triangle.columns(damping.model.basis.terms) @ damping.matrix.T
         r = self.triangle.r.copy()
@@ -80,34 +66,14 @@ class Regression:
         rows = self.rows and replace(self.rows, target=residuals(self.rows, damping))
         return Regression(self.problem, replace(self.triangle, r=r), rows)
 
-    def fit(
-        self,
-        method: Method,
-        model: DampingModel,
-        solved: Sequence[AxisSolution],
-        remarks: tuple[str, ...] = (),
-        *,
-        about: FloatArray | float = 0.0,
-        noisy_terms: bool = False,
-    ) -> Fit:
+    def fit(self, method: Method, model: DampingModel, solved: Sequence[AxisSolution], remarks: tuple[str, ...] = (), *, about: FloatArray | float = 0.0, noisy_terms: bool = False,) -> Fit:
         """Put together the fit of six separately solved axes."""
         rows, rich = self.rows, reference_model(self.problem.vehicle.axes)
         uncertainty = None
         if self.grams is not None:
             uncertainty = self.grams.uncertainty(solved, rich, noisy_terms=noisy_terms)
         white = block_diag(*[one.covariance for one in solved])
-        return make_fit(
-            self.problem,
-            model,
-            method,
-            about + np.concatenate([one.coefficients for one in solved]),
-            covariance=white * (1.0 if rows is None else rows.variance_inflation),
-            uncertainty=uncertainty,
-            rank=sum(one.span.rank for one in solved),
-            aliased=group_labels(one.span.aliased for one in solved),
-            n_samples=self.triangle.n_samples if rows is None else rows.n_samples,
-            remarks=(() if rows is None else rows.remarks) + remarks,
-        )
+        return make_fit(self.problem, model, method, about + np.concatenate([one.coefficients for one in solved]), covariance=white * (1.0 if rows is None else rows.variance_inflation), uncertainty=uncertainty, rank=sum(one.span.rank for one in solved), aliased=group_labels(one.span.aliased for one in solved), n_samples=self.triangle.n_samples if rows is None else rows.n_samples, remarks=(() if rows is None else rows.remarks) + remarks,)
 
 
 class LinearEstimator(ABC):
@@ -304,13 +270,10 @@ class Ridge(LinearEstimator):
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
         remarks, about = [], np.zeros(model.n_coefficients)
         if self.prior is not None:
-            warn_if_foreign(self.prior, stamp(regression.problem.vehicle))
+            warn_if_foreign(self.prior, vehicle_stamp(regression.problem.vehicle))
             about = np.nan_to_num(self.prior.onto(model))
-            regression = regression.less(Damping(model, about))
-            remarks.append(
-                f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of "
-                f"{model.n_coefficients} coefficients; the others are drawn to zero."
-            )
+            regression = regression.subtract(Damping(model, about))
+            remarks.append(f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of " f"{model.n_coefficients} coefficients; the others are drawn to zero.")
         chosen = [(self.strength or 0.0, "")] * 6
         if self.strength is None:
             made, chosen = _cross_validated(regression, model)
@@ -319,34 +282,23 @@ class Ridge(LinearEstimator):
         for axis, (terms, (strength, said)) in enumerate(zip(model.terms, chosen, strict=True)):
             solved.append(solve_axis(regression.triangle, terms, axis, strength))
             if terms:
-                remarks.append(
-                    f"{AXES[axis]}: ridge strength {strength:.2g}{said}; "
-                    f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients."
-                )
+                remarks.append(f"{AXES[axis]}: ridge strength {strength:.2g}{said}; " f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients.")
         return regression.fit(self, model, solved, tuple(remarks), about=about)
 
 
-def _cross_validated(
-    regression: Regression, model: DampingModel
-) -> tuple[str, list[tuple[float, str]]]:
+def _cross_validated(regression: Regression, model: DampingModel) -> tuple[str, list[tuple[float, str]]]:
     """Choose a strength for each axis; say how, and what is not predicted on the folds."""
     made, splits = regression.splits
     fewest = min(split.train.n_samples for split in splits)
     axis = int(np.argmax([len(row) for row in model.terms]))
     if fewest < (needed := len(model.terms[axis])):
-        raise MethodError(
-            f"cross-validation ({made}) leaves {fewest} rows to learn from where "
-            f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: give a longer log, "
-            "or the strength itself."
-        )
+        raise MethodError(f"cross-validation ({made}) leaves {fewest} rows to learn from where " f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: give a longer log, " "or the strength itself.")
     whole = regression.triangle
     chosen = [_strength(whole, splits, terms, axis) for axis, terms in enumerate(model.terms)]
     return f"Ridge strengths by cross-validation: {made}.", chosen
 
 
-def _strength(
-    whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int
-) -> tuple[float, str]:
+def _strength(whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int) -> tuple[float, str]:
     """Return the strength of one axis, and what is not predicted with it."""
     if not terms:
         return 0.0, ""
@@ -354,10 +306,7 @@ def _strength(
     lost = np.sum([_lost(split, terms, axis, size) for split in splits], axis=0)
     best, unit = int(lost.argmin()), "N" if axis < 3 else "N m"
     missed = np.sqrt(lost[best] / sum(split.test.n_samples for split in splits))
-    edges = {
-        0: ", the least tried: no ridge predicts better",
-        len(_GRID) - 1: ", the largest tried: nothing the axis has predicts it",
-    }
+    edges = {0: ", the least tried: no ridge predicts better", len(_GRID) - 1: ", the largest tried: nothing the axis has predicts it",}
     said = f"{edges.get(best, '')}, {missed:.3g} {unit} not predicted on the folds"
     return float(_GRID[best]), said
 

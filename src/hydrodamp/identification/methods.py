@@ -48,13 +48,13 @@ class MethodEntry:
         The column of the paper's Table I that it stands beside; empty where none.
     """
 
-    makes: str
+    factory: str
     references: tuple[str, ...] = ()
-    printed: str = ""
+    paper_column: str = ""
 
-    def value(self) -> Method:
+    def make(self) -> Method:
         """Return the method itself."""
-        module, name = self.makes.rsplit(".", 1)
+        module, name = self.factory.rsplit(".", 1)
         made: Method = getattr(import_module(f"hydrodamp.identification.{module}"), name)()
         return made
 
@@ -62,12 +62,12 @@ class MethodEntry:
 #: The methods by the keys they have on the command line.
 METHODS = {
     "recommended": MethodEntry("recommended.Recommended", (_WEAK, _TRUNCATED)),
-    "ls": MethodEntry("least_squares.LeastSquares", printed="ls"),
+    "ls": MethodEntry("least_squares.LeastSquares", paper_column="ls"),
     "weak": MethodEntry("least_squares.WeakForm", (_WEAK,)),
     "ridge": MethodEntry("least_squares.Ridge", (_WEAK, _RIDGE)),
     "dissipative": MethodEntry("dissipative.Dissipative", (_WEAK,)),
     "oe": MethodEntry("output_error.OutputError", (_WEAK, _TRUNCATED)),
-    "ai": MethodEntry("adaptive.AdaptiveIdentifier", printed="ai"),
+    "ai": MethodEntry("adaptive.AdaptiveIdentifier", paper_column="ai"),
     "ai-scaled": MethodEntry("adaptive.scaled_identifier"),
     "rls": MethodEntry("recursive.RecursiveLeastSquares"),
 }
@@ -98,7 +98,7 @@ def find_method(key: str) -> Method:
     """
     if key not in METHODS:
         raise MethodError(no_such("method", key, METHODS))
-    return METHODS[key].value()
+    return METHODS[key].make()
 
 
 def identify_all(
@@ -131,20 +131,20 @@ def identify_all(
     fits : tuple of Fit
         In the order of the models.
     """
-    from hydrodamp.identification.fit import attempted, check_drive
-    from hydrodamp.simulation.parallel import each
+    from hydrodamp.identification.fit import check_actuation, identify_or_refuse
+    from hydrodamp.simulation.parallel import run_parallel
 
     asked = tuple(models)
     together = getattr(method, "identify_all", None)
     if together is not None:
         with suppress(MethodError):  # then one by one, to find which
             for model in asked:
-                check_drive(problem, model)
+                check_actuation(problem, model)
             fits: tuple[Fit, ...] = together(problem, asked)
             for fit in fits:
                 done(fit)
             return fits
-    return each(attempted, [(method, problem, model) for model in asked], done)
+    return run_parallel(identify_or_refuse, [(method, problem, model) for model in asked], done)
 
 
 def cite(subject: DampingModel | Damping | Fit) -> str:
@@ -174,7 +174,7 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
     if isinstance(subject, Fit):
         known = METHODS.get(subject.method.partition("-")[0], MethodEntry(""))
         lines += [f"Method: {subject.method} of hydrodamp", *known.references]
-        lines += [PAPER] if known.printed else []
+        lines += [PAPER] if known.paper_column else []
         subject = subject.damping
     if isinstance(subject, Damping):
         lines += [f"Coefficients: {subject.source}"] if subject.source else []

@@ -65,7 +65,7 @@ def observe(
     """
     vehicle, free = columns.vehicle, columns.vehicle.free
     recorded = {name: np.array([value]) for name, value in (commands or {}).items()}
-    for name in columns.needed:
+    for name in columns.required_commands:
         if name not in recorded:
             raise ProblemError(f"command '{name}' is missing.{did_you_mean(name, recorded)}")
     if columns.actuators and wrench is not None:
@@ -101,7 +101,7 @@ def observe(
     return sample
 
 
-def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray:
+def initial_coefficients(model: DampingModel, known: Damping | None = None) -> FloatArray:
     """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere."""
     if known is not None:
         return known.onto(model)
@@ -114,7 +114,7 @@ def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray
     )
 
 
-def with_log(source: Problem | EquationTable, what: str) -> Problem:
+def require_problem(source: Problem | EquationTable, what: str) -> Problem:
     """Return the problem that settings by data need."""
     if isinstance(source, Problem):
         return source

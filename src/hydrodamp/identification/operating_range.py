@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import MAX_FACTORS, Term
-from hydrodamp.identification.dissipativity import box_of, dissipates
+from hydrodamp.identification.dissipativity import is_damping_term, velocity_box
 from hydrodamp.models.damping import Damping
 
 # Least and greatest value of velocities [m/s, rad/s].
@@ -24,7 +24,7 @@ _BEYOND, _NEAR = 1.1, 1.5
 
 def velocity_ranges(velocity: FloatArray, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Return the ranges of the velocities of free axes, as an operating box has them."""
-    box = box_of(velocity)
+    box = velocity_box(velocity)
     places = {VELOCITY_OF[axis]: AXES.index(axis) for axis in axes}
     return {name: (float(box.low[k]), float(box.high[k])) for name, k in places.items()}
 
@@ -87,7 +87,7 @@ def unstable_speed_ranges(
     axis = AXES[VELOCITIES.index(name)]
     powers = np.zeros(MAX_FACTORS + 1)
     for term in row:
-        if dissipates(term) and name in term.velocities:
+        if is_damping_term(term) and name in term.velocities:
             factor, degree = _alone(term, name, sign, surge)
             powers[degree] += sign * factor * damping[f"{axis}_{term}"]
     if not np.isfinite(powers).all():  # a damping file may lack a number

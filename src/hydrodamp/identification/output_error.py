@@ -87,7 +87,7 @@ class OutputError:
             ``STOPPED`` where the search ended before it came to rest.
         """
         free = model.restricted_to(problem.vehicle.axes)
-        problem = replace(problem, equations=problem.equations.only(free))
+        problem = replace(problem, equations=problem.equations.restrict_to(free))
         if not free.n_coefficients:
             return empty_fit(problem, free, self.key, Status.EMPTY)
         return self._searched(problem, free)

@@ -13,24 +13,24 @@ from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
-from hydrodamp.identification.online import first_guess, with_log
+from hydrodamp.identification.online import initial_coefficients, require_problem
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import EquationTable, Problem, stamp
+from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
 from hydrodamp.simulation.status import Status
 
 #: Velocities that terms are scaled by on board, where no log tells their sizes.
-USUAL = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
+TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 
 
 class RecursiveAdaptation(NamedTuple):
     """Recursive least squares bound to a plant and a model: all that a step needs."""
 
-    columns: EquationTable
+    equations: EquationTable
     model: DampingModel
     recursion: Recursion
     start: Estimate
@@ -60,7 +60,7 @@ class RecursiveState(NamedTuple):
     def damping(self) -> Damping:
         """The present estimate, with the vehicle it belongs to."""
         bound = self.adaptation
-        vehicle = stamp(bound.columns.vehicle)
+        vehicle = vehicle_stamp(bound.equations.vehicle)
         return Damping(bound.model, self.estimate.coefficients, vehicle=vehicle)
 
     def restart(self, sample: Sample) -> RecursiveState:
@@ -77,7 +77,7 @@ class RecursiveState(NamedTuple):
             A new one.
         """
         empty = frozen(np.zeros_like(self.block))
-        estimate = core.broken(self.adaptation.recursion, self.estimate)
+        estimate = core.begin_segment(self.adaptation.recursion, self.estimate)
         return RecursiveState(self.adaptation, estimate, empty, sample)
 
 
@@ -122,12 +122,7 @@ class RecursiveLeastSquares:
     def __post_init__(self) -> None:
         """Refuse settings that make no sense."""
         if self.typical_velocity is not None:
-            demand(
-                _is_usual(self.typical_velocity),
-                "usual",
-                "six positive numbers",
-                self.typical_velocity,
-            )
+            demand(_is_usual(self.typical_velocity), "usual", "six positive numbers", self.typical_velocity,)
         for name in ("block", "prior"):
             given = getattr(self, name)
             demand(0.0 < given < np.inf, name, "positive and finite", given)
@@ -142,26 +137,20 @@ class RecursiveLeastSquares:
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = columns.entries(free)
         if self.typical_velocity is None:
-            square = regressor_mean_square(with_log(source, "size of each term"))
+            square = regressor_mean_square(require_problem(source, "size of each term"))
         else:
             square = _usual_square(columns, self.typical_velocity)
         size = self.block * np.sqrt(self.prior * square[rows - columns.n_known])
         if not np.all(np.isfinite(size)):
-            raise MethodError(
-                "a term's mean square is not finite: look for absurd numbers in the log."
-            )
+            raise MethodError("a term's mean square is not finite: look for absurd numbers in the log.")
         current_estimate = columns.with_unknown((rows, axes), np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
-        recursion = Recursion(
-            columns.plant, rows, axes, current_estimate, unit, self.block, forgetting
-        )
-        start = recursion.before(first_guess(free, self.start))
+        recursion = Recursion(columns.plant, rows, axes, current_estimate, unit, self.block, forgetting)
+        start = recursion.initial_estimate(initial_coefficients(free, self.start))
         return RecursiveAdaptation(columns, free, recursion, start)
 
-    def init(
-        self, source: Problem | EquationTable, model: DampingModel, sample: Sample
-    ) -> RecursiveState:
+    def init(self, source: Problem | EquationTable, model: DampingModel, sample: Sample) -> RecursiveState:
         """Start online at the first sample of a run.
 
         Parameters
@@ -179,7 +168,7 @@ class RecursiveLeastSquares:
             At the start, nothing known.
         """
         bound = self.bind(source, model)
-        block = core.new_block(bound.columns.plant)
+        block = core.new_block(bound.equations.plant)
         return RecursiveState(bound, bound.start, block, sample)
 
     def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
@@ -234,63 +223,45 @@ class RecursiveLeastSquares:
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         axes = [_axis_knowledge(bound, estimate, axis) for axis in range(6)]
         rank = sum(int(one.is_told.sum()) for one in axes)
-        return make_fit(
-            problem,
-            bound.model,
-            self,
-            estimate.coefficients,
-            uncertainty=Uncertainty(
-                block_diag(*(one.covariance for one in axes)),
-                degrees_of_freedom=np.inf,
-                method=_METHOD,
-                bias_allowance=_ALLOWANCE,
-            ),
-            rank=rank,
-            aliased=tuple(group for one in axes for group in one.aliased),
-            status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
-        )
+        return make_fit(problem, bound.model, self, estimate.coefficients, uncertainty=Uncertainty(block_diag(*(one.covariance for one in axes)), degrees_of_freedom=np.inf, method=_METHOD, bias_allowance=_ALLOWANCE,), rank=rank, aliased=tuple(group for one in axes for group in one.aliased), status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,)
 
 
-class CurrentEstimate(NamedTuple):
+class EstimateUncertainty(NamedTuple):
     """How far an estimate can be trusted as it goes."""
 
     covariance: FloatArray  # of all coefficients
-    is_told: BoolArray  # by coefficient: the data tell more of it than the prior
+    is_estimated: BoolArray  # by coefficient: the data tell more of it than the prior
     excitation: FloatArray  # by axis: along the direction told least, data over prior
 
 
-def known(state: RecursiveState) -> CurrentEstimate:
+def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
     """Return what is known of each coefficient at a state."""
     axes = [_axis_knowledge(state.adaptation, state.estimate, axis) for axis in range(6)]
-    return CurrentEstimate(
-        block_diag(*(one.covariance for one in axes)),
-        np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD,
-        np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),
-    )
+    return EstimateUncertainty(block_diag(*(one.covariance for one in axes)), np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD, np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),)
 
 
-def sound_share(state: RecursiveState) -> FloatArray:
+def persistent_leverage_share(state: RecursiveState) -> FloatArray:
     """Return the share of each coefficient's leverage that lasts: terms three rows apart.
 
     Noise does not last so long, so that what is left of the leverage may be noise.
     """
     recursion, estimate, shares = state.adaptation.recursion, state.estimate, []
     for axis in range(6):
-        _, information = recursion.of(axis, estimate.information)
-        *_, crossed = recursion.witness_of(axis, estimate.witness)
+        _, information = recursion.axis_block(axis, estimate.information)
+        *_, crossed = recursion.iv_statistics(axis, estimate.iv_state)
         inverse = np.linalg.inv(np.eye(len(information)) + information)
         lasting = inverse @ (0.25 * (crossed + crossed.T)) @ inverse
         shares.append(lasting.diagonal() / inverse.diagonal())
     return np.concatenate(shares)
 
 
-def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
+def missing_wrench_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench that the data miss in other coefficients."""
     recursion, estimate, share = state.adaptation.recursion, state.estimate, np.zeros(6)
     unit = recursion.unit
     scale = np.divide(1.0, unit, out=np.zeros(len(unit)), where=unit > 0.0)
     for axis in range(6):
-        part, information = recursion.of(axis, estimate.information)
+        part, information = recursion.axis_block(axis, estimate.information)
         given, wanted = scale[part] * coefficients[part], scale[part] * estimate.coefficients[part]
         missing, size = ((one @ information @ one) for one in (wanted - given, given))
         share[axis] = np.sqrt(missing / size) if size > 0.0 else np.inf
@@ -298,10 +269,7 @@ def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray
 
 
 _METHOD = "residuals correlated over four blocks of time"
-_ALLOWANCE = (
-    "how far an estimate by instruments three blocks away is off and may be by chance, and the "
-    "start's pull"
-)
+_ALLOWANCE = ("how far an estimate by instruments three blocks away is off and may be by chance, and the " "start's pull")
 
 # Weights of products at lags of one row and more: W. Newey and K. West, Econometrica 55 (1987) 703.
 _TAPER = 1.0 - np.arange(1, 5) / 5.0
@@ -353,16 +321,14 @@ class _AxisKnowledge(NamedTuple):
 def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -> _AxisKnowledge:
     """Return what is known of one axis."""
     recursion = bound.recursion
-    part, information = recursion.of(axis, estimate.information)
+    part, information = recursion.axis_block(axis, estimate.information)
     unit = recursion.unit[part]
     values, vectors = np.linalg.eigh(information)
     inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
-    products, instrumented, crossed = recursion.witness_of(axis, estimate.witness)
+    products, instrumented, crossed = recursion.iv_statistics(axis, estimate.iv_state)
     noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
     found = estimate.coefficients[part]
-    moved = np.divide(
-        found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0
-    )
+    moved = np.divide(found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0)
     off, pulled = found - unit * instrumented, unit * (inverse @ moved)
     covariance = noise * np.outer(unit, unit) * inverse
     # Bias that is small in one coefficient by chance is not small in it: all of an axis have at

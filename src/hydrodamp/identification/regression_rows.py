@@ -241,9 +241,9 @@ class Folds:
         How they were made, in words.
     """
 
-    part: IntArray
+    fold: IntArray
     n: int
-    made: str
+    description: str
 
     def splits(self, rows: Rows) -> tuple[Split, ...]:
         """Return the triangles of every fold: each row is folded in once.
@@ -258,7 +258,7 @@ class Folds:
         splits : tuple of Split
             One a fold. The training triangles are merged from those of the folds.
         """
-        tests = [rows.select(self.part == fold).triangle() for fold in range(self.n)]
+        tests = [rows.select(self.fold == fold).triangle() for fold in range(self.n)]
         return tuple(
             Split(merge(tests[:fold] + tests[fold + 1 :]), test) for fold, test in enumerate(tests)
         )

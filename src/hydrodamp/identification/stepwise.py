@@ -23,10 +23,10 @@ from hydrodamp.identification.backward_elimination import (
     solved,
 )
 from hydrodamp.identification.dissipativity import (
-    box_of,
-    dissipates,
+    is_damping_term,
     max_damping_power,
     operating_box,
+    velocity_box,
 )
 from hydrodamp.identification.gauss_newton import (
     admissible_lengths,
@@ -293,7 +293,7 @@ def degree(term: Term) -> int:
 
 def under_way(velocity: FloatArray) -> bool:
     """Tell whether surge keeps its sign and never nearly vanishes."""
-    return bool(box_of(velocity).nearest[0] > 0.0)
+    return bool(velocity_box(velocity).min_abs[0] > 0.0)
 
 
 def distinct(problem: Problem, model: DampingModel) -> DampingModel:
@@ -307,7 +307,7 @@ def distinct(problem: Problem, model: DampingModel) -> DampingModel:
     rows = []
     for terms in model.terms:
         chosen: list[Term] = []
-        for term in sorted(terms, key=lambda one: (dissipates(one), not _reverses(one))):
+        for term in sorted(terms, key=lambda one: (is_damping_term(one), not _reverses(one))):
             here = place[term]
             if size[here] > 0.0 and not same[here, [place[other] for other in chosen]].any():
                 chosen.append(term)
@@ -347,7 +347,11 @@ def _reverses(term: Term) -> bool:
 def kept(model: DampingModel) -> BoolArray:
     """Tell which coefficients are no damping and so not for a selection to drop."""
     return np.array(
-        [not dissipates(term) and not term.needs_propulsion for row in model.terms for term in row],
+        [
+            not is_damping_term(term) and not term.needs_propulsion
+            for row in model.terms
+            for term in row
+        ],
         dtype=np.bool_,
     )
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray, as_shape, freeze
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.library import DOUBLES, C, call, ffi, given, struct
+from hydrodamp.kernels.library import DOUBLES, C, call, ffi, struct, to_c
 from hydrodamp.kernels.plant import PACKED, Inputs, Plant, Sample
 
 
@@ -139,7 +139,7 @@ class Gains:
         freeze(self, a=(6,), gamma=(self.plant.n_terms, 6))
 
 
-class Adapted(NamedTuple):
+class AdaptationRun(NamedTuple):
     """What a run of the adaptive identifier leaves: its last state, and its history."""
 
     matrix: FloatArray  # (n_terms, 6)
@@ -177,7 +177,7 @@ class Recursion:
         """Where the coefficients of each axis begin among all, and where the last end."""
         return np.cumsum([0, *np.bincount(self.axes, minlength=6)], dtype=np.int32)
 
-    def of(self, axis: int, packed: FloatArray) -> tuple[slice, FloatArray]:
+    def axis_block(self, axis: int, packed: FloatArray) -> tuple[slice, FloatArray]:
         """Return where the coefficients of an axis stand, and its square matrix of packed ones."""
         ends = np.cumsum(np.diff(self.starts) ** 2).tolist()
         part = slice(*self.starts[axis : axis + 2].tolist())
@@ -185,29 +185,29 @@ class Recursion:
         return part, packed[ends[axis] - n * n : ends[axis]].reshape(n, n)
 
     @functools.cached_property
-    def witnesses(self) -> list[int]:
+    def iv_offsets(self) -> list[int]:
         """Where the witness of each axis begins among all, and where the last ends."""
         sizes = [C.hd_witness_size(n) for n in np.diff(self.starts).tolist()]
         return [0, *itertools.accumulate(sizes)]
 
-    def witness_of(self, axis: int, packed: FloatArray) -> tuple[FloatArray, ...]:
+    def iv_statistics(self, axis: int, packed: FloatArray) -> tuple[FloatArray, ...]:
         """Return products of residuals at their lags; the estimate by instruments, its moments."""
         n = int(self.starts[axis + 1] - self.starts[axis])
-        witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
+        witness = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
         moments = witness[WITNESSED + n :][: n * n].reshape(n, n)
-        return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n], moments
+        return witness[N_LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n], moments
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
         """Return the terms of an axis's last row, in units, their target, and if it is a first."""
         n = int(self.starts[axis + 1] - self.starts[axis])
-        witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
+        witness = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
         row = witness[WITNESSED + n + n * n :][: n + 1]
         return row[:n], float(row[n]), bool(witness[0] < 2.0)
 
-    def before(self, coefficients: FloatArray) -> Estimate:
+    def initial_estimate(self, coefficients: FloatArray) -> Estimate:
         """Return what is known before any data."""
         squares = np.empty(int(np.sum(np.diff(self.starts) ** 2)))
-        witness = np.empty(self.witnesses[-1])
+        witness = np.empty(self.iv_offsets[-1])
         start = _floats(coefficients, self.rows.shape, "coefficients")
         made = Estimate(np.empty(len(start)), squares, np.empty(6), np.empty(6), witness)
         call("hd_recur_start", _entries(self), _moving(self, made), start)
@@ -215,7 +215,7 @@ class Recursion:
 
 
 #: Where the lags of an axis's witness stand, and behind them its estimate by instruments.
-LAGS, WITNESSED = 5, 9
+N_LAGS, WITNESSED = 5, 9
 
 
 class Estimate(NamedTuple):
@@ -231,7 +231,7 @@ class Estimate(NamedTuple):
     information: FloatArray
     noise: FloatArray
     rows: FloatArray
-    witness: FloatArray
+    iv_state: FloatArray
 
 
 def adapt(
@@ -241,7 +241,7 @@ def adapt(
     segments: IntArray,
     passes: int = 1,
     every: int = 0,
-) -> Adapted:
+) -> AdaptationRun:
     """Run the adaptive identifier of eqs. 15-16 over a record: the fold of :func:`adapt_step`.
 
     The velocity error starts at zero in every segment of every pass. ``every`` > 0 keeps the
@@ -257,7 +257,7 @@ def adapt(
         np.zeros(C.hd_step_work(n_terms, plant.n_channels)),
     )
     call("hd_adapt_run", plant_of(plant), *own, record, rows, len(rows), passes, history, work)
-    return Adapted(estimate, error, *kept)
+    return AdaptationRun(estimate, error, *kept)
 
 
 def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sample) -> FloatArray:
@@ -303,14 +303,14 @@ def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: In
     return moved
 
 
-def broken(recursion: Recursion, estimate: Estimate) -> Estimate:
+def begin_segment(recursion: Recursion, estimate: Estimate) -> Estimate:
     """Return an estimate whose next row begins a segment."""
     moved = _copied(estimate)
-    call("hd_witness_break", _entries(recursion), moved.witness)
+    call("hd_witness_break", _entries(recursion), moved.iv_state)
     return moved
 
 
-def rooms(gains: Gains, recursion: Recursion) -> dict[str, int]:
+def buffer_sizes(gains: Gains, recursion: Recursion) -> dict[str, int]:
     """Return how many numbers the identifiers of ``identifiers.c`` keep and work with."""
     plant, entries = plant_of(gains.plant), _entries(recursion)
     ai = struct("hd_ai", plant, entries, gains.a, gains.gamma)
@@ -337,7 +337,7 @@ def _entries(recursion: Recursion) -> Any:
 
 def _moving(recursion: Recursion, estimate: Estimate) -> Any:
     values = recursion.unit, recursion.forgetting, *estimate  # which the caller keeps
-    return ffi.new("hd_estimate *", [*map(given, values)])
+    return ffi.new("hd_estimate *", [*map(to_c, values)])
 
 
 class _Online(NamedTuple):

@@ -46,7 +46,7 @@ _TYPES = {
 _ALIVE: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
-def given(value: Any) -> Any:
+def to_c(value: Any) -> Any:
     """Return a value as C takes it; an array lives while the pointer to it does."""
     if isinstance(value, np.ndarray):
         return ffi.from_buffer(_TYPES[value.dtype], value)
@@ -54,11 +54,11 @@ def given(value: Any) -> Any:
 
 
 def struct(kind: str, *values: Any) -> Any:
-    fields = [*map(given, values)]
+    fields = [*map(to_c, values)]
     made = ffi.new(f"{kind} *", fields)
     _ALIVE[made] = fields
     return made
 
 
 def call(name: str, *values: Any) -> None:
-    getattr(C, name)(*map(given, values))
+    getattr(C, name)(*map(to_c, values))

@@ -198,10 +198,10 @@ def _absorb(
     one: Axis, recursion: Recursion, axis: int, known: Estimate, now: Estimate, is_climbing: bool
 ) -> Axis:
     """Return an axis with the moments of its last row."""
-    terms, target, _ = recursion.last_row(axis, now.witness)
+    terms, target, _ = recursion.last_row(axis, now.iv_state)
     innovation, earlier = innovations_of(recursion, axis, known, now)
     evidence = one.evidence.absorb(terms, target, innovation, earlier)
-    _, information = recursion.of(axis, known.information)
+    _, information = recursion.axis_block(axis, known.information)
     leverage = float(terms @ np.linalg.solve(np.eye(len(terms)) + information, terms))
     one = one._replace(
         evidence=evidence,
@@ -243,7 +243,7 @@ def _compare(
         return one._replace(residual=0.0, climb=0.0, top=0.0)
     reference = one.reference
     assert reference is not None
-    terms, target, is_first = recursion.last_row(axis, now.witness)
+    terms, target, is_first = recursion.last_row(axis, now.iv_state)
     variance = reference.noise * (1.0 + terms @ reference.spread @ terms)
     residual = float((target - terms @ reference.known) / np.sqrt(variance))
     kept = 0.0 if is_first else reference.correlation
@@ -254,9 +254,9 @@ def _compare(
 
 
 def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Reference:
-    part, information = recursion.of(axis, known.information)
+    part, information = recursion.axis_block(axis, known.information)
     unit, zero = recursion.unit[part], np.zeros(part.stop - part.start)
-    products, *_ = recursion.witness_of(axis, known.witness)
+    products, *_ = recursion.iv_statistics(axis, known.iv_state)
     correlation = np.clip(products[0] / known.noise[axis], -_STEADIEST, _STEADIEST)
     return Reference(
         frozen(np.divide(known.coefficients[part], unit, out=zero, where=unit > 0.0)),

@@ -14,7 +14,7 @@ from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.checks import FASTEST
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
-from hydrodamp.identification.recursive import USUAL
+from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.change_detection import Alarm, watch
 from hydrodamp.live.evidence import grade_axes
@@ -52,7 +52,7 @@ class State(NamedTuple):
     @property
     def digest(self) -> str:
         """What tells whether a state is of this vehicle, model and method."""
-        columns, recursion = self.rls.adaptation.columns, self.rls.adaptation.recursion
+        columns, recursion = self.rls.adaptation.equations, self.rls.adaptation.recursion
         plant = columns.plant
         seen = hashlib.sha256(repr((self.rls.adaptation.model.labels, columns.channels)).encode())
         arrays = [plant.mass_matrix, plant.free, plant.factors, recursion.known, recursion.unit]
@@ -64,7 +64,10 @@ class State(NamedTuple):
         return seen.hexdigest()
 
 
-_RLS, _AI = recursive.RecursiveLeastSquares(typical_velocity=USUAL), adaptive.AdaptiveIdentifier()
+_RLS, _AI = (
+    recursive.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY),
+    adaptive.AdaptiveIdentifier(),
+)
 
 
 def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> State:
@@ -81,7 +84,7 @@ def update(state: State, row: Row) -> tuple[State, str]:
     """Return the state after a row, and what became of it."""
     if not row:
         return _counted(state, "unreadable"), "unreadable"
-    columns, last = state.rls.adaptation.columns, state.rls.last
+    columns, last = state.rls.adaptation.equations, state.rls.last
     velocity = velocity_of(row, columns.vehicle.free.tolist())
     segment = str(row.get(SEGMENT, ""))
     ranges = ranges_of(columns)
@@ -177,4 +180,4 @@ def _settled(state: State) -> np.ndarray:
     """Return on which axes the coefficients are where the data want them, shape (6,)."""
     if state.ai is None:
         return np.ones(6, dtype=np.bool_)
-    return recursive.missing_share(state.rls, state.coefficients) <= adaptive.SETTLED
+    return recursive.missing_wrench_share(state.rls, state.coefficients) <= adaptive.SETTLED

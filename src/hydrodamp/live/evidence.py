@@ -10,9 +10,15 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.term import Term
 from hydrodamp.identification import recursive
-from hydrodamp.identification.identifiability import EXCITED, SOUND, Cause, Grade, rated
+from hydrodamp.identification.identifiability import (
+    MIN_MOTION_LEVERAGE,
+    MIN_R_SQUARED,
+    Cause,
+    Grade,
+    grade_coefficients,
+)
 from hydrodamp.identification.recursive import RecursiveState
-from hydrodamp.kernels.core import LAGS, Estimate, Recursion
+from hydrodamp.kernels.core import N_LAGS, Estimate, Recursion
 
 # Standard errors from the middle of a 95 % interval to its ends.
 _WIDTH = 1.959964
@@ -63,7 +69,7 @@ class Evidence(NamedTuple):
     @property
     def is_excited(self) -> bool:
         """Whether that is enough, by the limit of `identify`."""
-        return self.share >= EXCITED
+        return self.share >= MIN_R_SQUARED
 
     @property
     def response(self) -> float:
@@ -93,10 +99,10 @@ def innovations_of(
 
     Each over the root of 1 + leverage, as csrc/witness.c keeps them.
     """
-    place = recursion.witnesses[axis]
-    has_earlier = before.witness[place] >= LAGS - 1
-    earlier = before.witness[place + 2 : place + LAGS].mean() if has_earlier else 0.0
-    return float(after.witness[place + 1]), float(earlier)
+    place = recursion.iv_offsets[axis]
+    has_earlier = before.iv_state[place] >= N_LAGS - 1
+    earlier = before.iv_state[place + 2 : place + N_LAGS].mean() if has_earlier else 0.0
+    return float(after.iv_state[place + 1]), float(earlier)
 
 
 def restore_evidence(values: list[Any]) -> Evidence:
@@ -128,9 +134,9 @@ def grade_axes(
     ``converged`` and ``model_form`` say of each axis whether the estimate is where the data want
     it, and whether terms are missing.
     """
-    known = recursive.known(state)
+    known = recursive.estimate_uncertainty(state)
     errors = np.sqrt(known.covariance.diagonal())
-    sound = recursive.sound_share(state)
+    sound = recursive.persistent_leverage_share(state)
     bound, grades, causes = state.adaptation, list[Grade](), list[Cause | None]()
     quiet = {
         velocity
@@ -141,18 +147,18 @@ def grade_axes(
         part = slice(*bound.recursion.starts[axis : axis + 2].tolist())
         one, unit = evidence[axis], bound.recursion.unit[part]
         columns = np.zeros(len(unit)) if one.columns is None else one.columns
-        words, reasons = rated(
+        words, reasons = grade_coefficients(
             coefficients[part],
             _WIDTH * errors[part],
             np.sqrt(columns) / np.where(unit > 0.0, unit, np.inf),
             np.array([not quiet & _velocities(term) for term in terms], dtype=np.float64),
-            ~known.is_told[part],
+            ~known.is_estimated[part],
             response=one.response,
             excited=one.is_excited and bool(converged[axis]),
         )
         # What tells its column from others does not last, and may be noise: a sign at best.
         words = tuple(
-            Grade.WEAK if word is Grade.DETERMINED and share < SOUND else word
+            Grade.WEAK if word is Grade.DETERMINED and share < MIN_MOTION_LEVERAGE else word
             for word, share in zip(words, sound[part], strict=True)
         )
         if model_form[axis]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.checks import FASTEST
-from hydrodamp.identification.recursive import USUAL
+from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.simulation.problem import EquationTable
 from hydrodamp.vehicle.actuators import Actuator
@@ -55,8 +55,8 @@ def _ranges(columns: EquationTable) -> Ranges:
     """
     vehicle = columns.vehicle
     actuators = vehicle.actuators if columns.actuators else ()
-    pairs = [_command_range(vehicle, actuators, name) for name in columns.needed]
-    names = columns.needed
+    pairs = [_command_range(vehicle, actuators, name) for name in columns.required_commands]
+    names = columns.required_commands
     if not columns.actuators:
         names, pairs = (*names, *AXES), [*pairs, *_wrench_ranges(vehicle)]
     largest, ordinary = zip(*pairs, strict=True) if pairs else ((), ())
@@ -72,7 +72,7 @@ def _command_range(
     commands = {other: np.zeros(len(magnitudes)) for other in vehicle.commands}
     commands[name] = magnitudes
     wrench = vehicle.known_wrench(
-        np.tile(USUAL, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands
+        np.tile(TYPICAL_VELOCITY, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands
     )
     effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
     speed = vehicle.propulsion_speed(commands)

@@ -20,14 +20,14 @@ from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import (
+    PAPER_COLUMN,
     PAPER_TABLE_I,
-    PRINTED_COLUMN,
     Comparison,
     Row,
-    beside_paper,
+    is_paper_campaign,
 )
 from hydrodamp.validation.cross_validation import CrossValidation
-from hydrodamp.validation.selection import error_of, pareto_front
+from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
 _RUNS = 6  # likewise
@@ -92,8 +92,8 @@ def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
 def _summary(comparison: Comparison, methods: Sequence[str]) -> Table:
     found = {(row.model, row.method): row for row in reversed(comparison.rows)}
     sizes = {row.model: row.n_coefficients for row in comparison.rows}
-    known = [PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN]
-    printed = list(dict.fromkeys(known)) if beside_paper(comparison) else []
+    known = [PAPER_COLUMN[m] for m in methods if m in PAPER_COLUMN]
+    printed = list(dict.fromkeys(known)) if is_paper_campaign(comparison) else []
     columns = [Column("model", number=False), Column("n"), Column("rank")]
     columns += [Column(method, form=error_size) for method in methods]
     columns += [Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in printed]
@@ -107,7 +107,7 @@ def _summary(comparison: Comparison, methods: Sequence[str]) -> Table:
     for place, method in enumerate(methods, start=3):
         scored = [row for row in comparison.rows if row.method == method and row.converged]
         if scored:
-            best.add(([*sizes].index(min(scored, key=error_of).model), place))
+            best.add(([*sizes].index(min(scored, key=rms_or_infinity).model), place))
     return Table(
         title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
         columns=tuple(columns),
@@ -127,7 +127,7 @@ def _error(row: Row | None) -> float | str | None:
 
 def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Table:
     """Return rows of a comparison with all their numbers."""
-    unit, printed = f"{comparison.rate_unit}/s", beside_paper(comparison)
+    unit, printed = f"{comparison.rate_unit}/s", is_paper_campaign(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
     columns = [
         *_ROW,
@@ -162,7 +162,7 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
 
 
 def _numbers(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
-    paper = getattr(PAPER_TABLE_I.get(row.model), PRINTED_COLUMN.get(row.method, ""), None)
+    paper = getattr(PAPER_TABLE_I.get(row.model), PAPER_COLUMN.get(row.method, ""), None)
     return (
         *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
         *((paper,) if printed else ()),
@@ -210,9 +210,9 @@ def fold_table(table: CrossValidation) -> Table:
         "RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, "
         "however small its RMS.",
         *(
-            f"{row.model} by {row.method} lost {', '.join(row.lost)}."
+            f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}."
             for row in table.rows
-            if row.lost
+            if row.failed_folds
         ),
     ]
     if best:
@@ -226,9 +226,9 @@ def fold_table(table: CrossValidation) -> Table:
         "model": ("model", "s"),
         "n": ("n_coefficients", "d"),
         "method": ("method", "s"),
-        "RMS": ("rms_of_finished", ".3f"),
-        "spread": ("spread", ".3f"),
-        "lost folds": ("n_lost", "d"),
+        "RMS": ("rms_of_completed", ".3f"),
+        "spread": ("standard_deviation", ".3f"),
+        "lost folds": ("n_failed_folds", "d"),
     }
     title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
     return Table.of_items(title, table.rows, columns, notes)
@@ -268,10 +268,13 @@ def validation_document(
     table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
-    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold", "lost")
+    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
     return {
         "held_out": table.held_out,
-        "folds": [{key: getattr(row, key) for key in of_row} for row in table.rows],
+        "folds": [
+            {key: getattr(row, key) for key in of_row} | {"lost": row.failed_folds}
+            for row in table.rows
+        ],
         "whole": [
             {
                 "model": fit.model.key,

@@ -31,7 +31,7 @@ from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import RateUnit, horizon_scores
 from hydrodamp.validation.bands import PredictionBand, prediction_band
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.selection import error_of
+from hydrodamp.validation.selection import rms_or_infinity
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -210,7 +210,7 @@ def _said_of_power(problem: Problem, fit: Fit) -> str:
 def best_of_each_method(comparison: Comparison, first: Row) -> tuple[Row, ...]:
     """Return a row, then the one with the lowest error of every other method."""
     best = {first.method: first}
-    for row in sorted(comparison.rows, key=error_of):
+    for row in sorted(comparison.rows, key=rms_or_infinity):
         if row.rms is not None:
             best.setdefault(row.method, row)
     return tuple(best.values())[:_TOGETHER]

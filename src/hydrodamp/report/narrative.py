@@ -14,7 +14,7 @@ from hydrodamp.identification.operating_range import (
     velocity_ranges,
 )
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row, beside_paper
+from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 
 #: Key in the provenance of a comparison that lacks rows; its value says how many.
 UNFINISHED = "unfinished"
@@ -66,15 +66,15 @@ def _how_good(comparison: Comparison, row: Row) -> str:
 
 def _graded(found: Identifiability) -> Iterator[str]:
     """Say how many coefficients are determined, and which are not."""
-    n, sure = len(found.grades), len(found.labelled(Grade.DETERMINED))
+    n, sure = len(found.grades), len(found.labels_with(Grade.DETERMINED))
     if sure == n:
         yield f"The log determined all {n} coefficients of this model"
         return
     yield f"The log determined {sure or 'none'} of its {n} coefficients"
     for grade in tuple(Grade)[1:]:
-        if labels := list(found.labelled(grade)):
+        if labels := list(found.labels_with(grade)):
             yield f"{len(labels)} {grade.word}{_listed(labels)}"
-    quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
+    quiet = [f"{one.axis} {100.0 * one.r_squared:.0f} %" for one in found.axes if not one.excited]
     if quiet:
         yield (
             "axes whose force is not predicted at each moment, for want of motion or of the right "
@@ -97,7 +97,7 @@ def remarks(comparison: Comparison) -> Iterator[str]:
         yield f"Unfinished, {lacking}. What is missing may be better than what is here."
     if shared := given.get("overlap"):
         yield f"Training and test data share {shared}: errors on data that were fitted say little."
-    if beside_paper(comparison):
+    if is_paper_campaign(comparison):
         yield "paper: Table I as printed; the paper's own log was never published."
     yield from _replays(comparison)
     yield from _outcomes(comparison)

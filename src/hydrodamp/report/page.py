@@ -29,7 +29,7 @@ from hydrodamp.report.table import Table
 from hydrodamp.results import save_listed
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.selection import error_of
+from hydrodamp.validation.selection import rms_or_infinity
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -93,7 +93,7 @@ def page(comparison: Comparison, findings: Findings | None = None) -> str:
 def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     """Return what the page holds beside its words."""
     chosen, grades, unit = chosen_row(comparison), findings.identifiability, comparison.rate_unit
-    by_error = sorted(comparison.rows, key=lambda row: (error_of(row), row.n_coefficients))
+    by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
     drawn = series(comparison, order, findings.band)
     warnings = comparison.provenance.get("warnings", "").splitlines()

@@ -24,18 +24,18 @@ _RADII = 4.0  # in the length of a hull
 
 def check_log(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
     """Refuse a log that lacks what the vehicle or a term needs."""
-    if faults := list(lacks(vehicle, log, models)):
+    if faults := list(missing_data(vehicle, log, models)):
         raise ProblemError(list_faults(log.source or "log", faults))
 
 
-def lacks(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:
+def missing_data(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:
     """Say what the vehicle or a term needs and a log lacks."""
     yield from _velocities(vehicle, log)
     yield from _commands(vehicle, log, models)
     yield from _attitude(vehicle, log, models)
 
 
-def unused(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterator[str]:
+def unused_commands(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterator[str]:
     """Say which columns no actuator and no term uses."""
     used = {*vehicle.commands, *(name for model in models for name in model.commands)}
     idle = [name for name in log.command_names if name not in used]
@@ -49,21 +49,21 @@ def unused(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterat
         )
 
 
-def needs_of(vehicle: Vehicle, log: Log) -> Requirements:
+def log_requirements(vehicle: Vehicle, log: Log) -> Requirements:
     """Return what a vehicle needs of a log; models may yet have terms for its commands."""
     from hydrodamp.ingest.inspection.quality_report import Requirements
 
-    told = nothing_drives(vehicle, log)
+    told = missing_actuation(vehicle, log)
     reserved = told if log.command_names and not vehicle.commands else ""
     return Requirements(
         velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
-        missing=tuple(lack for lack in lacks(vehicle, log, ()) if lack != reserved),
-        reservations=(*unused(vehicle, log, ()), *filter(None, [reserved])),
-        length=length_of(vehicle),
+        missing=tuple(lack for lack in missing_data(vehicle, log, ()) if lack != reserved),
+        reservations=(*unused_commands(vehicle, log, ()), *filter(None, [reserved])),
+        length=estimate_length(vehicle),
     )
 
 
-def length_of(vehicle: Vehicle) -> float | None:
+def estimate_length(vehicle: Vehicle) -> float | None:
     """Return about how long a vehicle is [m]: four radii of gyration about the axis it turns on."""
     inertia = vehicle.mass_matrix.diagonal()
     for turns, shifts in (("N", "Y"), ("M", "Z")):
@@ -73,7 +73,7 @@ def length_of(vehicle: Vehicle) -> float | None:
     return None
 
 
-def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:
+def missing_actuation(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:
     """Return why a log does not say what drove a vehicle."""
     of_terms = {name for model in models for name in model.commands}
     recorded = log.command_names
@@ -129,7 +129,7 @@ def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
             "actuators twice: drop the wrench columns to use the vehicle's actuators, or drop "
             "those commands to use the recorded wrench."
         )
-    if told := nothing_drives(vehicle, log, models):
+    if told := missing_actuation(vehicle, log, models):
         yield told
         return
     recorded |= set(channel_names(vehicle, log))

@@ -13,7 +13,7 @@ _GLANCE = 0.2
 """How long a wait may last before Ctrl-C is looked for; Windows does not break a wait [s]."""
 
 
-def each(
+def run_parallel(
     work: Callable[..., Result],
     calls: Sequence[tuple[Any, ...]],
     done: Callable[[Result], None] = lambda _: None,

@@ -24,13 +24,13 @@ from hydrodamp.simulation.checks import check_log
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 
-def stamp(vehicle: Vehicle) -> VehicleStamp:
+def vehicle_stamp(vehicle: Vehicle) -> VehicleStamp:
     """Return what a damping file says of the vehicle it belongs to."""
     digest = mass_matrix_digest(vehicle.mass_matrix)
     return VehicleStamp(vehicle.name, vehicle.weight, vehicle.buoyancy, digest)
 
 
-def digest_of(vehicle: Vehicle) -> str:
+def vehicle_digest(vehicle: Vehicle) -> str:
     """Return what tells a vehicle from another: all that is known of it."""
     seen = hashlib.sha256()
     for field in fields(vehicle):
@@ -75,7 +75,7 @@ class EquationTable:
     actuators: bool
 
     @cached_property
-    def needed(self) -> tuple[str, ...]:
+    def required_commands(self) -> tuple[str, ...]:
         """Return the commands without which no sample can be made, sorted."""
         names = {name for term in self.basis for name in term.commands}
         return tuple(sorted(names | set(self.vehicle.commands if self.actuators else ())))
@@ -89,11 +89,11 @@ class EquationTable:
         self, entries: tuple[np.ndarray, np.ndarray], coefficients: FloatArray
     ) -> FloatArray:
         """Return the table with ``coefficients`` put at ``entries``."""
-        matrix = self.scattered(entries, coefficients)
+        matrix = self.scatter(entries, coefficients)
         matrix[: self.n_known] = self.known
         return matrix
 
-    def scattered(self, entries: tuple[np.ndarray, np.ndarray], values: FloatArray) -> FloatArray:
+    def scatter(self, entries: tuple[np.ndarray, np.ndarray], values: FloatArray) -> FloatArray:
         """Return a table of zeros with ``values`` put at ``entries``."""
         table = np.zeros((self.n_known + len(self.basis), 6))
         table[entries] = values
@@ -119,7 +119,7 @@ class EquationTable:
                 f"{' '.join(missing)}. Name the model in `prepare(vehicle, log, models)`."
             )
 
-    def only(self, model: DampingModel) -> EquationTable:
+    def restrict_to(self, model: DampingModel) -> EquationTable:
         """Return the table without the unknown columns that a model has no term of."""
         self.require(model)
         unknown = [self.n_known + self.basis.index(term) for term in model.basis]
@@ -265,7 +265,7 @@ class Problem:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the vehicle and of all that was measured, whatever files it came from."""
-        said = (self.log.command_names, self.segments.tolist(), digest_of(self.vehicle))
+        said = (self.log.command_names, self.segments.tolist(), vehicle_digest(self.vehicle))
         seen = hashlib.sha256(repr(said).encode())
         for field in fields(self.log):
             value = getattr(self.log, field.name)
@@ -323,7 +323,7 @@ class Problem:
         free = damping.model.restricted_to(self.vehicle.axes)
         return self.equations.with_unknown(self.equations.entries(free), damping.onto(free))
 
-    def covering(self, *models: DampingModel) -> Problem:
+    def extend_to(self, *models: DampingModel) -> Problem:
         """Return the problem with columns of further models; itself where it has them all."""
         free = tuple(model.restricted_to(self.vehicle.axes) for model in models)
         if all(term in self.equations.basis for model in free for term in model.basis):

@@ -14,13 +14,13 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import demand
 from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping, warn_if_foreign
-from hydrodamp.simulation.problem import Problem, prepare, stamp
+from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 RateUnit = Literal["deg", "rad"]
 AttitudeSource = Literal["measured", "simulated"]
-LIMIT = 50.0
+DIVERGENCE_LIMIT = 50.0
 """A velocity component [m/s or rad/s] beyond which a replay has diverged."""
 
 
@@ -104,7 +104,7 @@ def simulate(
         If the coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
     """
     problem = prepare(vehicle, log, damping.model)
-    warn_if_foreign(damping, stamp(vehicle))
+    warn_if_foreign(damping, vehicle_stamp(vehicle))
     return replay(problem, damping, attitude, max_step)
 
 
@@ -128,7 +128,7 @@ def replay(
         problem.segments if spans is None else spans,
         attitude=start if attitude == "simulated" else None,
         max_step=max_step,
-        limit=LIMIT,
+        limit=DIVERGENCE_LIMIT,
     )
     diverged = []
     for index in np.sort(diverged_at[diverged_at >= 0]).tolist():
@@ -334,9 +334,9 @@ def horizon_scores(
     >>> [found.n_windows for found in scores]
     [100, 10, 2]
     """
-    asked = [checked_horizon(horizon) for horizon in horizons]
+    asked = [check_horizon(horizon) for horizon in horizons]
     problem = prepare(vehicle, log, damping.model)
-    warn_if_foreign(damping, stamp(vehicle))
+    warn_if_foreign(damping, vehicle_stamp(vehicle))
     return tuple(horizon_score(problem, damping, one, attitude, rate_unit) for one in asked)
 
 
@@ -350,12 +350,12 @@ def horizon_score(
     """Return the score of one horizon."""
     # The last window first: where one ends the next begins, and the end, which is a prediction,
     # is to stay.
-    spans = windows(problem, horizon)[::-1]
+    spans = window_bounds(problem, horizon)[::-1]
     found = replay(problem, damping, attitude, spans=spans)
     return HorizonScore(horizon, score(found, rate_unit), len(spans), len(found.diverged))
 
 
-def windows(problem: Problem, horizon: Horizon) -> IntArray:
+def window_bounds(problem: Problem, horizon: Horizon) -> IntArray:
     """Return the stretches that are replayed, each from its own measured state."""
     time, found = problem.inputs.time, []
     for start, stop in problem.segments.tolist():
@@ -373,7 +373,7 @@ def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
     return np.flatnonzero(np.diff(number, prepend=-1.0) > 0.0)
 
 
-def checked_horizon(horizon: Horizon) -> Horizon:
+def check_horizon(horizon: Horizon) -> Horizon:
     """Return a horizon that can be replayed."""
     fits = horizon in ("step", "run") if isinstance(horizon, str) else 0.0 < horizon < np.inf
     demand(fits, "horizon", "a positive number of seconds, 'step' or 'run'", horizon)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.errors import ProblemError
-from hydrodamp.identification.fit import attempted
+from hydrodamp.identification.fit import identify_or_refuse
 from hydrodamp.identification.har_covariance import reference_model
 from hydrodamp.identification.least_squares import WeakForm
 from hydrodamp.models.model import DampingModel
@@ -32,13 +32,13 @@ class Gain:
     high: float
 
     @property
-    def doubtful(self) -> bool:
+    def is_inconsistent(self) -> bool:
         """Whether the known wrench is wrong, not merely uncertain."""
         far = self.low > _DOUBTED or self.high < 1.0 / _DOUBTED
         return far and self.high - self.low < _WIDEST * max(1.0, 0.5 * self.value)
 
 
-def gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
+def estimate_gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
     """Return the gains that are determined beside all terms of models and of the reference."""
     free = problem.vehicle.axes
     rich = reference_model(free)
@@ -48,34 +48,23 @@ def gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
         freed = with_gains(problem.vehicle, problem.log, rich)
     except ProblemError:
         return ()
-    fit = attempted(WeakForm(), problem.covering(freed), freed)
+    fit = identify_or_refuse(WeakForm(), problem.extend_to(freed), freed)
     if fit.uncertainty is None:
         return ()
     unclear = {label for group in fit.aliased for label in group}
     spans = 1.0 + fit.uncertainty.interval(fit.damping.coefficients)
     labels = {axis: f"{axis}_{name}" for axis, (name, _) in CHANNELS.items()}
-    return tuple(
-        Gain(axis, 1.0 + fit.damping[label], *spans[fit.model.index(label)].tolist())
-        for axis, label in labels.items()
-        if label in fit.model.labels and label not in unclear
-    )
+    return tuple(Gain(axis, 1.0 + fit.damping[label], *spans[fit.model.index(label)].tolist()) for axis, label in labels.items() if label in fit.model.labels and label not in unclear)
 
 
-def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[QualityIssue]:
+def check_gains(problem: Problem, models: Sequence[DampingModel]) -> Iterator[QualityIssue]:
     """Say which known wrenches the motion contradicts."""
     freed = {name for channels in CHANNELS.values() for name in channels}
     if any(name in freed for model in models for name in model.commands):
         return  # the fits identify them
     recorded = problem.log.wrench is not None
     what = "recorded wrench" if recorded else f"wrench of the actuators of '{problem.vehicle.name}'"
-    wrong = [one for one in gains(problem, models) if one.doubtful]
+    wrong = [one for one in estimate_gains(problem, models) if one.is_inconsistent]
     if wrong:
         spans = ", ".join(f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})" for one in wrong)
-        yield QualityIssue(
-            " ".join(one.axis for one in wrong),
-            "is not what acts",
-            f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the "
-            "damping takes up the difference",
-            remedy="check its units and signs and the thrust of the actuators, or let the gains be "
-            "identified too with `--free-gains`",
-        )
+        yield QualityIssue(" ".join(one.axis for one in wrong), "is not what acts", f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the " "damping takes up the difference", remedy="check its units and signs and the thrust of the actuators, or let the gains be " "identified too with `--free-gains`",)

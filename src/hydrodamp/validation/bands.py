@@ -9,11 +9,11 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, factorisation, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import reach
+from hydrodamp.identification.fit import critical_value
 from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.replay import LIMIT
+from hydrodamp.simulation.replay import DIVERGENCE_LIMIT
 
 #: Numbers of a sensitivity held at once: 64 MB.
 _CHUNK = 8_000_000
@@ -80,7 +80,7 @@ def prediction_band(
     MethodError
         If the damping has no covariance, or a setting makes no sense.
     """
-    half = reach(level, degrees_of_freedom)
+    half = critical_value(level, degrees_of_freedom)
     if damping.covariance is None:
         raise MethodError(
             f"the coefficients of '{damping.model.key}' have no covariance, so there is no band: "
@@ -105,7 +105,7 @@ def prediction_band(
                 problem.inputs.select(part, begun),
                 np.array([[0, len(begun)]]),
                 entries,
-                limit=LIMIT,
+                limit=DIVERGENCE_LIMIT,
             )
             on_coefficients, on_initial = np.split(slope, [n], axis=2)
             total = on_initial @ spread + on_coefficients @ root

@@ -10,22 +10,22 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.damping import warn_if_foreign
-from hydrodamp.simulation.parallel import each
-from hydrodamp.simulation.problem import Problem, prepare, stamp
+from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.simulation.replay import (
     AttitudeSource,
     HorizonScore,
     RateUnit,
     Score,
     Trajectory,
-    checked_horizon,
+    check_horizon,
     horizon_score,
     no_score,
     replay,
     score,
 )
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.selection import Ranked, Selection, choose
+from hydrodamp.validation.selection import Ranked, Selection, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -161,7 +161,7 @@ class Comparison:
         MethodError
             If no row has an RMS error.
         """
-        return choose(self.rows)
+        return select_row(self.rows)
 
     def best(self) -> Row:
         """Return the row of :meth:`choice`.
@@ -180,10 +180,10 @@ class Comparison:
 
     def __str__(self) -> str:
         """Return the table as plain text."""
-        return listed(self.rate_unit, ((row, row.rms, row.status.word) for row in self.rows))
+        return format_rows(self.rate_unit, ((row, row.rms, row.status.word) for row in self.rows))
 
 
-def listed(unit: RateUnit, rows: Iterable[tuple[Ranked, float | None, str]]) -> str:
+def format_rows(unit: RateUnit, rows: Iterable[tuple[Ranked, float | None, str]]) -> str:
     """Return rows as plain text, each with an error and what is said of it."""
     lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({unit}/s)':>13}"]
     for row, rms, said in rows:
@@ -240,20 +240,20 @@ def compare(
     """
     asked = tuple(fits)
     if horizon is not None:
-        checked_horizon(horizon)
+        check_horizon(horizon)
     problem = prepare(vehicle, test, [fit.model for fit in asked])
     for fit in asked:
-        warn_if_foreign(fit.damping, stamp(vehicle))
-    rows = each(_row, [(problem, fit, attitude, rate_unit, horizon) for fit in asked], done)
+        warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
+    rows = run_parallel(_row, [(problem, fit, attitude, rate_unit, horizon) for fit in asked], done)
     return Comparison(
         rows=rows,
         rate_unit=rate_unit,
         attitude=attitude,
-        provenance=origin(asked, vehicle, test),
+        provenance=comparison_provenance(asked, vehicle, test),
     )
 
 
-def origin(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
+def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
     """Return what a comparison was made from, in words."""
     train = next((fit.provenance for fit in fits if fit.provenance), {})  # none where refused
     return {
@@ -281,7 +281,7 @@ def _row(
 
 
 @dataclass(frozen=True)
-class Printed:
+class PaperRow:
     """One line of the paper's Table I."""
 
     n_coefficients: int
@@ -291,21 +291,21 @@ class Printed:
 
 #: Root mean square velocity error values for different models.
 PAPER_TABLE_I = {
-    "mcfarland-whitcomb": Printed(216, 0.40, 0.54),
-    "pitch-yaw": Printed(100, 1.74, 2.00),
-    "gertler-hagen": Printed(88, 0.39, 0.55),
-    "linear": Printed(36, 0.50, 0.74),
-    "coe": Printed(33, 1.29, 2.29),
-    "prestero": Printed(30, 1.79, 2.31),
-    "uncoupled": Printed(24, 2.15, 1.98),
-    "fossen": Printed(12, 2.24, 2.08),
+    "mcfarland-whitcomb": PaperRow(216, 0.40, 0.54),
+    "pitch-yaw": PaperRow(100, 1.74, 2.00),
+    "gertler-hagen": PaperRow(88, 0.39, 0.55),
+    "linear": PaperRow(36, 0.50, 0.74),
+    "coe": PaperRow(33, 1.29, 2.29),
+    "prestero": PaperRow(30, 1.79, 2.31),
+    "uncoupled": PaperRow(24, 2.15, 1.98),
+    "fossen": PaperRow(12, 2.24, 2.08),
 }
 
 #: Which printed column a method stands beside.
-PRINTED_COLUMN = {key: entry.printed for key, entry in METHODS.items() if entry.printed}
+PAPER_COLUMN = {key: entry.paper_column for key, entry in METHODS.items() if entry.paper_column}
 
 
-def beside_paper(comparison: Comparison) -> bool:
+def is_paper_campaign(comparison: Comparison) -> bool:
     """Tell whether Table I may stand beside a comparison."""
     return "truth" in comparison.provenance and any(
         key in PAPER_TABLE_I for key in comparison.models

@@ -19,8 +19,8 @@ from hydrodamp.identification.stepwise import StepwiseSelection
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
-from hydrodamp.validation.compare import Row, compare, listed
-from hydrodamp.validation.selection import Selection, choose
+from hydrodamp.validation.compare import Row, compare, format_rows
+from hydrodamp.validation.selection import Selection, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -53,22 +53,22 @@ class ValidatedRow:
     @property
     def rms(self) -> float | None:
         """Mean of equation 24 over all folds; None where one has no error."""
-        return self.rms_of_finished if None not in self.rms_by_fold else None
+        return self.rms_of_completed if None not in self.rms_by_fold else None
 
     @property
-    def rms_of_finished(self) -> float | None:
+    def rms_of_completed(self) -> float | None:
         """Mean over the folds that have an error, to be read beside how many have none."""
         finished = self._finished
         return statistics.fmean(finished) if finished else None
 
     @property
-    def spread(self) -> float | None:
+    def standard_deviation(self) -> float | None:
         """Standard deviation over the folds that have an error; None for fewer than two."""
         finished = self._finished
         return statistics.stdev(finished) if len(finished) > 1 else None
 
     @property
-    def lost(self) -> tuple[str, ...]:
+    def failed_folds(self) -> tuple[str, ...]:
         """The folds that have no error, from 1, each with where its replay left, or its status."""
         causes = (
             (number, filter(None, (row.status.word, row.score.divergence_text)))
@@ -78,9 +78,9 @@ class ValidatedRow:
         return tuple(f"fold {number} ({' in '.join(cause)})" for number, cause in causes)
 
     @property
-    def n_lost(self) -> int:
+    def n_failed_folds(self) -> int:
         """How many folds have no error."""
-        return len(self.lost)
+        return len(self.failed_folds)
 
     @property
     def converged(self) -> bool:
@@ -124,16 +124,16 @@ class CrossValidation:
         MethodError
             If there is no such row.
         """
-        chosen = choose(self.rows, f" of all {len(self.held_out)} folds")
+        chosen = select_row(self.rows, f" of all {len(self.held_out)} folds")
         nearer = (_nearer(row, chosen.row) for row in self.rows)
         said = " ".join(filter(None, (chosen.caveat, *nearer)))
         return replace(chosen, caveat=said)
 
     def __str__(self) -> str:
         """Return the table as plain text."""
-        lost = [f"lost {', '.join(row.lost) or 'no fold'}" for row in self.rows]
-        errors = [row.rms_of_finished for row in self.rows]
-        return listed(self.rate_unit, zip(self.rows, errors, lost, strict=True))
+        lost = [f"lost {', '.join(row.failed_folds) or 'no fold'}" for row in self.rows]
+        errors = [row.rms_of_completed for row in self.rows]
+        return format_rows(self.rate_unit, zip(self.rows, errors, lost, strict=True))
 
 
 def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
@@ -144,7 +144,7 @@ def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
         return ""
     return (
         f"{row.model} by {row.method} is nearer on the folds that it ended ({own[kept].mean():.3g} "
-        f"against {other[kept].mean():.3g}), but lost {row.n_lost} of "
+        f"against {other[kept].mean():.3g}), but lost {row.n_failed_folds} of "
         f"{len(row.folds)}: look what is special there."
     )
 
@@ -219,7 +219,7 @@ def cross_validate(
     rows: list[list[Row]] = []
     held_out: list[tuple[str, ...]] = []
     found = CrossValidation((), (), rate_unit)
-    for train, test in holdouts(log, folds, gap):
+    for train, test in split_holdout(log, folds, gap):
         chosen = [
             model.select(vehicle, train, given) if isinstance(model, StepwiseSelection) else model
             for model in asked
@@ -236,7 +236,7 @@ def cross_validate(
     return found
 
 
-def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:
+def split_holdout(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:
     """Divide a log into folds of whole segments, or of blocks with a gap between them.
 
     Each is what to identify from, and what to replay.
@@ -249,11 +249,11 @@ def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Lo
 
 
 def _holdout(log: Log, divided: Folds, fold: int) -> tuple[Log, Log]:
-    here = divided.part == fold
-    train, test = _stretches(log, ~here & (divided.part >= 0)), _stretches(log, here)
+    here = divided.fold == fold
+    train, test = _stretches(log, ~here & (divided.fold >= 0)), _stretches(log, here)
     if not train or not test:
         raise MethodError(
-            f"{divided.made}: fold {fold + 1} leaves no two neighbouring samples to "
+            f"{divided.description}: fold {fold + 1} leaves no two neighbouring samples to "
             f"{'replay' if train else 'identify from'}. Give a longer log, fewer folds "
             "or a smaller gap."
         )

@@ -69,7 +69,7 @@ class Selection(Generic[Candidate]):
         return f"{self.sentence} {self.caveat}".rstrip()
 
 
-def choose(rows: Iterable[Candidate], of: str = "") -> Selection[Candidate]:
+def select_row(rows: Iterable[Candidate], of: str = "") -> Selection[Candidate]:
     """Choose the row of the fewest coefficients among those as good as the lowest error.
 
     A row is as good where the runs or folds that were held out do not tell it from the lowest; the
@@ -80,7 +80,7 @@ def choose(rows: Iterable[Candidate], of: str = "") -> Selection[Candidate]:
     if not scored:
         raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
     candidates = [row for row in scored if row.converged] or scored
-    ranked = sorted(candidates, key=lambda row: (error_of(row), row.n_coefficients))
+    ranked = sorted(candidates, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
     equal = [row for row in ranked if _as_good(row, ranked[0])]
     row = min(equal, key=lambda row: row.n_coefficients)
     left = len(asked) - len(candidates)
@@ -104,7 +104,7 @@ def _as_good(row: Ranked, lowest: Ranked) -> bool:
     """
     parts = np.array([row.rms_by_fold, lowest.rms_by_fold], dtype=float)
     if parts.shape[1] < 2 or not np.all(parts > 0.0):
-        return error_of(row) == error_of(lowest)
+        return rms_or_infinity(row) == rms_or_infinity(lowest)
     ratio = np.log(parts[0] / parts[1])
     return bool(ratio.mean() <= ratio.std(ddof=1) / np.sqrt(ratio.size))
 
@@ -127,7 +127,7 @@ def _sentence(ranked: Sequence[Ranked], asked: int, of: str) -> str:
         return f"{named[0]}, which was compared with no other."
     behind = "there is no runner-up"
     if len(ranked) > 1:
-        error, other = map(error_of, ranked[:2])
+        error, other = map(rms_or_infinity, ranked[:2])
         more = f", {100.0 * (other / error - 1.0):+.0f} %" if error else ""
         behind = f"runner-up {named[1]}{more}"
     return f"{named[0]}: lowest RMS error of {_replays(len(ranked))}{of}; {behind}."
@@ -163,19 +163,19 @@ def pareto_front(table: Table[Candidate]) -> tuple[Candidate, ...]:
     """
     scored = [row for row in table.rows if row.rms is not None]
     chosen: list[Candidate] = []
-    for row in sorted(scored, key=lambda row: (row.n_coefficients, error_of(row))):
-        if not chosen or error_of(row) < error_of(chosen[-1]):
+    for row in sorted(scored, key=lambda row: (row.n_coefficients, rms_or_infinity(row))):
+        if not chosen or rms_or_infinity(row) < rms_or_infinity(chosen[-1]):
             chosen.append(row)
     return tuple(chosen)
 
 
-def error_of(row: Ranked) -> float:
+def rms_or_infinity(row: Ranked) -> float:
     """Return the error of a row, infinite where it has none."""
     return float("inf") if row.rms is None else row.rms
 
 
 def _named(row: Ranked) -> str:
-    return f"{row.model} by {row.method} ({error_of(row):.3g})"
+    return f"{row.model} by {row.method} ({rms_or_infinity(row):.3g})"
 
 
 def _replays(count: int) -> str:

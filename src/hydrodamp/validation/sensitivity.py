@@ -11,37 +11,37 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.parallel import run_parallel
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.compare import Row, compare
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: How far each number is moved, as a share of it.
-SHARE = 0.1
+RELATIVE_STEP = 0.1
 
 #: Share of the weight that W - B is taken to be for a neutral vehicle: trimming in the field is not
 #: much finer.
-NEUTRAL = 0.01
+NEUTRAL_TRIM = 0.01
 
 
 @dataclass(frozen=True)
 class Effect:
     """What an error of one number of the vehicle does; without a label nothing was identified."""
 
-    what: str
+    change: str
     label: str = ""
-    share: float = 0.0
-    errors: float | None = None
+    wrench_share: float = 0.0
+    standard_errors: float | None = None
     rms: float | None = None
 
     def line(self, before: float | None) -> str:
         """Return what happens, as a line."""
         if not self.label:
-            return f"{self.what}: nothing could be identified"
-        many = "" if self.errors is None else f", {self.errors:.1f} std. errors"
+            return f"{self.change}: nothing could be identified"
+        many = "" if self.standard_errors is None else f", {self.standard_errors:.1f} std. errors"
         return (
-            f"{self.what}: {_size(before)} -> {_size(self.rms)}; "
-            f"{self.label} by {100.0 * self.share:.1f} %{many}"
+            f"{self.change}: {_size(before)} -> {_size(self.rms)}; "
+            f"{self.label} by {100.0 * self.wrench_share:.1f} %{many}"
         )
 
 
@@ -117,7 +117,7 @@ def vehicle_sensitivity(
     """
     wrong = tuple(variants(vehicle))
     vehicles = [vehicle, *(one for _, moved in wrong for one in moved)]
-    first, *others = each(_row, [(one, train, test, model, method) for one in vehicles])
+    first, *others = run_parallel(_row, [(one, train, test, model, method) for one in vehicles])
     share = _shares(prepare(vehicle, train, model), first.fit)
     pairs = zip(wrong, zip(others[::2], others[1::2], strict=True), strict=True)
     effects = tuple(_effect(what, first.fit, pair, share) for (what, _), pair in pairs)
@@ -149,10 +149,10 @@ def _effect(what: str, fit: Fit, found: tuple[Row, ...], share: FloatArray) -> E
     worst, covariance = int(np.argmax(move * share)), fit.damping.covariance
     variance = 0.0 if covariance is None else float(covariance[worst, worst])
     return Effect(
-        what=what,
+        change=what,
         label=fit.model.labels[worst],
-        share=float(move[worst] * share[worst]),
-        errors=float(move[worst]) / variance**0.5 if variance > 0.0 else None,
+        wrench_share=float(move[worst] * share[worst]),
+        standard_errors=float(move[worst]) / variance**0.5 if variance > 0.0 else None,
         rms=None if None in errors else max(filter(None, errors), default=0.0),
     )
 
@@ -165,9 +165,11 @@ def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
         parts = {"mass": mass - added, "added mass": added}
     for name, part in parts.items():
         if part.any():
-            moved = (_with_mass(vehicle, mass + way * part) for way in (-SHARE, SHARE))
-            yield f"{name} ±{100.0 * SHARE:g} %", tuple(moved)
-    step = SHARE * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL * vehicle.weight)
+            moved = (
+                _with_mass(vehicle, mass + way * part) for way in (-RELATIVE_STEP, RELATIVE_STEP)
+            )
+            yield f"{name} ±{100.0 * RELATIVE_STEP:g} %", tuple(moved)
+    step = RELATIVE_STEP * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL_TRIM * vehicle.weight)
     if step and np.any(vehicle.free[[2, 3, 4]]):
         trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - way) for way in (-step, step))
         yield f"W - B ±{step:.2g} N", tuple(trimmed)
@@ -180,9 +182,9 @@ def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
         coupling[:3, 3:], coupling[3:, :3] = rigid[:3, 3:], rigid[3:, :3]
     shifted = (
         replace(_with_mass(vehicle, mass + way * coupling), center_of_gravity=(1.0 + way) * center)
-        for way in (-SHARE, SHARE)
+        for way in (-RELATIVE_STEP, RELATIVE_STEP)
     )
-    yield f"r_G ±{100.0 * SHARE:g} %", tuple(shifted)
+    yield f"r_G ±{100.0 * RELATIVE_STEP:g} %", tuple(shifted)
 
 
 def _with_mass(vehicle: Vehicle, mass_matrix: FloatArray) -> Vehicle:

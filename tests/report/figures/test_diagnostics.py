@@ -16,7 +16,7 @@ def test_bars_are_shares_and_counts(sailed, on_sheet):
     found = replace(found, axes=(*found.axes[:2], quiet, *found.axes[3:]))
     figure = hd.excitation_figure(found)
     left, right = figure.axes
-    assert [bar.get_width() for bar in left.patches] == [one.share for one in found.axes]
+    assert [bar.get_width() for bar in left.patches] == [one.r_squared for one in found.axes]
     assert sum(bar.get_width() for bar in right.patches) == len(found.grades)
     assert "10 %, not predicted" in words_in(left)
     assert words_in(right) == [f"rank {one.rank}" for one in found.axes]

@@ -11,7 +11,7 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, power_range
 from hydrodamp.identification.fit import Fit, correlation
-from hydrodamp.identification.identifiability import EXCITED, Grade, Identifiability
+from hydrodamp.identification.identifiability import MIN_R_SQUARED, Grade, Identifiability
 from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import (
@@ -37,7 +37,7 @@ from hydrodamp.report.figures.style import (
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.compare import Comparison
-from hydrodamp.validation.selection import error_of, pareto_front
+from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,10 +83,12 @@ def front_figure(comparison: Comparison) -> Figure:
     panel = figure.subplots()
     best = [row for row in pareto_front(comparison) if row.n_coefficients]
     across = [place(row.model, row.method) for row in best]
-    panel.plot(across, [*map(error_of, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2)
+    panel.plot(
+        across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2
+    )
     for row in rows:
         look = looks[row.method]
-        (point,) = panel.plot([place(row.model, row.method)], [error_of(row)], **look.points)
+        (point,) = panel.plot([place(row.model, row.method)], [rms_or_infinity(row)], **look.points)
         point.set_markerfacecolor(look.colour if row.converged else "white")
     error_scale(panel)
     names = [f"{plain(model, 22)}, {sizes[model]}" for model in models]
@@ -186,13 +188,14 @@ def excitation_figure(found: Identifiability) -> Figure:
     figure = sheet(COLUMN, 0.28 * len(axes) + 1.0)
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
     colours = ["#8c8c8c" if one.excited else "#ffffff" for one in found.axes]
-    bars = left.barh(axes, [one.share for one in found.axes], color=colours, **_BAR)
+    bars = left.barh(axes, [one.r_squared for one in found.axes], color=colours, **_BAR)
     words = [
-        f"{100.0 * one.share:.0f} %{'' if one.excited else ', not predicted'}" for one in found.axes
+        f"{100.0 * one.r_squared:.0f} %{'' if one.excited else ', not predicted'}"
+        for one in found.axes
     ]
     for bar, said in zip(bars, words, strict=True):
         left.text(0.03, bar.get_y() + 0.31, said, va="center", fontsize=6.5)
-    left.axvline(EXCITED, color=FAINT, linewidth=0.9, linestyle="--")
+    left.axvline(MIN_R_SQUARED, color=FAINT, linewidth=0.9, linestyle="--")
     left.set_xlim(0.0, 1.0)
     left.set_xlabel("predicted share of\nthe response [1]")
     start = np.zeros(len(axes))

@@ -138,8 +138,8 @@ def prediction_figure(plan: DivePlan) -> Figure:
     MethodError
         If matplotlib is not installed.
     """
-    from hydrodamp.identification.fit import reach
-    from hydrodamp.identification.identifiability import RELATIVE
+    from hydrodamp.identification.fit import critical_value
+    from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
     rows = [one for one in plan.predictions if one.value != 0.0]
     figure = sheet(PAGE / 2, 0.9 + 0.16 * len(rows))
@@ -155,7 +155,7 @@ def prediction_figure(plan: DivePlan) -> Figure:
         given = [(s, n) for s, n in zip(shares, lines, strict=True) if s is not None]
         if given:
             panel.plot(*zip(*given, strict=True), marker=marker, color=colour, linestyle="none")
-    panel.axvline(RELATIVE / reach(), color=FAINT, linestyle="--")
+    panel.axvline(MAX_RELATIVE_HALF_WIDTH / critical_value(), color=FAINT, linestyle="--")
     panel.set_xscale("log")
     panel.set_yticks(lines, [coefficient_symbol(one.label) for one in rows])
     panel.invert_yaxis()
