@@ -149,7 +149,7 @@ class Sail:
 
     def __call__(self) -> Logs:
         sea = self.sea().at(self.rate)
-        (found,) = sea.plan.sail((self.seed,), self.duration, self.conditions)
+        (found,) = sea.plan.simulate((self.seed,), self.duration, self.conditions)
         vehicle, record = found.vehicle, self.recording
         return Logs(
             record.told(vehicle),

@@ -128,8 +128,8 @@ def sail(
 ) -> Sailed:
     """Return runs that begin at some speeds ahead, all side by side, a segment each."""
     n, n_runs = round(duration / period) + 1, len(speeds)
-    errors = conditions.draw_errors(seed, n_runs, n, period)
-    pushes = conditions.draw_pushes(seed, n_runs, n, period)
+    errors = conditions.sample_sensor_errors(seed, n_runs, n, period)
+    pushes = conditions.sample_disturbances(seed, n_runs, n, period)
     state = np.zeros((n_runs, 10 + steered(0, errors[0], np.zeros((n_runs, 0))).shape[1]))
     state[:, 0], state[:, 9] = speeds, STARTING_DEPTH
     commands = np.zeros_like(state[:, 10:])

@@ -10,15 +10,15 @@ import numpy as np
 import hydrodamp as hd
 from hydrodamp.simulation.campaign.autopilot import (
     DEPTH_LOOP,
-    PUBLISHED,
-    TESTING,
-    TRAINING,
+    PUBLISHED_AUTOPILOT,
+    TEST_RUNS,
+    TRAINING_RUNS,
     Autopilot,
     Pid,
     Run,
 )
-from hydrodamp.simulation.campaign.reenact import Plan
-from hydrodamp.simulation.campaign.truth import sname, true_damping
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
+from hydrodamp.simulation.campaign.truth import sname_truth, true_damping
 
 SLOW_PITCH = Pid(2.5, 0.1, 3.5)
 """Half the published gains: at 5 Hz the published loop of pitch does not settle."""
@@ -28,13 +28,13 @@ SLOW_PITCH = Pid(2.5, 0.1, 3.5)
 class Sea:
     """A plan, and the coefficients of its water where a table of terms is all there is to it."""
 
-    plan: Plan
+    plan: CampaignSetup
     true: hd.Damping | None = None
 
     def at(self, rate: float) -> Sea:
         """Return the same sea sailed with another number of samples and commands a second."""
         autopilot = self.plan.autopilot
-        if rate < 10.0 and autopilot.pitch == PUBLISHED.pitch:
+        if rate < 10.0 and autopilot.pitch == PUBLISHED_AUTOPILOT.pitch:
             autopilot = replace(autopilot, pitch=SLOW_PITCH)
         autopilot = replace(autopilot, period=1.0 / rate)
         return replace(self, plan=replace(self.plan, autopilot=autopilot))
@@ -42,24 +42,24 @@ class Sea:
 
 def published() -> Sea:
     """Return the SNAME-2022 set, heave and pitch from the same laboratory's own simulation."""
-    return Sea(Plan.of("sname"), true_damping())
+    return Sea(CampaignSetup.of("sname"), true_damping())
 
 
 def marginal() -> Sea:
     """Return the SNAME-2022 set with its own heave and pitch: marginal in open loop."""
-    plan, found = Plan.of("sname"), hd.published["vt690-sname2022"]
-    return Sea(replace(plan, water=replace(sname(found), name="sname2022")), found)
+    plan, found = CampaignSetup.of("sname"), hd.published["vt690-sname2022"]
+    return Sea(replace(plan, truth=replace(sname_truth(found), name="sname2022")), found)
 
 
 def crossflow() -> Sea:
     """Return crossflow strips, fins that meet the drift, and fins that lag by 0.05 s."""
-    return Sea(Plan.of("crossflow"))
+    return Sea(CampaignSetup.of("crossflow"))
 
 
 def drifting() -> Sea:
     """Return crossflow strips and fins that meet the drift, without lag."""
-    plan = Plan.of("crossflow")
-    return Sea(replace(plan, water=replace(plan.water, fin_lag=0.0)))
+    plan = CampaignSetup.of("crossflow")
+    return Sea(replace(plan, truth=replace(plan.truth, fin_lag=0.0)))
 
 
 def lagging(sea: Callable[[], Sea], lag: float) -> Callable[[], Sea]:
@@ -67,7 +67,7 @@ def lagging(sea: Callable[[], Sea], lag: float) -> Callable[[], Sea]:
 
     def made() -> Sea:
         plan = sea().plan
-        return Sea(replace(plan, water=replace(plan.water, fin_lag=lag)))
+        return Sea(replace(plan, truth=replace(plan.truth, fin_lag=lag)))
 
     return made
 
@@ -77,8 +77,8 @@ def fewer(sea: Callable[[], Sea], *training: int) -> Callable[[], Sea]:
 
     def made() -> Sea:
         found = sea()
-        runs = tuple(found.plan.training[place] for place in training)
-        return replace(found, plan=replace(found.plan, training=runs))
+        runs = tuple(found.plan.training_runs[place] for place in training)
+        return replace(found, plan=replace(found.plan, training_runs=runs))
 
     return made
 
@@ -115,10 +115,10 @@ def _remus(key: str) -> Sea:
         ),
     )
     speeds = (nominal, 1000.0, 1250.0, nominal, 1250.0, 1350.0)
-    runs = [_at(*pair) for pair in zip(TRAINING + TESTING, speeds, strict=True)]
-    n = len(TRAINING)
-    plan = Plan(vehicle, sname(found), REMUS_PILOT, tuple(runs[:n]), tuple(runs[n:]))
-    return Sea(replace(plan, water=replace(plan.water, name=key)), found)
+    runs = [_at(*pair) for pair in zip(TRAINING_RUNS + TEST_RUNS, speeds, strict=True)]
+    n = len(TRAINING_RUNS)
+    plan = CampaignSetup(vehicle, sname_truth(found), REMUS_PILOT, tuple(runs[:n]), tuple(runs[n:]))
+    return Sea(replace(plan, truth=replace(plan.truth, name=key)), found)
 
 
 def _with_fins(drag: hd.Damping) -> hd.Damping:

@@ -10,8 +10,8 @@ from scipy.signal import lfilter
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.derivatives import GRAVITY
-from hydrodamp.simulation.campaign.autopilot import PERIOD
-from hydrodamp.simulation.campaign.conditions import CHANNELS, Conditions, draw
+from hydrodamp.simulation.campaign.autopilot import COMMAND_PERIOD
+from hydrodamp.simulation.campaign.conditions import SENSOR_CHANNELS, Conditions, sample_normal
 from hydrodamp.simulation.campaign.reenact import stack_runs
 
 SPECIFIC_FORCE_VARIANCE = 3.847e-6
@@ -27,20 +27,20 @@ class Coloured(Conditions):
     correlation time [s]. The errors are the same whether something pushes or not.
     """
 
-    correlation_times: tuple[float, ...] = (0.0,) * len(CHANNELS)
+    correlation_times: tuple[float, ...] = (0.0,) * len(SENSOR_CHANNELS)
     push: tuple[float, ...] = (0.0,) * 6
     push_time: float = 2.0
 
-    def draw_errors(
-        self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
+    def sample_sensor_errors(
+        self, seed: int, n_runs: int, n_samples: int, period: float = COMMAND_PERIOD
     ) -> FloatArray:
-        white = super().draw_errors(seed, n_runs, n_samples, period)
+        white = super().sample_sensor_errors(seed, n_runs, n_samples, period)
         return autoregression(white, self.correlation_times, period)
 
-    def draw_pushes(
-        self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
+    def sample_disturbances(
+        self, seed: int, n_runs: int, n_samples: int, period: float = COMMAND_PERIOD
     ) -> FloatArray:
-        normal = draw(seed, n_runs, n_samples, 6, 0)
+        normal = sample_normal(seed, n_runs, n_samples, 6, 0)
         return autoregression(normal, (self.push_time,) * 6, period) * self.push
 
 
@@ -70,14 +70,14 @@ SILENT = Conditions(scale=0.0)
 def training_pushes(campaign: hd.Campaign, seed: int, conditions: Conditions) -> FloatArray:
     """Return the wrench that pushed the vehicle from each training sample to the next."""
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
-    drawn = conditions.draw_pushes(seed, n_train + n_test, campaign.train.n // n_train)
+    drawn = conditions.sample_disturbances(seed, n_train + n_test, campaign.train.n // n_train)
     return stack_runs(drawn[:, :n_train])
 
 
 def accelerated(campaign: hd.Campaign, seed: int, scale: float) -> hd.Campaign:
     """Return a campaign whose attitude sensor's specific force is recorded, as in the paper."""
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
-    normal = draw(seed, n_train + n_test, campaign.train.n // n_train, 3, 1)
+    normal = sample_normal(seed, n_train + n_test, campaign.train.n // n_train, 3, 1)
     errors = scale * float(np.sqrt(SPECIFIC_FORCE_VARIANCE)) * normal
     train = _felt(campaign.train, campaign.exact_train, stack_runs(errors[:, :n_train]))
     test = _felt(campaign.test, campaign.exact_test, stack_runs(errors[:, n_train:]))

@@ -135,7 +135,7 @@ def sampled(plan: Plan, seeds: range) -> dict[Key, Draws]:
     """Return what every method says of every model, for some seeds."""
     parts: dict[Key, list[Draws]] = {}
     models = [find_model(key) for key in plan.models]
-    campaigns = reenact.Plan.of(plan.truth).sail(seeds, plan.duration, COLOURED)
+    campaigns = reenact.CampaignSetup.of(plan.truth).simulate(seeds, plan.duration, COLOURED)
     for seed, campaign in zip(seeds, campaigns, strict=True):
         noisy = prepare(campaign.vehicle, campaign.train, models)
         exact = prepare(told(campaign.vehicle), noiseless(campaign, seed), models)

@@ -97,14 +97,14 @@ class Finned:
     def logs(self, change: Change, seeds: Sequence[int], conditions: Conditions) -> list[hd.Log]:
         """Return six runs a seed, those with a new heading first where something has changed."""
         plan = self.sea().plan
-        runs = plan.training + plan.testing
+        runs = plan.training_runs + plan.test_runs
         runs = runs[::-1] if change.share else runs
-        water = plan.water
+        water = plan.truth
         if change.kind == "drag":
             water = replace(water, damping=dragged(water.damping, change.share))
         vehicle = change.finned(change.loaded(plan.vehicle))
-        plan = replace(plan, vehicle=vehicle, water=water, training=runs, testing=runs[:1])
-        return [one.train for one in plan.sail(seeds, DURATION, conditions)]
+        plan = replace(plan, vehicle=vehicle, truth=water, training_runs=runs, test_runs=runs[:1])
+        return [one.train for one in plan.simulate(seeds, DURATION, conditions)]
 
 
 def dragged(damping: hd.Damping, share: float) -> hd.Damping:

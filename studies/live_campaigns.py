@@ -12,13 +12,13 @@ from hydrodamp.simulation.campaign.autopilot import (
     DEPTH_STEPS,
     HEADING_HOLDS,
     HEADING_STEPS,
-    TESTING,
-    TRAINING,
+    TEST_RUNS,
+    TRAINING_RUNS,
     Run,
-    Steps,
+    StepSequence,
 )
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
-from hydrodamp.simulation.campaign.reenact import Campaign, Plan
+from hydrodamp.simulation.campaign.reenact import Campaign, CampaignSetup
 
 MODELS = ("prestero", "linear", "fossen")
 TRUTHS = ("sname", "crossflow")
@@ -29,8 +29,8 @@ TRANSIT = 400.0
 
 def _after(seconds: float, name: str, rpm: float, yaw: bool, dive: bool) -> Run:
     still = Run(name, rpm)
-    heading = Steps(HEADING_STEPS, HEADING_HOLDS, seconds) if yaw else still.heading
-    depth = Steps(DEPTH_STEPS, DEPTH_HOLDS, seconds) if dive else still.depth
+    heading = StepSequence(HEADING_STEPS, HEADING_HOLDS, seconds) if yaw else still.heading
+    depth = StepSequence(DEPTH_STEPS, DEPTH_HOLDS, seconds) if dive else still.depth
     return Run(name, rpm, heading, depth)
 
 
@@ -43,7 +43,7 @@ class Dive:
     duration: float
 
 
-STEPS = TRAINING + TESTING
+STEPS = TRAINING_RUNS + TEST_RUNS
 DIVES = (
     *(Dive(f"steps {seconds} s", STEPS, float(seconds)) for seconds in (100, 200, 400, 800)),
     Dive(
@@ -51,7 +51,7 @@ DIVES = (
         (
             _after(TRANSIT, "transit-yaw", 2133.0, True, False),
             _after(TRANSIT, "transit-depth", 2133.0, False, True),
-            *TRAINING,
+            *TRAINING_RUNS,
         ),
         800.0,
     ),
@@ -62,8 +62,8 @@ def sail(
     truth: str, dive: Dive, seeds: Sequence[int], conditions: Conditions = WHITE_NOISE
 ) -> list[Campaign]:
     """Return the dive of each seed; all runs are training."""
-    plan = replace(Plan.of(truth), training=dive.runs, testing=dive.runs[:1])
-    return list(plan.sail(seeds, dive.duration, conditions))
+    plan = replace(CampaignSetup.of(truth), training_runs=dive.runs, test_runs=dive.runs[:1])
+    return list(plan.simulate(seeds, dive.duration, conditions))
 
 
 def rows(log: hd.Log, begins: float = 0.0) -> Iterator[Row]:

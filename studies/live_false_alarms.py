@@ -19,7 +19,7 @@ import numpy as np
 import hydrodamp as hd
 from hydrodamp.live.estimator import State, start, update
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
-from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, Plan
+from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, CampaignSetup
 from live_alarm import Change, dragged
 from live_campaigns import DIVES, MODELS, STEPS, TRUTHS, Dive, rows, sail
 from tables import replace_table
@@ -55,14 +55,14 @@ def follow(
 
 def sail_changed(truth: str, change: Change, seed: int) -> Campaign:
     """Return the runs of the base in another order, with another vehicle."""
-    plan = Plan.of(truth)
-    water = plan.water
+    plan = CampaignSetup.of(truth)
+    water = plan.truth
     if change.kind == "drag":
         water = replace(water, damping=dragged(water.damping, change.share))
     vehicle = change.finned(change.loaded(plan.vehicle))
     runs = STEPS[::-1]
-    plan = replace(plan, vehicle=vehicle, water=water, training=runs, testing=runs[:1])
-    return plan.sail((seed,), BASE.duration, WHITE_NOISE)[0]
+    plan = replace(plan, vehicle=vehicle, truth=water, training_runs=runs, test_runs=runs[:1])
+    return plan.simulate((seed,), BASE.duration, WHITE_NOISE)[0]
 
 
 def quiet(task: tuple[str, Dive, int]) -> list[tuple[str, str, str, float, list[object], str]]:

@@ -18,7 +18,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.live.estimator import estimates, start, update
-from hydrodamp.simulation.campaign.autopilot import TRAINING
+from hydrodamp.simulation.campaign.autopilot import TRAINING_RUNS
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
 from tables import replace_table
@@ -27,7 +27,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "change-detection.md
 MARKS = ("<!-- intervals -->", "<!-- end of intervals -->")
 
 WIDTH = 1.959964
-LONG = Dive("long", TRAINING, 4000.0)
+LONG = Dive("long", TRAINING_RUNS, 4000.0)
 DURATIONS = (200.0, 400.0, 600.0, 800.0)
 """Of each of the four runs [s]."""
 
@@ -81,7 +81,7 @@ def measure(task: tuple[str, str, int, int]) -> list[str]:
     silent: dict[str, int] = defaultdict(int)
     for k, duration in enumerate(DURATIONS):
         first = seed + 100 * k
-        for campaign in sail(truth, Dive("", TRAINING, duration), range(first, first + each)):
+        for campaign in sail(truth, Dive("", TRAINING_RUNS, duration), range(first, first + each)):
             line = last_line(model, campaign.vehicle, campaign.train)
             for axis in line["model_form"]:
                 silent[axis] += 1

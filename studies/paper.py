@@ -26,7 +26,7 @@ from benchmark import fill
 from conditions import accelerated
 from hydrodamp.identification.adaptive import Adaptation
 from hydrodamp.kernels.core import Gains
-from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, Plan
+from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, CampaignSetup
 from hydrodamp.simulation.problem import EquationTable
 
 NOISES = {"0": 0.0, "1/10": 0.1, "1/3": 1 / 3, "1": 1.0}
@@ -100,7 +100,7 @@ def sailed(
     seeds: int, truth: str, noise: float, duration: float = DURATION
 ) -> tuple[hd.Campaign, ...]:
     """Return the campaigns of the first seeds."""
-    found = Plan.of(truth).sail(range(seeds), duration, hd.Conditions(noise))
+    found = CampaignSetup.of(truth).simulate(range(seeds), duration, hd.Conditions(noise))
     return tuple(accelerated(one, seed, noise) for seed, one in enumerate(found))
 
 

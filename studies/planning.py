@@ -30,13 +30,17 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import ClosedLoop, Trajectories, limit_violations
+from hydrodamp.experiment_design.closed_loop import (
+    ClosedLoopSimulator,
+    Trajectories,
+    limit_violations,
+)
 from hydrodamp.experiment_design.context import CandidateDive, PlanningContext
-from hydrodamp.experiment_design.ensemble import Ensemble
-from hydrodamp.experiment_design.plan import IDENTIFIED, optimise
-from hydrodamp.experiment_design.result import identify_ensemble
+from hydrodamp.experiment_design.ensemble import DampingEnsemble
+from hydrodamp.experiment_design.plan import VERIFIED_MEMBERS, optimise
+from hydrodamp.experiment_design.result import verify
 from hydrodamp.files import save_json, save_text
-from hydrodamp.simulation.campaign.reenact import Plan
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import Truth
 from hydrodamp.simulation.parallel import run_parallel
 
@@ -64,10 +68,10 @@ class Sailed:
     within: float
 
 
-def fleet_on(closed_loop: ClosedLoop, truth: str) -> tuple[ClosedLoop, hd.Log]:
+def fleet_on(closed_loop: ClosedLoopSimulator, truth: str) -> tuple[ClosedLoopSimulator, hd.Log]:
     """Return the vehicle in the water of a truth, and its test runs."""
-    plan = Plan.of("sname" if truth == "off" else "crossflow")
-    water = plan.water
+    plan = CampaignSetup.of("sname" if truth == "off" else "crossflow")
+    water = plan.truth
     if truth == "off":
         rng = np.random.default_rng(7)
         values = water.damping.coefficients
@@ -78,18 +82,18 @@ def fleet_on(closed_loop: ClosedLoop, truth: str) -> tuple[ClosedLoop, hd.Log]:
     if truth == "crossflow":
         water = replace(water, drift_factor=0.0)
     water = replace(water, fin_lag=0.0)
-    (campaign,) = replace(plan, water=water).sail((SEED,), 100.0, hd.WHITE_NOISE)
-    made = ClosedLoop.of(
+    (campaign,) = replace(plan, truth=water).simulate((SEED,), 100.0, hd.WHITE_NOISE)
+    made = ClosedLoopSimulator.of(
         closed_loop.vehicle,
         closed_loop.autopilot,
         closed_loop.envelope,
-        Ensemble((water.damping,), closed_loop.ensemble.model),
+        DampingEnsemble((water.damping,), closed_loop.ensemble.model),
     )
     return replace(made, baseline=_beside(water, closed_loop)), campaign.exact_test
 
 
 def _beside(
-    truth: Truth, closed_loop: ClosedLoop
+    truth: Truth, closed_loop: ClosedLoopSimulator
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """Return what strips make, and fins that meet the drift."""
     fins = [one for one in closed_loop.vehicle.actuators if isinstance(one, hd.Fin)]
@@ -106,7 +110,9 @@ def _beside(
     return wrench
 
 
-def sailed(closed_loop: ClosedLoop, candidate: CandidateDive, test: hd.Log, dives: int) -> Sailed:
+def sailed(
+    closed_loop: ClosedLoopSimulator, candidate: CandidateDive, test: hd.Log, dives: int
+) -> Sailed:
     """Sail a dive so many times, identify each, and replay the test runs with each fit."""
     setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
     overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
@@ -118,7 +124,7 @@ def sailed(closed_loop: ClosedLoop, candidate: CandidateDive, test: hd.Log, dive
 
 
 def _one(
-    closed_loop: ClosedLoop, trajectories: Trajectories, test: hd.Log
+    closed_loop: ClosedLoopSimulator, trajectories: Trajectories, test: hd.Log
 ) -> tuple[FloatArray, FloatArray, float]:
     model = closed_loop.ensemble.model
     log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names)
@@ -135,14 +141,12 @@ def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
     context = PlanningContext.of(
         hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
     )
-    steps = context.enforce_envelope(context.steps)
-    known = identify_ensemble(
-        context.closed_loop, steps.trajectories.select(IDENTIFIED), grading=False
-    )
+    steps = context.enforce_envelope(context.baseline)
+    known = verify(context.closed_loop, steps.trajectories.select(VERIFIED_MEMBERS), grading=False)
     candidate = optimise(context, "determinant", known, steps)
-    predicted = identify_ensemble(
-        context.closed_loop, candidate.trajectories.select(IDENTIFIED), grading=False
-    ).error
+    predicted = verify(
+        context.closed_loop, candidate.trajectories.select(VERIFIED_MEMBERS), grading=False
+    ).std_errors
     took = time.process_time() - begin[0], time.perf_counter() - begin[1]
     axes = np.array([label[0] for label in context.model.labels])
     found: dict[str, Any] = {"seconds of CPU": took[0], "seconds": took[1]}

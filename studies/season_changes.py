@@ -27,9 +27,15 @@ from hydrodamp.batch.changepoints import find_change_points
 from hydrodamp.batch.sufficient_statistics import merge_statistics, solve_model, summarise_log
 from hydrodamp.files import save_text
 from hydrodamp.identification.fit import Fit
-from hydrodamp.simulation.campaign.autopilot import DEPTH_STEPS, HEADING_STEPS, PERIOD, Run, Steps
-from hydrodamp.simulation.campaign.conditions import VARIANCES
-from hydrodamp.simulation.campaign.reenact import Plan
+from hydrodamp.simulation.campaign.autopilot import (
+    COMMAND_PERIOD,
+    DEPTH_STEPS,
+    HEADING_STEPS,
+    Run,
+    StepSequence,
+)
+from hydrodamp.simulation.campaign.conditions import SENSOR_VARIANCES
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import true_damping
 from tables import replace_table
 
@@ -68,9 +74,11 @@ def random_runs(n: int) -> tuple[Run, ...]:
     """Return dives with random speeds, heading steps and depth steps."""
     rng = np.random.default_rng(33)
 
-    def steps(changes: tuple[float, ...], shortest: float) -> Steps:
+    def steps(changes: tuple[float, ...], shortest: float) -> StepSequence:
         sizes = rng.permutation(changes) * rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.0)
-        return Steps(tuple(sizes), tuple(shortest * rng.uniform(1.0, 2.0, 5)), rng.uniform(2, 10))
+        return StepSequence(
+            tuple(sizes), tuple(shortest * rng.uniform(1.0, 2.0, 5)), rng.uniform(2, 10)
+        )
 
     return tuple(
         Run(
@@ -87,11 +95,11 @@ def random_runs(n: int) -> tuple[Run, ...]:
 def dives(truth: str, drag: float) -> tuple[hd.Vehicle, tuple[hd.Log, ...]]:
     """Return the vehicle and its noise-free dives with so many times its surge drag."""
     runs = random_runs(POOL + 1)
-    plan = replace(Plan.of(truth), training=runs[:-1], testing=runs[-1:])
-    known = plan.water.damping
+    plan = replace(CampaignSetup.of(truth), training_runs=runs[:-1], test_runs=runs[-1:])
+    known = plan.truth.damping
     more = np.where([label == "X_u|u|" for label in known.model.labels], drag, 1.0)
-    water = replace(plan.water, damping=replace(known, coefficients=more * known.coefficients))
-    (campaign,) = replace(plan, water=water).sail((0,), DURATION, SILENT)
+    water = replace(plan.truth, damping=replace(known, coefficients=more * known.coefficients))
+    (campaign,) = replace(plan, truth=water).simulate((0,), DURATION, SILENT)
     train = campaign.train
     return campaign.vehicle, tuple(train.select(one.name) for one in train.segments)
 
@@ -100,7 +108,9 @@ def measured(log: hd.Log, noise: str, rng: np.random.Generator) -> hd.Log:
     """Return a dive as its sensors see it."""
     time = CORRELATION_TIME if noise == "coloured" else 0.0
     normal = rng.standard_normal((log.n, 1, 6))
-    errors = autoregression(normal, (time,) * 6, PERIOD)[:, 0] * np.sqrt(VARIANCES[:6])
+    errors = autoregression(normal, (time,) * 6, COMMAND_PERIOD)[:, 0] * np.sqrt(
+        SENSOR_VARIANCES[:6]
+    )
     return replace(log, velocity=log.velocity + errors)
 
 

@@ -15,7 +15,7 @@ from hydrodamp.live import sources
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.synchroniser import MessageSynchroniser, for_streams
 from hydrodamp.simulation.campaign.motion import Motion
-from hydrodamp.simulation.campaign.reenact import Plan
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from live.conftest import heard
 
 
@@ -96,8 +96,8 @@ def straight(row, seconds, after):
     """Yield samples of a straight course at ten a second, with the noise of good sensors."""
     random = np.random.default_rng(13)
     still = dict.fromkeys("vwpqr", 0.0) | dict.fromkeys(("qx", "qy", "qz"), 0.0) | {"qw": 1.0}
-    plan = Plan.of("sname")
-    surge = Motion.of(plan.vehicle, plan.water, np.array([row["rpm"]])).steady_surge[0]
+    plan = CampaignSetup.of("sname")
+    surge = Motion.of(plan.vehicle, plan.truth, np.array([row["rpm"]])).steady_surge[0]
     still |= {"rudder": 0.0, "elevator": 0.0, "u": surge, "rpm": row["rpm"], "segment": "line"}
     for k in range(10 * seconds):
         noise = (random.normal(size=6) * ([0.01] * 3 + [0.001] * 3)).tolist()

@@ -19,21 +19,21 @@ def autocorrelation(series, lag):
 def test_coloured_errors_forget_as_stated(period, lag):
     """Autocorrelation exp(-lag / time): DVL 0.4 s, gyro 0.1 s, attitude 0.5 s, depth 0.4 s."""
     times = np.array([0.4] * 3 + [0.1] * 3 + [0.5] * 3 + [0.4])
-    errors = COLOURED.draw_errors(7, n_runs=6, n_samples=20000, period=period)
+    errors = COLOURED.sample_sensor_errors(7, n_runs=6, n_samples=20000, period=period)
     forgotten = np.exp(-period * lag / times)
     np.testing.assert_allclose(autocorrelation(errors, lag), forgotten, atol=0.025)
 
 
 def test_pushes_are_as_strong_and_last_as_stated():
     """Autocorrelation exp(-1/2) after one second, correlated on no two axes."""
-    pushes = COLOURED.draw_pushes(8, n_runs=6, n_samples=40000)
+    pushes = COLOURED.sample_disturbances(8, n_runs=6, n_samples=40000)
     np.testing.assert_allclose(pushes.std(axis=(0, 1)), COLOURED.push, rtol=0.03)
     np.testing.assert_allclose(autocorrelation(pushes, 10), np.exp(-0.5), atol=0.025)
     correlation = np.corrcoef(pushes.reshape(-1, 6).T) - np.eye(6)
     assert np.max(np.abs(correlation)) < 0.06
 
 
-@pytest.mark.parametrize("name", ["draw_errors", "draw_pushes"])
+@pytest.mark.parametrize("name", ["sample_sensor_errors", "sample_disturbances"])
 @pytest.mark.parametrize(("n_runs", "n_samples"), [(2, 50), (6, 20)])
 def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
     """Fewer runs or samples cut the same streams short."""
@@ -43,7 +43,7 @@ def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
 
 
 def test_levels_are_those_of_white_errors():
-    white, coloured = (one.draw_errors(5, 6, 10000) for one in (WHITE_NOISE, COLOURED))
+    white, coloured = (one.sample_sensor_errors(5, 6, 10000) for one in (WHITE_NOISE, COLOURED))
     np.testing.assert_allclose(coloured.std(axis=(0, 1)), white.std(axis=(0, 1)), rtol=0.03)
 
 

@@ -5,9 +5,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot import design_autopilot
-from hydrodamp.experiment_design.closed_loop import ClosedLoop
-from hydrodamp.experiment_design.ensemble import draw_ensemble, prior_damping, wide_model
-from hydrodamp.simulation.campaign.reenact import Plan
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
+from hydrodamp.experiment_design.ensemble import prior_damping, sample_ensemble, wide_model
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from planning import Sailed, fleet_on, table, told
 
 AXES = np.array(["X", "Y"])
@@ -31,14 +31,14 @@ def test_the_water_of_a_truth_acts_as_that_of_the_campaign():
     known = prior_damping(vehicle, model, None)
     sizes = np.zeros(wide_model(vehicle, model, known).n_coefficients)
     envelope = hd.Envelope()
-    ensemble = draw_ensemble(vehicle, model, known, sizes, 1, 0)
-    closed_loop = ClosedLoop.of(
+    ensemble = sample_ensemble(vehicle, model, known, sizes, 1, 0)
+    closed_loop = ClosedLoopSimulator.of(
         vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble
     )
     made, _ = fleet_on(closed_loop, "drifting")
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.1, 0.2]])
     commands = np.array([[0.1, -0.1, 2000.0]])
-    truth = Plan.of("crossflow").water
+    truth = CampaignSetup.of("crossflow").truth
     angles = truth.effective_fins(velocity, commands[:, :2])
     strips = truth.strips.wrench(velocity)
     # Y_uud = 9.0728 (vehicle file): u|u| = 4.

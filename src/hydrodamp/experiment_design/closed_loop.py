@@ -11,7 +11,7 @@ from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.experiment_design.autopilot import Autopilot
-from hydrodamp.experiment_design.ensemble import Ensemble
+from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.kernels import core
 from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels
@@ -103,13 +103,13 @@ def _joined(columns: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedLoop:
+class ClosedLoopSimulator:
     """A vehicle with its autopilot, simulated for each member of an ensemble."""
 
     vehicle: Vehicle
     autopilot: Autopilot
     envelope: Envelope
-    ensemble: Ensemble
+    ensemble: DampingEnsemble
     table: EquationTable
     matrices: FloatArray
     inverse: FloatArray
@@ -117,8 +117,8 @@ class ClosedLoop:
 
     @classmethod
     def of(
-        cls, vehicle: Vehicle, autopilot: Autopilot, envelope: Envelope, ensemble: Ensemble
-    ) -> ClosedLoop:
+        cls, vehicle: Vehicle, autopilot: Autopilot, envelope: Envelope, ensemble: DampingEnsemble
+    ) -> ClosedLoopSimulator:
         """Return the closed loop of a vehicle for an ensemble of damping."""
         table = equation_table(vehicle, (ensemble.wide,), actuators=bool(vehicle.actuators))
         free = ensemble.wide.restricted_to(vehicle.axes)
@@ -127,7 +127,7 @@ class ClosedLoop:
         inverse = core.mass_inverse(table.plant)
         return cls(vehicle, autopilot, envelope, ensemble, table, frozen(matrices), inverse)
 
-    def with_members(self, chosen: list[int]) -> ClosedLoop:
+    def with_members(self, chosen: list[int]) -> ClosedLoopSimulator:
         """Return the vehicle in some of the ensemble, in that order."""
         dampings = tuple(self.ensemble.dampings[place] for place in chosen)
         ensemble = replace(self.ensemble, dampings=dampings)
@@ -149,7 +149,7 @@ class ClosedLoop:
         errors = np.zeros((samples, 1, 10))
         if seed is not None:
             rng = np.random.default_rng(seed)
-            errors = rng.standard_normal((samples, n, 10)) * self.envelope.deviations
+            errors = rng.standard_normal((samples, n, 10)) * self.envelope.noise_std
         period = self.envelope.period
         state, totals = np.zeros((n, 12)), np.zeros((n, 3))
         base = np.full(n, course(0, state[:, 9:11]))
@@ -255,9 +255,9 @@ def limit_violations(
     """
     states = trajectories.states
     depth, speed = states[:, :, 11], np.linalg.norm(states[:, :, :3], axis=2)
-    room = envelope.deepest - envelope.depth[0]
+    room = envelope.max_depth - envelope.depth[0]
     found = {
-        "depth": np.maximum(depth - envelope.deepest, envelope.depth[0] - depth) / room,
+        "depth": np.maximum(depth - envelope.max_depth, envelope.depth[0] - depth) / room,
         "pitch": np.abs(np.degrees(states[:, :, 7])) / envelope.pitch - 1.0,
         "roll": np.abs(np.degrees(states[:, :, 6])) / envelope.roll - 1.0,
         "speed": speed / ((1.0 + envelope.margin) * envelope.speed[1]) - 1.0,

@@ -89,7 +89,7 @@ def hull_damping(vehicle: Vehicle) -> Damping:
 
 
 @dataclass(frozen=True, eq=False)
-class Ensemble:
+class DampingEnsemble:
     """Dampings that may be: the known one first, then draws about it.
 
     Attributes
@@ -113,14 +113,14 @@ class Ensemble:
         """How many there are."""
         return len(self.dampings)
 
-    def first(self, n: int) -> Ensemble:
+    def first(self, n: int) -> DampingEnsemble:
         """Return the first few."""
         return replace(self, dampings=self.dampings[:n])
 
 
-def draw_ensemble(
+def sample_ensemble(
     vehicle: Vehicle, model: DampingModel, known: Damping, sizes: FloatArray, n: int, seed: int
-) -> Ensemble:
+) -> DampingEnsemble:
     """Draw damping coefficients about what is known.
 
     A coefficient is off as its standard error says, by 30 % at most, which is what it is off where
@@ -146,7 +146,7 @@ def draw_ensemble(
         moved = np.clip(moved, -2.0 * most, 2.0 * most)
         other = form * rng.standard_normal(wide.n_coefficients)
         dampings.append(Damping(wide, still + moved + other))
-    return Ensemble(tuple(dampings), free)
+    return DampingEnsemble(tuple(dampings), free)
 
 
 def wide_model(vehicle: Vehicle, model: DampingModel, known: Damping) -> DampingModel:

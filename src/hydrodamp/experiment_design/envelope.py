@@ -13,7 +13,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import FileError, ProblemError, list_faults
 from hydrodamp.faults import validated
 from hydrodamp.files import load_yaml
-from hydrodamp.simulation.campaign.conditions import CHANNELS, VARIANCES
+from hydrodamp.simulation.campaign.conditions import SENSOR_CHANNELS, SENSOR_VARIANCES
 
 #: Lowest and highest.
 Band = tuple[float, float]
@@ -96,7 +96,7 @@ class Envelope(_Part):
 
     Examples
     --------
-    >>> Envelope(depth=(3, 20)).deepest
+    >>> Envelope(depth=(3, 20)).max_depth
     20.0
     """
 
@@ -126,7 +126,7 @@ class Envelope(_Part):
             yield "`depth` must be a band below the surface, least before greatest; " + _got(
                 self.depth
             )
-        elif not self.depth[0] < self.deepest:
+        elif not self.depth[0] < self.max_depth:
             yield (
                 f"`bottom` at {self.bottom:g} m less `altitude` of {self.altitude:g} m leaves "
                 f"nothing below the least depth of {self.depth[0]:g} m"
@@ -140,8 +140,8 @@ class Envelope(_Part):
             if not band[0] <= 0.0 <= band[1] or band[0] == band[1]:
                 yield f"`area.{name}` must hold the start, 0, between its ends; " + _got(band)
         for name in self.noise:
-            if name not in CHANNELS:
-                yield f"`noise` is of {' '.join(CHANNELS)}; got '{name}'"
+            if name not in SENSOR_CHANNELS:
+                yield f"`noise` is of {' '.join(SENSOR_CHANNELS)}; got '{name}'"
         if self.home is not None and not (abs(self.home[0]) <= 89.0 and abs(self.home[1]) <= 180.0):
             yield (
                 "`home` must be a latitude of at most 89 deg and a longitude of at most 180 deg; "
@@ -151,22 +151,24 @@ class Envelope(_Part):
             yield "`steering` is direct, so that `autopilot` has no use: leave one of them out"
 
     @property
-    def deepest(self) -> float:
+    def max_depth(self) -> float:
         """Greatest depth, above the bottom [m]."""
         if self.bottom is None:
             return self.depth[1]
         return min(self.depth[1], self.bottom - self.altitude)
 
     @property
-    def middle(self) -> float:
+    def mid_depth(self) -> float:
         """Depth about which a dive goes [m]."""
-        return 0.5 * (self.depth[0] + self.deepest)
+        return 0.5 * (self.depth[0] + self.max_depth)
 
     @property
-    def deviations(self) -> FloatArray:
+    def noise_std(self) -> FloatArray:
         """Standard deviation of each channel that is measured, shape (10,)."""
-        known = dict(zip(CHANNELS, np.sqrt(VARIANCES).tolist(), strict=True)) | self.noise
-        return np.array([known[name] for name in CHANNELS])
+        known = (
+            dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True)) | self.noise
+        )
+        return np.array([known[name] for name in SENSOR_CHANNELS])
 
 
 def _got(band: tuple[float, float]) -> str:

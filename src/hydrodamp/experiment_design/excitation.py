@@ -55,11 +55,11 @@ class Manoeuvre:
     strengths: tuple[float, ...]
 
     @classmethod
-    def of(cls, numbers: FloatArray) -> Manoeuvre:
+    def from_design_vector(cls, design_vector: FloatArray) -> Manoeuvre:
         """Return the manoeuvre of numbers from 0 to 1: shape, level, tempo, strengths."""
-        place = min(int(numbers[0] * len(SHAPES)), len(SHAPES) - 1)
-        strengths = tuple((2.0 * numbers[3:] - 1.0).tolist())
-        return cls(SHAPES[place], float(numbers[1]), float(numbers[2]), strengths)
+        place = min(int(design_vector[0] * len(SHAPES)), len(SHAPES) - 1)
+        strengths = tuple((2.0 * design_vector[3:] - 1.0).tolist())
+        return cls(SHAPES[place], float(design_vector[1]), float(design_vector[2]), strengths)
 
     @property
     def numbers(self) -> FloatArray:
@@ -73,7 +73,7 @@ class Manoeuvre:
         return Manoeuvre(self.shape, self.level, self.tempo, strengths)
 
     @property
-    def mirror(self) -> Manoeuvre:
+    def mirrored(self) -> Manoeuvre:
         """The same to the other side."""
         return self.attenuate(-1.0)
 
@@ -93,7 +93,7 @@ class Manoeuvre:
         setpoints = np.empty((n, 3))
         setpoints[:, 0] = np.clip(low + (high - low) * (self.level + moves[:, 0]), low, high)
         setpoints[:, 1] = _TURN * moves[:, 1]
-        room = envelope.deepest - envelope.depth[0]
+        room = envelope.max_depth - envelope.depth[0]
         setpoints[:, 2] = room * np.clip(_DIVE * moves[:, 2], -_EDGE, _EDGE)
         overlays, places = np.zeros((n, len(autopilot.names))), autopilot.overlays
         lowest, highest = autopilot.lowest[places], autopilot.highest[places]
@@ -141,14 +141,14 @@ def _multisines(
         harmonics = np.arange(1 + place % inputs, max(count, place + 1) + 1, inputs)
         some = harmonics[np.unique(np.linspace(0, len(harmonics) - 1, _COMPONENTS).astype(int))]
         wave = np.sin(
-            2.0 * np.pi * np.outer(time / length, some) + phases(tuple(some.tolist()))
+            2.0 * np.pi * np.outer(time / length, some) + low_peak_phases(tuple(some.tolist()))
         ).sum(axis=1)
         found[:, place] = wave / max(np.abs(wave).max(), 1e-9)
     return found
 
 
 @cache
-def phases(harmonics: tuple[int, ...]) -> FloatArray:
+def low_peak_phases(harmonics: tuple[int, ...]) -> FloatArray:
     """Return phases that make the sum of these harmonics a low peak for its power.
 
     From Schroeder's (1970, doi:10.1109/TIT.1970.1054411), a norm that weighs peaks is made small.
@@ -175,12 +175,12 @@ def join_setpoints(
     setpoints, overlays = zip(
         *(one.setpoints(autopilot, envelope, n) for one in several), strict=True
     )
-    return np.concatenate(setpoints) + np.array([0.0, 0.0, envelope.middle]), np.concatenate(
+    return np.concatenate(setpoints) + np.array([0.0, 0.0, envelope.mid_depth]), np.concatenate(
         overlays
     )
 
 
-def classics(n_overlays: int) -> list[Manoeuvre]:
+def candidate_manoeuvres(n_overlays: int) -> list[Manoeuvre]:
     """Return manoeuvres to begin from: each shape at three speeds, on setpoints and on commands."""
     found = []
     for number, shape in enumerate(SHAPES):
@@ -194,7 +194,7 @@ def classics(n_overlays: int) -> list[Manoeuvre]:
     return found
 
 
-def campaign(n_overlays: int, hovers: bool) -> list[Manoeuvre]:
+def baseline_manoeuvres(n_overlays: int, hovers: bool) -> list[Manoeuvre]:
     """Return a campaign as it is sailed without a plan: one setpoint at a time.
 
     Steps of heading and of depth at three speeds; of a vehicle that hovers doublets, stick by

@@ -49,7 +49,7 @@ def command_table(plan: DivePlan) -> tuple[FloatArray, dict[str, FloatArray]]:
     return time, named
 
 
-def orders_csv(plan: DivePlan) -> str:
+def commands_csv(plan: DivePlan) -> str:
     """Return what to command as a table in SI units."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
@@ -69,11 +69,11 @@ def plan_document(plan: DivePlan) -> dict[str, Any]:
         "units": UNITS,
         "vehicle": plan.vehicle.name,
         "model": plan.model.key,
-        "known": plan.known,
+        "known": plan.prior,
         "duration": plan.duration,
         "mode": plan.mode,
         "within_envelope": plan.feasibility_rate,
-        "time_at_limits": plan.saturated,
+        "time_at_limits": plan.saturation,
         "assumptions": list(plan.assumptions),
         "draws": plan.n_members,
         "envelope": plan.envelope.model_dump(mode="json"),
@@ -94,11 +94,11 @@ def plan_document(plan: DivePlan) -> dict[str, Any]:
             one.label: {
                 "unit": coefficient_unit(*read_label(one.label)),
                 "value": one.value,
-                "standard_error_before": one.before,
-                "bound": one.bound,
-                "standard_error": one.after,
-                "standard_error_together": one.combined,
-                "standard_error_of_steps": one.steps,
+                "standard_error_before": one.prior_std_error,
+                "bound": one.cramer_rao_bound,
+                "standard_error": one.std_error,
+                "standard_error_together": one.combined_std_error,
+                "standard_error_of_steps": one.baseline_std_error,
                 "grade": one.grade.word,
                 "cause": one.cause and one.cause.word,
             }
@@ -107,7 +107,7 @@ def plan_document(plan: DivePlan) -> dict[str, Any]:
         "goal": reach
         and {
             "grade": reach.goal.word,
-            "duration_by_axis": reach.by_axis,
+            "duration_by_axis": reach.duration_by_axis,
             "unreached": reach.unreached,
         },
         "notes": list(plan.notes),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import ClosedLoop, Trajectories
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.multiple_shooting import MAX_STEP
 from hydrodamp.kernels import core
@@ -33,7 +33,10 @@ class ErrorModel:
 
 
 def fisher_information(
-    closed_loop: ClosedLoop, trajectories: Trajectories, seen: ErrorModel, window: float = WINDOW
+    closed_loop: ClosedLoopSimulator,
+    trajectories: Trajectories,
+    seen: ErrorModel,
+    window: float = WINDOW,
 ) -> FloatArray:
     """Return what each vehicle's record tells of the model's coefficients, shape (n, p, p).
 
@@ -51,7 +54,7 @@ def fisher_information(
 
 
 def _of_member(
-    closed_loop: ClosedLoop,
+    closed_loop: ClosedLoopSimulator,
     trajectories: Trajectories,
     member: int,
     seen: ErrorModel,

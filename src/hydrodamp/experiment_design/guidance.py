@@ -8,7 +8,11 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.experiment_design.closed_loop import ClosedLoop, Trajectories, limit_course_rate
+from hydrodamp.experiment_design.closed_loop import (
+    ClosedLoopSimulator,
+    Trajectories,
+    limit_course_rate,
+)
 from hydrodamp.experiment_design.envelope import Area
 
 #: Share of an area's width that is to stay free at its edges.
@@ -134,7 +138,7 @@ class WaypointGuidance:
 
 
 def follow_tracks(
-    closed_loop: ClosedLoop, planned: Trajectories, radius: float, seed: int | None = None
+    closed_loop: ClosedLoopSimulator, planned: Trajectories, radius: float, seed: int | None = None
 ) -> tuple[Trajectories, list[FloatArray]]:
     """Return the whole ensemble under waypoints along each planned track, and these waypoints."""
     n = len(closed_loop.matrices)

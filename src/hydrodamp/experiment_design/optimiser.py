@@ -26,12 +26,12 @@ from scipy.optimize import Bounds, differential_evolution
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoop,
+    ClosedLoopSimulator,
     Trajectories,
     limit_violations,
     saturation,
 )
-from hydrodamp.experiment_design.excitation import Manoeuvre, classics
+from hydrodamp.experiment_design.excitation import Manoeuvre, candidate_manoeuvres
 from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
 from hydrodamp.experiment_design.guidance import follow_tracks
 
@@ -70,24 +70,27 @@ class Objective:
     """
 
     criterion: Criterion
-    allowed: FloatArray
-    replay: FloatArray
-    wider: FloatArray
-    known: FloatArray
+    target_std_errors: FloatArray
+    replay_information: FloatArray
+    std_error_inflation: FloatArray
+    prior_information: FloatArray
 
-    def value(self, information: FloatArray, share: float) -> FloatArray:
+    def optimality_criterion(self, information: FloatArray, share: float) -> FloatArray:
         """Return phi after this share of a dive, from its Fisher information, shape (n,)."""
-        unit, wider = np.outer(self.allowed, self.allowed), np.outer(self.wider, self.wider)
-        whole = np.linalg.inv(information / share / wider + self.known) / unit
+        unit, wider = (
+            np.outer(self.target_std_errors, self.target_std_errors),
+            np.outer(self.std_error_inflation, self.std_error_inflation),
+        )
+        whole = np.linalg.inv(information / share / wider + self.prior_information) / unit
         return np.asarray(np.mean(self._size(whole), axis=-1))
 
     def _size(self, covariance: FloatArray) -> FloatArray:
         if self.criterion == "determinant":
-            return np.asarray(0.5 * np.linalg.slogdet(covariance)[1] / len(self.allowed))
+            return np.asarray(0.5 * np.linalg.slogdet(covariance)[1] / len(self.target_std_errors))
         if self.criterion == "worst":
             square = np.maximum(np.einsum("...pp->...p", covariance), 0.0)
             return np.asarray(0.5 / _NORM * np.log(np.sum(square**_NORM, axis=-1)))
-        weight = self.replay * np.outer(self.allowed, self.allowed)
+        weight = self.replay_information * np.outer(self.target_std_errors, self.target_std_errors)
         return np.asarray(0.5 * np.log(np.einsum("...pq,pq->...", covariance, weight)))
 
 
@@ -98,9 +101,9 @@ class Optimiser:
     With a radius of acceptance [m] manoeuvres are executed along waypoints.
     """
 
-    closed_loop: ClosedLoop
-    seen: ErrorModel
-    aim: Objective
+    closed_loop: ClosedLoopSimulator
+    error_model: ErrorModel
+    objective: Objective
     samples: int
     acceptance: float | None = None
 
@@ -114,7 +117,7 @@ class Optimiser:
             nominal = self.closed_loop.with_members([0])
             planned = simulate_candidates(nominal, several, self.samples)
             trajectories, _ = follow_tracks(self.closed_loop, planned, self.acceptance)
-        found = fisher_information(self.closed_loop, trajectories, self.seen)
+        found = fisher_information(self.closed_loop, trajectories, self.error_model)
         shape = len(several), len(self.closed_loop.matrices)
         shares = saturation(self.closed_loop.autopilot, trajectories)
         return (
@@ -123,20 +126,24 @@ class Optimiser:
             {name: share.reshape(shape) for name, share in shares.items()},
         )
 
-    def next(
+    def best_manoeuvre(
         self, information: FloatArray, share: float, start: Sequence[Manoeuvre], seed: int
     ) -> tuple[Manoeuvre, FloatArray]:
         """Return the manoeuvre that best follows, and the Fisher information with it."""
         best: list[tuple[float, Manoeuvre, FloatArray]] = []
 
         def cost(numbers: FloatArray, /) -> Any:
-            several = [Manoeuvre.of(one) for one in np.atleast_2d(numbers.T)]
+            several = [Manoeuvre.from_design_vector(one) for one in np.atleast_2d(numbers.T)]
             added, violation, saturated = self.evaluate(several)
             after = added + information
             outside = np.maximum(violation + _FREE, 0.0).max(axis=1)
             shares = (np.mean(one, axis=1) for one in saturated.values())
             at_limit = np.max([np.zeros(len(several)), *shares], axis=0)
-            costs = self.aim.value(after, share) + _COST * outside + _SATURATION * at_limit
+            costs = (
+                self.objective.optimality_criterion(after, share)
+                + _COST * outside
+                + _SATURATION * at_limit
+            )
             index = int(np.argmin(costs))
             best.append((float(costs[index]), several[index], after[index]))
             return costs
@@ -155,18 +162,18 @@ class Optimiser:
         _, manoeuvre, after = min(best, key=lambda one: one[0])
         return manoeuvre, after
 
-    def dive(
+    def optimise_dive(
         self, stretches: int, seed: int, done: Callable[[], None] = lambda: None
     ) -> list[Manoeuvre]:
         """Return the manoeuvres of a dive in order."""
-        p = len(self.aim.allowed)
+        p = len(self.objective.target_std_errors)
         found: list[Manoeuvre] = []
         information = np.zeros((len(self.closed_loop.matrices), p, p))
-        offered = classics(len(self.closed_loop.autopilot.overlays))
+        offered = candidate_manoeuvres(len(self.closed_loop.autopilot.overlays))
         for number in range(stretches):
             rng = np.random.default_rng([seed, number])
             start = [*found[-3:], *(offered[i] for i in rng.permutation(len(offered)))][:_MEMBERS]
-            manoeuvre, information = self.next(
+            manoeuvre, information = self.best_manoeuvre(
                 information, (number + 1) / stretches, start, seed + number
             )
             found.append(manoeuvre)
@@ -175,18 +182,18 @@ class Optimiser:
 
 
 def simulate_candidates(
-    closed_loop: ClosedLoop, several: Sequence[Manoeuvre], samples: int
+    closed_loop: ClosedLoopSimulator, several: Sequence[Manoeuvre], samples: int
 ) -> Trajectories:
     """Simulate each manoeuvre for each member, from a steady run at half depth."""
     envelope, n = closed_loop.envelope, len(closed_loop.matrices)
     orders = [one.setpoints(closed_loop.autopilot, envelope, samples) for one in several]
     setpoints = np.repeat(np.stack([one for one, _ in orders], axis=1), n, axis=1)
     overlays = np.repeat(np.stack([one for _, one in orders], axis=1), n, axis=1)
-    setpoints[:, :, 2] += envelope.middle
+    setpoints[:, :, 2] += envelope.mid_depth
     return closed_loop.simulate((setpoints, overlays))
 
 
-def worst_violation(closed_loop: ClosedLoop, trajectories: Trajectories) -> FloatArray:
+def worst_violation(closed_loop: ClosedLoopSimulator, trajectories: Trajectories) -> FloatArray:
     """Return by how much each manoeuvre violates a limit for each member, shape (n, members)."""
     limits = limit_violations(closed_loop.envelope, trajectories, area=False).values()
     worst = np.max([one.max(axis=0) for one in limits], axis=0)

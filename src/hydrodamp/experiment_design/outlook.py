@@ -7,10 +7,10 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import HydrodampError
 from hydrodamp.experiment_design.autopilot import design_autopilot
-from hydrodamp.experiment_design.closed_loop import ClosedLoop
-from hydrodamp.experiment_design.ensemble import Ensemble
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
+from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
-from hydrodamp.experiment_design.excitation import classics
+from hydrodamp.experiment_design.excitation import candidate_manoeuvres
 from hydrodamp.experiment_design.fisher_information import (
     ErrorModel,
     fisher_information,
@@ -75,15 +75,15 @@ def _share(problem: Problem, fit: Fit) -> FloatArray:
         if max(abs(a), abs(b)) > 0.0 and name in (*vehicle.commands, *fit.model.commands)
     }
     envelope = Envelope(depth=_DEEP, speed=speed, commands=commands)
-    closed_loop = ClosedLoop.of(
+    closed_loop = ClosedLoopSimulator.of(
         vehicle,
         design_autopilot(vehicle, fit.damping, envelope),
         envelope,
-        Ensemble((fit.damping,), fit.model),
+        DampingEnsemble((fit.damping,), fit.model),
     )
     seen = ErrorModel.of(np.sqrt(noise_variance(problem)))
     before = window_information(problem, problem.matrix(fit.damping), fit.model, seen).sum(axis=0)
-    several = classics(len(closed_loop.autopilot.overlays))
+    several = candidate_manoeuvres(len(closed_loop.autopilot.overlays))
     trajectories = simulate_candidates(closed_loop, several, round(_STRETCH / envelope.period))
     keeps = worst_violation(closed_loop, trajectories).max(axis=1) <= 0.0
     if not keeps.any():

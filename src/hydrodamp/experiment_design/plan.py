@@ -16,13 +16,13 @@ from hydrodamp.experiment_design.optimiser import Criterion, Optimiser
 from hydrodamp.experiment_design.preparation import Mode
 from hydrodamp.experiment_design.result import (
     DivePlan,
-    EnsembleFits,
     GoalDuration,
+    MonteCarloVerification,
     PlanSegment,
     Prediction,
-    identify_ensemble,
+    verify,
 )
-from hydrodamp.experiment_design.shortest import shortest_dive
+from hydrodamp.experiment_design.shortest import shortest_duration
 from hydrodamp.identification.identifiability import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -30,7 +30,7 @@ from hydrodamp.progress import progress
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Members of the ensemble that a dive is optimised for, and identified from.
-_SEARCHED, IDENTIFIED = 3, slice(4)
+_SEARCHED, VERIFIED_MEMBERS = 3, slice(4)
 
 #: Dives of more stretches than this simulate each manoeuvre twice.
 _ONCE = 6
@@ -127,49 +127,52 @@ def plan(
     context = PlanningContext.of(
         vehicle, model, duration, damping, envelope or Envelope(), seed, mode
     )
-    by_steps = context.enforce_envelope(context.steps, baseline=True)
-    steps = identify_ensemble(
-        context.closed_loop, by_steps.trajectories.select(IDENTIFIED), grading=False
+    by_steps = context.enforce_envelope(context.baseline, baseline=True)
+    steps = verify(
+        context.closed_loop, by_steps.trajectories.select(VERIFIED_MEMBERS), grading=False
     )
     candidate = optimise(context, "worst" if goal else criterion, steps, by_steps)
-    fits = identify_ensemble(context.closed_loop, candidate.trajectories.select(IDENTIFIED))
+    fits = verify(context.closed_loop, candidate.trajectories.select(VERIFIED_MEMBERS))
     notes: tuple[str, ...] = ()
-    if np.mean(np.log(fits.error)) > np.mean(np.log(steps.error)):
+    if np.mean(np.log(fits.std_errors)) > np.mean(np.log(steps.std_errors)):
         # By waypoints the steps themselves may determine less than the manoeuvres do.
-        executed = context.enforce_envelope(context.steps)
-        others = identify_ensemble(context.closed_loop, executed.trajectories.select(IDENTIFIED))
+        executed = context.enforce_envelope(context.baseline)
+        others = verify(context.closed_loop, executed.trajectories.select(VERIFIED_MEMBERS))
         notes = (f"{_NO_BETTER}{_BY_WAYPOINTS if context.mode == 'waypoints' else _BY_MODEL}.",)
-        if np.mean(np.log(others.error)) <= np.mean(np.log(fits.error)):
+        if np.mean(np.log(others.std_errors)) <= np.mean(np.log(fits.std_errors)):
             candidate, fits = executed, others
-    some, reach = candidate.trajectories.select(IDENTIFIED), None
+    some, reach = candidate.trajectories.select(VERIFIED_MEMBERS), None
     if goal is not None:
         n = len(candidate.manoeuvres)
-        reach, n, fits = shortest_dive(context, goal, n, some, fits)
+        reach, n, fits = shortest_duration(context, goal, n, some, fits)
         candidate = candidate.until(n, context.samples)
     return replace(_plan_of(context, candidate, fits, steps, reach), notes=notes)
 
 
 def optimise(
-    context: PlanningContext, criterion: Criterion, steps: EnsembleFits, by_steps: CandidateDive
+    context: PlanningContext,
+    criterion: Criterion,
+    steps: MonteCarloVerification,
+    by_steps: CandidateDive,
 ) -> CandidateDive:
     """Search manoeuvres; of a long dive the second half mirrors the first."""
     times = 2 if context.n_segments > _ONCE else 1
     n = -(-context.n_segments // times)
     few = context.closed_loop.with_members([*range(_SEARCHED)])
-    aim = context.aim(criterion, context.wider(steps, by_steps.trajectories))
+    aim = context.objective(criterion, context.wider(steps, by_steps.trajectories))
     with progress("searching manoeuvres", n) as step:
         radius = context.acceptance if context.mode == "waypoints" else None
         optimiser = Optimiser(few, context.error_model, aim, context.samples, radius)
-        found = optimiser.dive(n, context.seed, step)
-    both = found + [one.mirror for one in found] * (times - 1)
+        found = optimiser.optimise_dive(n, context.seed, step)
+    both = found + [one.mirrored for one in found] * (times - 1)
     return context.enforce_envelope(both[: context.n_segments])
 
 
 def _plan_of(
     context: PlanningContext,
     candidate: CandidateDive,
-    fits: EnsembleFits,
-    steps: EnsembleFits,
+    fits: MonteCarloVerification,
+    steps: MonteCarloVerification,
     reach: GoalDuration | None,
 ) -> DivePlan:
     """Return the plan of what was found."""
@@ -180,7 +183,7 @@ def _plan_of(
         vehicle=closed_loop.vehicle,
         model=context.model,
         envelope=closed_loop.envelope,
-        known=context.known.source or "the damping given",
+        prior=context.prior.source or "the damping given",
         time=np.asarray(
             closed_loop.envelope.period * np.arange(len(candidate.overlays)), dtype=np.float64
         ),
@@ -192,12 +195,12 @@ def _plan_of(
         track=candidate.trajectories.select([0]).log(
             closed_loop.vehicle, closed_loop.autopilot.names
         ),
-        depths=depths,
+        depth_band=depths,
         feasibility_rate=candidate.feasibility_rate,
         n_members=len(closed_loop.matrices),
         mode=context.mode,
         waypoints=candidate.waypoints,
-        saturated=candidate.saturated,
+        saturation=candidate.saturation,
         assumptions=closed_loop.autopilot.assumptions,
         predictions=_predictions(context, candidate.trajectories, fits, steps),
         goal_duration=reach,
@@ -227,23 +230,30 @@ def _orders(context: PlanningContext, candidate: CandidateDive) -> dict[str, Flo
 
 
 def _predictions(
-    context: PlanningContext, trajectories: Trajectories, fits: EnsembleFits, steps: EnsembleFits
+    context: PlanningContext,
+    trajectories: Trajectories,
+    fits: MonteCarloVerification,
+    steps: MonteCarloVerification,
 ) -> tuple[Prediction, ...]:
     """Return what the dive will say of each coefficient."""
-    labels, before = context.model.labels, context.before
-    errors, bound, by_steps = fits.error, context.cramer_rao_bound(trajectories), steps.error
+    labels, before = context.model.labels, context.prior_std_errors
+    errors, bound, by_steps = (
+        fits.std_errors,
+        context.cramer_rao_bound(trajectories),
+        steps.std_errors,
+    )
     together = (errors**-2.0 + before**-2.0) ** -0.5
-    values = context.expected(fits)
+    values = context.expected_coefficients(fits)
     grades, causes = fits.grades(labels), fits.causes(labels)
     return tuple(
         Prediction(
             label=label,
             value=float(values[place]),
-            before=float(before[place]) if np.isfinite(before[place]) else None,
-            bound=float(bound[place]),
-            after=float(errors[place]),
-            combined=float(together[place]),
-            steps=float(by_steps[place]),
+            prior_std_error=float(before[place]) if np.isfinite(before[place]) else None,
+            cramer_rao_bound=float(bound[place]),
+            std_error=float(errors[place]),
+            combined_std_error=float(together[place]),
+            baseline_std_error=float(by_steps[place]),
             grade=grades[place],
             cause=causes[place] if grades[place] is Grade.NOT_DETERMINED else None,
         )

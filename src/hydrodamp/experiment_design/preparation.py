@@ -11,10 +11,10 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import ProblemError
 from hydrodamp.experiment_design.autopilot import Autopilot
 from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoop,
+    ClosedLoopSimulator,
     Trajectories,
 )
-from hydrodamp.experiment_design.excitation import Manoeuvre, campaign
+from hydrodamp.experiment_design.excitation import Manoeuvre, baseline_manoeuvres
 from hydrodamp.experiment_design.optimiser import (
     simulate_candidates,
     worst_violation,
@@ -50,7 +50,7 @@ def choose_mode(autopilot: Autopilot, mode: Mode | None) -> Mode:
     return mode
 
 
-def check_reachable(closed_loop: ClosedLoop) -> None:
+def check_reachable(closed_loop: ClosedLoopSimulator) -> None:
     """Refuse a speed that most members do not reach at the limits of the actuators."""
     autopilot, highest = closed_loop.autopilot, closed_loop.envelope.speed[1]
     speeds = closed_loop.reachable_speeds()
@@ -69,7 +69,7 @@ def check_reachable(closed_loop: ClosedLoop) -> None:
     )
 
 
-def steerable_members(closed_loop: ClosedLoop, samples: int) -> ClosedLoop:
+def steerable_members(closed_loop: ClosedLoopSimulator, samples: int) -> ClosedLoopSimulator:
     """Leave out members that cannot turn calmly to a course: the real vehicle can."""
     turns = (0.0, 0.75, 0.0, *[0.0] * len(closed_loop.autopilot.overlays))
     calm = [Manoeuvre("steps", level, 0.0, turns) for level in (0.0, 0.5, 1.0)]
@@ -87,10 +87,10 @@ def steerable_members(closed_loop: ClosedLoop, samples: int) -> ClosedLoop:
     return closed_loop.with_members(np.flatnonzero(keeps)[:VERIFIED].tolist())
 
 
-def largest_steps(alone: ClosedLoop, samples: int, stretches: int) -> list[Manoeuvre]:
+def largest_steps(alone: ClosedLoopSimulator, samples: int, stretches: int) -> list[Manoeuvre]:
     """Return a campaign of steps, each as large as the envelope lets it be."""
     autopilot = alone.autopilot
-    several = campaign(len(autopilot.overlays), autopilot.hovers)
+    several = baseline_manoeuvres(len(autopilot.overlays), autopilot.hovers)
     offered = [one.attenuate(share) for one in several for share in _STRENGTHS]
     worst = worst_violation(alone, simulate_candidates(alone, offered, samples)).reshape(
         len(several), -1
@@ -102,7 +102,9 @@ def largest_steps(alone: ClosedLoop, samples: int, stretches: int) -> list[Manoe
     return [found[n % len(found)] for n in range(stretches)]
 
 
-def coefficient_sizes(alone: ClosedLoop, trajectories: Trajectories, seed: int) -> FloatArray:
+def coefficient_sizes(
+    alone: ClosedLoopSimulator, trajectories: Trajectories, seed: int
+) -> FloatArray:
     """Return the coefficients of the wide model that would make all the force on their axis.
 
     The motion counts as no smaller than ``_MOTION``: a column that was hardly moved says nothing.

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.experiment_design.closed_loop import ClosedLoop, Trajectories
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.excitation import Manoeuvre
 from hydrodamp.identification.fit import Fit
@@ -49,11 +49,11 @@ class Prediction:
 
     label: str
     value: float
-    before: float | None
-    bound: float
-    after: float
-    combined: float
-    steps: float
+    prior_std_error: float | None
+    cramer_rao_bound: float
+    std_error: float
+    combined_std_error: float
+    baseline_std_error: float
     grade: Grade
     cause: Cause | None
 
@@ -73,7 +73,7 @@ class GoalDuration:
     """How long a dive must be for a goal, axis by axis [s]; None where it is out of reach."""
 
     goal: Grade
-    by_axis: dict[str, float | None]
+    duration_by_axis: dict[str, float | None]
     unreached: dict[str, str]
 
 
@@ -126,17 +126,17 @@ class DivePlan:
     vehicle: Vehicle
     model: DampingModel
     envelope: Envelope
-    known: str
+    prior: str
     time: FloatArray
     setpoints: dict[str, FloatArray]
     segments: tuple[PlanSegment, ...]
     track: Log
-    depths: FloatArray
+    depth_band: FloatArray
     feasibility_rate: float
     n_members: int
     mode: str
     waypoints: FloatArray | None
-    saturated: dict[str, float]
+    saturation: dict[str, float]
     assumptions: tuple[str, ...]
     predictions: tuple[Prediction, ...]
     goal_duration: GoalDuration | None = None
@@ -147,13 +147,13 @@ class DivePlan:
         """How long the dive is [s]."""
         return float(self.time[-1])
 
-    def labelled(self, grade: Grade) -> tuple[str, ...]:
+    def labels_of_grade(self, grade: Grade) -> tuple[str, ...]:
         """Return the labels that will have a grade."""
         return tuple(one.label for one in self.predictions if one.grade is grade)
 
     def __str__(self) -> str:
         """Return what it will determine, in a sentence."""
-        counts = ", ".join(f"{len(self.labelled(grade))} {grade.word}" for grade in Grade)
+        counts = ", ".join(f"{len(self.labels_of_grade(grade))} {grade.word}" for grade in Grade)
         return (
             f"A dive of {self.duration:.0f} s by {self.mode} for '{self.model.key}' on "
             f"{self.vehicle.name}: {counts}; "
@@ -163,7 +163,7 @@ class DivePlan:
 
 
 @dataclass(frozen=True, eq=False)
-class EnsembleFits:
+class MonteCarloVerification:
     """Estimates of the recommended method from simulated dives, one for each ensemble member.
 
     ``coefficients`` (n, p) and ``covariances`` (n, p, p) are as ``identify`` reports them.
@@ -174,7 +174,7 @@ class EnsembleFits:
     identifiability: tuple[Identifiability | None, ...]
 
     @property
-    def error(self) -> FloatArray:
+    def std_errors(self) -> FloatArray:
         """Standard error to expect of each coefficient, the geometric mean over the members."""
         found: FloatArray = np.exp(0.5 * np.mean(np.log(np.einsum("npp->np", self.covariances)), 0))
         return found
@@ -196,9 +196,9 @@ class EnsembleFits:
         return [next((one[label] for one in found if label in one), None) for label in labels]
 
 
-def identify_ensemble(
-    closed_loop: ClosedLoop, trajectories: Trajectories, *, grading: bool = True
-) -> EnsembleFits:
+def verify(
+    closed_loop: ClosedLoopSimulator, trajectories: Trajectories, *, grading: bool = True
+) -> MonteCarloVerification:
     """Identify the model from what each vehicle recorded, by the recommended method."""
     n = trajectories.states.shape[1]
     calls = [(closed_loop, trajectories.select([one]), grading) for one in range(n)]
@@ -206,11 +206,13 @@ def identify_ensemble(
     covariances = [fit.damping.covariance for fit, _ in fits]
     known = [one for one in covariances if one is not None]
     found = [fit.damping.coefficients for fit, _ in fits]
-    return EnsembleFits(np.array(found), np.array(known), tuple(grades for _, grades in fits))
+    return MonteCarloVerification(
+        np.array(found), np.array(known), tuple(grades for _, grades in fits)
+    )
 
 
 def _identified(
-    closed_loop: ClosedLoop, trajectories: Trajectories, grading: bool
+    closed_loop: ClosedLoopSimulator, trajectories: Trajectories, grading: bool
 ) -> tuple[Fit, Identifiability | None]:
     log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names)
     problem = prepare(closed_loop.vehicle, log, closed_loop.ensemble.model)

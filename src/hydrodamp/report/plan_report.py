@@ -12,8 +12,8 @@ from hydrodamp.data.canonical import write_log
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.files import (
     can_write_bags,
+    commands_csv,
     mission_plan,
-    orders_csv,
     plan_document,
     write_bag,
 )
@@ -57,7 +57,14 @@ def prediction_table(plan: DivePlan) -> Table:
     )
     rows = tuple(
         (
-            *(one.label, one.value, one.before, one.after, one.combined, one.steps),
+            *(
+                one.label,
+                one.value,
+                one.prior_std_error,
+                one.std_error,
+                one.combined_std_error,
+                one.baseline_std_error,
+            ),
             coefficient_unit(*read_label(one.label)),
             f"{one.grade.word}{f' ({one.cause.word})' if one.cause else ''}",
         )
@@ -70,14 +77,14 @@ def _notes(plan: DivePlan) -> Iterator[str]:
     yield (
         f"+- are standard errors as `identify` will report them from this dive, executed by "
         f"{plan.mode}; 'steps' is a campaign of steps of the same length in the same envelope. "
-        f"Planned with {plan.known}."
+        f"Planned with {plan.prior}."
     )
-    shares = ", ".join(f"{name} {share:.1%}" for name, share in plan.saturated.items())
+    shares = ", ".join(f"{name} {share:.1%}" for name, share in plan.saturation.items())
     if shares:
         yield f"Time at a limit or rate limit: {shares}."
     yield from plan.assumptions
     if plan.goal_duration is not None:
-        goal, by_axis = plan.goal_duration.goal.word, plan.goal_duration.by_axis
+        goal, by_axis = plan.goal_duration.goal.word, plan.goal_duration.duration_by_axis
         took = ", ".join(f"{axis} {_long(time)}" for axis, time in by_axis.items())
         yield f"Shortest dive to '{goal}', for what can be so at all: {took}."
         for label, why in plan.goal_duration.unreached.items():
@@ -123,7 +130,7 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
     """Write a plan into a folder; return what could not be written, in sentences."""
     missing = []
     contents = {
-        folder / "plan.csv": orders_csv(plan).encode("utf-8"),
+        folder / "plan.csv": commands_csv(plan).encode("utf-8"),
         folder / "predictions.csv": to_csv(prediction_table(plan)).encode("utf-8"),
         folder / "plan.json": as_json(plan_document(plan)).encode("utf-8"),
     }

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from hydrodamp.simulation.campaign.reenact import reenact
-from hydrodamp.simulation.campaign.truth import crossflow, sname, tail_of, true_damping
+from hydrodamp.simulation.campaign.truth import (
+    crossflow_truth,
+    fin_position,
+    sname_truth,
+    true_damping,
+)
 from hydrodamp.vehicle.file import fleet
 
 
@@ -12,8 +17,8 @@ from hydrodamp.vehicle.file import fleet
 def truth(request):
     """Each of the two truths in turn."""
     if request.param == "sname":
-        return sname(true_damping())
-    return crossflow(true_damping(), tail_of(fleet["vt690"]))
+        return sname_truth(true_damping())
+    return crossflow_truth(true_damping(), fin_position(fleet["vt690"]))
 
 
 @pytest.fixture(scope="session")

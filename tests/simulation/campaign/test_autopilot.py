@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from hydrodamp.simulation.campaign.autopilot import (
+    COMMAND_PERIOD,
     FIN_LIMIT,
     INTEGRAL_LIMIT,
-    PERIOD,
-    PUBLISHED,
-    TESTING,
-    TRAINING,
+    PUBLISHED_AUTOPILOT,
+    TEST_RUNS,
+    TRAINING_RUNS,
     Autopilot,
     Memory,
     Pid,
-    Steps,
+    StepSequence,
 )
 
 
@@ -28,16 +28,16 @@ def level(n=1):
 
 def test_gains_are_the_published_ones():
     """vehicles-and-methods, section 1."""
-    assert astuple(PUBLISHED.pitch)[:3] == (4.5, 0.2, 7.0)
-    assert astuple(PUBLISHED.yaw)[:3] == (3.0, 0.005, 3.0)
-    assert astuple(PUBLISHED.depth)[:3] == (-0.07, -0.001, 0.095)
+    assert astuple(PUBLISHED_AUTOPILOT.pitch)[:3] == (4.5, 0.2, 7.0)
+    assert astuple(PUBLISHED_AUTOPILOT.yaw)[:3] == (3.0, 0.005, 3.0)
+    assert astuple(PUBLISHED_AUTOPILOT.depth)[:3] == (-0.07, -0.001, 0.095)
     assert np.degrees([INTEGRAL_LIMIT, FIN_LIMIT]) == pytest.approx([5.0, 20.0])
 
 
 def test_signs():
     """On course nothing; to starboard rudder negative; to go deeper elevator negative."""
     heading, depth = np.array([0.0, 0.05, 0.0]), np.array([10.0, 10.0, 10.1])
-    commands, memory = PUBLISHED.steer(level(3), heading, depth, Memory.blank(3))
+    commands, memory = PUBLISHED_AUTOPILOT.steer(level(3), heading, depth, Memory.blank(3))
     np.testing.assert_array_equal(np.sign(commands), [[0, 0], [-1, 0], [0, -1]])
     np.testing.assert_array_equal(memory.totals[:, 0], 0.0)
 
@@ -47,13 +47,13 @@ def test_integral_grows_by_error_times_period_and_never_winds_up():
     total = np.zeros(1)
     for count in range(1, 200):
         output, total = Pid(0.0, 1.0, 0.0).step(np.array([0.02]), np.zeros(1), total)
-        assert output[0] == pytest.approx(min(count * 0.02 * PERIOD, INTEGRAL_LIMIT))
+        assert output[0] == pytest.approx(min(count * 0.02 * COMMAND_PERIOD, INTEGRAL_LIMIT))
     assert total[0] <= INTEGRAL_LIMIT
     _, total = Pid(3.0, 0.005, 0.0).step(np.array([1.0]), np.zeros(1), np.zeros(1))
     assert total[0] == 0.0
 
 
-@pytest.mark.parametrize("period", [0.02, PERIOD, 0.2])
+@pytest.mark.parametrize("period", [0.02, COMMAND_PERIOD, 0.2])
 def test_depth_rate_is_the_mean_over_five_seconds(period):
     """A descent of 0.2 m/s is seen as such from the second sample on, at any rate of the loops."""
     rate_alone = Autopilot(Pid(0.0, 0.0, 1.0), Pid(1.0, 0.0, 0.0), period=period)
@@ -67,18 +67,18 @@ def test_depth_rate_is_the_mean_over_five_seconds(period):
 
 def test_runs_are_those_of_section_5b():
     """Depth steps at 2600, yaw steps at 1800, 2133, 2600; test 2133 and 2350; one plane a run."""
-    assert " ".join(run.name for run in TRAINING) == "depth-2600 yaw-1800 yaw-2133 yaw-2600"
-    assert " ".join(run.name for run in TESTING) == "depth-2133 yaw-2350"
+    assert " ".join(run.name for run in TRAINING_RUNS) == "depth-2600 yaw-1800 yaw-2133 yaw-2600"
+    assert " ".join(run.name for run in TEST_RUNS) == "depth-2133 yaw-2350"
     time = np.arange(0.0, 400.0, 0.1)
-    for run in TRAINING + TESTING:
+    for run in TRAINING_RUNS + TEST_RUNS:
         kind, rpm = run.name.split("-")
         assert run.rpm == float(rpm)
-        moving = [np.ptp(one.at(time)) > 0.0 for one in (run.depth, run.heading)]
+        moving = [np.ptp(one.values(time)) > 0.0 for one in (run.depth, run.heading)]
         assert moving == [kind == "depth", kind == "yaw"]
 
 
 def test_steps_come_at_their_times():
     """A step acts from its own instant on, and the lists repeat separately."""
-    steps = Steps((1.0, 2.0, -3.0), holds=(10.0, 20.0), first=5.0)
+    steps = StepSequence((1.0, 2.0, -3.0), holds=(10.0, 20.0), first=5.0)
     time = np.array([4.9, 5.0, 14.9, 15.0, 34.9, 35.0, 44.9, 45.0])
-    np.testing.assert_array_equal(steps.at(time), [0, 1, 1, 3, 3, 0, 0, 1])
+    np.testing.assert_array_equal(steps.values(time), [0, 1, 1, 3, 3, 0, 0, 1])

@@ -7,7 +7,7 @@ from hydrodamp.simulation.campaign.motion import (
     down_direction,
     euler_rates,
 )
-from hydrodamp.simulation.campaign.truth import sname, true_damping
+from hydrodamp.simulation.campaign.truth import sname_truth, true_damping
 from hydrodamp.vehicle.file import fleet
 
 VEHICLE = fleet["vt690"]
@@ -57,7 +57,7 @@ def test_steady_turns_of_the_bulletin():
     """
     commands = np.zeros((3, 2))
     commands[:, 0] = np.radians([10.0, 15.0, 20.0])
-    motion = motion_of(sname(true_damping()), [2060.0] * 3)
+    motion = motion_of(sname_truth(true_damping()), [2060.0] * 3)
     state = motion.advance(motion.receive(states(3, 2.06), commands), commands, 40.0)
     u, v, r = state[:, 0], state[:, 1], state[:, 5]
     radius = np.hypot(u, v) / np.abs(r) / 2.194

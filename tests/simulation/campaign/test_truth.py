@@ -6,9 +6,9 @@ import pytest
 from hydrodamp.simulation.campaign.truth import (
     HULL_LENGTH,
     Strips,
-    crossflow,
-    sname,
-    tail_of,
+    crossflow_truth,
+    fin_position,
+    sname_truth,
     true_damping,
 )
 from hydrodamp.vehicle.file import fleet
@@ -29,17 +29,17 @@ def test_port_and_starboard_alike(truth, velocities):
 
 def test_fins_meet_the_drift_as_published():
     """rudder - 0.178 atan2(-v, u); the elevator by turning 90 degrees about x."""
-    truth = crossflow(true_damping(), TAIL)
+    truth = crossflow_truth(true_damping(), TAIL)
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.0, 0.0]])
     angles = truth.effective_fins(velocity, np.array([[0.1, -0.05]]))[0]
     expected = [0.1 - 0.178 * np.arctan2(-0.2, 2.0), -0.05 - 0.178 * np.arctan2(0.1, 2.0)]
     np.testing.assert_allclose(angles, expected)
-    published, fins = sname(true_damping()), np.ones((1, 2))
+    published, fins = sname_truth(true_damping()), np.ones((1, 2))
     assert published.effective_fins(velocity, fins) is fins
     assert published.fin_lag == 0.0
 
 
-TAIL = tail_of(fleet["vt690"])
+TAIL = fin_position(fleet["vt690"])
 
 SIDE, DOWN = (171.825, -34.1192), (72.497, -3.68259)
 """Drag and its first moment: -Y_v|v|, -N_v|v| and -Z_w|w|, M_w|w| of the published set."""

@@ -99,9 +99,9 @@ def track_figure(plan: DivePlan) -> Figure:
             color=FAINT,
             linestyle="--",
         )
-    below.fill_between(plan.time, *plan.depths.T, color=SERIES[0], alpha=BAND, linewidth=0.0)
+    below.fill_between(plan.time, *plan.depth_band.T, color=SERIES[0], alpha=BAND, linewidth=0.0)
     below.plot(plan.time, depth, color=SERIES[0])
-    for limit in (plan.envelope.depth[0], plan.envelope.deepest):
+    for limit in (plan.envelope.depth[0], plan.envelope.max_depth):
         below.axhline(limit, color=FAINT, linestyle="--")
     below.invert_yaxis()
     below.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, and 90 % of the draws")
@@ -161,7 +161,7 @@ def prediction_figure(plan: DivePlan) -> Figure:
     panel.invert_yaxis()
     panel.set_xlabel("standard error / coefficient")
     names = {"before": "before", "steps": "a campaign of steps", "after": "this dive"}
-    has_before = any(one.before is not None for one in rows)
+    has_before = any(one.prior_std_error is not None for one in rows)
     shown = {name: look for name, look in marks.items() if name != "before" or has_before}
     legend(
         figure,

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 
-PERIOD = 0.1
+COMMAND_PERIOD = 0.1
 """Time between two commands, held in between [s]."""
 
 INTEGRAL_LIMIT = float(np.radians(5.0))
@@ -28,7 +28,7 @@ class Pid:
     limit: float = FIN_LIMIT
 
     def step(
-        self, error: FloatArray, rate: FloatArray, total: FloatArray, period: float = PERIOD
+        self, error: FloatArray, rate: FloatArray, total: FloatArray, period: float = COMMAND_PERIOD
     ) -> tuple[FloatArray, FloatArray]:
         """Return the output and the integral of the error after this sample."""
         grown = total + error * period
@@ -74,7 +74,7 @@ class Autopilot:
     depth: Pid = DEPTH_LOOP
     pitch: Pid = PITCH_LOOP
     yaw: Pid = YAW_LOOP
-    period: float = PERIOD
+    period: float = COMMAND_PERIOD
 
     def steer(
         self, measured: FloatArray, heading: FloatArray, depth: FloatArray, memory: Memory
@@ -92,7 +92,7 @@ class Autopilot:
         return np.array((-starboard, elevator)).T, Memory(totals, depths)
 
 
-PUBLISHED = Autopilot()
+PUBLISHED_AUTOPILOT = Autopilot()
 """The autopilot of the VT 690."""
 
 FIRST_STEP = 5.0
@@ -112,14 +112,14 @@ DEPTH_HOLDS = (16.0, 14.0, 17.0, 15.0, 18.0, 14.0, 16.0)
 
 
 @dataclass(frozen=True)
-class Steps:
+class StepSequence:
     """A staircase of reference values that starts from zero and repeats."""
 
     changes: tuple[float, ...]
     holds: tuple[float, ...]
     first: float = FIRST_STEP
 
-    def at(self, time: FloatArray) -> FloatArray:
+    def values(self, time: FloatArray) -> FloatArray:
         """Return the reference at the times given."""
         count = 2 + int(np.max(time) / min(self.holds))
         starts = self.first + np.cumsum([0.0, *np.resize(self.holds, count - 1)])
@@ -127,7 +127,7 @@ class Steps:
         return levels[np.searchsorted(starts, time, side="right")]
 
 
-STEADY = Steps((0.0,), HEADING_HOLDS)
+STEADY = StepSequence((0.0,), HEADING_HOLDS)
 """No step at all: hold what there is."""
 
 
@@ -137,16 +137,16 @@ class Run:
 
     name: str
     rpm: float
-    heading: Steps = STEADY
-    depth: Steps = STEADY
+    heading: StepSequence = STEADY
+    depth: StepSequence = STEADY
 
 
-def _steps(changes: tuple[float, ...], holds: tuple[float, ...], place: int) -> Steps:
+def _steps(changes: tuple[float, ...], holds: tuple[float, ...], place: int) -> StepSequence:
     """Return a staircase that begins at one of its steps."""
-    return Steps(changes[place:] + changes[:place], holds[place:] + holds[:place])
+    return StepSequence(changes[place:] + changes[:place], holds[place:] + holds[:place])
 
 
-TRAINING = (
+TRAINING_RUNS = (
     Run("depth-2600", 2600.0, depth=_steps(DEPTH_STEPS, DEPTH_HOLDS, 0)),
     Run("yaw-1800", 1800.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 0)),
     Run("yaw-2133", 2133.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 2)),
@@ -154,7 +154,7 @@ TRAINING = (
 )
 """The estimation runs of section V-B, in its order."""
 
-TESTING = (
+TEST_RUNS = (
     Run("depth-2133", 2133.0, depth=_steps(DEPTH_STEPS, DEPTH_HOLDS, 3)),
     Run("yaw-2350", 2350.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 5)),
 )

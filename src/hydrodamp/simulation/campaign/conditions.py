@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.autopilot import PERIOD
+from hydrodamp.simulation.campaign.autopilot import COMMAND_PERIOD
 
-CHANNELS = ("u", "v", "w", "p", "q", "r", "roll", "pitch", "yaw", "depth")
+SENSOR_CHANNELS = ("u", "v", "w", "p", "q", "r", "roll", "pitch", "yaw", "depth")
 """What is measured, in the order of the noise's last axis."""
 
-VARIANCES = (1.764e-4,) * 3 + (7.615e-7,) * 3 + (5.898e-9,) * 3 + (1e-3,)
+SENSOR_VARIANCES = (1.764e-4,) * 3 + (7.615e-7,) * 3 + (5.898e-9,) * 3 + (1e-3,)
 """Noise variance of each channel [(m/s)^2, (rad/s)^2, rad^2, m^2]."""
 
 
@@ -31,8 +31,8 @@ class Conditions:
 
     scale: float = 1.0
 
-    def draw_errors(
-        self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
+    def sample_sensor_errors(
+        self, seed: int, n_runs: int, n_samples: int, period: float = COMMAND_PERIOD
     ) -> FloatArray:
         """Return the errors of every sensor in every run.
 
@@ -52,19 +52,23 @@ class Conditions:
 
         Examples
         --------
-        >>> WHITE_NOISE.draw_errors(0, n_runs=6, n_samples=50).shape
+        >>> WHITE_NOISE.sample_sensor_errors(0, n_runs=6, n_samples=50).shape
         (50, 6, 10)
         """
-        return draw(seed, n_runs, n_samples, len(CHANNELS)) * (self.scale * np.sqrt(VARIANCES))
+        return sample_normal(seed, n_runs, n_samples, len(SENSOR_CHANNELS)) * (
+            self.scale * np.sqrt(SENSOR_VARIANCES)
+        )
 
-    def draw_pushes(
-        self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
+    def sample_disturbances(
+        self, seed: int, n_runs: int, n_samples: int, period: float = COMMAND_PERIOD
     ) -> FloatArray:
         """Return the wrench that pushes the vehicle in every run, shape (n_samples, n_runs, 6)."""
         return np.zeros((n_samples, n_runs, 6))
 
 
-def draw(seed: int, n_runs: int, n_samples: int, n_columns: int, *stream: int) -> FloatArray:
+def sample_normal(
+    seed: int, n_runs: int, n_samples: int, n_columns: int, *stream: int
+) -> FloatArray:
     """Return normal numbers of a stream of each run, shape (n_samples, n_runs, n_columns)."""
     keys = [np.random.SeedSequence(seed, spawn_key=(run, *stream)) for run in range(n_runs)]
     draws = [np.random.default_rng(one).standard_normal((n_samples, n_columns)) for one in keys]

@@ -13,9 +13,9 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.progress import count_items
 from hydrodamp.simulation.campaign.autopilot import (
-    PUBLISHED,
-    TESTING,
-    TRAINING,
+    PUBLISHED_AUTOPILOT,
+    TEST_RUNS,
+    TRAINING_RUNS,
     Autopilot,
     Memory,
     Run,
@@ -29,7 +29,13 @@ from hydrodamp.simulation.campaign.motion import (
     VELOCITY,
     Motion,
 )
-from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, tail_of, true_damping
+from hydrodamp.simulation.campaign.truth import (
+    Truth,
+    crossflow_truth,
+    fin_position,
+    sname_truth,
+    true_damping,
+)
 from hydrodamp.vehicle.file import fleet
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -84,43 +90,43 @@ class Campaign:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CampaignSetup:
     """What sails where: a vehicle with rudder, elevator and propeller, its water and its runs."""
 
     vehicle: Vehicle
-    water: Truth
-    autopilot: Autopilot = PUBLISHED
-    training: tuple[Run, ...] = TRAINING
-    testing: tuple[Run, ...] = TESTING
+    truth: Truth
+    autopilot: Autopilot = PUBLISHED_AUTOPILOT
+    training_runs: tuple[Run, ...] = TRAINING_RUNS
+    test_runs: tuple[Run, ...] = TEST_RUNS
 
     @classmethod
-    def of(cls, truth: str) -> Plan:
+    def of(cls, truth: str) -> CampaignSetup:
         """Return the plan of the paper on one of the truths."""
         vehicle, known = fleet["vt690"], true_damping()
         if truth == "sname":
-            return cls(vehicle, sname(known))
-        return cls(vehicle, crossflow(known, tail_of(vehicle)))
+            return cls(vehicle, sname_truth(known))
+        return cls(vehicle, crossflow_truth(known, fin_position(vehicle)))
 
-    def sail(
+    def simulate(
         self, seeds: Sequence[int], duration: float, conditions: Conditions
     ) -> tuple[Campaign, ...]:
         """Return the campaign of each seed, all vehicles sailing side by side."""
-        runs, period = self.training + self.testing, self.autopilot.period
+        runs, period = self.training_runs + self.test_runs, self.autopilot.period
         size = len(runs), round(duration / period) + 1, period
         voyage = self._voyage(
             runs * len(seeds),
-            np.hstack([conditions.draw_errors(seed, *size) for seed in seeds]),
-            np.hstack([conditions.draw_pushes(seed, *size) for seed in seeds]),
+            np.hstack([conditions.sample_sensor_errors(seed, *size) for seed in seeds]),
+            np.hstack([conditions.sample_disturbances(seed, *size) for seed in seeds]),
         )
         places = [slice(k * len(runs), (k + 1) * len(runs)) for k in range(len(seeds))]
         return tuple(self._campaign(Voyage(*(one[:, own] for one in voyage))) for own in places)
 
     def _voyage(self, runs: Sequence[Run], errors: FloatArray, pushes: FloatArray) -> Voyage:
         period, n = self.autopilot.period, len(runs)
-        motion = Motion.of(self.vehicle, self.water, np.array([run.rpm for run in runs]))
+        motion = Motion.of(self.vehicle, self.truth, np.array([run.rpm for run in runs]))
         time = np.arange(len(errors), dtype=np.float64) * period
-        heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
-        depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
+        heading = np.radians(np.transpose([run.heading.values(time) for run in runs]))
+        depth = STARTING_DEPTH + np.transpose([run.depth.values(time) for run in runs])
         state, memory, samples = np.zeros((n, N_STATES)), Memory.blank(n), []
         state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
         driven = zip(errors, pushes, heading, depth, strict=True)
@@ -134,17 +140,17 @@ class Plan:
 
     def _campaign(self, voyage: Voyage) -> Campaign:
         parts: dict[str, Any] = {}
-        n = len(self.training)
+        n = len(self.training_runs)
         for name, runs, place in (
-            ("train", self.training, slice(n)),
-            ("test", self.testing, slice(n, None)),
+            ("train", self.training_runs, slice(n)),
+            ("test", self.test_runs, slice(n, None)),
         ):
             own = Voyage(*(array[:, place] for array in voyage))
             exact = replace(
                 self._log(runs, own, own.states), acceleration=frozen(stack_runs(own.accelerations))
             )
             parts |= {name: self._log(runs, own, own.measured), f"exact_{name}": exact}
-        return Campaign(**parts, vehicle=self.vehicle, truth=self.water.name, note=self.water.note)
+        return Campaign(**parts, vehicle=self.vehicle, truth=self.truth.name, note=self.truth.note)
 
     def _log(self, runs: Sequence[Run], voyage: Voyage, states: FloatArray) -> Log:
         n = len(states)
@@ -209,7 +215,7 @@ def reenact(
         raise MethodError(no_such("truth", truth, TRUTHS))
     demand(seed >= 0, "seed", "0 or more", seed)
     demand(1.0 <= duration < np.inf, "duration", "1 s or more", duration)
-    return Plan.of(truth).sail((seed,), duration, conditions)[0]
+    return CampaignSetup.of(truth).simulate((seed,), duration, conditions)[0]
 
 
 def stack_runs(columns: FloatArray) -> FloatArray:

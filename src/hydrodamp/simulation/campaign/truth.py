@@ -56,12 +56,12 @@ class Truth:
         return fins - self.drift_factor * drift
 
 
-def sname(damping: Damping) -> Truth:
+def sname_truth(damping: Damping) -> Truth:
     """Return published hydrodynamics as they are."""
     return Truth("sname", SNAME_NOTE, damping)
 
 
-def crossflow(damping: Damping, fins_at: float) -> Truth:
+def crossflow_truth(damping: Damping, fins_at: float) -> Truth:
     """Return the truth with crossflow strips, drift at the fins, and fin lag."""
     known = damping.as_dict()
     kept = {label: value for label, value in known.items() if label not in CROSSFLOW_DRAG}
@@ -136,7 +136,7 @@ def true_damping() -> Damping:
     )
 
 
-def tail_of(vehicle: Vehicle) -> float:
+def fin_position(vehicle: Vehicle) -> float:
     """Return the position of the rudders, forward of the origin [m]."""
     rudder = next(one for one in vehicle.actuators if "rudder" in one.commands)
     wrench = rudder.regressor_terms()[0][1]

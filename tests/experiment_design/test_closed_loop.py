@@ -5,8 +5,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot import design_autopilot
-from hydrodamp.experiment_design.closed_loop import ClosedLoop, limit_violations
-from hydrodamp.experiment_design.ensemble import draw_ensemble, prior_damping, wide_model
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, limit_violations
+from hydrodamp.experiment_design.ensemble import prior_damping, sample_ensemble, wide_model
 from hydrodamp.experiment_design.excitation import Manoeuvre
 from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
 from hydrodamp.experiment_design.guidance import CourseGuidance
@@ -18,15 +18,17 @@ def closed_loop():
     envelope = hd.Envelope(depth=(3, 20))
     known = prior_damping(vehicle, model, None)
     sizes = np.zeros(wide_model(vehicle, model, known).n_coefficients)
-    ensemble = draw_ensemble(vehicle, model, known, sizes, 3, seed=1)
-    return ClosedLoop.of(vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble)
+    ensemble = sample_ensemble(vehicle, model, known, sizes, 3, seed=1)
+    return ClosedLoopSimulator.of(
+        vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble
+    )
 
 
 @pytest.fixture(scope="module")
 def trajectories(closed_loop):
     move = Manoeuvre("steps", 0.5, 0.5, (0.0, 0.3, 0.3, 0.1, 0.1))
     setpoints, overlays = move.setpoints(closed_loop.autopilot, closed_loop.envelope, 300)
-    setpoints[:, 2] += closed_loop.envelope.middle
+    setpoints[:, 2] += closed_loop.envelope.mid_depth
     return closed_loop.simulate(
         (np.repeat(setpoints[:, None], 3, axis=1), np.repeat(overlays[:, None], 3, axis=1))
     )
@@ -59,7 +61,7 @@ def test_course_setpoints_turn_slowly_so_that_all_members_turn_to_one_side(close
     setpoints, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).setpoints(
         closed_loop.autopilot, closed_loop.envelope, 600
     )
-    setpoints += (0.0, 0.0, closed_loop.envelope.middle)
+    setpoints += (0.0, 0.0, closed_loop.envelope.mid_depth)
     orders = tuple(np.repeat(one[:, None], 3, axis=1) for one in (setpoints, overlays))
     simulate_candidates = closed_loop.simulate(
         orders, 1, lambda place, _: np.radians(179.0) if place > 99 else 0.0
@@ -99,7 +101,7 @@ def test_limits_are_told_by_how_much_they_are_passed(closed_loop, trajectories):
 
 
 def test_information_adds_up_and_falls_with_the_square_of_noise(closed_loop, trajectories):
-    noise = closed_loop.envelope.deviations[:6]
+    noise = closed_loop.envelope.noise_std[:6]
     one, two = (
         fisher_information(closed_loop, trajectories, ErrorModel.of(k * noise)) for k in (1.0, 2.0)
     )

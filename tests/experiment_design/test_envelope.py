@@ -14,7 +14,7 @@ def written(folder, text):
 def test_an_envelope_ends_above_the_bottom(tmp_path):
     path = written(tmp_path, "depth: [3, 30]\nbottom: 20\naltitude: 4\nnoise: {u: 0.1}")
     found = hd.read_envelope(path)
-    assert (found.deepest, found.middle, found.deviations[0]) == (16.0, 9.5, 0.1)
+    assert (found.max_depth, found.mid_depth, found.noise_std[0]) == (16.0, 9.5, 0.1)
 
 
 @pytest.mark.parametrize(

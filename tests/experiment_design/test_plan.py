@@ -12,7 +12,7 @@ from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
 from hydrodamp.experiment_design.excitation import Manoeuvre
 from hydrodamp.experiment_design.optimiser import Optimiser
-from hydrodamp.experiment_design.result import EnsembleFits
+from hydrodamp.experiment_design.result import MonteCarloVerification
 from hydrodamp.experiment_design.shortest import _why
 from hydrodamp.identification.identifiability import Cause
 from hydrodamp.simulation.problem import vehicle_stamp
@@ -20,8 +20,10 @@ from hydrodamp.simulation.problem import vehicle_stamp
 
 def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
     assert [one.label for one in planned.predictions] == list(known.model.labels)
-    assert all(0.0 < one.bound < one.after for one in planned.predictions)
-    assert all(one.combined == one.after for one in planned.predictions)  # nothing but values known
+    assert all(0.0 < one.cramer_rao_bound < one.std_error for one in planned.predictions)
+    assert all(
+        one.combined_std_error == one.std_error for one in planned.predictions
+    )  # nothing but values known
     assert planned.predictions[0].value == -8.0
     assert "A dive of" in str(planned)
 
@@ -36,8 +38,8 @@ def test_it_keeps_to_its_envelope(planned):
 
 def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
     reach = planned.goal_duration
-    assert set(reach.by_axis) == {"X", "Y", "N"}
-    assert reach.by_axis["X"] <= planned.duration + 0.2
+    assert set(reach.duration_by_axis) == {"X", "Y", "N"}
+    assert reach.duration_by_axis["X"] <= planned.duration + 0.2
     left = {one.label for one in planned.predictions if one.grade is hd.Grade.NOT_DETERMINED}
     assert left <= set(reach.unreached)
 
@@ -46,7 +48,9 @@ def test_identify_says_less_where_the_water_is_as_it_is_known(planned):
     """What is predicted makes room for the errors of form that the draws have."""
     problem = hd.prepare(planned.vehicle, planned.track, planned.model)
     fit = hd.Recommended().identify(problem, planned.model)
-    ratio = np.sqrt(np.diag(fit.damping.covariance)) / [one.after for one in planned.predictions]
+    ratio = np.sqrt(np.diag(fit.damping.covariance)) / [
+        one.std_error for one in planned.predictions
+    ]
     assert 0.05 < np.median(ratio) < 1.2
 
 
@@ -58,7 +62,7 @@ def test_the_grade_is_what_half_of_the_waters_give():
     good, bad = hd.Grade.DETERMINED, hd.Grade.NOT_DETERMINED
     one = np.ones((4, 1))
     for several, grade in (([good, good, good, bad], good), ([good, bad, bad, bad], bad)):
-        fits = EnsembleFits(one, one[:, None], tuple(map(Found, several)))
+        fits = MonteCarloVerification(one, one[:, None], tuple(map(Found, several)))
         assert fits.grades(["X_u"]) == [grade]
 
 
@@ -91,7 +95,7 @@ def test_a_prior_with_standard_errors_counts(boat, known):
     errors = np.array([0.5, 3.0, np.nan, 0.4, 0.0])
     prior = replace(known, covariance=np.diag(errors**2))
     context = PlanningContext.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
-    assert context.before.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
+    assert context.prior_std_errors.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
     draws = np.array([one.coefficients for one in context.closed_loop.ensemble.dampings])
     own = [context.closed_loop.ensemble.wide.index(label) for label in known.model.labels]
     assert np.std(draws[1:, own[0]]) == pytest.approx(0.5, rel=0.4)
@@ -167,7 +171,9 @@ def test_time_at_limits_costs_in_the_objective(boat, known):
     context = PlanningContext.of(boat, known.model, 60.0, known, hd.Envelope(speed=(0.8, 1.6)), 0)
     few = context.closed_loop.with_members([0, 1])
     calm, wild = (Manoeuvre("zigzag", 0.5, 0.9, (0.0, k, 0.0)) for k in (0.05, 1.0))
-    optimiser = Optimiser(few, context.error_model, context.aim("determinant"), context.samples)
+    optimiser = Optimiser(
+        few, context.error_model, context.objective("determinant"), context.samples
+    )
     _, _, saturated = optimiser.evaluate([calm, wild])
     assert saturated["rudder"][0].max() < 0.05 < saturated["rudder"][1].min()
 
@@ -189,7 +195,7 @@ def test_a_vehicle_that_hovers_is_planned_from_rest():
     known = hd.Damping.from_dict(None, {"X_u|u|": -30.0, "Y_v|v|": -50.0, "N_r|r|": -1.0})
     context = PlanningContext.of(rov, known.model, 60.0, known, hd.Envelope(speed=(0.0, 0.8)), 0)
     assert context.mode == "overlays"
-    assert context.enforce_envelope(context.steps).feasibility_rate >= 0.95
+    assert context.enforce_envelope(context.baseline).feasibility_rate >= 0.95
     refused("mode 'waypoints' needs a propeller", rov, known.model, 60.0, mode="waypoints")
 
 
@@ -225,4 +231,4 @@ def test_a_vehicle_with_a_propeller_alone_is_planned_for():
     known = hd.Damping.from_dict(None, {"X_u|u|": -8.0})
     envelope = hd.Envelope(speed=(0.8, 1.6))
     made = hd.plan(sled, known.model, 60.0, damping=known, envelope=envelope)
-    assert (made.saturated, [*made.setpoints]) == ({}, ["speed", "rpm"])
+    assert (made.saturation, [*made.setpoints]) == ({}, ["speed", "rpm"])

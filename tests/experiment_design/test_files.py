@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design.files import UNITS, mission_plan, orders_csv, plan_document
+from hydrodamp.experiment_design.files import UNITS, commands_csv, mission_plan, plan_document
 from hydrodamp.files import as_json
 from hydrodamp.report.plan_report import write_plan
 
 
 def test_the_table_has_a_row_for_each_waypoint_or_each_period(planned):
-    rows = list(csv.DictReader(orders_csv(planned).splitlines()))
+    rows = list(csv.DictReader(commands_csv(planned).splitlines()))
     assert [*rows[0]] == ["time", "north", "east", "speed"]  # a boat has no depth
     assert len(rows) == len(planned.waypoints)
     by_setpoints = replace(planned, waypoints=None)
-    rows = list(csv.DictReader(orders_csv(by_setpoints).splitlines()))
+    rows = list(csv.DictReader(commands_csv(by_setpoints).splitlines()))
     assert [*rows[0]] == ["time", *planned.setpoints]
     assert len(rows) == len(planned.time)
     assert float(rows[7]["rpm"]) == pytest.approx(planned.setpoints["rpm"][7], rel=1e-5)
@@ -26,7 +26,7 @@ def test_the_table_has_a_row_for_each_waypoint_or_each_period(planned):
 
 def test_no_number_of_the_table_is_a_negative_zero(planned):
     zeros = replace(planned, waypoints=-0.0 * planned.waypoints)
-    assert "-0" not in orders_csv(zeros)
+    assert "-0" not in commands_csv(zeros)
 
 
 def items_of(plan):

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from hydrodamp.experiment_design.excitation import SHAPES, Manoeuvre, _waves, classics, phases
+from hydrodamp.experiment_design.excitation import (
+    SHAPES,
+    Manoeuvre,
+    _waves,
+    candidate_manoeuvres,
+    low_peak_phases,
+)
 
 
 def test_multisines_share_no_harmonic_so_they_are_orthogonal():
@@ -23,7 +29,7 @@ def test_phases_make_a_lower_peak_than_those_of_schroeder():
     harmonics = np.arange(2, 22, 2)
     k = np.arange(1, 11)
     schroeder = factor(harmonics, -np.pi * k * (k - 1) / 10)
-    found = factor(harmonics, phases(tuple(harmonics.tolist())))
+    found = factor(harmonics, low_peak_phases(tuple(harmonics.tolist())))
     assert 1.0 <= found < min(schroeder, 1.2)
 
 
@@ -35,7 +41,7 @@ def test_no_wave_is_larger_than_one(shape):
 
 
 def test_numbers_make_the_manoeuvre_they_are_of():
-    for one in classics(2):
-        again = Manoeuvre.of(one.numbers)
+    for one in candidate_manoeuvres(2):
+        again = Manoeuvre.from_design_vector(one.numbers)
         assert (again.shape, again.level, again.tempo) == (one.shape, one.level, one.tempo)
         assert again.strengths == pytest.approx(one.strengths)
