@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.estimator import estimates, start, update
+from hydrodamp.live.estimator import estimate_line, start, update
 from hydrodamp.simulation.campaign.autopilot import TRAINING
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
@@ -46,7 +46,7 @@ def last_line(model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log) -> dict[
         state = start(vehicle, model, "rls", row) if state is None else state
         state, _ = update(state, row)
     assert state is not None
-    return estimates(state)
+    return estimate_line(state)
 
 
 def main() -> None:
