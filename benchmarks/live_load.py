@@ -23,7 +23,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.live.opening import Source, open_source
-from hydrodamp.live.runner import Run
+from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import Row, rows_of
 
 MAPPING = Path(__file__).resolve().parents[1] / "examples" / "onboard" / "mapping.yaml"
@@ -55,11 +55,13 @@ class Told:
     def go(self, rows: Iterable[Row | None], source: Source | None = None) -> None:
         """Run to the end of the rows."""
         craft, model = hd.fleet["vt690"], hd.catalog["prestero"]
-        run = Run(craft, model, "rls", self.line.update, self.summary_lines.append, every=60.0)
+        run = LiveRun(
+            craft, model, "rls", self.line.update, self.summary_lines.append, output_interval=60.0
+        )
         if source is not None:
-            run.beside = source.counts
+            run.source_counts = source.counts
         begun = time.process_time()
-        run.go(self.over(rows))
+        run.process_rows(self.over(rows))
         self.busy = time.process_time() - begun
 
     def table(self) -> str:
@@ -140,7 +142,11 @@ def fed(kind: str, send: Any, *arguments: float) -> Told:
     told, first = Told(), next(dive(0.1))
     mapping = MAPPING if kind == "mavlink" else None
     source = open_source(
-        f"{kind}://:0", mapping, allow=False, paced=False, say=told.summary_lines.append
+        f"{kind}://:0",
+        mapping,
+        allow_remote=False,
+        real_time=False,
+        on_message=told.summary_lines.append,
     )
     port = int(told.summary_lines[0].rpartition(" ")[2])
     sender = get_context("spawn").Process(target=send, args=(port, *arguments))

@@ -30,7 +30,7 @@ from benchmark_crafts import Craft, Steered, heavy_rov, rov, sail
 from benchmark_plans import Sea, crossflow, lagging, marginal, published, remus
 from conditions import Conditions
 from hydrodamp.arrays import FloatArray
-from hydrodamp.live.estimator import State, start, update
+from hydrodamp.live.estimator import LiveState, start, update
 from hydrodamp.live.samples import Row, rows_of
 from hydrodamp.simulation.campaign.reenact import PAUSE
 from tables import replace_table
@@ -202,8 +202,8 @@ def conditions(world: str, kind: str) -> Conditions:
 
 
 def told(
-    state: State | None, world: World, log: hd.Log, begins: float
-) -> tuple[State, list[float]]:
+    state: LiveState | None, world: World, log: hd.Log, begins: float
+) -> tuple[LiveState, list[float]]:
     """Return the state after a log that begins at a time, and when the alarm rang."""
     rang = []
     for row in _later(log, begins):
@@ -212,7 +212,7 @@ def told(
         before = state.alarm.changes
         state, _ = update(state, row)
         if state.alarm.changes > before:
-            rang.append(state.screen.time)
+            rang.append(state.validator.time)
     assert state is not None
     return state, rang
 
@@ -238,7 +238,7 @@ def quiet(seeds: dict[tuple[str, str], list[int]]) -> tuple[float, list[tuple[st
         ]
         for first, second in zip(*halves, strict=True):
             state, early = told(None, world, first, 0.0)
-            state, late = told(state, world, second, state.screen.time + PAUSE)
+            state, late = told(state, world, second, state.validator.time + PAUSE)
             rang += [(f"{name}, {kind}", time) for time in early + late]
             hours += sum(part.n for part in (first, second)) * _period(first) / 3600.0
     return hours, rang
@@ -264,7 +264,7 @@ def changed(name: str, seeds: Sequence[int]) -> dict[Change, list[tuple[float, s
         for change in CHANGES:
             logs = world.logs(change, [seed + HALF for seed in seeds], weather)
             for state, log in zip(starts, logs, strict=True):
-                begins = state.screen.time + PAUSE
+                begins = state.validator.time + PAUSE
                 after, rang = told(state, world, log, begins)
                 last = after.alarm.last
                 ring = (rang[0] - begins, last.axes[0]) if rang and last else None

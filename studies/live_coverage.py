@@ -16,7 +16,7 @@ import numpy as np
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import campaigns
-from hydrodamp.live.estimator import estimates, start, update
+from hydrodamp.live.estimator import estimate_line, start, update
 from hydrodamp.live.samples import rows_of
 from tables import replace_table
 
@@ -42,7 +42,7 @@ def misses(campaign: Campaign) -> np.ndarray:
     state, _ = update(start(logs.vehicle, model, "rls", first), first)
     for row in rows:
         state, _ = update(state, row)
-    told = estimates(state)["coefficients"]
+    told = estimate_line(state)["coefficients"]
     return np.array(
         [
             (one["value"] - logs.true[label]) / one["standard_error"]

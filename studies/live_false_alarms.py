@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.estimator import State, start, update
+from hydrodamp.live.estimator import LiveState, start, update
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, CampaignSetup
 from live_alarm import Change, dragged
@@ -38,17 +38,17 @@ BASE = next(dive for dive in DIVES if dive.name == "steps 200 s")
 
 
 def follow(
-    state: State | None, model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log
-) -> tuple[State, list[tuple[float, str]]]:
+    state: LiveState | None, model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log
+) -> tuple[LiveState, list[tuple[float, str]]]:
     """Return the state after a log, and when alarms rang, on which axis first [s of the log]."""
-    begins = 0.0 if state is None else state.screen.time + PAUSE
+    begins = 0.0 if state is None else state.validator.time + PAUSE
     rang = []
     for row in rows(log, begins):
         state = start(vehicle, model, "rls", row) if state is None else state
         before = state.alarm.changes
         state, _ = update(state, row)
         if state.alarm.changes > before and state.alarm.last:
-            rang.append((state.screen.time - begins, state.alarm.last.axes[0]))
+            rang.append((state.validator.time - begins, state.alarm.last.axes[0]))
     assert state is not None
     return state, rang
 

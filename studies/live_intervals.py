@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.estimator import estimates, start, update
+from hydrodamp.live.estimator import estimate_line, start, update
 from hydrodamp.simulation.campaign.autopilot import TRAINING_RUNS
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
@@ -46,7 +46,7 @@ def last_line(model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log) -> dict[
         state = start(vehicle, model, "rls", row) if state is None else state
         state, _ = update(state, row)
     assert state is not None
-    return estimates(state)
+    return estimate_line(state)
 
 
 def main() -> None:
@@ -58,10 +58,7 @@ def main() -> None:
     given = parser.parse_args()
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     tasks = [(truth, key, given.seed, given.each) for truth in TRUTHS for key in MODELS]
-    lines = [
-        "| truth | model | axis | graded determined | covered | no interval: model form |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = ["| truth | model | axis | graded determined | covered | no interval: model form |", "|---|---|---|---|---|---|",]
     with get_context("spawn").Pool(2) as pool:
         for some in pool.imap(measure, tasks):
             print(*some, sep="\n", flush=True)
@@ -95,11 +92,7 @@ def measure(task: tuple[str, str, int, int]) -> list[str]:
         n = each * len(DURATIONS)
         row = f"| {truth} | {key} | {axis} | {len(every)} | {covered} | {silent[axis]} of {n} |"
         lines.append(row)
-        lines += [
-            f"{label}: {np.mean(np.abs(some) < WIDTH):.2f} of {len(some)}"
-            for label, some in own.items()
-            if np.mean(np.abs(some) < WIDTH) < 0.88
-        ]
+        lines += [f"{label}: {np.mean(np.abs(some) < WIDTH):.2f} of {len(some)}" for label, some in own.items() if np.mean(np.abs(some) < WIDTH) < 0.88]
     return lines
 
 

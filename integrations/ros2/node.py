@@ -22,11 +22,11 @@ from std_msgs.msg import String
 
 import hydrodamp as hd
 from hydrodamp.cli import resolve
-from hydrodamp.live.diagnostics import diagnose
-from hydrodamp.live.ros import hear
-from hydrodamp.live.runner import Run
+from hydrodamp.live.diagnostics import diagnostic_status
+from hydrodamp.live.ros import subscribe_new_topics
+from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.sources import BoundedQueue
-from hydrodamp.live.synchroniser import Message, MessageSynchroniser, for_streams
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
 LOOK = 0.5  # s, between two looks for topics
 SETTINGS = {"vehicle": "", "model": "", "mapping": "", "method": "rls", "state": "", "every": 1.0}
@@ -42,28 +42,30 @@ class Live(Node):
             raise hd.ProblemError(f"give the parameters {', '.join(absent)}: `-p NAME:=VALUE`.")
         self.estimates = self.create_publisher(String, "~/estimates", 10)
         self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        mapping = for_streams(hd.read_mapping(given["mapping"]), self.say)
+        mapping = stream_mapping(hd.read_mapping(given["mapping"]), self.say)
         self.gathering = MessageSynchroniser(mapping, self.say)
         self.waiting = BoundedQueue[Message]()
-        self.run = Run(
+        self.run = LiveRun(
             resolve.choose_vehicle(given["vehicle"]),
             resolve.choose_model(given["model"])[0],
             given["method"],
             self.tell,
             self.say,
-            every=given["every"],
-            path=Path(given["state"]) if given["state"] else None,
-            beside=self.counts,
+            output_interval=given["every"],
+            checkpoint_path=Path(given["state"]) if given["state"] else None,
+            source_counts=self.counts,
         )
         self.has_failed = False
-        self.create_timer(LOOK, hear(self, self.gathering.wants, self.waiting.put))
+        self.create_timer(
+            LOOK, subscribe_new_topics(self, self.gathering.accepts, self.waiting.put)
+        )
         self.thread = Thread(target=self.work)
         self.thread.start()
 
     def work(self) -> None:
         """Take samples until the stream of messages ends; an error ends the node."""
         try:
-            self.run.go(self.gathering.over(self.waiting))
+            self.run.process_rows(self.gathering.synchronise(self.waiting))
         except Exception as error:
             self.has_failed = rclpy.ok()  # not where the node ends before a first sample
             known = isinstance(error, hd.HydrodampError)
@@ -82,7 +84,7 @@ class Live(Node):
 
     def counts(self) -> dict[str, int]:
         """Count what did not become samples."""
-        return {"dropped": self.waiting.dropped, "passed over": self.gathering.passed_over}
+        return {"dropped": self.waiting.dropped, "passed over": self.gathering.n_discarded}
 
     def tell(self, line: dict[str, Any]) -> None:
         """Publish an estimate, how it fares, and whether the vehicle has changed."""
@@ -90,7 +92,7 @@ class Live(Node):
             return
         self.estimates.publish(String(data=json.dumps(line)))
         status = DiagnosticStatus(name="hydrodamp", hardware_id=self.run.vehicle.name)
-        level, status.message, values = diagnose(line)
+        level, status.message, values = diagnostic_status(line)
         status.level = DiagnosticStatus.WARN if level else DiagnosticStatus.OK
         status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
         array = DiagnosticArray(status=[status])

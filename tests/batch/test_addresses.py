@@ -8,7 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.batch.discovery import expand_addresses
-from hydrodamp.batch.grouping import group_of, order_of, sort_groups, vehicle_of
+from hydrodamp.batch.grouping import assign_group, assign_vehicle, group_order, sort_groups
 from hydrodamp.batch.recordings import ResolvedMapping, digest_files
 
 FILES = """\
@@ -103,28 +103,28 @@ def test_a_store_that_cannot_be_reached_is_a_sentence(address, says):
 
 
 def test_the_path_holds_the_name_of_the_vehicle_as_a_word():
-    assert vehicle_of("gray/ray_1/a.csv", ["ray", "gray-seal"]) == "ray"
-    assert vehicle_of("ray-heavy/2026.csv", ["ray", "ray-heavy"]) == "ray-heavy"
+    assert assign_vehicle("gray/ray_1/a.csv", ["ray", "gray-seal"]) == "ray"
+    assert assign_vehicle("ray-heavy/2026.csv", ["ray", "ray-heavy"]) == "ray-heavy"
     for path in ("gray/a.csv", "ray2/a.csv", "skate/a.csv"):
         with pytest.raises(hd.MethodError, match="none of ray, ray-heavy"):
-            vehicle_of(path, ["ray", "ray-heavy"])
+            assign_vehicle(path, ["ray", "ray-heavy"])
     with pytest.raises(hd.MethodError, match="ray, skate"):
-        vehicle_of("ray/skate.csv", ["ray", "skate"])
+        assign_vehicle("ray/skate.csv", ["ray", "skate"])
 
 
 def test_a_date_is_a_day_of_the_calendar():
-    assert group_of(["day"], "2026-13-45/dive_20260501.csv", "v", 0.0) == ("2026-05-01",)
+    assert assign_group(["day"], "2026-13-45/dive_20260501.csv", "v", 0.0) == ("2026-05-01",)
     for path in ("2026-13-45.csv", "2026-02-30.csv", "serial120260501.csv"):
         with pytest.raises(hd.MethodError, match="neither its clock nor its path"):
-            group_of(["day"], path, "v", 0.0)
+            assign_group(["day"], path, "v", 0.0)
     with pytest.raises(hd.MethodError, match="no date"):
-        group_of(["day"], "2026-05-01.csv", "v", 1.7e18)  # nanoseconds
+        assign_group(["day"], "2026-05-01.csv", "v", 1.7e18)  # nanoseconds
 
 
 @pytest.mark.parametrize("pattern", ["(zzz)|(.)", "(zzz)?x", "nothing", "x*?"])
 def test_a_pattern_without_a_group_is_refused(pattern):
     with pytest.raises(hd.MethodError, match="gives no group"):
-        group_of([pattern], "x.csv", "v", 0.0)
+        assign_group([pattern], "x.csv", "v", 0.0)
 
 
 def test_groups_are_in_the_order_of_their_dates_whatever_the_clock():
@@ -136,6 +136,6 @@ def test_groups_are_in_the_order_of_their_dates_whatever_the_clock():
     ]
     assert sort_groups(["folder"], {("b",): 1.0, ("a",): 2.0}) == [("a",), ("b",)]
     assert sort_groups(["folder"], {("b",): 1.7e9, ("a",): 1.8e9}) == [("b",), ("a",)]
-    assert order_of(["folder"], [1.0, 1.7e9]) == "name"
-    assert order_of(["folder"], [1.6e9, 1.7e9]) == "clock"
-    assert order_of(["month", "dive"], [1.0]) == "date"
+    assert group_order(["folder"], [1.0, 1.7e9]) == "name"
+    assert group_order(["folder"], [1.6e9, 1.7e9]) == "clock"
+    assert group_order(["month", "dive"], [1.0]) == "date"

@@ -49,7 +49,7 @@ def test_a_change_is_dated(first):
     fits = shifted(season(np.random.default_rng(6), 4), first, by=40.0)
     (change,) = find_change_points(fits)
     assert (change.label, change.first) == ("X_u|u|", first)
-    assert change.share == pytest.approx(4.0, abs=0.5)
+    assert change.relative_change == pytest.approx(4.0, abs=0.5)
 
 
 def test_a_group_without_finite_coefficients_is_left_out():

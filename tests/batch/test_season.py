@@ -99,7 +99,7 @@ def test_a_fifth_more_drag_is_found_and_dated(fleet, tmp_path, threads):
     (changes,) = found.changes.values()
     assert {found.fits[one.first].group for one in changes} == {("2026-05-07",)}
     drag = next(one for one in changes if one.label == "X_u|u|")
-    assert drag.share == pytest.approx(0.2, abs=0.03)
+    assert drag.relative_change == pytest.approx(0.2, abs=0.03)
 
 
 def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
@@ -247,7 +247,9 @@ def test_a_day_without_standard_errors_is_passed_over():
         )
         for day in range(8)
     ]
-    assert [(one.first, round(one.share, 2)) for one in find_change_points(fits)] == [(5, 0.25)]
+    assert [(one.first, round(one.relative_change, 2)) for one in find_change_points(fits)] == [
+        (5, 0.25)
+    ]
 
 
 def test_quiet_seasons_rarely_change():

@@ -168,6 +168,6 @@ def test_a_reader_that_fails_is_status_1(folder, call, monkeypatch):
 
         return read
 
-    monkeypatch.setattr("hydrodamp.live.sources.of_lines", fails)
+    monkeypatch.setattr("hydrodamp.live.sources.line_reader", fails)
     said = call(f"{START} --source stdin", status=1).stderr
     assert said == "error: stdin: the source can no longer be read: OSError: the cable is cut\n"

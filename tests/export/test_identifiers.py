@@ -16,8 +16,8 @@ import hydrodamp.kernels
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
-from hydrodamp.live.runner import Run
-from hydrodamp.live.sources import Lines
+from hydrodamp.live.runner import LiveRun
+from hydrodamp.live.sources import LineParser
 from microcontroller import TOOLS, on_cortex, write_program
 
 from .conftest import coefficients, written
@@ -83,11 +83,11 @@ def columns(table):
 
 def live(text, vehicle, model):
     """What live runs of both methods tell at last of the lines of a table."""
-    line, told = Lines(), []
+    line, told = LineParser(), []
     rows = [row for each in text.splitlines() if (row := line(each.encode())) is not None]
     for method in ("rls", "ai"):
         lines: list = []
-        Run(vehicle, model, method, lines.append, print).go(rows)
+        LiveRun(vehicle, model, method, lines.append, print).process_rows(rows)
         told.append([one["value"] for one in lines[-1]["coefficients"].values()])
     return np.array(told)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live.runner import Run
+from hydrodamp.live.runner import LiveRun
 
 MODEL = hd.catalog["prestero"]
 
@@ -19,7 +19,7 @@ class Heard:
 
     lines: list = field(default_factory=list)
     sentences: list = field(default_factory=list)
-    run: Run | None = None
+    run: LiveRun | None = None
 
     @property
     def counts(self):
@@ -36,8 +36,8 @@ def heard(rows, vehicle, method="rls", model=MODEL, **settings):
     def tell(line):
         told.lines.append(json.loads(json.dumps(line, allow_nan=False)))
 
-    told.run = Run(vehicle, model, method, tell, told.sentences.append, **settings)
-    told.run.go(rows)
+    told.run = LiveRun(vehicle, model, method, tell, told.sentences.append, **settings)
+    told.run.process_rows(rows)
     return told
 
 

@@ -72,13 +72,15 @@ def pull(time, turn):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("turn", [450, 900])
 def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):
-    told = heard(transit(turn + 600, turn, seed), VEHICLE, every=50.0)
+    told = heard(transit(turn + 600, turn, seed), VEHICLE, output_interval=50.0)
     assert told.lines[-1]["alarm"]["changes"] == 0
 
 
 def test_an_axis_whose_model_lacks_terms_is_not_armed_and_says_so():
     campaign = hd.reenact(seed=1, duration=150.0)
-    told = heard(rows_of(campaign.train), campaign.vehicle, model=hd.catalog["linear"], every=50.0)
+    told = heard(
+        rows_of(campaign.train), campaign.vehicle, model=hd.catalog["linear"], output_interval=50.0
+    )
     line = told.lines[-1]
     assert line["alarm"]["changes"] == 0
     assert line["alarm"]["not_armed"]["X"].startswith("model form")
@@ -90,7 +92,7 @@ def test_an_axis_whose_model_lacks_terms_is_not_armed_and_says_so():
 def test_first_manoeuvres_of_a_campaign_are_no_changes(kind):
     truth = "sname" if kind == "published" else kind
     campaign = hd.reenact(seed=2, duration=300.0, truth=truth)
-    told = heard(rows_of(campaign.train), campaign.vehicle, every=100.0)
+    told = heard(rows_of(campaign.train), campaign.vehicle, output_interval=100.0)
     assert told.lines[-1]["alarm"]["changes"] == 0
     assert set(told.lines[-1]["alarm"]["armed"]) >= set("XYN")
 
@@ -99,8 +101,8 @@ def test_first_manoeuvres_of_a_campaign_are_no_changes(kind):
 def test_an_interrupted_watch_goes_on_bit_for_bit(tmp_path, stop):
     path, rows = tmp_path / "state.json", [*sled(1100, more=0.2)]
     whole = heard(rows, VEHICLE)
-    first = heard(itertools.islice(rows, stop), VEHICLE, path=path)
-    rest = heard(rows[stop:], VEHICLE, path=path)
+    first = heard(itertools.islice(rows, stop), VEHICLE, checkpoint_path=path)
+    rest = heard(rows[stop:], VEHICLE, checkpoint_path=path)
     assert rest.lines[-1] == whole.lines[-1]
-    assert rest.run.state.alarm.axes[0].climb == whole.run.state.alarm.axes[0].climb
+    assert rest.run.state.alarm.axes[0].cusum == whole.run.state.alarm.axes[0].cusum
     assert first.sentences + rest.sentences == whole.sentences

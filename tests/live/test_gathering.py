@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.live.synchroniser import Message, MessageSynchroniser, for_streams
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
 MAPPING = {
     "topics": {"dvl": ["/dvl", "/nortek"]},
@@ -66,9 +66,9 @@ def recorded(said):
 def gathered(said, mapping=MAPPING):
     heard = []
     gathering = MessageSynchroniser(
-        for_streams(LogMapping.from_dict(mapping), heard.append), heard.append
+        stream_mapping(LogMapping.from_dict(mapping), heard.append), heard.append
     )
-    return [*gathering.over(said)], heard, gathering
+    return [*gathering.synchronise(said)], heard, gathering
 
 
 def numbers(rows):
@@ -81,7 +81,7 @@ def test_samples_are_those_of_the_recording_bit_for_bit():
     with pytest.warns(GapWarning):  # where topics begin and end
         log = LogMapping.from_dict(MAPPING).log(recorded(said))
     assert heard == []
-    assert gathering.passed_over == 0
+    assert gathering.n_discarded == 0
     columns = [log.time, *log.attitude.T, *log.velocity[:, [0, 1, 2, 5]].T, *log.commands.T]
     assert numbers(rows) == [*zip(*(column.tolist() for column in columns), strict=True)]
     assert list(rows[0]) == ["time", "qw", "qx", "qy", "qz", "u", "v", "w", "r", "fin", "lamp"]
@@ -104,10 +104,10 @@ def test_what_comes_twice_or_late_is_passed_over():
     wanted = numbers(gathered(said)[0])
     twice = [*itertools.chain.from_iterable((one, one) for one in said[:100]), *said[100:]]
     rows, _, gathering = gathered(twice)
-    assert (numbers(rows), gathering.passed_over) == (wanted, 100)
+    assert (numbers(rows), gathering.n_discarded) == (wanted, 100)
     late = [*said[:300], *said[290:300], *said[300:]]
     rows, _, gathering = gathered(late)
-    assert (numbers(rows), gathering.passed_over) == (wanted, 10)
+    assert (numbers(rows), gathering.n_discarded) == (wanted, 10)
 
 
 def test_a_sample_waits_a_second_for_a_topic_that_fell_silent():
@@ -140,7 +140,7 @@ def test_memory_is_bounded_while_no_sample_can_be_made():
     assert rows == []
     assert "no topic `dvl`" in heard[0]
     assert len(heard) == 1
-    assert sum(len(one.messages) for one in gathering._heard.values()) <= 20_000
+    assert sum(len(one.messages) for one in gathering._buffers.values()) <= 20_000
 
 
 def test_junk_and_topics_that_nobody_asked_for_pass():
@@ -178,7 +178,7 @@ def test_other_peoples_topics_are_forgotten_and_told_in_part():
     said = (Message(f"lights{k}", 100.0 + 0.001 * k, {"level": 1.0}) for k in range(5000))
     rows, heard, gathering = gathered(said)
     assert rows == []
-    assert len(gathering._others) == 1000
+    assert len(gathering._unused_topics) == 1000
     assert "lights11, ... and 988 more topics" in heard[0]
 
 

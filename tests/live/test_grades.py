@@ -4,7 +4,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.identifiability import Grade
-from hydrodamp.live.diagnostics import diagnose
+from hydrodamp.live.diagnostics import diagnostic_status
 from hydrodamp.live.samples import rows_of
 from live.conftest import MODEL, heard
 
@@ -14,7 +14,7 @@ WORDS = [grade.word for grade in Grade]
 @pytest.fixture(scope="module")
 def line(dive):
     vehicle, log = dive
-    return heard(rows_of(log), vehicle, every=1e9).lines[-1]
+    return heard(rows_of(log), vehicle, output_interval=1e9).lines[-1]
 
 
 def test_a_determined_coefficient_has_a_narrow_interval(line):
@@ -32,7 +32,7 @@ def test_a_cause_is_given_where_a_coefficient_is_not_determined_and_only_there(l
 @pytest.mark.parametrize("seed", [0, 1])
 def test_nothing_is_determined_that_identify_does_not_determine(seed):
     campaign = hd.reenact(seed=seed, duration=200.0)
-    line = heard(rows_of(campaign.train), campaign.vehicle, every=1e9).lines[-1]
+    line = heard(rows_of(campaign.train), campaign.vehicle, output_interval=1e9).lines[-1]
     problem = hd.prepare(campaign.vehicle, campaign.train, MODEL)
     wanted = hd.grade_fit(problem, hd.RecursiveLeastSquares().identify(problem, MODEL)).grades
     found = {label: one["grade"] for label, one in line["coefficients"].items()}
@@ -50,9 +50,11 @@ def test_nothing_is_determined_after_two_seconds(dive):
 
 
 def test_a_change_is_a_warning_of_the_diagnostics(line):
-    assert not diagnose(line)[0]
+    assert not diagnostic_status(line)[0]
     change = {"time": 90.0, "since": 80.0, "axes": ["X"]}
-    is_warning, message, values = diagnose(line | {"alarm": line["alarm"] | {"last": change}})
+    is_warning, message, values = diagnostic_status(
+        line | {"alarm": line["alarm"] | {"last": change}}
+    )
     assert is_warning
     assert message.startswith("the vehicle has changed at about 80 s on X")
     assert values["determined"] in message

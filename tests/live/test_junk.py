@@ -12,7 +12,7 @@ from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import estimate_uncertainty
 from hydrodamp.live import estimator
 from hydrodamp.live.samples import rows_of
-from hydrodamp.live.sources import UNREADABLE, BoundedQueue, Lines, from_json
+from hydrodamp.live.sources import UNREADABLE, BoundedQueue, LineParser, parse_json
 from live.conftest import heard
 
 NAN = math.nan
@@ -102,7 +102,7 @@ def test_samples_that_lack_what_is_needed_are_left_out_until_one_will_do(dive, r
 
 
 def test_lines_are_json_or_a_table():
-    read = Lines()
+    read = LineParser()
     assert read(b'{"time": 1, "u": 2}\n') == {"time": 1, "u": 2}
     assert read(b"\n") is None
     assert read(b"1,2\n") is UNREADABLE
@@ -111,7 +111,7 @@ def test_lines_are_json_or_a_table():
     for junk in (b"1,2\n", b"\xff\xfe\x00\n", b"{\n", b"[" * 100_000, b"{" * 100_000, b'"a'):
         assert read(junk) is UNREADABLE
     for junk in ("", "[1]", "1", '"a"', "nul"):
-        assert from_json(junk) is UNREADABLE
+        assert parse_json(junk) is UNREADABLE
     assert read(json.dumps({"time": NAN}).encode())
 
 
@@ -148,9 +148,9 @@ def drag_of(told):
 def test_one_absurd_command_moves_no_estimate(dive, rpm):
     vehicle, log = dive
     rows = [*rows_of(log)]
-    clean, error = drag_of(heard(rows, vehicle, every=1e9))
+    clean, error = drag_of(heard(rows, vehicle, output_interval=1e9))
     rows[700] |= {"rpm": rpm}
-    value, _ = drag_of(heard(rows, vehicle, every=1e9))
+    value, _ = drag_of(heard(rows, vehicle, output_interval=1e9))
     assert abs(value - clean) < error
 
 
@@ -167,9 +167,9 @@ def test_one_absurd_wrench_moves_no_estimate(dive, force):
         for row, known in zip(rows_of(log), wrench, strict=True)
     ]
     model = hd.catalog["fossen"]
-    clean, error = drag_of(heard(rows, vehicle, every=1e9, model=model))
+    clean, error = drag_of(heard(rows, vehicle, output_interval=1e9, model=model))
     rows[700] |= {"X": force}
-    told = heard(rows, vehicle, every=1e9, model=model)
+    told = heard(rows, vehicle, output_interval=1e9, model=model)
     assert abs(drag_of(told)[0] - clean) < error
     assert told.counts["absurd" if force > 1e3 else "spike"] == 1
 

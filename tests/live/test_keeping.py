@@ -17,10 +17,10 @@ def test_an_interrupted_run_goes_on_bit_for_bit(dive, tmp_path, method, stop):
     vehicle, log = dive
     path = tmp_path / "state.json"
     whole = heard(sources.LogRows(log), vehicle, method)
-    heard(itertools.islice(rows_of(log), stop), vehicle, method, path=path)
-    rest = heard(sources.LogRows(log), vehicle, method, path=path, log=log)
+    heard(itertools.islice(rows_of(log), stop), vehicle, method, checkpoint_path=path)
+    rest = heard(sources.LogRows(log), vehicle, method, checkpoint_path=path, log=log)
     assert rest.lines[-1] == whole.lines[-1]
-    again = heard(sources.LogRows(log), vehicle, method, path=path, log=log)
+    again = heard(sources.LogRows(log), vehicle, method, checkpoint_path=path, log=log)
     assert again.lines == whole.lines[-1:]
 
 
@@ -28,15 +28,15 @@ def test_a_stream_goes_on_where_it_was(dive, tmp_path):
     vehicle, log = dive
     path, rows = tmp_path / "state.json", [*rows_of(log)]
     whole = heard(rows, vehicle)
-    heard(rows[:600], vehicle, path=path)
-    assert heard(rows[600:], vehicle, path=path).lines[-1] == whole.lines[-1]
+    heard(rows[:600], vehicle, checkpoint_path=path)
+    assert heard(rows[600:], vehicle, checkpoint_path=path).lines[-1] == whole.lines[-1]
 
 
 def test_another_log_is_taken_from_its_first_sample(dive, tmp_path):
     vehicle, log = dive
     path, other = tmp_path / "state.json", log.between(50.0, 130.0)
-    heard(itertools.islice(rows_of(log), 1100), vehicle, path=path)
-    told = heard(sources.LogRows(other), vehicle, path=path, log=other)
+    heard(itertools.islice(rows_of(log), 1100), vehicle, checkpoint_path=path)
+    told = heard(sources.LogRows(other), vehicle, checkpoint_path=path, log=other)
     assert "another log" in told.sentences[0]
     assert told.lines[-1]["counts"]["taken"] == 1100 + other.n
 
@@ -57,13 +57,13 @@ FOREIGN = {
 def test_a_state_that_is_none_is_put_aside(dive, tmp_path, sentence):
     vehicle, log = dive
     path, rows = tmp_path / "state.json", [*itertools.islice(rows_of(log), 300)]
-    fresh = heard(rows, vehicle, path=path)
+    fresh = heard(rows, vehicle, checkpoint_path=path)
     spoil(path, FOREIGN[sentence])
-    told = heard(rows, vehicle, path=path)
+    told = heard(rows, vehicle, checkpoint_path=path)
     assert sentence in told.sentences[0]
     assert told.lines == fresh.lines
     spoil(path, FOREIGN[sentence])
-    heard(rows, vehicle, path=path)
+    heard(rows, vehicle, checkpoint_path=path)
     assert {one.name for one in tmp_path.glob("*.other*")} == {
         "state.json.other",
         "state.json.other1",
@@ -74,14 +74,16 @@ def test_a_state_that_is_none_is_put_aside(dive, tmp_path, sentence):
 def test_the_state_of_another_method_is_put_aside(dive, tmp_path):
     vehicle, log = dive
     path, rows = tmp_path / "state.json", [*itertools.islice(rows_of(log), 300)]
-    heard(rows, vehicle, "ai", path=path)
-    assert "another vehicle, model, method" in heard(rows, vehicle, path=path).sentences[0]
+    heard(rows, vehicle, "ai", checkpoint_path=path)
+    assert (
+        "another vehicle, model, method" in heard(rows, vehicle, checkpoint_path=path).sentences[0]
+    )
 
 
 def test_a_disk_that_is_full_ends_nothing(dive, tmp_path):
     vehicle, log = dive
     rows = [*itertools.islice(rows_of(log), 300)]
-    told = heard(rows, vehicle, path=tmp_path / "gone" / "state.json")
+    told = heard(rows, vehicle, checkpoint_path=tmp_path / "gone" / "state.json")
     assert told.counts["taken"] == 300
     assert told.sentences == [s for s in told.sentences if s.startswith("The state is not kept")]
 
@@ -92,7 +94,7 @@ def test_a_file_that_is_no_state_stays_as_it_is(dive, tmp_path, content):
     path = tmp_path / "mission.json"
     path.write_text(content)
     with pytest.raises(FileError, match="is not a state of `hydrodamp live`"):
-        heard(itertools.islice(rows_of(log), 300), vehicle, path=path)
+        heard(itertools.islice(rows_of(log), 300), vehicle, checkpoint_path=path)
     assert path.read_text() == content
 
 
@@ -103,10 +105,10 @@ def test_a_state_belongs_to_one_run(dive, tmp_path):
     def during():
         yield from rows
         with pytest.raises(FileError, match=r"another run of `hydrodamp live` .process [0-9]"):
-            heard(rows, vehicle, path=path)
+            heard(rows, vehicle, checkpoint_path=path)
 
-    heard(during(), vehicle, path=path)
-    heard(rows, vehicle, path=path)
+    heard(during(), vehicle, checkpoint_path=path)
+    heard(rows, vehicle, checkpoint_path=path)
 
 
 def test_temporary_files_of_killed_runs_are_removed(dive, tmp_path):
@@ -118,7 +120,7 @@ def test_temporary_files_of_killed_runs_are_removed(dive, tmp_path):
     ]
     for one in (stale, *others):
         one.touch()
-    heard(itertools.islice(rows_of(log), 300), vehicle, path=tmp_path / "state.json")
+    heard(itertools.islice(rows_of(log), 300), vehicle, checkpoint_path=tmp_path / "state.json")
     assert not stale.exists()
     assert all(one.exists() for one in others)
 
@@ -133,5 +135,5 @@ def test_the_state_is_written_whatever_ends_a_run(dive, tmp_path, error):
         raise error
 
     with pytest.raises(error):
-        heard(ended(), vehicle, path=path)
+        heard(ended(), vehicle, checkpoint_path=path)
     assert json.loads(path.read_text())["state"]["seen"] == 300

@@ -13,7 +13,7 @@ from hydrodamp.ingest.formats.mavlink import Decoder
 from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.live import sources
 from hydrodamp.live.samples import rows_of
-from hydrodamp.live.synchroniser import MessageSynchroniser, for_streams
+from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
 from hydrodamp.simulation.campaign.motion import Motion
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from live.conftest import heard
@@ -56,7 +56,7 @@ def test_samples_among_junk_are_all_taken(dive):
     vehicle, log = dive
     rows = [*islice(rows_of(log), 300)]
     datagrams = [*among(rows, [*junk(11, 6000, rows[0])])]
-    told = heard(received(sources.of_datagrams, datagrams), vehicle)
+    told = heard(received(sources.datagram_reader, datagrams), vehicle)
     counts = told.counts
     assert counts["taken"] == 300
     assert sum(counts.values()) - counts["first"] - counts["again"] >= 6300
@@ -67,10 +67,10 @@ def test_samples_among_junk_are_all_taken(dive):
 def test_noise_at_the_port_of_mavlink_is_counted():
     noise = [*junk(12, 6000, {"time": 0.0})]
     decoder = Decoder()
-    heard_there = received(lambda one: sources.of_packets(one, decoder), noise)
-    mapping = for_streams(read_mapping("ardusub-mavlink"), print)
+    heard_there = received(lambda one: sources.packet_reader(one, decoder), noise)
+    mapping = stream_mapping(read_mapping("ardusub-mavlink"), print)
     gathering = MessageSynchroniser(mapping, print)
-    rows = [row for row in gathering.over(heard_there) if row is not None]
+    rows = [row for row in gathering.synchronise(heard_there) if row is not None]
     assert rows == [{}] * len(rows)
     assert len(rows) >= 6000
 
@@ -87,7 +87,7 @@ def test_memory_does_not_grow(dive):
             yield {**row, "time": 0.1 * k, "u": 2.0 + 0.1 * (k % 7), "r": 0.01 * (k % 5)}
 
     tracemalloc.start()
-    heard(endless(), vehicle, every=1e9)
+    heard(endless(), vehicle, output_interval=1e9)
     tracemalloc.stop()
     assert tops[2] - tops[1] < 20_000
 
@@ -110,7 +110,7 @@ def test_a_straight_course_moves_no_estimate_out_of_its_interval(dive):
     rows = [*rows_of(log)]
     before = heard(rows, vehicle).lines[-1]["coefficients"]
     line = straight(rows[0], 600, rows[-1]["time"] + 100.0)
-    after = heard([*rows, *line], vehicle, every=1e9).lines[-1]["coefficients"]
+    after = heard([*rows, *line], vehicle, output_interval=1e9).lines[-1]["coefficients"]
     for label, one in before.items():
         moved = abs(after[label]["value"] - one["value"])
         assert moved < 2 * after[label]["standard_error"], label

@@ -6,20 +6,20 @@ import warnings
 from itertools import islice
 
 from hydrodamp.live.sample_validation import BEGIN, LEFT_OUT
-from hydrodamp.live.sources import Lines
+from hydrodamp.live.sources import LineParser
 from live.conftest import heard
 from live.mutator import mutated, rows
 
 
 def test_mutated_rows_end_no_run(dive, tmp_path):
     vehicle, _ = dive
-    path, read = tmp_path / "state.json", Lines()
+    path, read = tmp_path / "state.json", LineParser()
     lines = [*islice(mutated(seed=1), 20_000)]
     samples = [row for line in lines if (row := read(line)) is not None]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        told = heard(samples, vehicle, path=path, every=1e9)
-    clean = heard(islice(rows(), 18_000), vehicle, every=1e9)
+        told = heard(samples, vehicle, checkpoint_path=path, output_interval=1e9)
+    clean = heard(islice(rows(), 18_000), vehicle, output_interval=1e9)
     counts = told.counts
     assert sum(n for kind, n in counts.items() if kind not in BEGIN) == len(samples)
     assert {

@@ -58,18 +58,24 @@ def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
     )
     said = []
     where = "mavlink://127.0.0.1:0"
-    source = open_source(where, MAPPING, allow=False, paced=False, say=said.append)
+    source = open_source(
+        where, MAPPING, allow_remote=False, real_time=False, on_message=said.append
+    )
     port = int(said[0].rpartition(" ")[2])
     rows = rows_of(source, port, [packet for _, packet in sent])
-    told = heard(rows, vehicle, beside=source.counts)
+    told = heard(rows, vehicle, source_counts=source.counts)
     assert told.coefficients == batch.damping.coefficients.tolist()
     assert told.counts == {"taken": log.n, "first": 1, "gap": 3}
 
 
 def test_an_address_says_whom_to_listen_to(sent):
     with pytest.raises(ProblemError, match="needs `--mapping`"):
-        open_source("mavlink://:0", None, allow=False, paced=False, say=print)
+        open_source("mavlink://:0", None, allow_remote=False, real_time=False, on_message=print)
     with pytest.raises(ProblemError, match="`system` of"):
-        open_source("mavlink://:0?system=x", MAPPING, allow=False, paced=False, say=print)
+        open_source(
+            "mavlink://:0?system=x", MAPPING, allow_remote=False, real_time=False, on_message=print
+        )
     with pytest.raises(ProblemError, match="--allow"):
-        open_source("mavlink://0.0.0.0:0", MAPPING, allow=False, paced=False, say=print)
+        open_source(
+            "mavlink://0.0.0.0:0", MAPPING, allow_remote=False, real_time=False, on_message=print
+        )

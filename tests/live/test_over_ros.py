@@ -15,7 +15,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.message_layout import columns_of
 from hydrodamp.live import estimator, opening
-from hydrodamp.live.ros import fields_of, hear
+from hydrodamp.live.ros import message_fields, subscribe_new_topics
 from live.conftest import MODEL, heard
 
 MAPPING = """
@@ -61,7 +61,7 @@ def test_fields_are_those_of_a_bag(kind):
     message = filled(kind)
     raw = bytes(store.serialize_cdr(message, kind))
     wanted = columns_of([raw], kind, store.fielddefs, aligned=True).numbers
-    assert fields_of(as_ros(message)) == {name: column[0] for name, column in wanted.items()}
+    assert message_fields(as_ros(message)) == {name: column[0] for name, column in wanted.items()}
 
 
 def test_only_wanted_topics_are_subscribed_each_once():
@@ -69,7 +69,7 @@ def test_only_wanted_topics_are_subscribed_each_once():
     node = SimpleNamespace(
         get_topic_names_and_types=lambda: [("/odom", ["nav_msgs/msg/Odometry"]), ("/tf", ["x"])],
     )
-    look = hear(node, lambda topic: asked.append(topic) or False, print)
+    look = subscribe_new_topics(node, lambda topic: asked.append(topic) or False, print)
     look()
     assert asked == ["/odom", "/tf"]
 
@@ -78,7 +78,9 @@ def test_only_wanted_topics_are_subscribed_each_once():
 def test_without_ros_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(ProblemError, match="source the setup file"):
-        opening.open_source("ros2", "rep103-odometry", allow=False, paced=False, say=print)
+        opening.open_source(
+            "ros2", "rep103-odometry", allow_remote=False, real_time=False, on_message=print
+        )
 
 
 def odometry(log):
@@ -111,7 +113,7 @@ def odometry(log):
 def recorded(said):
     rows: dict[str, list[dict[str, float]]] = {"/fins": [], "/odom": []}
     for name, message in said:
-        rows[name].append(fields_of(message))
+        rows[name].append(message_fields(message))
     topics = (
         Topic(
             name,
@@ -133,7 +135,9 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     rclpy.init()
     node = rclpy.create_node("vehicle")
     out = {name: node.create_publisher(type(one), name, 5000) for name, one in said[:2]}
-    source = opening.open_source("ros2", path, allow=False, paced=False, say=print)
+    source = opening.open_source(
+        "ros2", path, allow_remote=False, real_time=False, on_message=print
+    )
 
     def send():
         while any(one.get_subscription_count() < 1 for one in out.values()):
@@ -148,7 +152,7 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     told = heard(
         iter(lambda: next(rows) if sender.is_alive() else next(rows) or 0, 0),
         vehicle,
-        beside=source.counts,
+        source_counts=source.counts,
     )
     source.close()
     node.destroy_node()

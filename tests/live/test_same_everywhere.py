@@ -28,8 +28,8 @@ def from_log(log, _):
 
 def from_text(path):
     with path.open("rb") as stream:
-        yield from sources.BoundedQueue(keeps_all=True).start_reader(
-            sources.of_lines(stream.fileno())
+        yield from sources.BoundedQueue(blocks_when_full=True).start_reader(
+            sources.line_reader(stream.fileno())
         )
 
 
@@ -45,14 +45,16 @@ def from_csv(log, folder):
 
 
 def from_datagrams(log, _):
-    receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
-    waiting = sources.BoundedQueue().start_reader(sources.of_datagrams(sources.Datagrams(receiver)))
+    receiver = sources.bind_socket("udp://127.0.0.1:0", allow=False)
+    waiting = sources.BoundedQueue().start_reader(
+        sources.datagram_reader(sources.DatagramSocket(receiver))
+    )
     rows = (row for row in waiting if row is not None)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for row in rows_of(log):
             sender.sendto(json.dumps(row).encode(), receiver.getsockname())
             yield next(rows)
-    waiting.end()
+    waiting.cancel()
 
 
 @pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])

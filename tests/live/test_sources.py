@@ -13,7 +13,9 @@ from hydrodamp.live.samples import rows_of
 
 def listening():
     sentences = []
-    source = open_source("udp://127.0.0.1:0", None, allow=False, paced=False, say=sentences.append)
+    source = open_source(
+        "udp://127.0.0.1:0", None, allow_remote=False, real_time=False, on_message=sentences.append
+    )
     return source, int(sentences[0].rpartition(" ")[2])
 
 
@@ -30,17 +32,17 @@ def test_an_error_of_a_reader_is_raised_behind_what_it_read():
 
 def test_blank_lines_of_a_datagram_are_no_samples():
     waiting = sources.BoundedQueue()
-    receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
-    datagrams = sources.Datagrams(receiver)
+    receiver = sources.bind_socket("udp://127.0.0.1:0", allow=False)
+    datagrams = sources.DatagramSocket(receiver)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for data in (b"\n" * 1300, b" \n\t\n", b'\n{"time": 1}\n\n', b"{\n"):
             sender.sendto(data, receiver.getsockname())
-    waiting.start_reader(sources.of_datagrams(datagrams))
+    waiting.start_reader(sources.datagram_reader(datagrams))
     rows = iter(waiting)
     assert next(rows) == {"time": 1}
     assert next(rows) is sources.UNREADABLE
     assert next(rows) is None
-    waiting.end()
+    waiting.cancel()
 
 
 def test_a_socket_is_closed_at_the_end():
@@ -52,23 +54,23 @@ def test_a_socket_is_closed_at_the_end():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other kernels do not tell")
 def test_what_the_kernel_drops_is_counted():
-    receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
+    receiver = sources.bind_socket("udp://127.0.0.1:0", allow=False)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    datagrams, waiting = sources.Datagrams(receiver), sources.BoundedQueue()
+    datagrams, waiting = sources.DatagramSocket(receiver), sources.BoundedQueue()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k in range(500):
             sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())
-        waiting.start_reader(sources.of_datagrams(datagrams))
+        waiting.start_reader(sources.datagram_reader(datagrams))
         rows = [*iter(lambda: next(iter(waiting)), None)]
         sender.sendto(b'{"time": 500}', receiver.getsockname())
         rows += [next(row for row in waiting if row is not None)]
-    waiting.end()
-    assert datagrams.lost == 501 - len(rows) > 0
+    waiting.cancel()
+    assert datagrams.n_kernel_drops == 501 - len(rows) > 0
 
 
 def test_a_paced_log_does_not_wait_for_what_was_taken(dive, monkeypatch):
     _, log = dive
-    rows, pauses = sources.LogRows(log.between(0.0, 30.0), is_paced=True), []
+    rows, pauses = sources.LogRows(log.between(0.0, 30.0), is_real_time=True), []
     monkeypatch.setattr(sources.time, "sleep", pauses.append)
     monkeypatch.setattr(sources.time, "monotonic", lambda: sum(pauses))
     samples = iter(rows)

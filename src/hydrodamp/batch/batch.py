@@ -18,11 +18,11 @@ from hydrodamp.batch.executor import Failure, WorkerPool, open_pool
 from hydrodamp.batch.grouping import (
     DATES,
     Group,
+    assign_group,
+    assign_vehicle,
     check_grouping,
-    group_of,
-    order_of,
+    group_order,
     sort_groups,
-    vehicle_of,
 )
 from hydrodamp.batch.recordings import ResolvedMapping
 from hydrodamp.batch.sufficient_statistics import (
@@ -42,7 +42,7 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Methods of which a log leaves triangles.
-FOLDING = LeastSquares | WeakForm
+SUMMARISING = LeastSquares | WeakForm
 
 Fits = tuple[Fit | None, ...]
 
@@ -103,7 +103,7 @@ class BatchResult:
     @cached_property
     def order(self) -> str:
         """What orders the groups: `date`, `clock`, or `name` where clocks count from boot."""
-        return order_of(self.by, [one.start for one in self.fits])
+        return group_order(self.by, [one.start for one in self.fits])
 
     @cached_property
     def time_series(self) -> dict[str, tuple[GroupFit, ...]]:
@@ -280,7 +280,7 @@ def _read_groups(
     first_logs: dict[tuple[Group, str], str] = {}
     for log in addresses:
         try:
-            own[log] = caches[vehicle_of(log, [*caches])]
+            own[log] = caches[assign_vehicle(log, [*caches])]
         except HydrodampError as error:
             found.failed[log] = str(error)
     calls = [(cache, log) for log, cache in own.items()]
@@ -291,7 +291,7 @@ def _read_groups(
             continue
         start, folded, digest, is_cached = result
         try:
-            group = group_of(by, log, cache.vehicle.name, start)
+            group = assign_group(by, log, cache.vehicle.name, start)
         except HydrodampError as error:
             found.failed[log] = str(error)
             continue
@@ -307,7 +307,7 @@ def _read_groups(
 
 def _read_log(cache: StatisticsCache, log: str) -> tuple[float, LogStatistics | None, str, bool]:
     """Return start, fold (None where methods fold nothing), digest, and if the cache had it."""
-    if not isinstance(cache.method, FOLDING):
+    if not isinstance(cache.method, SUMMARISING):
         digest = digest_of_recording(log, cache.mapping)
         return read_start(log, cache.mapping), None, digest, False
     folded, digest, is_cached = cache.summarise(log)
@@ -319,7 +319,7 @@ def _fit_groups(
 ) -> tuple[GroupFit, ...]:
     """Fit each group; replay its first log with a fit to the others."""
     several = {group: one for group, one in found.groups.items() if len(one.logs) > 1}
-    if isinstance(method, FOLDING):
+    if isinstance(method, SUMMARISING):
         failed = found.failed
         whole = {name: _solve(one, one.folded, failed) for name, one in found.groups.items()}
         others = {name: _solve(one, one.others, None) for name, one in several.items()}

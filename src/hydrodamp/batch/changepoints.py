@@ -13,11 +13,11 @@ from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
 #: Groups on either side of a change at least, and groups in all.
-_SIDE, FEWEST = 2, 5
+_SIDE, MIN_GROUPS = 2, 5
 
 #: Significance level of a season, over all coefficients and days: 1 of 800 quiet seasons changed,
 #: every growth of 5 % was detected (studies/season_changes.py).
-CHANCE = 0.002
+SIGNIFICANCE_LEVEL = 0.002
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class ChangePoint:
     before: float
     after: float
     standard_error: float
-    chance: float
+    p_value: float
 
     @property
-    def share(self) -> float:
+    def relative_change(self) -> float:
         """By what share of what it was the coefficient changed; positive where it grew."""
         return self.after / self.before - 1.0 if self.before else np.inf
 
@@ -53,15 +53,15 @@ def find_change_points(fits: Sequence[Fit]) -> tuple[ChangePoint, ...]:
     n_coefficients, found = value.shape[1], list[ChangePoint]()
     for index, label in enumerate(fits[0].model.labels if fits else ()):
         groups = np.flatnonzero(weight[:, index] > 0.0)
-        if len(groups) < FEWEST:
+        if len(groups) < MIN_GROUPS:
             continue
         day, *change = _most_significant(value[groups, index], weight[groups, index])
         before, after, error, chance = change
         n_days = len(groups) - 2 * _SIDE + 1
         chance = min(chance * n_days * n_coefficients, 1.0)
-        if chance < CHANCE:
+        if chance < SIGNIFICANCE_LEVEL:
             found.append(ChangePoint(label, int(groups[day]), before, after, error, chance))
-    return tuple(sorted(found, key=lambda change: change.chance))
+    return tuple(sorted(found, key=lambda change: change.p_value))
 
 
 def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
@@ -86,9 +86,7 @@ def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
     return value, weight
 
 
-def _most_significant(
-    value: FloatArray, weight: FloatArray
-) -> tuple[int, float, float, float, float]:
+def _most_significant(value: FloatArray, weight: FloatArray) -> tuple[int, float, float, float, float]:
     """Return the day of the least p-value, and means, error of their difference and p-value."""
     n = len(value)
     days = np.arange(_SIDE, n - _SIDE + 1)

@@ -19,7 +19,7 @@ _FIRST_UNIX_TIME = 1e8  # s since 1970, in 1973; clocks below count from boot
 Group = tuple[str, ...]
 
 
-def group_of(by: Sequence[str], address: str, vehicle: str, start: float) -> Group:
+def assign_group(by: Sequence[str], address: str, vehicle: str, start: float) -> Group:
     """Return the group of a log that begins at ``start`` [s]; refuse one without."""
     return tuple(_label(key, address, vehicle, start) for key in by)
 
@@ -64,7 +64,7 @@ def _day_in(address: str) -> str:
     return ""
 
 
-def order_of(by: Sequence[str], starts: Sequence[float]) -> str:
+def group_order(by: Sequence[str], starts: Sequence[float]) -> str:
     """Return what orders groups: `date`, `clock`, or `name` where clocks count from boot."""
     if not DATES.isdisjoint(by):
         return "date"
@@ -76,7 +76,7 @@ def sort_groups(by: Sequence[str], starts: Mapping[Group, float]) -> list[Group]
 
     ``starts`` are when groups begin, by their clocks [s].
     """
-    has_unix_time = order_of((), [*starts.values()]) == "clock"
+    has_unix_time = group_order((), [*starts.values()]) == "clock"
 
     def key(group: Group) -> tuple[Group, float, Group]:
         dates = tuple(part for way, part in zip(by, group, strict=True) if way in DATES)
@@ -85,7 +85,7 @@ def sort_groups(by: Sequence[str], starts: Mapping[Group, float]) -> list[Group]
     return sorted(starts, key=key)
 
 
-def vehicle_of(address: str, names: Sequence[str]) -> str:
+def assign_vehicle(address: str, names: Sequence[str]) -> str:
     """Return the vehicle of a log: the only one, or that whose name its path holds as a word."""
     if len(names) == 1:
         return names[0]

@@ -43,14 +43,14 @@ def batch(
 ) -> None:
     """Identify models from many logs, group by group, and say what changed between them."""
     from hydrodamp.report.batch_report import (
-        RESULTS,
+        RESULT_FILES,
         coefficient_table,
         summary_tables,
         write_batch,
     )
     from hydrodamp.results import check_results
 
-    check_results(out, RESULTS, force)
+    check_results(out, RESULT_FILES, force)
     crafts = [resolve.choose_vehicle(one) for one in vehicle.split(",")]
     models = _models(model)
     if mapping and len(mapping) > 1:

@@ -20,7 +20,7 @@ from hydrodamp.cli.output import WORK_FAILED, fail, note
 from hydrodamp.errors import ProblemError
 
 if TYPE_CHECKING:
-    from hydrodamp.live.runner import Run
+    from hydrodamp.live.runner import LiveRun
 
 Said = TypeVar("Said")
 
@@ -56,7 +56,7 @@ def live(
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
     from hydrodamp.live.opening import open_source
-    from hydrodamp.live.runner import Run
+    from hydrodamp.live.runner import LiveRun
     from hydrodamp.live.sources import SourceError
 
     if not source:
@@ -80,15 +80,15 @@ def live(
             display = Display(foxglove)
             ends.callback(display.close)
             note(f"Foxglove finds it at {display.address}; its layout is {LAYOUT}")
-            tell, say = _both(printer, display.tell), _both(note, display.say)
-        samples = open_source(source, mapping, allow=allow, paced=paced, say=say)
+            tell, say = _both(printer, display.show_estimate), _both(note, display.show_message)
+        samples = open_source(source, mapping, allow_remote=allow, real_time=paced, on_message=say)
         ends.callback(samples.close)
-        run = Run(craft, named[0], method, tell, say, every, state, state_every)
-        run.log, run.beside, run.skip_to = samples.log, samples.counts, samples.skip_to
+        run = LiveRun(craft, named[0], method, tell, say, every, state, state_every)
+        run.log, run.source_counts, run.skip_to = samples.log, samples.counts, samples.skip_to
         printer.run = run
         ends.enter_context(_stopped_by_signals(run))
         try:
-            run.go(samples.rows)
+            run.process_rows(samples.rows)
         except SourceError as error:
             fail(f"{source}: {error}", WORK_FAILED)
 
@@ -108,7 +108,7 @@ class Printer:
     whoever read the lines wants no more of them.
     """
 
-    run: Run | None = None
+    run: LiveRun | None = None
     has_failed = False  # and said so
     is_closed = False
     is_torn = False  # half a line was written
@@ -145,7 +145,7 @@ class Printer:
 
 
 @contextmanager
-def _stopped_by_signals(run: Run) -> Iterator[None]:
+def _stopped_by_signals(run: LiveRun) -> Iterator[None]:
     """End a run after the sample under way at a signal, its state kept."""
 
     def stop(*_: object) -> None:

@@ -64,23 +64,23 @@ class Reference(NamedTuple):
     correlation: float
 
 
-class Axis(NamedTuple):
+class CusumTest(NamedTuple):
     """What is remembered of an axis."""
 
     noise: float = 0.0  # the highest
     reference: Reference | None = None
     age: int = 0  # of the reference, in rows
     residual: float = 0.0  # of the last row, in standard deviations
-    climb: float = 0.0
-    top: float = 0.0  # of the climb under way
-    usual: float = _USUAL  # the highest that ended
-    since: float = 0.0  # s, when the climb began
-    settled: int = 0  # rows since one of high leverage
+    cusum: float = 0.0
+    peak: float = 0.0  # of the climb under way
+    reference_peak: float = _USUAL  # the highest that ended
+    onset: float = 0.0  # s, when the climb began
+    rows_since_leverage: int = 0  # rows since one of high leverage
     was_excited: bool = False
     is_model_form: bool = False  # before any climb
     has_failed: bool = False  # to predict a new motion
-    was_new: bool = False  # whether the last row's motion was
-    tested: int = 0  # rows of new motion that were predicted
+    was_novel: bool = False  # whether the last row's motion was
+    n_novel_rows: int = 0  # rows of new motion that were predicted
     evidence: Evidence = Evidence()
 
     @property
@@ -94,7 +94,7 @@ class Axis(NamedTuple):
         return self.evidence.is_model_form or self.has_failed
 
     @property
-    def obstacle(self) -> str | None:
+    def disarm_reason(self) -> str | None:
         """Why a climb is no alarm, if it is none."""
         if self.reference is None:
             return STARTING
@@ -104,45 +104,47 @@ class Axis(NamedTuple):
             return MODEL_FORM
         if self.has_failed:
             return TRANSFER
-        return UNSETTLED if self.settled < _SETTLED else None
+        return UNSETTLED if self.rows_since_leverage < _SETTLED else None
 
     @property
-    def share(self) -> float:
+    def alarm_ratio(self) -> float:
         """How far the climb is on its way to an alarm."""
-        return self.climb / (_FACTOR * self.usual)
+        return self.cusum / (_FACTOR * self.reference_peak)
 
-    def climbed(self, white: float, time: float) -> Axis:
+    def accumulate(self, white: float, time: float) -> CusumTest:
         """Return the axis after a whitened residual."""
-        climb = max(0.0, self.climb + min(white * white, _MOST) - _DRIFT)
+        climb = max(0.0, self.cusum + min(white * white, _MOST) - _DRIFT)
         if not climb:
-            return self._replace(climb=0.0, top=0.0, usual=max(self.usual, self.top))
-        since = self.since if self.climb else time
-        return self._replace(climb=climb, top=max(self.top, climb), since=since)
+            return self._replace(
+                cusum=0.0, peak=0.0, reference_peak=max(self.reference_peak, self.peak)
+            )
+        since = self.onset if self.cusum else time
+        return self._replace(cusum=climb, peak=max(self.peak, climb), onset=since)
 
 
-class Motion(NamedTuple):
+class MotionNovelty(NamedTuple):
     """Which motion there was: moments of all products of two velocities, and of one."""
 
     rows: int = 0
     moments: FloatArray | None = None
     settled: int = 0  # rows since a new one
 
-    def absorb(self, velocity: FloatArray) -> Motion:
+    def absorb(self, velocity: FloatArray) -> MotionNovelty:
         """Return the moments after a row, and whether its motion is new."""
         one = np.array([1.0, *velocity])
         products = np.outer(one, one)[np.triu_indices(len(one))]
         square = np.outer(products, products)
         if self.moments is None:
-            return Motion(1, frozen(square), 0)
+            return MotionNovelty(1, frozen(square), 0)
         sizes = self.moments.diagonal()
         size = np.where(sizes > 0.0, sizes / self.rows, 1.0)
         leverage = float(products @ np.linalg.solve(self.moments + np.diag(size), products))
         is_new = leverage > _NEW + _TIMES * len(products) / self.rows
         moments = frozen(self.moments + square)
-        return Motion(self.rows + 1, moments, 0 if is_new else self.settled + 1)
+        return MotionNovelty(self.rows + 1, moments, 0 if is_new else self.settled + 1)
 
 
-class Change(NamedTuple):
+class DetectedChange(NamedTuple):
     """A change that was found: when it was told, when its climb began, and the axes in order."""
 
     time: float
@@ -153,16 +155,19 @@ class Change(NamedTuple):
 class Alarm(NamedTuple):
     """Where the watch for changes stands."""
 
-    told: int = 0  # rows since an alarm; 0 for none
-    axes: tuple[Axis, ...] = (Axis(),) * 6
+    rows_since_alarm: int = 0  # rows since an alarm; 0 for none
+    axes: tuple[CusumTest, ...] = (CusumTest(),) * 6
     changes: int = 0
-    last: Change | None = None
-    motion: Motion = Motion()
+    last: DetectedChange | None = None
+    motion: MotionNovelty = MotionNovelty()
 
     def line(self, axes: Iterable[int]) -> dict[str, Any]:
         """Return what an estimate line says of it, for the axes that have terms."""
         last = self.last and self.last._asdict()
-        found = {AXES[axis]: RELEARNING if self.told else self.axes[axis].obstacle for axis in axes}
+        found = {
+            AXES[axis]: RELEARNING if self.rows_since_alarm else self.axes[axis].disarm_reason
+            for axis in axes
+        }
         return {
             "armed": [name for name, reason in found.items() if reason is None],
             "not_armed": {name: reason for name, reason in found.items() if reason is not None},
@@ -171,14 +176,14 @@ class Alarm(NamedTuple):
         }
 
 
-def watch(alarm: Alarm, before: RecursiveState, after: RecursiveState, time: float) -> Alarm:
+def update_alarm(alarm: Alarm, before: RecursiveState, after: RecursiveState, time: float) -> Alarm:
     """Return the alarm after a row, of which recursive least squares knew nothing before."""
-    if alarm.told > _TOGETHER:
+    if alarm.rows_since_alarm > _TOGETHER:
         alarm = Alarm(changes=alarm.changes, last=alarm.last, motion=alarm.motion)
     motion = alarm.motion.absorb(_motion_of(after.last))
     recursion, axes = before.adaptation.recursion, list(alarm.axes)
     lacks_terms = any(one.lacks_terms for one in axes)
-    is_climbing = any(one.climb > _CLIMBING for one in axes)
+    is_climbing = any(one.cusum > _CLIMBING for one in axes)
     for axis in np.flatnonzero(np.diff(recursion.starts)).tolist():
         one = _absorb(axes[axis], recursion, axis, before.estimate, after.estimate, is_climbing)
         axes[axis] = _compare(
@@ -195,8 +200,13 @@ def _motion_of(sample: Sample) -> FloatArray:
 
 
 def _absorb(
-    one: Axis, recursion: Recursion, axis: int, known: Estimate, now: Estimate, is_climbing: bool
-) -> Axis:
+    one: CusumTest,
+    recursion: Recursion,
+    axis: int,
+    known: Estimate,
+    now: Estimate,
+    is_climbing: bool,
+) -> CusumTest:
     """Return an axis with the moments of its last row."""
     terms, target, _ = recursion.last_row(axis, now.iv_state)
     innovation, earlier = innovations_of(recursion, axis, known, now)
@@ -205,7 +215,7 @@ def _absorb(
     leverage = float(terms @ np.linalg.solve(np.eye(len(terms)) + information, terms))
     one = one._replace(
         evidence=evidence,
-        settled=0 if leverage > _NOVEL else one.settled + 1,
+        rows_since_leverage=0 if leverage > _NOVEL else one.rows_since_leverage + 1,
         was_excited=one.was_excited or (evidence.rows > _LEARNT and evidence.is_excited),
     )
     if not is_climbing:
@@ -216,31 +226,31 @@ def _absorb(
 
 
 def _compare(
-    one: Axis,
+    one: CusumTest,
     recursion: Recursion,
     axis: int,
     known: Estimate,
     now: Estimate,
-    motion: Motion,
+    motion: MotionNovelty,
     lacks_terms: bool,
     time: float,
-) -> Axis:
+) -> CusumTest:
     """Return an axis after its last row has been compared with its reference."""
     if one.evidence.rows <= _LEARNT:
         return one
     # A new motion cannot be told from a change where terms are missing on any axis, nor where the
     # axis has not predicted one yet.
-    is_new = motion.settled <= _SETTLED and (lacks_terms or one.tested < _TESTED)
-    has_settled = one.settled == _SETTLED or (one.was_new and not is_new)
-    one = one._replace(was_new=is_new)
-    if one.reference is None or has_settled or one.age >= (_LONGEST if one.climb else _HELD):
+    is_new = motion.settled <= _SETTLED and (lacks_terms or one.n_novel_rows < _TESTED)
+    has_settled = one.rows_since_leverage == _SETTLED or (one.was_novel and not is_new)
+    one = one._replace(was_novel=is_new)
+    if one.reference is None or has_settled or one.age >= (_LONGEST if one.cusum else _HELD):
         noise = one.noise * one.evidence.inflation
         one = one._replace(reference=_held(recursion, axis, known, noise), age=0)
     if has_settled:
-        one = one._replace(climb=0.0, top=0.0, usual=max(one.usual, one.top))
+        one = one._replace(cusum=0.0, peak=0.0, reference_peak=max(one.reference_peak, one.peak))
     one = one._replace(age=one.age + 1)
-    if one.obstacle is not None:
-        return one._replace(residual=0.0, climb=0.0, top=0.0)
+    if one.disarm_reason is not None:
+        return one._replace(residual=0.0, cusum=0.0, peak=0.0)
     reference = one.reference
     assert reference is not None
     terms, target, is_first = recursion.last_row(axis, now.iv_state)
@@ -248,9 +258,9 @@ def _compare(
     residual = float((target - terms @ reference.known) / np.sqrt(variance))
     kept = 0.0 if is_first else reference.correlation
     white = (residual - kept * one.residual) / float(np.sqrt(1.0 - kept * kept))
-    one = one._replace(residual=residual).climbed(white, time)
-    tested = one.tested + (motion.settled == 0)
-    return one._replace(has_failed=is_new and one.share >= 1.0, tested=tested)
+    one = one._replace(residual=residual).accumulate(white, time)
+    tested = one.n_novel_rows + (motion.settled == 0)
+    return one._replace(has_failed=is_new and one.alarm_ratio >= 1.0, n_novel_rows=tested)
 
 
 def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Reference:
@@ -268,31 +278,35 @@ def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Ref
 
 def _judged(alarm: Alarm, time: float) -> Alarm:
     pairs = zip(AXES, alarm.axes, strict=True)
-    shares = {name: 0.0 if one.has_failed else one.share for name, one in pairs}
+    shares = {name: 0.0 if one.has_failed else one.alarm_ratio for name, one in pairs}
     over = [name for name in sorted(AXES, key=lambda name: -shares[name]) if shares[name] >= 1.0]
-    if alarm.told and alarm.last:
+    if alarm.rows_since_alarm and alarm.last:
         axes = tuple(dict.fromkeys((*alarm.last.axes, *over)))
-        return alarm._replace(told=alarm.told + 1, last=alarm.last._replace(axes=axes))
+        return alarm._replace(
+            rows_since_alarm=alarm.rows_since_alarm + 1, last=alarm.last._replace(axes=axes)
+        )
     if not over:
         return alarm
-    since = alarm.axes[AXES.index(over[0])].since
-    return alarm._replace(told=1, changes=alarm.changes + 1, last=Change(time, since, tuple(over)))
+    since = alarm.axes[AXES.index(over[0])].onset
+    return alarm._replace(
+        rows_since_alarm=1, changes=alarm.changes + 1, last=DetectedChange(time, since, tuple(over))
+    )
 
 
-def restored(content: dict[str, Any]) -> Alarm:
+def restore_alarm(content: dict[str, Any]) -> Alarm:
     """Return the alarm that was written as JSON makes of it."""
     last, (rows, moments, settled) = content["last"], content["motion"]
     return Alarm(
         content["told"],
         tuple(map(_axis, content["axes"])),
         content["changes"],
-        None if last is None else Change(last[0], last[1], tuple(last[2])),
-        Motion(rows, None if moments is None else frozen(np.array(moments)), settled),
+        None if last is None else DetectedChange(last[0], last[1], tuple(last[2])),
+        MotionNovelty(rows, None if moments is None else frozen(np.array(moments)), settled),
     )
 
 
-def _axis(values: list[Any]) -> Axis:
-    one = Axis(*values)
+def _axis(values: list[Any]) -> CusumTest:
+    one = CusumTest(*values)
     reference = one.reference
     if reference is not None:
         known, spread, *others = reference

@@ -18,8 +18,8 @@ from hydrodamp.errors import FileError
 from hydrodamp.files import load_json, save_text, temporary_prefix
 from hydrodamp.kernels.core import Estimate
 from hydrodamp.kernels.plant import Sample
-from hydrodamp.live.change_detection import restored
-from hydrodamp.live.estimator import State
+from hydrodamp.live.change_detection import restore_alarm
+from hydrodamp.live.estimator import LiveState
 from hydrodamp.live.sample_validation import SampleValidator
 
 _VERSION = 2
@@ -97,7 +97,7 @@ def _remove_temporaries(path: Path) -> None:
                 one.unlink()
 
 
-def save(state: State, path: Path) -> None:
+def save(state: LiveState, path: Path) -> None:
     """Write a state; every number keeps all its digits."""
     rls, ai = state.rls, state.ai
     content = {
@@ -105,8 +105,8 @@ def save(state: State, path: Path) -> None:
         "block": rls.block.tolist(),
         "estimate": {name: part.tolist() for name, part in rls.estimate._asdict().items()},
         "table": None if ai is None else ai.table.tolist(),
-        "screen": state.screen._asdict() | {"time": repr(state.screen.time)},
-        "seen": state.seen,
+        "screen": state.validator._asdict() | {"time": repr(state.validator.time)},
+        "seen": state.n_rows,
         "counts": state.counts,
         "alarm": state.alarm._asdict(),
     }
@@ -115,7 +115,7 @@ def save(state: State, path: Path) -> None:
     save_text(json.dumps(head)[:-1] + f', "state": {text}}}\n', path)
 
 
-def load(fresh: State, path: Path) -> State:
+def load(fresh: LiveState, path: Path) -> LiveState:
     """Return the state that a file holds, where it is one of the same vehicle, model and method."""
     document = load_json(path)
     if not isinstance(document, dict) or document.get("live_state") != _VERSION:
@@ -129,18 +129,18 @@ def load(fresh: State, path: Path) -> State:
     return _restored(fresh, document["state"])
 
 
-def _restored(fresh: State, content: dict[str, Any]) -> State:
+def _restored(fresh: LiveState, content: dict[str, Any]) -> LiveState:
     sample = Sample(_array(content["last"]))
     estimate = Estimate(**{name: _array(part) for name, part in content["estimate"].items()})
     ai = fresh.ai and fresh.ai._replace(table=_array(content["table"]), last=sample)
     told = {key: _plain(value) for key, value in content["screen"].items()}
-    return State(
+    return LiveState(
         fresh.rls._replace(estimate=estimate, block=_array(content["block"]), last=sample),
         ai,
         SampleValidator(**told | {"time": float(told["time"])}),
         content["seen"],
         content["counts"],
-        restored(content["alarm"]),
+        restore_alarm(content["alarm"]),
     )
 
 

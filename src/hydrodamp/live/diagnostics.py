@@ -8,7 +8,7 @@ from typing import Any
 from hydrodamp.identification.identifiability import Grade
 
 
-def diagnose(line: dict[str, Any]) -> tuple[bool, str, dict[str, str]]:
+def diagnostic_status(line: dict[str, Any]) -> tuple[bool, str, dict[str, str]]:
     """Return whether an operator should look at it, a sentence, and values by name."""
     grades = Counter(one["grade"] for one in line["coefficients"].values())
     determined = grades[Grade.DETERMINED.word]

@@ -61,7 +61,7 @@ class Display:
             raise ProblemError(f"`--foxglove {port}`: it cannot be served: {error}.") from error
         self.address = f"ws://127.0.0.1:{self._server.port}"
 
-    def tell(self, line: dict[str, Any]) -> None:
+    def show_estimate(self, line: dict[str, Any]) -> None:
         """Show an estimate: all coefficients, and once more by their axes."""
         rows = [{"label": label, **one} for label, one in line["coefficients"].items()]
         by_axis = defaultdict(list)
@@ -69,7 +69,7 @@ class Display:
             by_axis[row["label"][0]].append(row)
         self._estimates.log({**line, "coefficients": rows, **by_axis})
 
-    def say(self, sentence: str) -> None:
+    def show_message(self, sentence: str) -> None:
         """Show a sentence."""
         from foxglove.messages import Log, LogLevel, Timestamp
 

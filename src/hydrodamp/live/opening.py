@@ -15,9 +15,9 @@ from hydrodamp.ingest.formats.mavlink import Decoder
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import read_log
 from hydrodamp.live import sources
-from hydrodamp.live.samples import Row, number
-from hydrodamp.live.sources import BoundedQueue, Datagrams
-from hydrodamp.live.synchroniser import Message, MessageSynchroniser, for_streams
+from hydrodamp.live.samples import Row, read_number
+from hydrodamp.live.sources import BoundedQueue, DatagramSocket
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
 Say = Callable[[str], None]
 
@@ -37,7 +37,12 @@ class Source:
 
 
 def open_source(
-    address: str, mapping: str | Path | None, *, allow: bool, paced: bool, say: Say
+    address: str,
+    mapping: str | Path | None,
+    *,
+    allow_remote: bool,
+    real_time: bool,
+    on_message: Say,
 ) -> Source:
     """Return the samples of `stdin`, `ros2`, an address or a log."""
     kind = urlsplit(address).scheme or address
@@ -48,33 +53,39 @@ def open_source(
         )
     if kind not in ("stdin", "udp", "mavlink", "ros2"):
         log = read_log(address, mapping)
-        rows_of_log = sources.LogRows(log, paced)
+        rows_of_log = sources.LogRows(log, real_time)
         return Source(rows_of_log, log=log, skip_to=rows_of_log.skip_to)
-    given = None if mapping is None else for_streams(read_mapping(mapping), say)
+    given = None if mapping is None else stream_mapping(read_mapping(mapping), on_message)
     if kind in _PRESETS:
         if given is None:
             raise ProblemError(
                 f"`--source {address}` needs `--mapping`, which says what is what: a file, or a"
                 f" preset such as {_PRESETS[kind]}."
             )
-        return _of_ros(given, say) if kind == "ros2" else _of_mavlink(address, given, allow, say)
-    rows, datagrams = BoundedQueue[Row](keeps_all=address == "stdin"), None
+        return (
+            _of_ros(given, on_message)
+            if kind == "ros2"
+            else _of_mavlink(address, given, allow_remote, on_message)
+        )
+    rows, datagrams = BoundedQueue[Row](blocks_when_full=address == "stdin"), None
     if address == "stdin":
-        rows.start_reader(sources.of_lines())
+        rows.start_reader(sources.line_reader())
     else:
-        datagrams = sources.Datagrams(_bound(address, allow, say))
-        rows.start_reader(sources.of_datagrams(datagrams))
+        datagrams = sources.DatagramSocket(_bound(address, allow_remote, on_message))
+        rows.start_reader(sources.datagram_reader(datagrams))
     if given is not None:
-        return _gathered(rows, map(_message, rows), MessageSynchroniser(given, say), datagrams)
+        return _gathered(
+            rows, map(_message, rows), MessageSynchroniser(given, on_message), datagrams
+        )
     return Source(rows, lambda: _drops(rows, datagrams), close=lambda: _end(rows))
 
 
 def _of_ros(mapping: LogMapping, say: Say) -> Source:
     try:
-        from hydrodamp.live.ros import of_topics
+        from hydrodamp.live.ros import topic_reader
 
         gathering, messages = MessageSynchroniser(mapping, say), BoundedQueue[Message]()
-        messages.start_reader(of_topics(gathering.wants))
+        messages.start_reader(topic_reader(gathering.accepts))
     except ModuleNotFoundError as error:
         raise ProblemError(
             "ROS 2 is heard by rclpy, which is not found: source the setup file of ROS first."
@@ -92,8 +103,11 @@ def _of_mavlink(address: str, mapping: LogMapping, allow: bool, say: Say) -> Sou
         raise ProblemError(
             'MAVLink is read by pymavlink, which is not installed: pip install "hydrodamp[live]"'
         ) from error
-    messages, datagrams = BoundedQueue[Message](), sources.Datagrams(_bound(address, allow, say))
-    messages.start_reader(sources.of_packets(datagrams, decoder))
+    messages, datagrams = (
+        BoundedQueue[Message](),
+        sources.DatagramSocket(_bound(address, allow, say)),
+    )
+    messages.start_reader(sources.packet_reader(datagrams, decoder))
     return _gathered(messages, messages, MessageSynchroniser(mapping, say), datagrams)
 
 
@@ -101,39 +115,41 @@ def _gathered(
     waiting: BoundedQueue[Row] | BoundedQueue[Message],
     messages: Iterable[Message | None],
     gathering: MessageSynchroniser,
-    datagrams: Datagrams | None = None,
+    datagrams: DatagramSocket | None = None,
 ) -> Source:
     return Source(
-        gathering.over(messages),
-        lambda: _drops(waiting, datagrams) | {"passed over": gathering.passed_over},
+        gathering.synchronise(messages),
+        lambda: _drops(waiting, datagrams) | {"passed over": gathering.n_discarded},
         close=lambda: _end(waiting),
     )
 
 
 def _end(waiting: BoundedQueue[Row] | BoundedQueue[Message]) -> None:
     """Wait for a reader of a socket or of topics; one of standard input may never return."""
-    if waiting.keeps_all:
-        waiting.is_over = True
+    if waiting.blocks_when_full:
+        waiting.is_cancelled = True
     else:
-        waiting.end()
+        waiting.cancel()
 
 
 def _drops(
-    waiting: BoundedQueue[Row] | BoundedQueue[Message], datagrams: Datagrams | None
+    waiting: BoundedQueue[Row] | BoundedQueue[Message], datagrams: DatagramSocket | None
 ) -> dict[str, int]:
     """Return what was dropped for want of room, here and, where it tells, in the kernel."""
-    return {"dropped": waiting.dropped} | ({"kernel drops": datagrams.lost} if datagrams else {})
+    return {"dropped": waiting.dropped} | (
+        {"kernel drops": datagrams.n_kernel_drops} if datagrams else {}
+    )
 
 
 def _message(row: Row | None) -> Message | None:
     """Return an object of JSON as what its `topic` says; a table's where it names none."""
     if row is None:
         return None
-    fields = {name: number(row, name) for name in row if name != "topic"}
+    fields = {name: read_number(row, name) for name in row if name != "topic"}
     return Message(str(row.get("topic", "")), time.time(), fields)
 
 
 def _bound(address: str, allow: bool, say: Say) -> socket.socket:
-    bound = sources.bound_socket(address, allow)
+    bound = sources.bind_socket(address, allow)
     say("listening at {}, port {}".format(*bound.getsockname()))
     return bound

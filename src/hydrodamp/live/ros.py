@@ -15,7 +15,7 @@ _LOOK = 0.5  # s, between two looks for topics that are new
 _DEPTH = 1000  # messages that the middleware keeps
 
 
-def fields_of(message: Any) -> dict[str, float]:
+def message_fields(message: Any) -> dict[str, float]:
     """Return the numbers of a message by their paths; a time in seconds."""
     return dict(_fields(message, ""))
 
@@ -36,7 +36,7 @@ def _fields(value: Any, path: str) -> Iterator[tuple[str, float]]:
             yield from _fields(item, f"{path}[{place}]")
 
 
-def hear(
+def subscribe_new_topics(
     node: Any, is_wanted: Callable[[str], bool], put: Callable[[Message], None]
 ) -> Callable[[], None]:
     """Return what subscribes a node to the topics that are wanted and new; call it now and then."""
@@ -59,13 +59,13 @@ def _subscribed(node: Any, topic: str, kind: str, put: Callable[[Message], None]
     policy = ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT
 
     def take(message: Any) -> None:
-        put(Message(topic, time.time(), fields_of(message)))
+        put(Message(topic, time.time(), message_fields(message)))
 
     quality = QoSProfile(depth=_DEPTH, reliability=policy)
     return node.create_subscription(getattr(import_module(package), name), topic, take, quality)
 
 
-def of_topics(is_wanted: Callable[[str], bool]) -> Callable[[BoundedQueue[Message]], None]:
+def topic_reader(is_wanted: Callable[[str], bool]) -> Callable[[BoundedQueue[Message]], None]:
     """Return what hears topics by a node of its own, until nobody waits any more."""
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
@@ -77,10 +77,10 @@ def of_topics(is_wanted: Callable[[str], bool]) -> Callable[[BoundedQueue[Messag
         node = rclpy.create_node("hydrodamp_live", context=context)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
-        look = hear(node, is_wanted, waiting.put)
+        look = subscribe_new_topics(node, is_wanted, waiting.put)
         node.create_timer(_LOOK, look)
         look()
-        while not waiting.is_over:
+        while not waiting.is_cancelled:
             executor.spin_once(timeout_sec=_LOOK)
         executor.shutdown()
         node.destroy_node()

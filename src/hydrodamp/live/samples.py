@@ -33,7 +33,7 @@ def rows_of(log: Log) -> Iterator[Row]:
             }
 
 
-def number(row: Row, name: str, default: float = math.nan) -> float:
+def read_number(row: Row, name: str, default: float = math.nan) -> float:
     """Return a number of a row; NaN where what stands there is none."""
     given = row.get(name, default)
     if isinstance(given, bool) or not isinstance(given, int | float):
@@ -44,28 +44,28 @@ def number(row: Row, name: str, default: float = math.nan) -> float:
         return math.nan
 
 
-def velocity_of(row: Row, needed: Sequence[bool]) -> tuple[float, ...]:
+def read_velocity(row: Row, needed: Sequence[bool]) -> tuple[float, ...]:
     """Return the velocities; zero along locked axes."""
     return tuple(
-        number(row, name) if is_free else 0.0
+        read_number(row, name) if is_free else 0.0
         for name, is_free in zip(VELOCITIES, needed, strict=True)
     )
 
 
-def inputs_of(row: Row, names: Sequence[str]) -> tuple[float, ...]:
+def read_inputs(row: Row, names: Sequence[str]) -> tuple[float, ...]:
     """Return commands and the recorded wrench; an axis of the wrench is zero where absent."""
-    return tuple(number(row, name, 0.0 if name in AXES else math.nan) for name in names)
+    return tuple(read_number(row, name, 0.0 if name in AXES else math.nan) for name in names)
 
 
-def columns_for(vehicle: Vehicle, model: DampingModel, row: Row) -> EquationTable:
+def sample_equations(vehicle: Vehicle, model: DampingModel, row: Row) -> EquationTable:
     """Return equation 1 for samples like this one, or say what it lacks, as of a log."""
-    time = number(row, "time")
+    time = read_number(row, "time")
     if not math.isfinite(time):
         raise ProblemError("a sample must have a finite `time` [s].")
     attitude, commands, wrench, ratio = _known(row)
     log = Log.from_arrays(
         [time, time + 1.0],
-        {name: [number(row, name)] * 2 for name in VELOCITIES if name in row},
+        {name: [read_number(row, name)] * 2 for name in VELOCITIES if name in row},
         attitude=None if attitude is None else [attitude] * 2,
         commands={name: [value] * 2 for name, value in commands.items() if math.isfinite(value)},
         wrench=None if wrench is None else [wrench] * 2,
@@ -75,14 +75,14 @@ def columns_for(vehicle: Vehicle, model: DampingModel, row: Row) -> EquationTabl
     return prepare(vehicle, log, model).equations
 
 
-def sample_of(
+def make_sample(
     columns: EquationTable, row: Row, velocity: Sequence[float], previous: Sample | None
 ) -> Sample:
     """Return what a step takes; ``previous`` is that of the same run."""
     attitude, commands, wrench, ratio = _known(row)
     return observe(
         columns,
-        time=number(row, "time"),
+        time=read_number(row, "time"),
         velocity=velocity,
         attitude=(0.0, 0.0, 0.0) if attitude is None else attitude,
         commands=commands,
@@ -98,12 +98,12 @@ def _known(
     """Return attitude, commands, wrench and propulsion ratio, as far as they are told."""
     attitude: list[float] | None = None
     if "qw" in row:
-        attitude = _unit([number(row, name) for name in ATTITUDE.columns])
+        attitude = _unit([read_number(row, name) for name in ATTITUDE.columns])
     elif "yaw" in row or "roll" in row:
-        attitude = [number(row, name, 0.0) for name in EULER]
-    wrench = [number(row, name, 0.0) for name in AXES] if any(a in row for a in AXES) else None
-    ratio = number(row, "eta") if "eta" in row else None
-    commands = {name: number(row, name) for name in row if name not in _RESERVED}
+        attitude = [read_number(row, name, 0.0) for name in EULER]
+    wrench = [read_number(row, name, 0.0) for name in AXES] if any(a in row for a in AXES) else None
+    ratio = read_number(row, "eta") if "eta" in row else None
+    commands = {name: read_number(row, name) for name in row if name not in _RESERVED}
     return attitude, commands, wrench, ratio
 
 

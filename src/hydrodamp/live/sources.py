@@ -46,10 +46,10 @@ class SourceError(Exception):
 class BoundedQueue(Generic[Item]):
     """What a thread has read and nobody has taken yet: a bounded queue, drops counted."""
 
-    keeps_all: bool = False  # the reader waits where there is no room
+    blocks_when_full: bool = False  # the reader waits where there is no room
     dropped: int = 0
-    is_over: bool = False  # nobody waits any more
-    has_ended: bool = False  # nothing more comes
+    is_cancelled: bool = False  # nobody waits any more
+    is_finished: bool = False  # nothing more comes
     error: Exception | None = None  # that ended the reader
     thread: threading.Thread | None = None
     items: deque[Item] = field(default_factory=deque)
@@ -58,10 +58,10 @@ class BoundedQueue(Generic[Item]):
     def put(self, item: Item | None) -> None:
         """Add a row or a message, in place of the oldest where there is no room; None ends."""
         with self.changed:
-            while self.keeps_all and len(self.items) >= _ROOM and not self.is_over:
+            while self.blocks_when_full and len(self.items) >= _ROOM and not self.is_cancelled:
                 self.changed.wait(_WAIT)
             if item is None:
-                self.has_ended = True
+                self.is_finished = True
             else:
                 if len(self.items) >= _ROOM:
                     self.items.popleft()
@@ -73,10 +73,10 @@ class BoundedQueue(Generic[Item]):
         """Yield what was read, and None where there was nothing for a while."""
         while True:
             with self.changed:
-                if not self.items and not self.has_ended:
+                if not self.items and not self.is_finished:
                     self.changed.wait(_WAIT)
                 item = self.items.popleft() if self.items else None
-                if item is None and self.has_ended:
+                if item is None and self.is_finished:
                     break
                 if len(self.items) == _ROOM - 1:
                     self.changed.notify_all()
@@ -100,9 +100,9 @@ class BoundedQueue(Generic[Item]):
         self.thread.start()
         return self
 
-    def end(self) -> None:
+    def cancel(self) -> None:
         """Tell the reader that it may end, and wait until it has."""
-        self.is_over = True
+        self.is_cancelled = True
         if self.thread is not None:
             self.thread.join(_END)
 
@@ -112,14 +112,14 @@ class LogRows:
     """The samples of a log, as fast as they are taken or at their own pace."""
 
     log: Log
-    is_paced: bool = False
+    is_real_time: bool = False
     first: int = 0  # the pace begins here; samples before it are passed over at once
 
     def __iter__(self) -> Iterator[Row | None]:
         """Yield samples, and None now and then in a pause between two."""
         elapsed, first, begun = self.log.elapsed, -1, 0.0
         for k, row in enumerate(rows_of(self.log)):
-            if self.is_paced and k >= self.first:
+            if self.is_real_time and k >= self.first:
                 if first != self.first:
                     first, begun = self.first, time.monotonic() - elapsed[k]
                 while (pause := begun + elapsed[k] - time.monotonic()) > 0.0:
@@ -132,11 +132,11 @@ class LogRows:
         self.first = first
 
 
-def of_lines(descriptor: int = 0) -> Callable[[BoundedQueue[Row]], None]:
+def line_reader(descriptor: int = 0) -> Callable[[BoundedQueue[Row]], None]:
     """Return what reads JSON lines or a canonical CSV, from standard input by default."""
 
     def read(waiting: BoundedQueue[Row]) -> None:
-        row_of, rest = Lines(), b""
+        row_of, rest = LineParser(), b""
         # Python's own buffer would be locked by this thread when the program ends.
         while chunk := os.read(descriptor, _CHUNK):
             *lines, rest = (rest + chunk).split(b"\n")
@@ -151,7 +151,7 @@ def of_lines(descriptor: int = 0) -> Callable[[BoundedQueue[Row]], None]:
     return read
 
 
-class Lines:
+class LineParser:
     """Turns lines into rows: JSON objects, or a header and what stands below it."""
 
     header: list[str] | None = None
@@ -162,7 +162,7 @@ class Lines:
         if not text or text.startswith("#"):
             return None
         if text.startswith("{"):
-            return from_json(text)
+            return parse_json(text)
         try:
             cells = next(csv.reader([text]))
         except csv.Error:
@@ -175,7 +175,7 @@ class Lines:
         return {name: _cell(cell) for name, cell in zip(self.header, cells, strict=True)}
 
 
-def from_json(text: str | bytes) -> Row:
+def parse_json(text: str | bytes) -> Row:
     """Return the row of a JSON object."""
     try:
         content: Any = json.loads(text)
@@ -191,7 +191,7 @@ def _cell(text: str) -> float | str:
         return text
 
 
-def bound_socket(address: str, allow: bool) -> socket.socket:
+def bind_socket(address: str, allow: bool) -> socket.socket:
     """Return the socket of an address, open to this machine alone unless allowed."""
     parts = urlsplit(address)
     kind = parts.scheme
@@ -225,21 +225,21 @@ def check_host(host: str, allow: bool) -> None:
         )
 
 
-class Datagrams:
+class DatagramSocket:
     """Datagrams of a socket until nobody waits any more; then it is closed."""
 
     def __init__(self, one: socket.socket) -> None:
         """Ask the kernel to tell how many datagrams it drops."""
-        self.socket, self.lost = one, 0
+        self.socket, self.n_kernel_drops = one, 0
         one.settimeout(_WAIT)
         if sys.platform == "linux":
             with suppress(OSError):
                 one.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
 
-    def until_over(self, waiting: BoundedQueue[Any]) -> Iterator[bytes]:
+    def receive(self, waiting: BoundedQueue[Any]) -> Iterator[bytes]:
         """Yield what arrives."""
         with self.socket:
-            while not waiting.is_over:
+            while not waiting.is_cancelled:
                 with suppress(TimeoutError, ConnectionResetError):  # Windows tells of ICMP so
                     yield self._received()
 
@@ -249,27 +249,29 @@ class Datagrams:
         data, ancillary, *_ = self.socket.recvmsg(_DATAGRAM, socket.CMSG_SPACE(4))
         for level, kind, count in ancillary:
             if (level, kind) == (socket.SOL_SOCKET, _SO_RXQ_OVFL):
-                self.lost = int.from_bytes(count[:4], sys.byteorder)
+                self.n_kernel_drops = int.from_bytes(count[:4], sys.byteorder)
         return data
 
 
-def of_datagrams(datagrams: Datagrams) -> Callable[[BoundedQueue[Row]], None]:
+def datagram_reader(datagrams: DatagramSocket) -> Callable[[BoundedQueue[Row]], None]:
     """Return what reads JSON objects from datagrams, one or several lines in each."""
 
     def read(waiting: BoundedQueue[Row]) -> None:
-        for data in datagrams.until_over(waiting):
+        for data in datagrams.receive(waiting):
             for line in data.splitlines():
                 if line.strip():
-                    waiting.put(from_json(line))
+                    waiting.put(parse_json(line))
 
     return read
 
 
-def of_packets(datagrams: Datagrams, decoder: Decoder) -> Callable[[BoundedQueue[Message]], None]:
+def packet_reader(
+    datagrams: DatagramSocket, decoder: Decoder
+) -> Callable[[BoundedQueue[Message]], None]:
     """Return what reads MAVLink from datagrams, one or several packets in each."""
 
     def read(waiting: BoundedQueue[Message]) -> None:
-        for data in datagrams.until_over(waiting):
+        for data in datagrams.receive(waiting):
             now = time.time()
             for packet in packets(data):
                 try:

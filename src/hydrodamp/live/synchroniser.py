@@ -40,7 +40,7 @@ class Message(NamedTuple):
     units: Mapping[str, str] = _NOTHING
 
 
-def for_streams(mapping: LogMapping, say: Callable[[str], None]) -> LogMapping:
+def stream_mapping(mapping: LogMapping, say: Callable[[str], None]) -> LogMapping:
     """Return what counts of a mapping on board; refuse one that needs the whole log."""
     if mapping.steps:
         raise ProblemError(
@@ -99,10 +99,12 @@ class MessageSynchroniser:
     """
 
     mapping: LogMapping
-    say: Callable[[str], None]
-    passed_over: int = 0  # messages that came twice, late, or too many to wait
-    _heard: dict[str, _TopicBuffer] = field(default_factory=dict)
-    _others: dict[str, None] = field(default_factory=dict)  # topics of which nothing is taken
+    on_message: Callable[[str], None]
+    n_discarded: int = 0  # messages that came twice, late, or too many to wait
+    _buffers: dict[str, _TopicBuffer] = field(default_factory=dict)
+    _unused_topics: dict[str, None] = field(
+        default_factory=dict
+    )  # topics of which nothing is taken
     _latest: _TopicBuffer | None = None  # who spoke last
     _made: float = -math.inf  # time of the last sample
     _now: float = math.nan  # by the clock of the receiver, as all of these
@@ -110,7 +112,7 @@ class MessageSynchroniser:
     _since: float = math.nan  # when the last one was made
     _is_told: bool = False  # why there is none since then
 
-    def over(self, messages: Iterable[Message | None]) -> Iterator[Row | None]:
+    def synchronise(self, messages: Iterable[Message | None]) -> Iterator[Row | None]:
         """Yield samples, and None where there was nothing for a while; junk passes through."""
         for message in messages:
             if message is None:
@@ -130,21 +132,21 @@ class MessageSynchroniser:
         topic, self._now = message.topic, message.received
         if math.isnan(self._since):
             self._since = self._now
-        heard = self._heard.get(topic)
+        heard = self._buffers.get(topic)
         if heard is None:
-            if topic in self._others or (heard := self._wanted(topic)) is None:
-                if len(self._others) < _NAMES:
-                    self._others[topic] = None
+            if topic in self._unused_topics or (heard := self._wanted(topic)) is None:
+                if len(self._unused_topics) < _NAMES:
+                    self._unused_topics[topic] = None
                 return
-            self._heard[topic] = heard
+            self._buffers[topic] = heard
         fields = {name: one for name, one in message.fields.items() if name in heard.fields}
         heard.messages.append(message._replace(fields=fields))
         self._latest = heard
         if len(heard.messages) > _ROOM:
-            self.passed_over += _ROOM // 2
+            self.n_discarded += _ROOM // 2
             del heard.messages[: _ROOM // 2]
 
-    def wants(self, topic: str) -> bool:
+    def accepts(self, topic: str) -> bool:
         """Return whether the mapping takes something of a topic."""
         return self._wanted(topic) is not None
 
@@ -166,8 +168,8 @@ class MessageSynchroniser:
         try:
             return [*self._made_of_messages(patience)]
         except Exception as error:  # whatever messages say, the next ones may do
-            self.passed_over += sum(len(one.messages) for one in self._heard.values())
-            self._heard.clear()
+            self.n_discarded += sum(len(one.messages) for one in self._buffers.values())
+            self._buffers.clear()
             self._tell(f"{type(error).__name__}: {error}")
             return []
 
@@ -189,14 +191,14 @@ class MessageSynchroniser:
         for values in zip(*columns.values(), strict=True):
             yield dict(zip(columns, values, strict=True))
         self._made, self._since, self._is_told = float(time[ready][-1]), self._now, False
-        heard = [one for one in self._heard.values() if one.messages]
+        heard = [one for one in self._buffers.values() if one.messages]
         begun = min([self._made, *(one.last for one in heard if one.speaks(self._made))])
         for one in heard:
             one.forget(begun)
 
     def _recording(self) -> Recording:
         """Return what was heard lately, each topic in the order of its clock."""
-        heard = [one for one in self._heard.values() if one.messages]
+        heard = [one for one in self._buffers.values() if one.messages]
         topics = {one: self._in_order(one) for one in heard}
         heard = [one for one in heard if one.messages]
         if not heard:
@@ -220,7 +222,7 @@ class MessageSynchroniser:
         rows = begun + np.flatnonzero(stamps[begun:] > latest[:-1])
         one.time = stamps[rows]
         if len(rows) < topic.n:
-            self.passed_over += topic.n - begun - len(rows)
+            self.n_discarded += topic.n - begun - len(rows)
             one.messages = [one.messages[row] for row in rows.tolist()]
         return topic if len(rows) in (0, topic.n) else one.topic()
 
@@ -228,10 +230,10 @@ class MessageSynchroniser:
         """Say why there is no sample, once it lasts."""
         if self._now - self._since > _UNTOLD and not self._is_told:
             self._is_told = True
-            others = ", ".join(first_few([*self._others], _LISTED, "topics"))
+            others = ", ".join(first_few([*self._unused_topics], _LISTED, "topics"))
             also = f" Heard besides: {others}." if others else ""
             why = reason.rstrip(".")
-            self.say(f"no sample can be made of what is heard: {why}.{also}")
+            self.on_message(f"no sample can be made of what is heard: {why}.{also}")
 
 
 def _columns(source: Source) -> Iterator[str]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.batch.batch import BatchResult, GroupFit
-from hydrodamp.batch.changepoints import FEWEST
+from hydrodamp.batch.changepoints import MIN_GROUPS
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
@@ -93,10 +93,10 @@ def _verdicts(season: BatchResult) -> Iterator[str]:
     for name, found in season.changes.items():
         course = season.time_series[name]
         n = sum(one.fit.uncertainty is not None for one in course)
-        if n < FEWEST:
+        if n < MIN_GROUPS:
             yield (
                 f"{name}: {n} group{'s' * (n != 1)} with standard errors are too few to tell a "
-                f"change, which takes {FEWEST}."
+                f"change, which takes {MIN_GROUPS}."
             )
         elif not found:
             yield f"{name}: no coefficient changes for good."
@@ -119,7 +119,7 @@ def change_point_table(season: BatchResult) -> Table:
     rows = tuple(
         (
             *(name, one.label, " ".join(season.time_series[name][one.first].group)),
-            *(one.before, one.after, one.share, max(one.chance, 1e-6)),
+            *(one.before, one.after, one.relative_change, max(one.p_value, 1e-6)),
         )
         for name, found in season.changes.items()
         for one in found
@@ -174,7 +174,7 @@ def _rows(one: GroupFit) -> Iterator[tuple[Any, ...]]:
 
 
 #: Names of all files that a season may write, from its folder.
-RESULTS = ("coefficients.csv", "coefficients.parquet", "season.html", "*.svg", "fits/*.json")
+RESULT_FILES = ("coefficients.csv", "coefficients.parquet", "season.html", "*.svg", "fits/*.json")
 
 
 def write_batch(season: BatchResult, folder: Path) -> None:
@@ -200,8 +200,8 @@ def write_batch(season: BatchResult, folder: Path) -> None:
         folder / f"{name}.svg": one for name, one in zip(names, pictures.values(), strict=True)
     }
     if installed():
-        contents[folder / "season.html"] = page(season, pictures).encode("utf-8")
-    remove_results(folder, RESULTS, keep=contents)
+        contents[folder / "season.html"] = render_batch_page(season, pictures).encode("utf-8")
+    remove_results(folder, RESULT_FILES, keep=contents)
     save_results(contents, folder)
 
 
@@ -216,7 +216,7 @@ def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
     ]
 
 
-def page(season: BatchResult, pictures: dict[str, bytes]) -> str:
+def render_batch_page(season: BatchResult, pictures: dict[str, bytes]) -> str:
     """Return the page of a season."""
     import hydrodamp
 
