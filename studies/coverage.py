@@ -55,7 +55,7 @@ from hydrodamp import (
     prepare,
 )
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.files import replacing
+from hydrodamp.files import open_atomic
 from hydrodamp.identification.fit import Uncertainty, reach
 from hydrodamp.identification.identifiability import (
     Grade,
@@ -203,9 +203,9 @@ def main(
     }
     said = {"draws": draws, "duration": duration, "truth": truth, "first_seed": seed}
     out.mkdir(parents=True, exist_ok=True)
-    with replacing(out / "coverage.json") as stream:
+    with open_atomic(out / "coverage.json") as stream:
         json.dump({**said, **result}, stream, indent=1)
-    with replacing(out / "coverage.md") as stream:
+    with open_atomic(out / "coverage.md") as stream:
         stream.write("\n\n".join(f"{name}:\n\n{markdown(one)}" for name, one in tables.items()))
     for name, table in tables.items():
         show(name, table)
