@@ -11,18 +11,18 @@ import yaml
 import hydrodamp as hd
 from hydrodamp.files import (
     KINDS,
-    absent,
     load_json,
     load_text,
     load_yaml,
-    mistaken,
+    missing_file_message,
     nearest_file,
+    open_atomic,
     parse_yaml,
-    replacing,
     save_all,
     save_bytes,
     save_json,
     save_text,
+    wrong_kind_message,
 )
 from hydrodamp.ingest.formats.files import read
 
@@ -64,7 +64,7 @@ def test_an_error_half_way_leaves_the_old_file(tmp_path, error, seen, words):
     save_text("old", tmp_path / "a.txt")
 
     def break_off():
-        with replacing(tmp_path / "a.txt") as stream:
+        with open_atomic(tmp_path / "a.txt") as stream:
             stream.write("new")
             raise error
 
@@ -125,7 +125,7 @@ def test_the_nearest_neighbour_of_what_is_not_there(tmp_path, wanted, near):
         (tmp_path / name).touch()
     clause = "" if near is None else f" Did you mean '{tmp_path / near}'?"
     assert nearest_file(tmp_path / wanted) == clause
-    assert absent(tmp_path / wanted).endswith(f"No such file or directory.{clause}")
+    assert missing_file_message(tmp_path / wanted).endswith(f"No such file or directory.{clause}")
 
 
 @pytest.mark.parametrize(
@@ -214,7 +214,7 @@ def test_every_reader_says_what_another_file_is(files, given, wanted):
     ],
 )
 def test_a_key_or_two_make_no_other_file(content):
-    assert [mistaken(content, "x", wanted) for wanted in KINDS] == [""] * len(KINDS)
+    assert [wrong_kind_message(content, "x", wanted) for wanted in KINDS] == [""] * len(KINDS)
 
 
 @pytest.mark.parametrize("given", READERS)

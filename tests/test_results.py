@@ -9,9 +9,9 @@ from hydrodamp.results import (
     MANIFEST,
     check_new_file,
     check_results,
-    list_results,
+    register_results,
     remove_results,
-    save_listed,
+    save_result,
     save_results,
 )
 
@@ -95,11 +95,11 @@ def test_a_write_that_is_interrupted_leaves_the_old_results_replaceable(home, mo
 
 def test_files_written_by_other_means_are_listed(home):
     (home / "track.csv").write_text("1", "utf-8")
-    list_results([home / "track.csv", home / "none.csv"], home)
+    register_results([home / "track.csv", home / "none.csv"], home)
     check_results(home, ("track.csv",), force=True)
-    save_listed("page", home / "page.html")
+    save_result("page", home / "page.html")
     check_results(home, ("page.html",), force=True)
-    save_listed("page", home.with_name("page.html"))
+    save_result("page", home.with_name("page.html"))
     assert not (home.parent / MANIFEST).exists()
 
 

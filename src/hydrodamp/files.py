@@ -46,7 +46,7 @@ def load_text(path: str | os.PathLike[str]) -> str:
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
-        raise FileError(absent(path)) from error
+        raise FileError(missing_file_message(path)) from error
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
@@ -55,7 +55,7 @@ def load_text(path: str | os.PathLike[str]) -> str:
         ) from error
 
 
-def absent(path: str | os.PathLike[str]) -> str:
+def missing_file_message(path: str | os.PathLike[str]) -> str:
     """Return the message for a file that does not exist, with its nearest neighbour."""
     return f"{path}: cannot be read: No such file or directory.{nearest_file(path)}"
 
@@ -183,7 +183,7 @@ def _count_nodes(node: yaml.Node, counts: dict[int, int], depth: int = 0) -> int
     return counts[id(node)]
 
 
-class Packaged(UserDict[str, Value]):
+class PackageData(UserDict[str, Value]):
     """Values made from YAML files that come with the package, each when it is first asked for."""
 
     def __init__(self, folder: Path, make: Callable[[str], Value]) -> None:
@@ -201,7 +201,7 @@ class Packaged(UserDict[str, Value]):
         return self._make(name)
 
 
-def mistaken(content: object, source: str, wanted: str) -> str:
+def wrong_kind_message(content: object, source: str, wanted: str) -> str:
     """Return the message for a file that is another of hydrodamp's own than was asked for."""
     if not isinstance(content, Mapping) or isinstance(content.get("time"), list):
         return ""
@@ -220,7 +220,7 @@ def temporary_prefix(target: Path) -> str:
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
+def open_atomic(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
     """Open a temporary file beside ``path`` that takes its place once all of it is on the disk."""
     target = Path(path)
     temporary = target.parent / f"{temporary_prefix(target)}{os.urandom(8).hex()}"
@@ -244,7 +244,7 @@ def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator
 
 def save_text(text: str, path: str | os.PathLike[str]) -> None:
     """Write a text file whole or not at all."""
-    with replacing(path) as stream:
+    with open_atomic(path) as stream:
         stream.write(text)
 
 
@@ -260,7 +260,7 @@ def as_json(document: object) -> str:
 
 def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
     """Write a file of bytes whole or not at all."""
-    with replacing(path, binary=True) as stream:
+    with open_atomic(path, binary=True) as stream:
         stream.write(content)
 
 

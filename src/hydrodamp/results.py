@@ -59,16 +59,16 @@ def save_results(contents: Mapping[Path, bytes], folder: Path) -> None:
     save_all(contents)
 
 
-def list_results(paths: Iterable[Path], folder: Path) -> None:
+def register_results(paths: Iterable[Path], folder: Path) -> None:
     """List files in the manifest of a folder that were just written by other means."""
     _list({path: digest for path in paths if (digest := _digest(path))}, folder)
 
 
-def save_listed(text: str, path: Path) -> None:
+def save_result(text: str, path: Path) -> None:
     """Write a file that a user named, and list it where its folder is one of results."""
     save_text(text, path)
     if (path.parent / MANIFEST).is_file():
-        list_results((path,), path.parent)
+        register_results((path,), path.parent)
 
 
 def remove_results(folder: Path, patterns: Iterable[str], keep: Iterable[Path] = ()) -> None:

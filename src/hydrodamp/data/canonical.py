@@ -23,7 +23,7 @@ from hydrodamp.data.channels import (
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record, command_faults, side_by_side
 from hydrodamp.errors import FileError, did_you_mean
-from hydrodamp.files import replacing
+from hydrodamp.files import open_atomic
 from hydrodamp.progress import progress
 
 _TURN = 2 * np.pi
@@ -100,7 +100,7 @@ def write_log(log: Log, path: str | Path) -> None:
     if Path(path).suffix.lower() in _PARQUET:
         _write_parquet(log, columns, path)
         return
-    with replacing(path) as file, progress("writing the log", log.n) as step:
+    with open_atomic(path) as file, progress("writing the log", log.n) as step:
         # The segment is last: a name in front might be taken for a comment.
         file.write(",".join((*columns, SEGMENT)) + "\n")
         write = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n").writerows
@@ -136,7 +136,7 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
     fields = [pyarrow.field(name, number, metadata=said.get(name)) for name in columns]
     schema = pyarrow.schema([*fields, (SEGMENT, pyarrow.string())], metadata=_FRAMES)
     table = pyarrow.table([*columns.values(), labels], schema=schema)
-    with replacing(path, binary=True) as file:
+    with open_atomic(path, binary=True) as file:
         parquet.write_table(table, file)
 
 

@@ -24,7 +24,7 @@ from hydrodamp.arrays import LARGEST, FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in, validated
-from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text
+from hydrodamp.files import load_json, load_yaml, save_json, save_text, wrong_kind_message
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes, read_label
@@ -189,7 +189,7 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
         Naming every fault of the file, each with its place; or what else it is.
     """
     content = load_yaml(path)
-    if other := mistaken(content, str(path), "models"):
+    if other := wrong_kind_message(content, str(path), "models"):
         raise ModelError(other)
     if not isinstance(content, Mapping):
         raise ModelError(
@@ -324,7 +324,7 @@ def damping_document(damping: Damping) -> dict[str, Any]:
 
 def damping_from_document(document: object, source: str = "damping") -> Damping:
     """Return the damping of a document."""
-    if other := mistaken(document, source, "damping"):
+    if other := wrong_kind_message(document, source, "damping"):
         raise ModelError(other)
     found = validated(DampingDocument, document, source, ModelError)
     try:

@@ -13,7 +13,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError, no_such
-from hydrodamp.files import Packaged, parse_yaml
+from hydrodamp.files import PackageData, parse_yaml
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, spell_label, table_of
@@ -42,7 +42,7 @@ def _read(name: str) -> Damping:
     )
 
 
-published = Packaged(Path(__file__).parent / "published", _read)
+published = PackageData(Path(__file__).parent / "published", _read)
 """Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
 
 

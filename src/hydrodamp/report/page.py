@@ -26,7 +26,7 @@ from hydrodamp.report.files import Findings, chosen_row, read_comparison, read_f
 from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.narrative import remarks, verdict
 from hydrodamp.report.table import Table
-from hydrodamp.results import save_listed
+from hydrodamp.results import save_result
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.selection import rms_or_infinity
@@ -81,7 +81,7 @@ def write_report(
     comparison = results if isinstance(results, Comparison) else read_comparison(results)
     if findings is None and not isinstance(results, Comparison):
         findings = read_findings(Path(results), comparison)
-    save_listed(page(comparison, findings), Path(path))
+    save_result(page(comparison, findings), Path(path))
     return Path(path)
 
 

@@ -24,7 +24,7 @@ from hydrodamp.report.figures.plan import orders_figure, prediction_figure, trac
 from hydrodamp.report.figures.style import figure_bytes
 from hydrodamp.report.page import installed, template, text_of
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
-from hydrodamp.results import list_results, remove_results, save_listed, save_results
+from hydrodamp.results import register_results, remove_results, save_result, save_results
 
 #: The bag in the folder of a plan.
 _BAG = "bag"
@@ -150,10 +150,10 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
     else:
         missing.append('The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".')
     if installed():
-        save_listed(page(plan, pictures), folder / "plan.html")
+        save_result(page(plan, pictures), folder / "plan.html")
     else:
         missing.append('Pictures and the page need: pip install "hydrodamp[report]".')
-    list_results((folder / "track.csv", *(folder / _BAG).glob("*")), folder)
+    register_results((folder / "track.csv", *(folder / _BAG).glob("*")), folder)
     return missing
 
 

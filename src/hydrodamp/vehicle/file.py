@@ -26,13 +26,13 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.faults import validated
 from hydrodamp.files import (
-    Packaged,
-    absent,
+    PackageData,
     load_text,
-    mistaken,
+    missing_file_message,
     nearest_file,
     parse_yaml,
     save_text,
+    wrong_kind_message,
 )
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
@@ -183,7 +183,7 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
         raise VehicleError(
             f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
-    if other := mistaken(content, source, "vehicle"):
+    if other := wrong_kind_message(content, source, "vehicle"):
         raise VehicleError(other)
     found = validated(VehicleFile, content, source, VehicleError)
     try:
@@ -276,7 +276,7 @@ def _read(name: str) -> Vehicle:
     return parse_vehicle(fleet_text(name), source=name)
 
 
-fleet = Packaged(Path(__file__).parent / "fleet", _read)
+fleet = PackageData(Path(__file__).parent / "fleet", _read)
 """The vehicles that come with the package."""
 
 
@@ -326,7 +326,7 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
             warnings.warn(fault, HydrodampWarning, stacklevel=2)
         return vehicle
     if path.suffix or len(path.parts) > 1:
-        raise FileError(absent(path))
+        raise FileError(missing_file_message(path))
     raise VehicleError(_unknown(str(name_or_path)))
 
 

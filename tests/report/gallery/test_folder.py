@@ -15,7 +15,7 @@ from hydrodamp.report.files import (
     write_pictures,
 )
 from hydrodamp.report.narrative import verdict
-from hydrodamp.results import MANIFEST, save_listed
+from hydrodamp.results import MANIFEST, save_result
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_findings_read_back_as_they_were(examined, home):
 
 def test_stale_findings_go_and_pictures_of_others_stay(examined, home):
     (home / "figures" / "mine.svg").write_text("<svg/>", "utf-8")
-    save_listed("old", home / "report.html")
+    save_result("old", home / "report.html")
     hd.write_comparison(examined.table, home)
     assert [path.name for path in (home / "figures").iterdir()] == ["mine.svg"]
     assert is_result(home / "figures" / "power.svg", home)

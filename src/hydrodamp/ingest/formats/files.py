@@ -18,7 +18,7 @@ from typing import TypeVar
 from hydrodamp.data.record import name_after
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, HydrodampError, LogError
-from hydrodamp.files import absent, load_yaml, mistaken
+from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
 from hydrodamp.ingest.formats.content import head
 from hydrodamp.ingest.formats.multi_file import JOINT, apart, called, patterns
 from hydrodamp.text import first_few
@@ -159,7 +159,7 @@ def format_of(path: str | Path) -> Format:
     if suffix in _FOREIGN:
         if suffix in _OURS and path.stat().st_size < _LARGEST_OF_OURS:
             with suppress(FileError):
-                if other := mistaken(load_yaml(path), str(path), "log"):
+                if other := wrong_kind_message(load_yaml(path), str(path), "log"):
                     raise LogError(other)
         raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
     for form in FORMATS:
@@ -211,7 +211,7 @@ def read(
 def _expanded(path: Path) -> list[Path]:
     """Return the files of a folder that can be read, or the path itself."""
     if not path.exists():
-        raise FileError(absent(path))
+        raise FileError(missing_file_message(path))
     if not path.is_dir() or is_bag(path):
         return [path]
     inside = [

@@ -15,7 +15,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
-from hydrodamp.files import Packaged, load_yaml, mistaken, nearest_file
+from hydrodamp.files import PackageData, load_yaml, nearest_file, wrong_kind_message
 from hydrodamp.ingest.mapping.assemble import record_of
 from hydrodamp.ingest.mapping.schema import COMPASS, MappingFile, by_name
 
@@ -114,7 +114,7 @@ def _sensors(
 
 
 _FOLDER = Path(__file__).with_name("presets")
-_PRESETS = Packaged(_FOLDER, lambda name: load_yaml(_FOLDER / f"{name}.yaml"))
+_PRESETS = PackageData(_FOLDER, lambda name: load_yaml(_FOLDER / f"{name}.yaml"))
 
 
 class LogMapping(MappingFile):
@@ -324,7 +324,7 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
             " file is named with its suffix"
         )
     content = load_yaml(path)
-    if other := mistaken(content, str(path), "mapping"):
+    if other := wrong_kind_message(content, str(path), "mapping"):
         raise LogError(other)
     return content, path
 
