@@ -46,8 +46,8 @@ class Live(Node):
         self.gathering = MessageSynchroniser(mapping, self.say)
         self.waiting = BoundedQueue[Message]()
         self.run = Run(
-            resolve.choose_vehicle(given["vehicle"]),
-            resolve.choose_model(given["model"])[0],
+            resolve.find_vehicle(given["vehicle"]),
+            resolve.find_model(given["model"])[0],
             given["method"],
             self.tell,
             self.say,

@@ -10,7 +10,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
-from hydrodamp.cli.output import WORK_FAILED, emit, note, show
+from hydrodamp.cli.output import WORK_FAILED, emit, note, print_results
 
 _LOGS = "Logs: files, folders with all logs beneath them, patterns, and URLs such as s3://…"
 _MODELS = "Models by name, YAML files of models, or FILE:NAME, with commas. [required]"
@@ -51,7 +51,7 @@ def batch(
     from hydrodamp.results import check_results
 
     check_results(out, RESULTS, force)
-    crafts = [resolve.choose_vehicle(one) for one in vehicle.split(",")]
+    crafts = [resolve.find_vehicle(name) for name in vehicle.split(",")]
     models = _models(model)
     if mapping and len(mapping) > 1:
         raise hd.MethodError(
@@ -64,7 +64,7 @@ def batch(
             crafts,
             models,
             method,
-            by=[one.strip() for one in by.split(",") if one.strip()],
+            by=[key.strip() for key in by.split(",") if key.strip()],
             mapping=mapping[0] if mapping else None,
             client=client,
             workers=workers,
@@ -79,9 +79,9 @@ def batch(
         rows = [dict(zip(names, row, strict=True)) for row in table.rows]
         emit({"coefficients": rows, "failed": season.failed})
     else:
-        show(*summary_tables(season))
-    for log, other in season.duplicates.items():
-        note(f"{log} has the content of {other} and counts once.")
+        print_results(*summary_tables(season))
+    for log, duplicate_of in season.duplicates.items():
+        note(f"{log} has the content of {duplicate_of} and counts once.")
     if season.n_cached:
         note(f"{season.n_cached} logs had been folded before.")
     note(f"written to {out}")
@@ -94,9 +94,9 @@ def batch(
 def _models(listed: str) -> tuple[hd.DampingModel, ...]:
     if not listed:
         raise hd.ModelError("`--model` is missing: name models, or YAML files of models.")
-    if resolve.selects(listed):
+    if resolve.selects_terms(listed):
         raise hd.ModelError("`sparse` is selected from one log: name models with terms.")
-    return resolve.choose_models(listed)
+    return resolve.list_models(listed)
 
 
 def _cluster(address: str) -> Any:

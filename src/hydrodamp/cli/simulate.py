@@ -10,9 +10,9 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.data_split import read, suspect
-from hydrodamp.cli.output import emit, fail, note, show
-from hydrodamp.cli.resolve import choose_vehicle
+from hydrodamp.cli.data_split import read_logs, warn_quality_issues
+from hydrodamp.cli.output import emit, fail, note, print_results
+from hydrodamp.cli.resolve import find_vehicle
 from hydrodamp.progress import progress
 
 
@@ -48,11 +48,11 @@ def simulate(
     from hydrodamp.simulation.problem import stamp
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
-    craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
-    if told := foreign_to(numbers, stamp(craft)):
-        raise ModelError(told)
-    log = read(logs, mapping)
-    suspect(log, length_of(craft))
+    craft, numbers = find_vehicle(vehicle), hd.read_damping(damping)
+    if message := foreign_to(numbers, stamp(craft)):
+        raise ModelError(message)
+    log = read_logs(logs, mapping)
+    warn_quality_issues(log, length_of(craft))
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
@@ -63,7 +63,7 @@ def simulate(
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
-        show(replay_table(title, scored))
+        print_results(replay_table(title, scored))
     trained, driven = trained_on(Path(damping)), velocity_ranges(log.velocity, craft.axes)
     for sentence in (
         *range_exceedance_warnings(trained, driven),

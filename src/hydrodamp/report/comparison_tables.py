@@ -61,20 +61,25 @@ def run_tables(comparison: Comparison) -> tuple[Table, ...]:
 
 def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the fit of each velocity over windows of so many seconds, where that was asked."""
-    found = [(row, row.windows) for row in comparison.rows if row.windows]
-    if not found:
+    scored = [(row, row.windows) for row in comparison.rows if row.windows]
+    if not scored:
         return ()
-    names = list(found[0][1].score.fit_by_axis)
+    names = list(scored[0][1].score.fit_by_axis)
     errors = Column("RMS", form=error_size), *(Column(name, form=percent) for name in names)
     cells = tuple(
-        (row.model, row.method, _restarted(own), *map(own.score.fit_by_axis.get, names))
-        for row, own in found
+        (
+            row.model,
+            row.method,
+            format_horizon_error(windows),
+            *map(windows.score.fit_by_axis.get, names),
+        )
+        for row, windows in scored
     )
     note = (
         "Fit is 100 (1 - rmse / std of the log). Windows begin at what was measured; where some "
         "diverged, their share stands in place of the error."
     )
-    title = f"Fit in % over windows of {found[0][1].name}"
+    title = f"Fit in % over windows of {scored[0][1].name}"
     return (Table(title, (*_ROW, *errors), cells, (note,)),)
 
 
@@ -82,15 +87,15 @@ def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the errors of models (down) by methods (across), a few methods to a table."""
     methods = comparison.methods
     pages = math.ceil(len(methods) / _ABREAST) or 1
-    parts = np.array_split(np.array(methods, dtype=object), pages)
-    *grids, last = (_summary(comparison, part.tolist()) for part in parts)
+    groups = np.array_split(np.array(methods, dtype=object), pages)
+    *grids, last = (summary_table(comparison, group.tolist()) for group in groups)
     chosen = any(row.rms is not None for row in comparison.rows)
     choice = (str(comparison.select()),) if chosen else ()
     return (*grids, replace(last, notes=(*choice, *remarks(comparison))))
 
 
-def _summary(comparison: Comparison, methods: Sequence[str]) -> Table:
-    found = {(row.model, row.method): row for row in reversed(comparison.rows)}
+def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
+    by_key = {(row.model, row.method): row for row in reversed(comparison.rows)}
     sizes = {row.model: row.n_coefficients for row in comparison.rows}
     known = [PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN]
     printed = list(dict.fromkeys(known)) if beside_paper(comparison) else []
@@ -99,15 +104,15 @@ def _summary(comparison: Comparison, methods: Sequence[str]) -> Table:
     columns += [Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in printed]
     rows = []
     for model, n in sizes.items():
-        mine = [found.get((model, method)) for method in methods]
+        mine = [by_key.get((model, method)) for method in methods]
         ranks = (row.fit.rank for row in mine if row is not None and row.fit.rank is not None)
         paper = (getattr(PAPER_TABLE_I.get(model), name, None) for name in printed)
         rows.append((model, n, next(ranks, None), *map(_error, mine), *paper))
     best = set()
-    for place, method in enumerate(methods, start=3):
+    for column, method in enumerate(methods, start=3):
         scored = [row for row in comparison.rows if row.method == method and row.converged]
         if scored:
-            best.add(([*sizes].index(min(scored, key=error_of).model), place))
+            best.add(([*sizes].index(min(scored, key=error_of).model), column))
     return Table(
         title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
         columns=tuple(columns),
@@ -147,7 +152,7 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
         columns.append(Column("paper", form=form, meaning=meaning, key="paper_rms"))
     for name in names:
         columns += _axis_columns(name, unit)
-    return Table(title, tuple(columns), tuple(_numbers(row, names, printed) for row in rows))
+    return Table(title, tuple(columns), tuple(score_row(row, names, printed) for row in rows))
 
 
 def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
@@ -161,7 +166,7 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
     )
 
 
-def _numbers(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
+def score_row(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
     paper = getattr(PAPER_TABLE_I.get(row.model), PRINTED_COLUMN.get(row.method, ""), None)
     return (
         *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
@@ -236,19 +241,19 @@ def fold_table(table: CrossValidation) -> Table:
 
 def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Table:
     """Return the errors by horizon of fits to the whole log."""
-    names = next(([one.name for one in some] for some in scores if some), [])
+    names = next(([score.name for score in horizons] for horizons in scores if horizons), [])
     rows = []
-    for fit, some in zip(fits, scores, strict=True):
-        errors = [None] * len(names) if some is None else map(_restarted, some)
+    for fit, horizons in zip(fits, scores, strict=True):
+        errors = [None] * len(names) if horizons is None else map(format_horizon_error, horizons)
         rows.append((fit.model.key, fit.method, *errors))
     notes = (
         "These errors are those of the log fitted to; what generalises stands above. Where "
         "windows diverged, their share stands in place of the error.",
         *(
-            said
-            for fit, some in zip(fits, scores, strict=True)
-            if some and any(one.n_diverged for one in some)
-            for said in energy_injection_warnings(
+            warning
+            for fit, horizons in zip(fits, scores, strict=True)
+            if horizons and any(score.n_diverged for score in horizons)
+            for warning in energy_injection_warnings(
                 fit.damping, fit.training_range, f"{fit.model.key} by {fit.method}: its"
             )
         ),
@@ -257,7 +262,7 @@ def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] |
     return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
 
-def _restarted(found: HorizonScore) -> str:
+def format_horizon_error(found: HorizonScore) -> str:
     """Return the error, or the share of the windows that diverged."""
     if found.n_diverged:
         return f"{max(100.0 * found.diverged_share, 1.0):.0f} % off"
@@ -276,9 +281,11 @@ def validation_document(
             {
                 "model": fit.model.key,
                 "method": fit.method,
-                "rms_by_horizon": {one.name: one.score.rms for one in some} if some else {},
+                "rms_by_horizon": {score.name: score.score.rms for score in horizons}
+                if horizons
+                else {},
             }
-            for fit, some in zip(fits, scores, strict=True)
+            for fit, horizons in zip(fits, scores, strict=True)
         ],
         "choice": str(table.select()) if pareto_front(table) else None,
     }

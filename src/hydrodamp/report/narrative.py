@@ -41,11 +41,11 @@ def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tu
         "the tables have their standard errors, where there are any."
     )
     if grades is not None:
-        how_known = f"{'; '.join(_graded(grades))}."
-    return (which, _how_good(comparison, choice.row), how_known)
+        how_known = f"{'; '.join(describe_grades(grades))}."
+    return (which, describe_accuracy(comparison, choice.row), how_known)
 
 
-def _how_good(comparison: Comparison, row: Row) -> str:
+def describe_accuracy(comparison: Comparison, row: Row) -> str:
     shares = {name: value for name, value in row.score.fit_by_axis.items() if value is not None}
     shared = comparison.provenance.get("overlap")
     unseen = (
@@ -64,7 +64,7 @@ def _how_good(comparison: Comparison, row: Row) -> str:
     )
 
 
-def _graded(found: Identifiability) -> Iterator[str]:
+def describe_grades(found: Identifiability) -> Iterator[str]:
     """Say how many coefficients are determined, and which are not."""
     n, sure = len(found.grades), len(found.labelled(Grade.DETERMINED))
     if sure == n:
@@ -73,8 +73,8 @@ def _graded(found: Identifiability) -> Iterator[str]:
     yield f"The log determined {sure or 'none'} of its {n} coefficients"
     for grade in tuple(Grade)[1:]:
         if labels := list(found.labelled(grade)):
-            yield f"{len(labels)} {grade.word}{_listed(labels)}"
-    quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
+            yield f"{len(labels)} {grade.word}{list_labels(labels)}"
+    quiet = [f"{axis.axis} {100.0 * axis.share:.0f} %" for axis in found.axes if not axis.excited]
     if quiet:
         yield (
             "axes whose force is not predicted at each moment, for want of motion or of the right "
@@ -82,7 +82,7 @@ def _graded(found: Identifiability) -> Iterator[str]:
         )
 
 
-def _listed(labels: list[str]) -> str:
+def list_labels(labels: list[str]) -> str:
     """Name a few; of more, say how many stand on each axis."""
     if len(labels) <= _NAMED:
         return f" ({', '.join(labels)})"
@@ -99,8 +99,8 @@ def remarks(comparison: Comparison) -> Iterator[str]:
         yield f"Training and test data share {shared}: errors on data that were fitted say little."
     if beside_paper(comparison):
         yield "paper: Table I as printed; the paper's own log was never published."
-    yield from _replays(comparison)
-    yield from _outcomes(comparison)
+    yield from replay_remarks(comparison)
+    yield from status_remarks(comparison)
     yield from _worse_than_none(comparison)
     yield f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}."
 
@@ -116,7 +116,7 @@ def _worse_than_none(comparison: Comparison) -> Iterator[str]:
         )
 
 
-def _replays(comparison: Comparison) -> Iterator[str]:
+def replay_remarks(comparison: Comparison) -> Iterator[str]:
     """Say where the test goes beyond the training, where replays diverged, and what damping fed."""
     scored = any(row.rms is not None for row in comparison.rows)
     chosen = comparison.select().row if scored else None
@@ -134,7 +134,7 @@ def _replays(comparison: Comparison) -> Iterator[str]:
             yield from energy_injection_warnings(row.fit.damping, ranges, f"{name}: its")
 
 
-def _outcomes(comparison: Comparison) -> Iterator[str]:
+def status_remarks(comparison: Comparison) -> Iterator[str]:
     """Say every other outcome in its sentence, with the rows that have it."""
     for status in Status:
         if status in (Status.OK, Status.DIVERGED):
@@ -142,12 +142,12 @@ def _outcomes(comparison: Comparison) -> Iterator[str]:
         rows = [row for row in comparison.rows if row.fit.status is status]
         if rows:
             mark = "~ " if status is Status.NOT_CONVERGED else ""
-            yield f"{mark}{status.value} {_named(comparison, rows)}"
+            yield f"{mark}{status.value} {describe_rows(comparison, rows)}"
         if status is Status.REFUSED:
             yield from (f"{row.model} by {row.method}: {' '.join(row.fit.remarks)}" for row in rows)
 
 
-def _named(comparison: Comparison, rows: list[Row]) -> str:
+def describe_rows(comparison: Comparison, rows: list[Row]) -> str:
     """Return models by method; all models of a method in two words."""
     all_of, of = (Counter(row.method for row in each) for each in (comparison.rows, rows))
     words = []
