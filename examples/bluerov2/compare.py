@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.cli.output import show
+from hydrodamp.cli.output import print_results
 from hydrodamp.report.comparison_tables import detail_tables, summary_tables
 
 HERE = Path(__file__).parent
@@ -69,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}\nThe runs are at {SOURCE}.", file=sys.stderr)
         return 2
     print(f"Data: {SOURCE}.\nTrained on {', '.join(TRAIN)}; tested on {', '.join(TEST)}, whole.\n")
-    show(*detail_tables(table), *summary_tables(table))
+    print_results(*detail_tables(table), *summary_tables(table))
     shares = table.row(*CHOSEN).score.fit_by_axis.items()
     words = ", ".join(f"{name} {share:.0f}" for name, share in shares if share is not None)
     print(f"\nChosen on the training runs, {' by '.join(CHOSEN)}: 100 (1 - rmse/std) = {words} %")

@@ -16,7 +16,7 @@ from pathlib import Path
 from time import perf_counter
 
 import hydrodamp as hd
-from hydrodamp.cli.output import show
+from hydrodamp.cli.output import print_results
 from hydrodamp.report.comparison_tables import detail_tables, summary_tables
 
 HERE = Path(__file__).parent
@@ -100,7 +100,7 @@ def work(asked: argparse.Namespace) -> None:
     print(f"Data: {SOURCE}.\nTrained on {', '.join(TRAIN)}; held out {', '.join(TEST)}, whole.")
     made = fits(vehicle, train, [models[key] for key in chosen], asked.methods.split(","))
     table = hd.compare(made, vehicle, test)
-    show(*detail_tables(table), *summary_tables(table))
+    print_results(*detail_tables(table), *summary_tables(table))
     print("\n100 (1 - rmse/std) in %, held-out runs together:")
     for row in table.rows:
         print(f"{row.fit.method:12} {row.fit.model.key:22} {percent(row)}")

@@ -87,7 +87,7 @@ def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(folder, call, monkeypa
     def fail(*args):
         raise error
 
-    monkeypatch.setattr("hydrodamp.cli.report.look_closer", fail)
+    monkeypatch.setattr("hydrodamp.cli.report.examine_chosen", fail)
     assert "d.json: exists already" in call(f"{LINE} --json --out d.json", 2).stderr
     assert (folder / "d.json").read_text("utf-8") == "old"
     call(f"{LINE} --json --out d.json --force", status)

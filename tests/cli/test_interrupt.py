@@ -17,7 +17,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import comparison_run
-from hydrodamp.cli.output import guarded
+from hydrodamp.cli.output import handle_errors
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.validation import compare as validation
 
@@ -117,7 +117,9 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
 
 
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
-    monkeypatch.setattr(comparison_run, "illustrate", interrupted_at(1, comparison_run.illustrate))
+    monkeypatch.setattr(
+        comparison_run, "illustrate", interrupted_at(1, comparison_run.write_diagnostics)
+    )
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 
@@ -191,7 +193,7 @@ runpy.run_module("hydrodamp", run_name="__main__")
 def test_an_import_error_that_ctrl_c_made_is_an_interrupt(capsys):
     """pybind11 turns the interrupt of a module's import into an ImportError of its own."""
 
-    @guarded
+    @handle_errors
     def command():
         try:
             raise KeyboardInterrupt

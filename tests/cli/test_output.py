@@ -7,7 +7,7 @@ import pytest
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.output import guarded
+from hydrodamp.cli.output import handle_errors
 from hydrodamp.errors import GapWarning, LogError
 
 
@@ -16,7 +16,7 @@ def status(error):
         raise error
 
     with pytest.raises(typer.Exit) as caught:
-        guarded(command)()
+        handle_errors(command)()
     return caught.value.exit_code
 
 
@@ -48,7 +48,7 @@ def test_warnings_are_one_line_each_and_come_once(capsys):
         for _ in range(2):
             warnings.warn("split\n  in two", GapWarning, stacklevel=2)
 
-    guarded(command)()
+    handle_errors(command)()
     assert capsys.readouterr().err == "warning: split in two\n"
 
 

@@ -6,7 +6,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report.documents import comparison_document
-from hydrodamp.report.files import kept_fit, write_fit
+from hydrodamp.report.files import read_finished_fit, write_fit
 
 
 def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
@@ -75,10 +75,10 @@ def test_fits_of_an_earlier_run_stay_until_one_is_finished(comparison, tmp_path,
 def test_a_fit_is_kept_under_its_digest_and_reads_back(comparison, tmp_path):
     fit = replace(comparison.rows[0].fit, provenance={"digest": 64 * "a"})
     write_fit(fit, tmp_path)
-    assert kept_fit(tmp_path, "linear", "ls", 64 * "b") is None
+    assert read_finished_fit(tmp_path, "linear", "ls", 64 * "b") is None
     path = tmp_path / "fits" / "linear.ls.aaaaaaaa.json"
     assert hd.read_damping(path).vehicle == fit.damping.vehicle
-    again = kept_fit(tmp_path, "linear", "ls", 64 * "a")
+    again = read_finished_fit(tmp_path, "linear", "ls", 64 * "a")
     assert again is not None
     np.testing.assert_array_equal(again.damping.coefficients, fit.damping.coefficients)
     assert (again.status, again.rank, again.provenance) == (fit.status, fit.rank, fit.provenance)

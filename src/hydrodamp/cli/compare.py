@@ -25,24 +25,41 @@ def compare(
     json: options.Json = False,
 ) -> None:
     """Identify models on one part of the data, replay them on another, rank them."""
-    from hydrodamp.cli.comparison_run import Task, carry_out, check_log, check_training
-    from hydrodamp.cli.provenance import check_out_folder, record
+    from hydrodamp.cli.comparison_run import Task, check_log, check_training, run_comparison
+    from hydrodamp.cli.provenance import check_out_folder, run_provenance
 
-    parts = (*(logs or ()), *(train or ()), *(test or ()))
-    inputs = (*parts, *map(resolve.file_of, resolve.names(models or "")), vehicle, mapping)
+    data_names = (*(logs or ()), *(train or ()), *(test or ()))
+    inputs = (
+        *data_names,
+        *map(resolve.model_file, resolve.split_names(models or "")),
+        vehicle,
+        mapping,
+    )
     check_out_folder(out, inputs, resume, force)
-    craft, chosen = resolve.choose_vehicle(vehicle), resolve.choose_models(models)
-    ways, said = resolve.choose_methods(methods), record(inputs)
+    vehicle_model, chosen = resolve.find_vehicle(vehicle), resolve.list_models(models)
+    method_list, provenance = resolve.list_methods(methods), run_provenance(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
-    ends = ((held_out.time[one.start], held_out.time[one.stop - 1]) for one in held_out.segments)
+    ends = (
+        (held_out.time[segment.start], held_out.time[segment.stop - 1])
+        for segment in held_out.segments
+    )
     longest = max(stop - start for start, stop in ends)
     if horizon is not None and not 0.0 < horizon <= longest:
         raise ProblemError(
             "`--horizon` must be more than 0 s and no more than the longest run of the test data, "
             f"{longest:.4g} s; got {horizon:g}."
         )
-    check_training(craft, learn, resolve.asked(models, craft, learn, chosen))
-    check_log(craft, held_out, resolve.asked(models, craft, held_out, chosen), learn)
-    chosen = resolve.for_log(models, craft, learn, chosen, free_gains)
-    task = Task(craft, learn, held_out, chosen, ways, out, attitude, rate_unit, horizon)
-    carry_out(task, shared | said, resume, json)
+    check_training(
+        vehicle_model, learn, resolve.with_selectable_terms(models, vehicle_model, learn, chosen)
+    )
+    check_log(
+        vehicle_model,
+        held_out,
+        resolve.with_selectable_terms(models, vehicle_model, held_out, chosen),
+        learn,
+    )
+    chosen = resolve.complete_models(models, vehicle_model, learn, chosen, free_gains)
+    task = Task(
+        vehicle_model, learn, held_out, chosen, method_list, out, attitude, rate_unit, horizon
+    )
+    run_comparison(task, shared | provenance, resume, json)

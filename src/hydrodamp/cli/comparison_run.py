@@ -12,8 +12,8 @@ from typing import Literal
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, show, warned
-from hydrodamp.cli.report import illustrate
+from hydrodamp.cli.output import INTERRUPTED, collected_warnings, emit, fail, note, print_results
+from hydrodamp.cli.report import write_diagnostics
 from hydrodamp.errors import HydrodampWarning, ProblemError
 from hydrodamp.progress import progress
 
@@ -41,17 +41,15 @@ class Task:
         return [(model.key, method.key) for method in self.methods for model in self.models]
 
 
-def check_log(
-    vehicle: hd.Vehicle, log: hd.Log, models: Models, after: hd.Log | None = None
-) -> None:
+def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models, reference: hd.Log | None = None) -> None:
     """Refuse a log that cannot serve; say what nothing uses and what looks wrong."""
-    from hydrodamp.cli.data_split import suspect
+    from hydrodamp.cli.data_split import warn_quality_issues
     from hydrodamp.simulation import checks
 
     checks.check_log(vehicle, log, [model.restricted_to(vehicle.axes) for model in models])
-    for one in checks.unused_commands(vehicle, log, models):
-        warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
-    suspect(log, checks.estimate_length(vehicle), after)
+    for issue in checks.unused_commands(vehicle, log, models):
+        warnings.warn(f"{log.source or 'log'}: {issue}", HydrodampWarning, stacklevel=2)
+    warn_quality_issues(log, checks.estimate_length(vehicle), reference)
 
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
@@ -64,115 +62,99 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
         warnings.warn(f"{log.source or 'log'}: {carried}", HydrodampWarning, stacklevel=2)
     free = [model.restricted_to(vehicle.axes) for model in models]
     for model in free:
-        if told := missing_actuation(vehicle, log, (model,)):
-            warnings.warn(f"'{model.key}' is refused: {told}", HydrodampWarning, stacklevel=2)
+        if refusal := missing_actuation(vehicle, log, (model,)):
+            warnings.warn(f"'{model.key}' is refused: {refusal}", HydrodampWarning, stacklevel=2)
     needed = [max(map(len, model.terms), default=0) for model in free]
     if log.n < min(needed):
-        raise ProblemError(
-            f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every "
-            f"model asked for; the smallest needs {min(needed)}. Give a longer log."
-        )
+        raise ProblemError(f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every " f"model asked for; the smallest needs {min(needed)}. Give a longer log.")
 
 
-def fit_all(
-    problem: hd.Problem,
-    models: Models,
-    methods: Sequence[hd.Method],
-    keep: Callable[[hd.Fit], None] = lambda _: None,
-    there: Container[Key] = (),
-) -> tuple[hd.Fit, ...]:
+def fit_all(problem: hd.Problem, models: Models, methods: Sequence[hd.Method], keep: Callable[[hd.Fit], None] = lambda _: None, finished: Container[Key] = (),) -> tuple[hd.Fit, ...]:
     """Ask the actuation, and make the fits that are not there, with a bar a method."""
     from hydrodamp.validation.actuator_check import check_gains
 
     for doubt in check_gains(problem, models):
         warnings.warn(str(doubt), HydrodampWarning, stacklevel=2)
     fits: tuple[hd.Fit, ...] = ()
-    for place, method in enumerate(methods, start=1):
-        missing = [model for model in models if (model.key, method.key) not in there]
-        which = f" ({place} of {len(methods)})" if len(methods) > 1 else ""
-        with progress(f"identifying by {method.key}{which}", len(missing)) as step:
+    for number, method in enumerate(methods, start=1):
+        missing = [model for model in models if (model.key, method.key) not in finished]
+        counter = f" ({number} of {len(methods)})" if len(methods) > 1 else ""
+        with progress(f"identifying by {method.key}{counter}", len(missing)) as step:
 
-            def done(fit: hd.Fit, step: Callable[..., None] = step) -> None:
+            def record_fit(fit: hd.Fit, step: Callable[..., None] = step) -> None:
                 keep(fit)
                 step()
 
-            fits += hd.identify_all(problem, missing, method, done) if missing else ()
+            fits += hd.identify_all(problem, missing, method, record_fit) if missing else ()
     return fits
 
 
-def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> None:
+def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: bool) -> None:
     """Identify, replay, write and print; after Ctrl-C with what is finished and status 130."""
     from hydrodamp.report.comparison_tables import detail_tables, summary_tables
     from hydrodamp.report.documents import comparison_document
 
     if task.out is not None and (task.out / "comparison.json").is_file():
-        kept = "; finished fits stay" if resume else ""
-        note(f"{task.out} holds an earlier comparison, which this one replaces{kept}.")
-    comparison = _compared(task, said, resume)
-    found, asked = len(comparison.rows), len(task.rows)
-    if found:
+        suffix = "; finished fits stay" if resume else ""
+        note(f"{task.out} holds an earlier comparison, which this one replaces{suffix}.")
+    comparison = compare_task(task, provenance, resume)
+    n_rows, n_requested = len(comparison.rows), len(task.rows)
+    if n_rows:
         if task.out is not None:
             hd.write_comparison(comparison, task.out)
         if json:
             emit(comparison_document(comparison))
         else:
-            show(*detail_tables(comparison), *summary_tables(comparison))
-    if found < asked:
-        kept = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
-        note(
-            f"interrupted: {found} of {asked} rows. {kept} finished fits are kept, and the same "
-            "command with `--resume` makes the rest."
-        )
+            print_results(*detail_tables(comparison), *summary_tables(comparison))
+    if n_rows < n_requested:
+        suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
+        note(f"interrupted: {n_rows} of {n_requested} rows. {suffix} finished fits are kept; the same " "command with `--resume` continues with the others.")
         raise typer.Exit(INTERRUPTED)
     if task.out is None:
         note("Nothing is kept: with `--out DIR` come the fits, tables, pictures and a report.")
     else:
-        illustrate(comparison, task.vehicle, task.train, task.out)
+        write_diagnostics(comparison, task.vehicle, task.train, task.out)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
-        fail(
-            f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs first "
-            "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
-            "richer manoeuvres."
-        )
+        fail(f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs first " "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with " "richer manoeuvres.")
 
 
-def _compared(task: Task, said: dict[str, str], resume: bool) -> hd.Comparison:
+def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
     """Return the comparison, or after Ctrl-C the rows that are finished."""
     from hydrodamp.report.narrative import RESUMED, UNFINISHED
     from hydrodamp.validation.compare import comparison_provenance
 
-    made: dict[Key, hd.Fit] = {}
+    fits_by_key: dict[Key, hd.Fit] = {}
     replayed: dict[Key, hd.Row] = {}
     try:
-        earlier = _fit(task, made, resume)
+        earlier = fit_missing(task, fits_by_key, resume)
         if resume:
-            said[RESUMED] = f"{earlier} of {len(task.rows)} fits are of an earlier run"
+            provenance[RESUMED] = f"{earlier} of {len(task.rows)} fits are of an earlier run"
     except KeyboardInterrupt:
-        note(f"interrupted with {len(made)} of {len(task.rows)} fits: replaying those.")
-    fits = [made[key] for key in task.rows if key in made]
+        note(f"interrupted with {len(fits_by_key)} of {len(task.rows)} fits: replaying those.")
+    fits = [fits_by_key[key] for key in task.rows if key in fits_by_key]
     if fits:
         with suppress(KeyboardInterrupt):
-            _replay(task, fits, replayed)
+            replay_fits(task, fits, replayed)
     rows = tuple(replayed[key] for key in task.rows if key in replayed)
-    words = {**comparison_provenance(fits, task.vehicle, task.test), **said, **warned()}
+    words = {**comparison_provenance(fits, task.vehicle, task.test), **provenance, **collected_warnings()}
     if len(rows) < len(task.rows):
         words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
     return hd.Comparison(rows, task.rate_unit, task.attitude, words)
 
 
-def _fit(task: Task, made: dict[Key, hd.Fit], resume: bool) -> int:
+def fit_missing(task: Task, made: dict[Key, hd.Fit], resume: bool) -> int:
     """Make the fits that are missing; return how many an earlier run had made."""
     from hydrodamp.identification.fit import digest
-    from hydrodamp.report.files import kept_fit, write_fit
+    from hydrodamp.report.files import read_finished_fit, write_fit
 
     problem = hd.prepare(task.vehicle, task.train, task.models)
     if resume and task.out is not None:
         for method in task.methods:
             for model in task.models:
                 name = model.key, method.key, digest(problem, model, method)
-                if kept := kept_fit(task.out, *name):
-                    made[model.key, method.key] = kept
+                if earlier_fit := read_finished_fit(task.out, *name):
+                    made[model.key, method.key] = earlier_fit
     n_kept = len(made)
 
     def keep(fit: hd.Fit) -> None:
@@ -184,19 +166,11 @@ def _fit(task: Task, made: dict[Key, hd.Fit], resume: bool) -> int:
     return n_kept
 
 
-def _replay(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row]) -> None:
+def replay_fits(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row]) -> None:
     with progress("replaying", len(fits)) as step:
 
         def keep(row: hd.Row) -> None:
             replayed[row.model, row.method] = row
             step()
 
-        hd.compare(
-            fits,
-            task.vehicle,
-            task.test,
-            attitude=task.attitude,
-            rate_unit=task.rate_unit,
-            horizon=task.horizon,
-            done=keep,
-        )
+        hd.compare(fits, task.vehicle, task.test, attitude=task.attitude, rate_unit=task.rate_unit, horizon=task.horizon, done=keep,)

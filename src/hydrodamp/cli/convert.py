@@ -9,8 +9,8 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.data_split import read, suspect
-from hydrodamp.cli.output import note, show
+from hydrodamp.cli.data_split import read_logs, warn_quality_issues
+from hydrodamp.cli.output import note, print_results
 
 
 def convert(
@@ -23,8 +23,8 @@ def convert(
     from hydrodamp.cli.provenance import check_out_log
 
     check_out_log(out, (*logs, mapping), force)
-    log = read(logs, mapping)
-    suspect(log)
+    log = read_logs(logs, mapping)
+    warn_quality_issues(log)
     hd.write_log(log, out)
     note(f"written to {out}")
-    show(str(log))
+    print_results(str(log))

@@ -13,33 +13,35 @@ from hydrodamp.cli.output import note
 from hydrodamp.errors import HydrodampWarning, ProblemError
 
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
-_ROUNDED = 1.0  # s, by which the ends of a clock may be copied wrongly
+CLOCK_TOLERANCE = 1.0  # s, by which the ends of a clock may be copied wrongly
 _SPAN = re.compile(rf"({_NUMBER}):({_NUMBER})")
 
 
-def read(paths: Sequence[str], mapping: str | None) -> hd.Log:
+def read_logs(paths: Sequence[str], mapping: str | None) -> hd.Log:
     """Return the logs of some files, one after another."""
     once = tuple(dict.fromkeys(paths))
     return hd.read_log(once[0], mapping) if len(once) == 1 else hd.read_logs(once, mapping)
 
 
-def suspect(log: hd.Log, length: float | None = None, after: hd.Log | None = None) -> None:
+def warn_quality_issues(
+    log: hd.Log, length: float | None = None, after: hd.Log | None = None
+) -> None:
     """Say what looks wrong about a log, and was not said of the one before it."""
-    said = () if after is None else hd.check_quality(after, length)
-    known = {(one.channel, one.problem) for one in said}
-    for one in hd.check_quality(log, length):
+    earlier_issues = () if after is None else hd.check_quality(after, length)
+    known = {(issue.channel, issue.problem) for issue in earlier_issues}
+    for issue in hd.check_quality(log, length):
         # Of commands, the vehicle says what they are.
-        is_new = one.where or (one.channel, one.problem) not in known
-        if is_new and one.channel not in log.command_names:
-            warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
+        is_new = issue.where or (issue.channel, issue.problem) not in known
+        if is_new and issue.channel not in log.command_names:
+            warnings.warn(f"{log.source or 'log'}: {issue}", HydrodampWarning, stacklevel=2)
 
 
-def train_alone(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> hd.Log:
+def training_log(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> hd.Log:
     """Return the log to identify on: all of LOG unless --train says less."""
     if not logs and not train:
         raise ProblemError("there is nothing to identify on: name a LOG.")
-    whole = read(logs, mapping) if logs else None
-    return whole if whole is not None and not train else part("--train", train, whole, mapping)
+    log = read_logs(logs, mapping) if logs else None
+    return log if log is not None and not train else select_data("--train", train, log, mapping)
 
 
 def train_and_test(
@@ -52,9 +54,11 @@ def train_and_test(
             raise ProblemError(
                 f"`{option}` is missing: name files, START:END seconds of LOG, or its segments."
             )
-    whole = read(logs, mapping) if logs else None
-    learn, held_out = (part(option, values, whole, mapping) for option, values in asked.items())
-    shared = _shared_files(train, test) if whole is None else _shared_time(train, test, whole)
+    log = read_logs(logs, mapping) if logs else None
+    learn, held_out = (
+        select_data(option, values, log, mapping) for option, values in asked.items()
+    )
+    shared = _shared_files(train, test) if log is None else _shared_time(train, test, log)
     if shared:
         warnings.warn(
             f"training and test data share {shared}: errors on data that were fitted say little.",
@@ -64,20 +68,24 @@ def train_and_test(
     return learn, held_out, {"overlap": shared} if shared else {}
 
 
-def part(option: str, values: Sequence[str], whole: hd.Log | None, mapping: str | None) -> hd.Log:
+def select_data(
+    option: str, values: Sequence[str], whole: hd.Log | None, mapping: str | None
+) -> hd.Log:
     """Return what one option names."""
     if whole is not None:
-        return hd.concatenate(_piece(option, value, whole) for value in dict.fromkeys(values))
+        return hd.concatenate(
+            select_segment(option, value, whole) for value in dict.fromkeys(values)
+        )
     for value in values:
         if not _is_file(value):
             raise ProblemError(
                 f"`{option} {value}` is no file, and there is no LOG to take a span or a segment "
                 "from: name the LOG first, or give files."
             )
-    return read(values, mapping)
+    return read_logs(values, mapping)
 
 
-def _piece(option: str, value: str, whole: hd.Log) -> hd.Log:
+def select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
     """Return a segment or a span of LOG."""
     is_segment = value in {segment.name for segment in whole.segments}
     if not is_segment and _is_file(value):
@@ -87,13 +95,13 @@ def _piece(option: str, value: str, whole: hd.Log) -> hd.Log:
         )
     if is_segment or ":" not in value:
         return whole.select(value)
-    found = _SPAN.fullmatch(value.strip())
-    if not found or not float(found[1]) < float(found[2]):
+    match = _SPAN.fullmatch(value.strip())
+    if not match or not float(match[1]) < float(match[2]):
         raise ProblemError(
             "a span must be START:END in seconds from the first sample of LOG, or by its clock, "
             f"with START before END and neither negative, such as 0:900; got '{value}'."
         )
-    start, end = float(found[1]), float(found[2])
+    start, end = float(match[1]), float(match[2])
     shift = _shift(start, end, whole)
     if shift and option:  # once, and not where what both parts share is looked for
         note(
@@ -103,16 +111,16 @@ def _piece(option: str, value: str, whole: hd.Log) -> hd.Log:
     return whole.between(start + shift, end + shift)
 
 
-def _shift(start: float, end: float, whole: hd.Log) -> float:
+def _shift(start: float, end: float, log: hd.Log) -> float:
     """Return what turns a span into seconds from the first sample, where it is by the clock."""
-    if end <= whole.elapsed[-1] + _ROUNDED:
+    if end <= log.elapsed[-1] + CLOCK_TOLERANCE:
         return 0.0
-    shifts = (whole.elapsed - whole.time).round(3)
-    runs = {one: whole.time[shifts == one] for one in dict.fromkeys(shifts.tolist())}
+    shifts = (log.elapsed - log.time).round(3)
+    runs = {shift: log.time[shifts == shift] for shift in dict.fromkeys(shifts.tolist())}
     fit = [
-        one
-        for one, time in runs.items()
-        if time[0] - _ROUNDED <= start and end <= time[-1] + _ROUNDED
+        shift
+        for shift, time in runs.items()
+        if time[0] - CLOCK_TOLERANCE <= start and end <= time[-1] + CLOCK_TOLERANCE
     ]
     return float(fit[0]) if len(fit) == 1 else 0.0
 
@@ -129,13 +137,13 @@ def _shared_files(train: Sequence[str], test: Sequence[str]) -> str:
     return ", ".join(dict.fromkeys(name for name in test if Path(name).resolve() in learnt))
 
 
-def _shared_time(train: Sequence[str], test: Sequence[str], whole: hd.Log) -> str:
+def _shared_time(train: Sequence[str], test: Sequence[str], log: hd.Log) -> str:
     """Return the spans of LOG that stand in both parts [s from its first sample]."""
     import numpy as np
 
-    place = np.arange(whole.n, dtype=float)
-    numbered = replace(whole, commands=place[:, None], command_names=("place",))
-    learnt, held_out = (part("", each, numbered, None).commands for each in (train, test))
-    both = np.isin(place, learnt) & np.isin(place, held_out)
+    index = np.arange(log.n, dtype=float)
+    numbered = replace(log, commands=index[:, None], command_names=("place",))
+    learnt, held_out = (select_data("", each, numbered, None).commands for each in (train, test))
+    both = np.isin(index, learnt) & np.isin(index, held_out)
     edges = np.flatnonzero(np.diff(both, prepend=False, append=False)).reshape(-1, 2)
-    return ", ".join(f"{whole.elapsed[a]:.10g}:{whole.elapsed[b - 1]:.10g}" for a, b in edges)
+    return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g}" for a, b in edges)

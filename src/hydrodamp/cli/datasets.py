@@ -10,7 +10,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import emit, note, show
+from hydrodamp.cli.output import emit, note, print_results
 from hydrodamp.errors import FileError
 
 
@@ -34,32 +34,32 @@ def datasets(
         _list(json)
         return
     dataset = hd.find_dataset(name)
-    place = folder or Path("datasets", name)
-    before = look(dataset, place)
+    target = folder or Path("datasets", name)
+    present = look(dataset, target)
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
-    here = hd.fetch(dataset, place) if yes else before
+    here = hd.fetch(dataset, target) if yes else present
     if len(here.lacking) == len(dataset.files):
         raise FileError(
-            f"{place}: holds none of the {len(dataset.files)} files of '{name}', such as"
+            f"{target}: holds none of the {len(dataset.files)} files of '{name}', such as"
             f" {dataset.files[0].name}. They come from {dataset.page}; --yes accepts the licence"
             " and downloads those that have an address."
         )
-    downloaded = [file for file in before.lacking if file not in here.lacking]
+    downloaded = [file for file in present.lacking if file not in here.lacking]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
-        emit(asdict(here) | document | {"folder": str(place)})
+        emit(asdict(here) | document | {"folder": str(target)})
         return
-    for names, said in (
+    for names, state in (
         (downloaded, "downloaded"),
         (here.verified, "with the checksum that hydrodamp knows"),
         (here.unchecked, "taken as they are: no checksum is known"),
         (here.lacking, "not there"),
     ):
         if names:
-            note(f"{len(names)} of {len(dataset.files)} files {said}")
+            note(f"{len(names)} of {len(dataset.files)} files {state}")
     note(f"Read with: --mapping {dataset.mapping}")
-    typer.echo(str(place))
+    typer.echo(str(target))
 
 
 def _list(json: bool) -> None:
@@ -68,9 +68,12 @@ def _list(json: bool) -> None:
 
     listed = tuple(known().values())
     if json:
-        emit({"datasets": [asdict(one) for one in listed]})
+        emit({"datasets": [asdict(dataset) for dataset in listed]})
         return
-    rows = tuple((one.name, str(len(one.files)), one.mapping, one.title) for one in listed)
+    rows = tuple(
+        (dataset.name, str(len(dataset.files)), dataset.mapping, dataset.title)
+        for dataset in listed
+    )
     notes = ("Fetch one: hydrodamp datasets NAME. None is part of hydrodamp; mind the licences.",)
     header = ("name", "files", "mapping", "title")
-    show(Table.of_words("Public logs", header, "lrll", rows, notes))
+    print_results(Table.of_words("Public logs", header, "lrll", rows, notes))

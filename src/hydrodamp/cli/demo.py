@@ -8,8 +8,8 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import show
-from hydrodamp.cli.resolve import choose_methods, choose_models
+from hydrodamp.cli.output import print_results
+from hydrodamp.cli.resolve import list_methods, list_models
 
 _TRUTH = (
     "The simulated vehicle's hydrodynamics: as published, or with strip-theory crossflow, farther "
@@ -26,8 +26,8 @@ def demo(
     json: options.Json = False,
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
-    from hydrodamp.cli.comparison_run import Task, carry_out
-    from hydrodamp.cli.provenance import check_out_folder, record
+    from hydrodamp.cli.comparison_run import Task, run_comparison
+    from hydrodamp.cli.provenance import check_out_folder, run_provenance
 
     check_out_folder(out, (), resume, force)
     campaign = hd.reenact(seed=seed, truth=truth)
@@ -36,12 +36,17 @@ def demo(
             ", ".join(segment.name for segment in log.segments)
             for log in (campaign.train, campaign.test)
         )
-        show(
+        print_results(
             f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed "
             f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
             f"Identified on {train}; replayed on {test}.\n"
         )
-    models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
+    models, methods = list_models(None), list_methods(options.DEMO_METHODS)
     task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, out)
-    words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed), **record(())}
-    carry_out(task, words, resume, json)
+    words = {
+        "truth": campaign.truth,
+        "note": campaign.note,
+        "seed": str(seed),
+        **run_provenance(()),
+    }
+    run_comparison(task, words, resume, json)

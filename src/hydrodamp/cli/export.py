@@ -11,9 +11,9 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.data_split import read
-from hydrodamp.cli.output import emit, fail, note, show
-from hydrodamp.cli.resolve import choose_vehicle
+from hydrodamp.cli.data_split import read_logs
+from hydrodamp.cli.output import emit, fail, note, print_results
+from hydrodamp.cli.resolve import find_vehicle
 from hydrodamp.errors import MethodError
 
 _FILES = 6  # that are named
@@ -51,15 +51,17 @@ def export(
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)
-    craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
-    driven = read(log, mapping) if log else None
-    card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
+    craft, numbers = find_vehicle(vehicle), hd.read_damping(damping)
+    driven = read_logs(log, mapping) if log else None
+    card = hd.export(
+        numbers, craft, form, out, log=driven, box=operating_box_of(Path(damping)), force=force
+    )
     page, document = write_fidelity_page(out), read_card(out)
     note(f"written to {out}: {', '.join(first_few(sorted(document['files']), _FILES, 'files'))}")
     if json:
         emit(document)
     else:
-        show(Table("", (), (), tuple(str(card).splitlines())))
+        print_results(Table("", (), (), tuple(str(card).splitlines())))
     if card.run_error:
         fail(f"what was written does not run here: {card.run_error}")
     replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"
@@ -93,7 +95,7 @@ def _pair(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def _sailed(damping: Path) -> hd.OperatingBox | None:
+def operating_box_of(damping: Path) -> hd.OperatingBox | None:
     """Return the velocities that the coefficients were identified at, where a file says them."""
     import numpy as np
 

@@ -11,9 +11,9 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
-from hydrodamp.cli.data_split import train_alone
-from hydrodamp.cli.output import emit, fail, note, show
-from hydrodamp.cli.report import beside, illustrate_fit
+from hydrodamp.cli.data_split import training_log
+from hydrodamp.cli.output import emit, fail, note, print_results
+from hydrodamp.cli.report import report_paths, write_fit_report
 from hydrodamp.progress import count_items
 
 _MODEL = (
@@ -41,27 +41,29 @@ def identify(
 ) -> None:
     """Identify one model, say how far to trust it, and write its damping file."""
     from hydrodamp.cli.comparison_run import check_training, fit_all
-    from hydrodamp.cli.provenance import check_out_file, record
+    from hydrodamp.cli.provenance import check_out_file, run_provenance
     from hydrodamp.files import save_json
     from hydrodamp.report.documents import fit_document
     from hydrodamp.report.files import PICTURES
     from hydrodamp.report.fit_tables import fit_table
     from hydrodamp.results import check_results, remove_results
 
-    inputs = (*(logs or ()), *(train or ()), vehicle, resolve.file_of(model), mapping)
+    inputs = (*(logs or ()), *(train or ()), vehicle, resolve.model_file(model), mapping)
     if out is not None:
-        figures, page = beside(out)
+        figures, page = report_paths(out)
         for path in (out, page):
             check_out_file(path, inputs, force)
         check_results(figures, PICTURES, force)
-    craft, named = resolve.choose_vehicle(vehicle), resolve.choose_model(model)
-    way, said = hd.find_method(method), record(inputs)
-    log = train_alone(logs or (), train or (), mapping)
-    check_training(craft, log, resolve.asked(model, craft, log, named))
-    chosen = resolve.for_log(model, craft, log, named, free_gains)
-    (fit,) = fit_all(hd.prepare(craft, log, chosen), chosen, (way,))
+    vehicle_model, named = resolve.find_vehicle(vehicle), resolve.find_model(model)
+    way, said = hd.find_method(method), run_provenance(inputs)
+    log = training_log(logs or (), train or (), mapping)
+    check_training(
+        vehicle_model, log, resolve.with_selectable_terms(model, vehicle_model, log, named)
+    )
+    chosen = resolve.complete_models(model, vehicle_model, log, named, free_gains)
+    (fit,) = fit_all(hd.prepare(vehicle_model, log, chosen), chosen, (way,))
     is_asked = fit.status.usable and not json
-    grades, words, shown = trust(craft, log, fit) if is_asked else (None, [], [])
+    grades, words, shown = assess_fit(vehicle_model, log, fit) if is_asked else (None, [], [])
     if out is not None and fit.status.usable:
         page.unlink(missing_ok=True)
         remove_results(figures, PICTURES)
@@ -70,21 +72,23 @@ def identify(
     if json:
         emit(fit_document(fit))
     else:
-        show(fit_table(replace(fit, remarks=()), grades), *shown)
+        print_results(fit_table(replace(fit, remarks=()), grades), *shown)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:
-        illustrate_fit(replace(fit, remarks=(*fit.remarks, *words)), craft, log, said, out)
+        write_fit_report(
+            replace(fit, remarks=(*fit.remarks, *words)), vehicle_model, log, said, out
+        )
     elif shown:
         note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
     if grades is not None:
         from hydrodamp.experiment_design.outlook import expected_gain
 
-        if told := expected_gain(hd.prepare(craft, log, fit.model), fit, grades):
+        if told := expected_gain(hd.prepare(vehicle_model, log, fit.model), fit, grades):
             note(told)
 
 
-def trust(
+def assess_fit(
     vehicle: hd.Vehicle, log: hd.Log, fit: hd.Fit
 ) -> tuple[hd.Identifiability | None, list[str], list[str]]:
     """Return grades, what is answered to questions of trust, and those answers for the screen."""

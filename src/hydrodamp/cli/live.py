@@ -69,7 +69,7 @@ def live(
         raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
     if state is not None:
         check_file(state)
-    craft, named = resolve.choose_vehicle(vehicle), resolve.choose_model(model)
+    craft, named = resolve.find_vehicle(vehicle), resolve.find_model(model)
     if not named:
         raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
     with ExitStack() as ends:

@@ -17,7 +17,7 @@ from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
 from hydrodamp.cli.models import models
-from hydrodamp.cli.output import INTERRUPTED, guarded
+from hydrodamp.cli.output import INTERRUPTED, handle_errors
 from hydrodamp.cli.plan import plan
 from hydrodamp.cli.probe import probe
 from hydrodamp.cli.report import report
@@ -45,8 +45,8 @@ COMMANDS = (
     batch,
 )
 for command in COMMANDS:
-    app.command()(guarded(command))
-vehicle_app.command()(guarded(new))
+    app.command()(handle_errors(command))
+vehicle_app.command()(handle_errors(new))
 app.add_typer(vehicle_app, name="vehicle")
 
 

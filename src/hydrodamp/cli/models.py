@@ -8,7 +8,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
-from hydrodamp.cli.output import emit, show
+from hydrodamp.cli.output import emit, print_results
 
 
 def models(
@@ -22,13 +22,13 @@ def models(
     from hydrodamp.report.fit_tables import SPARSE, model_document, model_table
 
     named = [SPARSE] if name == resolve.SPARSE else []
-    chosen = [*(resolve.named_models(name) if name and not named else hd.catalog.values())]
+    chosen = [*(resolve.read_named_models(name) if name and not named else hd.catalog.values())]
     documents = named or [model_document(model) for model in chosen]
     selected = [] if name else [SPARSE]  # the catalogue has one more, which comes with a log
     if name and len(documents) == 1:
-        emit(documents[0]) if json else show(SPARSE["note"] if named else str(chosen[0]))
+        emit(documents[0]) if json else print_results(SPARSE["note"] if named else str(chosen[0]))
     elif json:
         emit({"models": documents, **({"selected_from_a_log": selected} if selected else {})})
     else:
         command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
-        show(model_table([*documents, *selected], command))
+        print_results(model_table([*documents, *selected], command))

@@ -30,7 +30,7 @@ WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 _warned: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
-def show(*results: Table | str) -> None:
+def print_results(*results: Table | str) -> None:
     """Print tables, and words as they are, on standard output."""
     from hydrodamp.report.table import to_text
 
@@ -56,7 +56,7 @@ def fail(sentence: str, status: int = WORK_FAILED) -> NoReturn:
     raise typer.Exit(status)
 
 
-def guarded(command: Callable[P, R]) -> Callable[P, R]:
+def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
     """Return a command that ends in a sentence and a status, never a traceback."""
 
     @functools.wraps(command)
@@ -97,13 +97,13 @@ def _interrupted(error: BaseException | None) -> bool:
 @contextmanager
 def warnings_as_notes() -> Iterator[None]:
     """Print each warning once, as one line on standard error, and keep it."""
-    seen: dict[str, None] = {}
-    token = _warned.set(seen)
+    printed: dict[str, None] = {}
+    token = _warned.set(printed)
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
         text = " ".join(str(message).split())
-        if text not in seen:
-            seen[text] = None
+        if text not in printed:
+            printed[text] = None
             note(f"warning: {text}")
 
     with warnings.catch_warnings():
@@ -115,7 +115,7 @@ def warnings_as_notes() -> Iterator[None]:
             _warned.reset(token)
 
 
-def warned() -> dict[str, str]:
+def collected_warnings() -> dict[str, str]:
     """Return the warnings of the command that is running, in order, each once, for provenance."""
     lines = "\n".join(_warned.get({}))
     return {"warnings": lines} if lines else {}

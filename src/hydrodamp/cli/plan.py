@@ -9,7 +9,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
-from hydrodamp.cli.output import emit, note, show
+from hydrodamp.cli.output import emit, note, print_results
 
 _MODEL = "The model to identify: by name, a YAML file of one, or FILE:NAME. [required]"
 _DAMPING = "What is known: a damping file, as identify writes. Else published, or by the hull."
@@ -45,11 +45,11 @@ def plan(
     from hydrodamp.results import check_results
 
     check_results(out, RESULTS, force)
-    craft = resolve.choose_vehicle(vehicle)
-    if resolve.selects(model):
+    craft = resolve.find_vehicle(vehicle)
+    if resolve.selects_terms(model):
         raise hd.ModelError("`sparse` is selected from a log: name a model with terms.")
-    (asked,) = resolve.choose_model(model)
-    found = hd.plan(
+    (asked,) = resolve.find_model(model)
+    dive_plan = hd.plan(
         craft,
         asked,
         duration,
@@ -60,11 +60,11 @@ def plan(
         mode=mode,
         seed=seed,
     )
-    missing = write_plan(found, out)
+    missing = write_plan(dive_plan, out)
     if json:
-        emit(plan_document(found))
+        emit(plan_document(dive_plan))
     else:
-        show(segment_table(found), prediction_table(found), str(found))
+        print_results(segment_table(dive_plan), prediction_table(dive_plan), str(dive_plan))
     for sentence in missing:
         note(sentence)
     note(f"written to {out}: execute plan.csv, then `hydrodamp identify`.")

@@ -11,7 +11,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import emit, note, show
+from hydrodamp.cli.output import emit, note, print_results
 from hydrodamp.progress import progress
 
 if TYPE_CHECKING:
@@ -42,18 +42,18 @@ def probe(
 
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
-    if told := joined(recordings):
-        note(told)
+    if message := joined(recordings):
+        note(message)
     with progress("looking through it"):
-        found = hd.probe(*recordings)
-        judged = judge(found, recordings, mapping, needs)
+        result = hd.probe(*recordings)
+        judged = judge(result, recordings, mapping, needs)
     if draft is not None:
-        save_text(found.draft.text, draft)
+        save_text(result.draft.text, draft)
         note(f"wrote {draft}")
     if json:
-        emit(probe_document(found, judged))
+        emit(probe_document(result, judged))
     else:
-        show(*probe_tables(found, judged))
+        print_results(*probe_tables(result, judged))
         if judged.verdict is not None and judged.verdict.moves_too_little:
             note("`hydrodamp plan --vehicle V --model M --duration 600` says what to sail instead.")
 

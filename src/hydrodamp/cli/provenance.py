@@ -54,7 +54,7 @@ def check_out_folder(out: Path | None, inputs: Inputs, resume: bool, force: bool
     check_results(out, RESULTS, force or resume)
 
 
-def record(inputs: Inputs) -> dict[str, str]:
+def run_provenance(inputs: Inputs) -> dict[str, str]:
     """Return the command line, the files with their hashes and the versions, for provenance."""
     import numpy
     import scipy

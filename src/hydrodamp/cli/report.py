@@ -11,7 +11,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import note, warned
+from hydrodamp.cli.output import collected_warnings, note
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import Findings
@@ -44,13 +44,15 @@ def report(
         raise hd.FileError(
             f"{folder}: {lacks}; name one that `compare`, `demo` or `export` wrote with `--out`."
         )
-    own = folder / REPORT
-    inputs = (str(path) for path in folder.rglob("*") if path != own)
-    check_out_file(out or own, inputs, force)
-    offer(folder, out or own)
+    default_path = folder / REPORT
+    inputs = (str(path) for path in folder.rglob("*") if path != default_path)
+    check_out_file(out or default_path, inputs, force)
+    write_report_or_explain(folder, out or default_path)
 
 
-def offer(results: hd.Comparison | Path, path: Path, findings: Findings | None = None) -> None:
+def write_report_or_explain(
+    results: hd.Comparison | Path, path: Path, findings: Findings | None = None
+) -> None:
     """Write a report, or say how to get it where what it needs is not installed."""
     from hydrodamp.report.page import MISSING, installed
 
@@ -61,17 +63,19 @@ def offer(results: hd.Comparison | Path, path: Path, findings: Findings | None =
         note(f"{MISSING}, then run the command again; for a folder, `hydrodamp report DIR`.")
 
 
-def illustrate(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, home: Path) -> None:
+def write_diagnostics(
+    comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, home: Path
+) -> None:
     """Write grades, pictures and the report of a comparison into its folder."""
     from hydrodamp.report.files import REPORT, write_findings
 
-    findings = look_closer(comparison, vehicle, train)
+    findings = examine_chosen(comparison, vehicle, train)
     write_findings(findings, home)
     note(f"written to {home}")
-    offer(comparison, home / REPORT, findings)
+    write_report_or_explain(comparison, home / REPORT, findings)
 
 
-def look_closer(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log) -> Findings:
+def examine_chosen(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log) -> Findings:
     """Grade and draw the chosen row, and say which pictures there are not."""
     from hydrodamp.report.examine import examine
 
@@ -81,24 +85,26 @@ def look_closer(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log) -
     return findings
 
 
-def beside(damping: Path) -> tuple[Path, Path]:
+def report_paths(damping: Path) -> tuple[Path, Path]:
     """Return the folder of pictures and the report that lie beside a damping file."""
     stem = str(damping).removesuffix(".json")
     return Path(f"{stem}.figures"), Path(f"{stem}.report.html")
 
 
-def illustrate_fit(
+def write_fit_report(
     fit: hd.Fit, vehicle: hd.Vehicle, log: hd.Log, said: Mapping[str, str], damping: Path
 ) -> None:
     """Write report and pictures of a fit beside its damping file."""
     from hydrodamp.report.files import write_pictures
 
-    figures, page = beside(damping)
+    figures, page = report_paths(damping)
     alone = hd.compare((fit,), vehicle, log)
     origin = {**alone.provenance, "overlap": f"all {log.n} samples", **said}
     alone = replace(alone, provenance=origin)
-    findings = look_closer(alone, vehicle, log)
+    findings = examine_chosen(alone, vehicle, log)
     if findings.pictures:
         write_pictures(findings, figures, figures)
         note(f"written to {figures}")
-    offer(replace(alone, provenance=origin | warned()), page, findings)
+    write_report_or_explain(
+        replace(alone, provenance=origin | collected_warnings()), page, findings
+    )

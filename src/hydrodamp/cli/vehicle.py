@@ -57,5 +57,5 @@ def new(
     if json:
         emit({"path": str(file), "complete": complete})
     else:
-        whole = "ready to use" if like is not None else _UNRIGHTED
-        note(f"written to {file}: {whole if complete else 'fill in its numbers'}")
+        state = "ready to use" if like is not None else _UNRIGHTED
+        note(f"written to {file}: {state if complete else 'fill in its numbers'}")

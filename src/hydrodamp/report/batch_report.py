@@ -20,7 +20,7 @@ from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.documents import fit_document
 from hydrodamp.report.figures.axes import coefficient_symbol
-from hydrodamp.report.figures.style import colour_of, figure_bytes, in_our_look, stacked
+from hydrodamp.report.figures.style import colour_of, figure_bytes, stacked_panels, with_style
 from hydrodamp.report.fit_tables import half_widths, standard_errors
 from hydrodamp.report.page import installed, template, text_of
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
@@ -239,7 +239,7 @@ def render_batch_page(season: BatchResult, pictures: dict[str, bytes]) -> str:
     return template("sheet.html.j2").render(content)
 
 
-@in_our_look
+@with_style
 def time_series_figure(season: BatchResult, course: str) -> Figure:
     """Draw the course of coefficients: those that changed, else the best known.
 
@@ -266,7 +266,7 @@ def time_series_figure(season: BatchResult, course: str) -> Figure:
     shares = np.divide(errors, size, out=np.full_like(size, np.inf), where=size > 0.0)
     best = [labels[place] for place in shares.argsort()]
     chosen = [*dict.fromkeys([*(one.label for one in changed), *best])][:_DRAWN]
-    figure, panels = stacked(len(chosen), each=1.3)
+    figure, panels = stacked_panels(len(chosen), each=1.3)
     days = range(len(groups))
     for panel, label in zip(panels, chosen, strict=True):
         place = labels.index(label)

@@ -87,7 +87,9 @@ class RowDocument(BaseModel):
 
     def score(self, rate_unit: RateUnit) -> Score:
         """Return the score of the row."""
-        diverged = tuple((place.segment, place.time) for place in self.diverged_at or ())
+        diverged = tuple(
+            (divergence.segment, divergence.time) for divergence in self.diverged_at or ()
+        )
         errors = self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit
         return Score(*errors, diverged, self.rms_by_segment)
 
@@ -154,10 +156,10 @@ def score_document(score: Score, attitude: str) -> dict[str, Any]:
 def score_fields(score: Score) -> dict[str, Any]:
     """Return what documents say of a score."""
     # To the nanosecond: without the rounding of a difference of clocks.
-    places = [{"segment": name, "time": round(float(t), 9)} for name, t in score.diverged]
+    divergences = [{"segment": name, "time": round(float(t), 9)} for name, t in score.diverged]
     kinds = ("rms", "rms_by_axis", "fit_by_axis", "rms_by_segment")
     errors = {key: getattr(score, key) for key in kinds}
-    return {**errors, "status": score.status.word, "diverged_at": places or None}
+    return {**errors, "status": score.status.word, "diverged_at": divergences or None}
 
 
 def error_units(rate_unit: str) -> dict[str, str | dict[str, str]]:

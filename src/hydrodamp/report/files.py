@@ -141,7 +141,7 @@ def write_fit(fit: Fit, folder: Path) -> None:
     save_results({folder / "fits" / f"{name}.json": content}, folder)
 
 
-def kept_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
+def read_finished_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
     """Return a fit that lies in a folder of results; None where there is none."""
     path = folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
     return read_fit(path) if path.is_file() else None
@@ -216,15 +216,15 @@ def _replays(comparison: Comparison) -> bytes:
 
 def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.ndarray]]:
     """Return the log that was replayed, and the simulated velocities by name."""
-    found = _read_npz(path)
-    if "time" not in found:
+    arrays = _read_npz(path)
+    if "time" not in arrays:
         return None, {}
-    named = zip(found["segment_names"], found["segment_bounds"].tolist(), strict=True)
+    named = zip(arrays["segment_names"], arrays["segment_bounds"].tolist(), strict=True)
     segments = tuple(Segment(str(name), *bounds) for name, bounds in named)
-    log = Log(found["time"], found["measured"], segments=segments, source=source)
+    log = Log(arrays["time"], arrays["measured"], segments=segments, source=source)
     return log, {
         name.removeprefix(_SIMULATED): values
-        for name, values in found.items()
+        for name, values in arrays.items()
         if name.startswith(_SIMULATED)
     }
 
@@ -232,8 +232,8 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
 def write_findings(findings: Findings, home: Path) -> None:
     """Write grades, band and pictures into the folder of a comparison that was just written."""
     contents: dict[Path, bytes] = {}
-    if (found := findings.identifiability) is not None:
-        grades = _Grades(model=found.model.key, axes=found.axes)
+    if (identifiability := findings.identifiability) is not None:
+        grades = _Grades(model=identifiability.model.key, axes=identifiability.axes)
         contents[home / GRADES] = grades.model_dump_json(indent=2).encode("utf-8")
     if (band := findings.band) is not None:
         ends = {"lower": band.lower, "upper": band.upper, "level": np.array(band.level)}
@@ -245,7 +245,7 @@ def write_findings(findings: Findings, home: Path) -> None:
 def write_pictures(findings: Findings, folder: Path, home: Path) -> None:
     """Write pictures and their words into a folder, listed in the manifest of another above it."""
     words = _Index(pictures=findings.pictures, not_shown=findings.not_shown)
-    contents = {folder / f"{one.name}.svg": one.svg for one in findings.pictures}
+    contents = {folder / f"{picture.name}.svg": picture.svg for picture in findings.pictures}
     contents[folder / INDEX] = words.model_dump_json(indent=2).encode("utf-8")
     save_results(contents, home)
 
@@ -258,15 +258,15 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
     if (home / FIGURES / INDEX).is_file():
         index = _read_index(home / FIGURES)
         not_shown += index.not_shown
-        for one in index.pictures:
-            path = home / FIGURES / f"{one.name}.svg"
+        for picture in index.pictures:
+            path = home / FIGURES / f"{picture.name}.svg"
             if path.is_file():
-                pictures.append(replace(one, svg=path.read_bytes()))
+                pictures.append(replace(picture, svg=path.read_bytes()))
             else:
                 not_shown.append(f"{path.name} is not there any more.")
     if row is not None and (home / GRADES).is_file():
-        found = validated(_Grades, load_json(home / GRADES), str(home / GRADES))
-        grades = Identifiability(row.fit.model, found.axes)
+        graded = validated(_Grades, load_json(home / GRADES), str(home / GRADES))
+        grades = Identifiability(row.fit.model, graded.axes)
     if row is not None and row.trajectory is not None and (home / BAND).is_file():
         run, ends = row.trajectory, _read_npz(home / BAND)
         level = float(ends["level"])

@@ -25,7 +25,7 @@ SPARSE: dict[str, Any] = {"model": SPARSE_KEY, "title": "Selected from a log", "
 
 def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     """Return the coefficients of a fit, how sure they are, and which are aliased."""
-    model, known = fit.model, _known(fit, grades)
+    model, known = fit.model, grade_words(fit, grades)
     columns = [Column("coefficient", number=False), Column("value", form=coefficient), Column("std. error", form=coefficient), Column("± 95 %", form=coefficient), Column("unit", number=False),]
     if known:
         columns.append(Column("aliased" if grades is None else "grade", number=False))
@@ -52,7 +52,7 @@ def half_widths(fit: Fit) -> FloatArray:
     return times * standard_errors(fit)
 
 
-def _known(fit: Fit, grades: Identifiability | None) -> list[str]:
+def grade_words(fit: Fit, grades: Identifiability | None) -> list[str]:
     """Return the grade of each coefficient, or else whether it is aliased; none if unknown."""
     if grades is None:
         aliased = {label for group in fit.aliased for label in group}
@@ -64,8 +64,8 @@ def _known(fit: Fit, grades: Identifiability | None) -> list[str]:
 
 def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
     """Yield what each cause means, and what those of wide intervals are better known with."""
-    found = set(grades.causes.values())
-    yield from (cause.value for cause in Cause if cause in found)
+    causes = set(grades.causes.values())
+    yield from (cause.value for cause in Cause if cause in causes)
     if fit.damping.covariance is None:
         return
     errors, axes = standard_errors(fit), np.array([label[0] for label in fit.model.labels])
@@ -73,7 +73,7 @@ def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
     with np.errstate(divide="ignore", invalid="ignore"):
         tied = np.abs(fit.damping.covariance / np.outer(errors, errors)) >= _TIED
     tied &= np.logical_or.outer(vague, vague) & (axes[:, None] == axes)
-    pairs = [" with ".join(fit.model.labels[place] for place in pair) for pair in np.argwhere(np.triu(tied, 1)).tolist()]
+    pairs = [" with ".join(fit.model.labels[index] for index in pair) for pair in np.argwhere(np.triu(tied, 1)).tolist()]
     if pairs:
         few = ", ".join(first_few(pairs, _GROUPS, "such pairs"))
         yield f"Correlated by {_TIED} and more, so known together rather than alone: {few}."
@@ -93,9 +93,9 @@ def model_document(model: DampingModel) -> dict[str, Any]:
 def model_table(models: Iterable[Mapping[str, Any]], command: str) -> Table:
     """Return documents of models with how many terms they have on which axis."""
     rows, notes = [], [f"`{command}` shows the terms of one."]
-    for one in models:
-        if one["terms"] is None:
-            notes.insert(0, one["note"])
-        counts = [None] * len(AXES) if one["terms"] is None else map(len, one["terms"].values())
-        rows.append((one["model"], one["n_coefficients"], *counts, one["title"]))
+    for document in models:
+        if document["terms"] is None:
+            notes.insert(0, document["note"])
+        counts = ([None] * len(AXES) if document["terms"] is None else map(len, document["terms"].values()))
+        rows.append((document["model"], document["n_coefficients"], *counts, document["title"]))
     return Table.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)

@@ -7,12 +7,7 @@ from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.identifiability import Grade, Identifiability
-from hydrodamp.identification.operating_range import (
-    energy_injection_warnings,
-    join_ranges,
-    range_exceedance_warnings,
-    velocity_ranges,
-)
+from hydrodamp.identification.operating_range import (energy_injection_warnings, join_ranges, range_exceedance_warnings, velocity_ranges,)
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 
@@ -29,42 +24,27 @@ def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tu
     """Return which fit to take, how good it is, and which coefficients are not known."""
     if all(row.rms is None for row in comparison.rows):
         outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
-        return (
-            f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; "
-            f"the outcomes are: {outcomes}.",
-            "Try models with fewer terms, another method, or a log with richer manoeuvres.",
-        )
+        return (f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; " f"the outcomes are: {outcomes}.", "Try models with fewer terms, another method, or a log with richer manoeuvres.",)
     choice = comparison.select()
     which = str(choice) if len(comparison.rows) == 1 else f"Take {choice}"
-    how_known = (
-        f"How well the log determines the {choice.row.n_coefficients} coefficients was not graded; "
-        "the tables have their standard errors, where there are any."
-    )
+    how_known = (f"How well the log determines the {choice.row.n_coefficients} coefficients was not graded; " "the tables have their standard errors, where there are any.")
     if grades is not None:
-        how_known = f"{'; '.join(_graded(grades))}."
-    return (which, _how_good(comparison, choice.row), how_known)
+        how_known = f"{'; '.join(describe_grades(grades))}."
+    return (which, describe_accuracy(comparison, choice.row), how_known)
 
 
-def _how_good(comparison: Comparison, row: Row) -> str:
+def describe_accuracy(comparison: Comparison, row: Row) -> str:
     shares = {name: value for name, value in row.score.fit_by_axis.items() if value is not None}
     shared = comparison.provenance.get("overlap")
-    unseen = (
-        f"data that share {shared} with the training data" if shared else "data it has not seen"
-    )
-    words = (
-        f"Replayed open loop on {unseen}, it errs by {row.rms:.3g} "
-        f"(RMS of m/s and {comparison.rate_unit}/s together)"
-    )
+    unseen = (f"data that share {shared} with the training data" if shared else "data it has not seen")
+    words = (f"Replayed open loop on {unseen}, it errs by {row.rms:.3g} " f"(RMS of m/s and {comparison.rate_unit}/s together)")
     if not shares:
         return f"{words}."
     worst, best = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
-    return (
-        f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % "
-        f"for {best} at best, where 100 % is exact and 0 % no better than the mean."
-    )
+    return (f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % " f"for {best} at best, where 100 % is exact and 0 % no better than the mean.")
 
 
-def _graded(found: Identifiability) -> Iterator[str]:
+def describe_grades(found: Identifiability) -> Iterator[str]:
     """Say how many coefficients are determined, and which are not."""
     n, sure = len(found.grades), len(found.labels_with(Grade.DETERMINED))
     if sure == n:
@@ -73,16 +53,13 @@ def _graded(found: Identifiability) -> Iterator[str]:
     yield f"The log determined {sure or 'none'} of its {n} coefficients"
     for grade in tuple(Grade)[1:]:
         if labels := list(found.labels_with(grade)):
-            yield f"{len(labels)} {grade.word}{_listed(labels)}"
-    quiet = [f"{one.axis} {100.0 * one.r_squared:.0f} %" for one in found.axes if not one.excited]
+            yield f"{len(labels)} {grade.word}{list_labels(labels)}"
+    quiet = [f"{axis.axis} {100.0 * axis.r_squared:.0f} %" for axis in found.axes if not axis.excited]
     if quiet:
-        yield (
-            "axes whose force is not predicted at each moment, for want of motion or of the right "
-            f"terms, whatever the replay sums up to (share): {', '.join(quiet)}"
-        )
+        yield ("axes whose force is not predicted at each moment, for want of motion or of the right " f"terms, whatever the replay sums up to (share): {', '.join(quiet)}")
 
 
-def _listed(labels: list[str]) -> str:
+def list_labels(labels: list[str]) -> str:
     """Name a few; of more, say how many stand on each axis."""
     if len(labels) <= _NAMED:
         return f" ({', '.join(labels)})"
@@ -99,8 +76,8 @@ def remarks(comparison: Comparison) -> Iterator[str]:
         yield f"Training and test data share {shared}: errors on data that were fitted say little."
     if is_paper_campaign(comparison):
         yield "paper: Table I as printed; the paper's own log was never published."
-    yield from _replays(comparison)
-    yield from _outcomes(comparison)
+    yield from replay_remarks(comparison)
+    yield from status_remarks(comparison)
     yield from _worse_than_none(comparison)
     yield f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}."
 
@@ -110,13 +87,10 @@ def _worse_than_none(comparison: Comparison) -> Iterator[str]:
         return
     fits = comparison.select().row.score.fit_by_axis
     if worse := [name for name, fit in fits.items() if fit is not None and fit < 0.0]:
-        yield (
-            f"The chosen model replays {' '.join(worse)} worse than no model: its fit there is "
-            "below 0 %, that of the mean of the test data."
-        )
+        yield (f"The chosen model replays {' '.join(worse)} worse than no model: its fit there is " "below 0 %, that of the mean of the test data.")
 
 
-def _replays(comparison: Comparison) -> Iterator[str]:
+def replay_remarks(comparison: Comparison) -> Iterator[str]:
     """Say where the test goes beyond the training, where replays diverged, and what damping fed."""
     scored = any(row.rms is not None for row in comparison.rows)
     chosen = comparison.select().row if scored else None
@@ -134,7 +108,7 @@ def _replays(comparison: Comparison) -> Iterator[str]:
             yield from energy_injection_warnings(row.fit.damping, ranges, f"{name}: its")
 
 
-def _outcomes(comparison: Comparison) -> Iterator[str]:
+def status_remarks(comparison: Comparison) -> Iterator[str]:
     """Say every other outcome in its sentence, with the rows that have it."""
     for status in Status:
         if status in (Status.OK, Status.DIVERGED):
@@ -142,12 +116,12 @@ def _outcomes(comparison: Comparison) -> Iterator[str]:
         rows = [row for row in comparison.rows if row.fit.status is status]
         if rows:
             mark = "~ " if status is Status.NOT_CONVERGED else ""
-            yield f"{mark}{status.value} {_named(comparison, rows)}"
+            yield f"{mark}{status.value} {describe_rows(comparison, rows)}"
         if status is Status.REFUSED:
             yield from (f"{row.model} by {row.method}: {' '.join(row.fit.remarks)}" for row in rows)
 
 
-def _named(comparison: Comparison, rows: list[Row]) -> str:
+def describe_rows(comparison: Comparison, rows: list[Row]) -> str:
     """Return models by method; all models of a method in two words."""
     all_of, of = (Counter(row.method for row in each) for each in (comparison.rows, rows))
     words = []

@@ -21,7 +21,7 @@ from hydrodamp.report.comparison_tables import score_table
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.examine import said_of_band
 from hydrodamp.report.figures.axes import Bins, clock, shown_velocities, velocity_unit
-from hydrodamp.report.figures.style import colour_of, looks_of
+from hydrodamp.report.figures.style import colour_of, line_styles
 from hydrodamp.report.files import Findings, chosen_row, read_comparison, read_findings
 from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.narrative import remarks, verdict
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 #: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 
-_MOST = 32  # replays drawn; those with the lowest errors where there are more
+MAX_REPLAYS = 32  # replays drawn; those with the lowest errors where there are more
 _VALUES, _FINEST = 750_000, 20_000  # of all series together (2 MB as text), and points of one
 _STEPS, _NOTHING = 65_000, 65_535  # of a packed value
 _WIDTH = 1.5  # of a line [px]
@@ -50,11 +50,7 @@ def installed() -> bool:
     return find_spec("jinja2") is not None
 
 
-def write_report(
-    results: Comparison | str | os.PathLike[str],
-    path: str | os.PathLike[str],
-    findings: Findings | None = None,
-) -> Path:
+def write_report(results: Comparison | str | os.PathLike[str], path: str | os.PathLike[str], findings: Findings | None = None,) -> Path:
     """Write one HTML file that shows a comparison, without any network.
 
     Parameters
@@ -81,11 +77,11 @@ def write_report(
     comparison = results if isinstance(results, Comparison) else read_comparison(results)
     if findings is None and not isinstance(results, Comparison):
         findings = read_findings(Path(results), comparison)
-    save_result(page(comparison, findings), Path(path))
+    save_result(comparison_page(comparison, findings), Path(path))
     return Path(path)
 
 
-def page(comparison: Comparison, findings: Findings | None = None) -> str:
+def comparison_page(comparison: Comparison, findings: Findings | None = None) -> str:
     """Return the report of a comparison."""
     return template("report.html.j2").render(_content(comparison, findings or Findings()))
 
@@ -97,36 +93,7 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
     drawn = series(comparison, order, findings.band)
     warnings = comparison.provenance.get("warnings", "").splitlines()
-    return {
-        "comparison": comparison,
-        "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
-        "methods": {
-            method: (f"m{place}", colour_of(method))
-            for place, method in enumerate(comparison.methods)
-        },
-        "verdict": verdict(comparison, grades),
-        "warnings": [*map(str.strip, warnings), *remarks(comparison)],
-        "scores": score_table(
-            comparison,
-            by_error,
-            f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
-        ),
-        "sorted_rows": by_error,
-        "chosen": chosen,
-        "series": drawn,
-        "coefficients": [
-            (row, fit_table(row.fit, grades if row is chosen else None))
-            for row in order
-            if row.fit.status.usable
-        ],
-        "pictures": findings.pictures,
-        "not_shown": findings.not_shown,
-        "origin": _origin(comparison),
-        "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]],
-        "styles": text_of("report.css"),
-        "plot_styles": text_of("uplot.css"),
-        "licence": text_of("uplot.LICENSE"),
-    }
+    return {"comparison": comparison, "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}", "methods": {method: (f"m{index}", colour_of(method)) for index, method in enumerate(comparison.methods)}, "verdict": verdict(comparison, grades), "warnings": [*map(str.strip, warnings), *remarks(comparison)], "scores": score_table(comparison, by_error, f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",), "sorted_rows": by_error, "chosen": chosen, "series": drawn, "coefficients": [(row, fit_table(row.fit, grades if row is chosen else None)) for row in order if row.fit.status.usable], "pictures": findings.pictures, "not_shown": findings.not_shown, "origin": _origin(comparison), "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]], "styles": text_of("report.css"), "plot_styles": text_of("uplot.css"), "licence": text_of("uplot.LICENSE"),}
 
 
 def template(name: str) -> Template:
@@ -140,13 +107,7 @@ def template(name: str) -> Template:
 def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(
-        loader=PackageLoader("hydrodamp.report", "assets"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = Environment(loader=PackageLoader("hydrodamp.report", "assets"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,)
     environment.filters["base64"] = lambda content: base64.b64encode(content).decode("ascii")
     environment.filters["sha256"] = lambda script: hashlib.sha256(script.encode()).digest()
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
@@ -166,25 +127,19 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     words = {key: text for key, text in provenance_of(comparison).items() if text}
     files = [line.strip().partition("  ") for line in words.pop("files", "").splitlines()]
     facts = [(key.replace("_", " "), text) for key, text in words.items() if key != "warnings"]
-    made = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
+    version = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
     read = [(name or digest, digest if name else "") for digest, _, name in files]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
-    return {
-        "facts": (*facts, ("report made by", made)),
-        "files": Table.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
-        "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
-    }
+    return {"facts": (*facts, ("report made by", version)), "files": Table.of_words("Files that were read", ("file", "SHA-256"), "ll", read), "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),}
 
 
-def series(
-    comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
-) -> dict[str, Any] | None:
+def series(comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None) -> dict[str, Any] | None:
     """Return the data of the plots and what is said of them, rows in order of preference."""
     runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
     if not runs:
         return None
-    drawn, log, chosen = runs[:_MOST], runs[0][1].log, chosen_row(comparison)
+    drawn, log, chosen = runs[:MAX_REPLAYS], runs[0][1].log, chosen_row(comparison)
     names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
     n_series = len(names) * (1 + len(drawn) + 2 * (band is not None))
     bins, time = Bins.over(log.bounds, min(_VALUES // n_series, _FINEST)), clock(log)
@@ -192,42 +147,14 @@ def series(
     def packed(velocity: FloatArray) -> list[dict[str, object]]:
         return [_pack(bins.values(shown_velocities(velocity, name, unit))) for name in names]
 
-    looks = looks_of([(row.model, row.method) for row, _ in drawn])
-    around, said, edges = None, "", []
+    looks = line_styles([(row.model, row.method) for row, _ in drawn])
+    band_entry, caption, edges = None, "", []
     if band is not None and chosen is not None:
-        around = {
-            "name": f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}",
-            "method": chosen.method,
-            "colour": colour_of(chosen.method),
-        }
-        said = said_of_band(chosen)
+        band_entry = {"name": f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}", "method": chosen.method, "colour": colour_of(chosen.method),}
+        caption = said_of_band(chosen)
         edges = [packed(band.lower), packed(band.upper)]
-    document = {
-        "velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names],
-        "segments": [
-            {"name": part.name, "start": time[part.start], "stop": time[part.stop - 1]}
-            for part in log.segments
-        ],
-        "replays": [
-            {
-                "name": f"{row.model} by {row.method}",
-                "method": row.method,
-                "colour": look.colour,
-                "dashes": [round(_WIDTH * length, 1) for length in look.dashes],
-            }
-            for (row, _), look in zip(drawn, looks, strict=True)
-        ],
-        "band": around,
-        "time": _base64(bins.times(time).astype("<f8")),
-        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in drawn)],
-        "edges": edges,
-    }
-    return {
-        "document": document,
-        "said_of_band": said,
-        "left_out": len(runs) - len(drawn),
-        "is_thinned": not bins.is_exact,
-    }
+    document = {"velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names], "segments": [{"name": segment.name, "start": time[segment.start], "stop": time[segment.stop - 1]} for segment in log.segments], "replays": [{"name": f"{row.model} by {row.method}", "method": row.method, "colour": look.colour, "dashes": [round(_WIDTH * length, 1) for length in look.dashes],} for (row, _), look in zip(drawn, looks, strict=True)], "band": band_entry, "time": _base64(bins.times(time).astype("<f8")), "series": [packed(log.velocity), *(packed(run.velocity) for _, run in drawn)], "edges": edges,}
+    return {"document": document, "said_of_band": caption, "left_out": len(runs) - len(drawn), "is_thinned": not bins.is_exact,}
 
 
 def _pack(values: FloatArray) -> dict[str, object]:

@@ -68,9 +68,9 @@ class Table:
     ) -> Table:
         """Return a table of values, a row each; a column names an attribute and its format."""
         named = columns.items()
-        made = (Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in named)
+        formatted = (Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in named)
         rows = (tuple(getattr(item, name) for name, _ in columns.values()) for item in items)
-        return cls(title, tuple(made), tuple(rows), tuple(notes))
+        return cls(title, tuple(formatted), tuple(rows), tuple(notes))
 
     @classmethod
     def of_words(
@@ -106,52 +106,52 @@ def _word(value: object, column: Column) -> str:
     return printable(value) if isinstance(value, str) else column.form(value)
 
 
-def _cells(grid: Table) -> list[list[str]]:
+def _cells(source: Table) -> list[list[str]]:
     """Return header, rule and rows as words of equal width in each column."""
-    table = [list(grid.header), [""] * len(grid.columns), *grid.words]
+    table = [list(source.header), [""] * len(source.columns), *source.words]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     table[1] = ["-" * width for width in widths]
     return [
         [
             word.rjust(width) if column.number else word.ljust(width)
-            for word, width, column in zip(row, widths, grid.columns, strict=True)
+            for word, width, column in zip(row, widths, source.columns, strict=True)
         ]
         for row in table
     ]
 
 
-def to_text(grid: Table, width: int = WIDTH) -> str:
+def to_text(table: Table, width: int = WIDTH) -> str:
     """Return a table as plain text, and its notes, which are wrapped."""
-    gap = " " * (2 if len(grid.columns) <= _CROWDED else 1)
-    title = [grid.title, ""] if grid.title else []
+    gap = " " * (2 if len(table.columns) <= _CROWDED else 1)
+    title = [table.title, ""] if table.title else []
     wrap = partial(textwrap.fill, subsequent_indent="  ", break_long_words=False)
-    notes = [wrap(note, width, break_on_hyphens=False) for note in grid.notes]
-    rows = [gap.join(row).rstrip() for row in _cells(grid)] if grid.columns else []
+    notes = [wrap(note, width, break_on_hyphens=False) for note in table.notes]
+    rows = [gap.join(row).rstrip() for row in _cells(table)] if table.columns else []
     return "\n".join([*title, *rows, *([""] if rows and notes else []), *notes])
 
 
-def to_markdown(grid: Table) -> str:
+def to_markdown(table: Table) -> str:
     """Return a table in GitHub's Markdown."""
-    rules = ["---:" if column.number else ":---" for column in grid.columns]
-    head = [f"**{grid.title}**", ""] if grid.title else []
-    notes = ["", *(f"- {_markdown(note)}" for note in grid.notes)] if grid.notes else []
-    rows = _stressed(grid, _markdown, "**{}**")
-    lines = [" | ".join(row) for row in ([*map(_markdown, grid.header)], rules, *rows)]
+    rules = ["---:" if column.number else ":---" for column in table.columns]
+    head = [f"**{table.title}**", ""] if table.title else []
+    notes = ["", *(f"- {_markdown(note)}" for note in table.notes)] if table.notes else []
+    rows = emphasise_best(table, _markdown, "**{}**")
+    lines = [" | ".join(row) for row in ([*map(_markdown, table.header)], rules, *rows)]
     return "\n".join([*head, *(f"| {line} |" for line in lines), *notes])
 
 
-def to_latex(grid: Table) -> str:
+def to_latex(table: Table) -> str:
     """Return a table as LaTeX, with the rules of the booktabs package."""
-    rows = [" & ".join(row) for row in _stressed(grid, _latex, r"\textbf{{{}}}")]
-    align = "".join("r" if column.number else "l" for column in grid.columns)
+    rows = [" & ".join(row) for row in emphasise_best(table, _latex, r"\textbf{{{}}}")]
+    align = "".join("r" if column.number else "l" for column in table.columns)
     lines = [
-        *(f"% {note}" for note in grid.notes),
+        *(f"% {note}" for note in table.notes),
         r"\begin{table}",
         r"  \centering",
-        f"  \\caption{{{_latex(grid.title)}}}",
+        f"  \\caption{{{_latex(table.title)}}}",
         f"  \\begin{{tabular}}{{{align}}}",
         r"    \toprule",
-        f"    {' & '.join(map(_latex, grid.header))} \\\\",
+        f"    {' & '.join(map(_latex, table.header))} \\\\",
         r"    \midrule",
         *(f"    {row} \\\\" for row in rows),
         r"    \bottomrule",
@@ -161,10 +161,10 @@ def to_latex(grid: Table) -> str:
     return "\n".join(lines)
 
 
-def _stressed(grid: Table, escape: Callable[[str], str], stress: str) -> list[list[str]]:
+def emphasise_best(table: Table, escape: Callable[[str], str], stress: str) -> list[list[str]]:
     return [
-        [stress.format(escape(w)) if (i, j) in grid.best else escape(w) for j, w in enumerate(row)]
-        for i, row in enumerate(grid.words)
+        [stress.format(escape(w)) if (i, j) in table.best else escape(w) for j, w in enumerate(row)]
+        for i, row in enumerate(table.words)
     ]
 
 
@@ -176,11 +176,11 @@ def _latex(word: str) -> str:
     return "".join(_LATEX.get(letter, letter) for letter in word)
 
 
-def to_csv(grid: Table) -> str:
+def to_csv(table: Table) -> str:
     """Return a table as comma-separated values in full precision: header and rows alone."""
     stream = io.StringIO()
-    header = [column.key or column.name for column in grid.columns]
-    rows = ([_cell(value) for value in row] for row in (header, *grid.rows))
+    header = [column.key or column.name for column in table.columns]
+    rows = ([_cell(value) for value in row] for row in (header, *table.rows))
     csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
 

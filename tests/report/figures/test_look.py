@@ -11,11 +11,11 @@ from matplotlib.colors import to_rgb
 import hydrodamp as hd
 from hydrodamp.report.figures.style import (
     colour_of,
+    escape_text,
     figure_bytes,
-    in_our_look,
-    looks_of,
-    plain,
-    sheet,
+    line_styles,
+    new_figure,
+    with_style,
 )
 
 SURGE = hd.Log.from_arrays(np.arange(9), {"u": np.ones(9)})
@@ -33,7 +33,7 @@ def linear(colour):
 
 
 def test_every_method_has_a_colour_and_a_marker_of_its_own_and_others_share_one():
-    looks = looks_of([("linear", key) for key in (*hd.METHODS, "mine", "yours")])
+    looks = line_styles([("linear", key) for key in (*hd.METHODS, "mine", "yours")])
     assert len({look.colour for look in looks}) == len(hd.METHODS) + 1
     assert len({look.marker for look in looks}) == len(hd.METHODS) + 1
 
@@ -53,7 +53,7 @@ def test_any_name_is_printed_as_it_is(name):
     segments = (hd.Segment(name, 0, 5), hd.Segment("$", 5, 9))
     figure = hd.velocities_figure(replace(SURGE, segments=segments))
     assert b"<script>" not in figure_bytes(figure, "svg")
-    assert [text.get_text() for text in figure.axes[0].texts] == [plain(name), r"\$"]
+    assert [text.get_text() for text in figure.axes[0].texts] == [escape_text(name), r"\$"]
 
 
 def test_settings_of_the_user_and_the_look_leave_each_other_alone():
@@ -74,7 +74,7 @@ def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
     ("ending", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("PNG", b"\x89PNG")]
 )
 def test_figures_are_written_the_same_each_time(ending, start, tmp_path):
-    figure = in_our_look(lambda: sheet(1.0, 1.0))()
+    figure = with_style(lambda: new_figure(1.0, 1.0))()
     for name in ("a", "b"):
         hd.save_figure(figure, tmp_path / f"{name}.{ending}")
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("a", "b"))
@@ -83,7 +83,7 @@ def test_figures_are_written_the_same_each_time(ending, start, tmp_path):
 
 
 def test_a_file_that_cannot_be_is_refused(tmp_path):
-    figure = in_our_look(lambda: sheet(1.0, 1.0))()
+    figure = with_style(lambda: new_figure(1.0, 1.0))()
     with pytest.raises(hd.FileError, match=r"\.pdf, \.svg or \.png"):
         hd.save_figure(figure, tmp_path / "a.jpg")
     with pytest.raises(hd.FileError, match="cannot be written"):

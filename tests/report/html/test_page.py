@@ -10,7 +10,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.report import page as pages
 from hydrodamp.report.files import Findings
-from hydrodamp.report.page import page
+from hydrodamp.report.page import comparison_page
 
 from .conftest import make_band, make_comparison, make_log, take_apart
 
@@ -18,7 +18,7 @@ HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&
 
 
 def made(comparison, **provenance):
-    return page(replace(comparison, provenance={**comparison.provenance, **provenance}))
+    return comparison_page(replace(comparison, provenance={**comparison.provenance, **provenance}))
 
 
 def test_nothing_is_asked_of_the_network(comparison):
@@ -131,7 +131,7 @@ def test_rows_come_sorted_with_keys_to_sort_by(comparison):
 
 def test_lines_are_told_apart_by_samples_and_the_band_by_words():
     comparison = make_comparison(make_log(60.0, 10.0), ("linear", "fossen"), ("ls", "weak"))
-    found = take_apart(page(comparison, Findings(band=make_band(comparison))))
+    found = take_apart(comparison_page(comparison, Findings(band=make_band(comparison))))
     boxes = found.all("input", type="checkbox")
     assert [each.attributes.get("value") for each in boxes] == ["0", None, "1", "2", "3", "4"]
     labels = [each.text.strip() for each in found.all("label")]
@@ -172,7 +172,7 @@ def test_warnings_files_and_words_of_the_run_are_told(comparison):
 
 
 def test_intervals_are_drawn_in_shares_of_the_value(comparison):
-    found = take_apart(page(comparison))
+    found = take_apart(comparison_page(comparison))
     reaches = [e for e in found.all("path") if "reach" in e.attributes.get("class", "")]
     first, last = reaches[0], reaches[35]  # -1 with standard error 1, -36 with 6
     assert first.attributes["class"] == "reach unsure"
@@ -187,8 +187,8 @@ def test_coefficients_without_numbers_or_errors_are_not_drawn(comparison):
     values[0], covariance[1, 1] = 0.0, -1e-9
     spoilt = replace(row.fit.damping, coefficients=values, covariance=covariance)
     alone = hd.Comparison((replace(row, fit=replace(row.fit, damping=spoilt)),))
-    assert len(take_apart(page(alone)).all("path", class_="zero")) == 34
-    summaries = [each.text for each in take_apart(page(comparison)).all("summary")]
+    assert len(take_apart(comparison_page(alone)).all("path", class_="zero")) == 34
+    summaries = [each.text for each in take_apart(comparison_page(comparison)).all("summary")]
     assert not any(text.startswith("coe by ls") for text in summaries)
 
 

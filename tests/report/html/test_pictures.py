@@ -3,7 +3,7 @@
 import base64
 
 from hydrodamp.report.files import Findings, Picture
-from hydrodamp.report.page import page
+from hydrodamp.report.page import comparison_page
 
 from .conftest import take_apart
 
@@ -13,7 +13,7 @@ PLAIN = Picture("power", "Takes power.", 336, 240, SVG)
 
 def test_a_picture_is_an_image_with_words_and_a_size(comparison):
     findings = Findings(pictures=(PLAIN,))
-    found = take_apart(page(comparison, findings))
+    found = take_apart(comparison_page(comparison, findings))
     image = found.one("img")
     assert image.attributes["alt"].startswith("Figure: Power.")
     assert (image.attributes["width"], image.attributes["height"]) == ("336", "240")
@@ -25,7 +25,7 @@ def test_a_picture_is_an_image_with_words_and_a_size(comparison):
     assert caption.text.startswith("Power.")
     assert found.one("section", id="pictures")
     assert found.all("a", href="#pictures")
-    assert len(found.all("script")) == len(take_apart(page(comparison)).all("script"))
+    assert len(found.all("script")) == len(take_apart(comparison_page(comparison)).all("script"))
     assert not found.all("svg", onload="alert(1)")
     (policy,) = (m.attributes["content"] for m in found.all("meta") if "http-equiv" in m.attributes)
     assert "default-src 'none'; img-src data:" in policy

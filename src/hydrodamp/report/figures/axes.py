@@ -13,7 +13,7 @@ from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.models.model import read_label
-from hydrodamp.report.figures.style import FAINT, plain
+from hydrodamp.report.figures.style import FAINT, escape_text
 from hydrodamp.simulation.replay import RateUnit
 
 if TYPE_CHECKING:
@@ -138,6 +138,6 @@ def mark_segments(panels: Sequence[Axes], log: Log) -> None:
     for segment in segments if 1 < len(segments) <= _NAMED else ():
         start, stop = float(time[segment.start]), float(time[segment.stop - 1])
         room = int(_LETTERS * (stop - start) / end)
-        words = plain(segment.name, room) if room > 2 else ""
+        words = escape_text(segment.name, room) if room > 2 else ""
         name = panels[0].text(0.5 * (start + stop), 1.02, words, ha="center", color=FAINT)
         name.set(transform=panels[0].get_xaxis_transform(), fontsize=6.5)

@@ -14,26 +14,8 @@ from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import MIN_R_SQUARED, Grade, Identifiability
 from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.figures.axes import (
-    coefficient_symbol,
-    error_scale,
-    velocity_label,
-    velocity_unit,
-)
-from hydrodamp.report.figures.style import (
-    BAND,
-    COLUMN,
-    FAINT,
-    PAGE,
-    SHADE,
-    abreast,
-    drawn,
-    in_our_look,
-    legend,
-    looks_of,
-    plain,
-    sheet,
-)
+from hydrodamp.report.figures.axes import (coefficient_symbol, error_scale, velocity_label, velocity_unit,)
+from hydrodamp.report.figures.style import (BAND, COLUMN, FAINT, PAGE, SHADE, escape_text, legend, line_styles, named_style, new_figure, panel_grid, with_style,)
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.compare import Comparison
@@ -47,7 +29,7 @@ if TYPE_CHECKING:
 _NARROW = 14
 
 
-@in_our_look
+@with_style
 def front_figure(comparison: Comparison) -> Figure:
     """Draw RMS error against the number of coefficients, with the front.
 
@@ -73,25 +55,23 @@ def front_figure(comparison: Comparison) -> Figure:
         raise MethodError("no row with coefficients has an error, so there is no front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
-    looks = dict(zip(methods, looks_of([("", method) for method in methods]), strict=True))
+    looks = dict(zip(methods, line_styles([("", method) for method in methods]), strict=True))
     step = min(0.7 / len(methods), 0.2)
 
-    def place(model: str, method: str) -> float:
+    def position(model: str, method: str) -> float:
         return models.index(model) + step * (methods.index(method) - 0.5 * (len(methods) - 1))
 
-    figure = sheet(COLUMN if len(models) <= _NARROW else PAGE, 3.3 + 0.05 * len(methods))
+    figure = new_figure(COLUMN if len(models) <= _NARROW else PAGE, 3.3 + 0.05 * len(methods))
     panel = figure.subplots()
     best = [row for row in pareto_front(comparison) if row.n_coefficients]
-    across = [place(row.model, row.method) for row in best]
-    panel.plot(
-        across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2
-    )
+    across = [position(row.model, row.method) for row in best]
+    panel.plot(across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2)
     for row in rows:
         look = looks[row.method]
-        (point,) = panel.plot([place(row.model, row.method)], [rms_or_infinity(row)], **look.points)
+        (point,) = panel.plot([position(row.model, row.method)], [rms_or_infinity(row)], **look.points)
         point.set_markerfacecolor(look.colour if row.converged else "white")
     error_scale(panel)
-    names = [f"{plain(model, 22)}, {sizes[model]}" for model in models]
+    names = [f"{escape_text(model, 22)}, {sizes[model]}" for model in models]
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
     panel.set_xlabel("model and number of its coefficients")
     panel.set_ylabel(_error_label(comparison.rate_unit))
@@ -104,7 +84,7 @@ def front_figure(comparison: Comparison) -> Figure:
     return figure
 
 
-@in_our_look
+@with_style
 def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) -> Figure:
     """Draw the RMS error at each horizon.
 
@@ -125,24 +105,24 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
     MethodError
         If there is no score, units differ, or matplotlib is not installed.
     """
-    found = [one for each in scores.values() for one in each]
-    if not found:
+    all_scores = [score for each in scores.values() for score in each]
+    if not all_scores:
         raise MethodError("there is no score at any horizon to draw")
-    if len({one.score.rate_unit for one in found}) > 1:
+    if len({score.score.rate_unit for score in all_scores}) > 1:
         raise MethodError("all scores of one figure must have the same `rate_unit`")
-    figure = sheet(COLUMN, 2.4 + 0.13 * len(scores))
+    figure = new_figure(COLUMN, 2.4 + 0.13 * len(scores))
     panel = figure.subplots()
     entries = []
-    for (pair, several), look in zip(scores.items(), looks_of(list(scores)), strict=True):
-        errors = [one.score.rms or np.nan for one in several]
-        drawn = {**look.line, "marker": look.marker}
-        panel.plot([one.name for one in several], errors, **drawn)
-        most = max(one.diverged_share for one in several)
-        said = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
-        entries.append((f"{' by '.join(pair)}{said}", drawn))
+    for (pair, several), look in zip(scores.items(), line_styles(list(scores)), strict=True):
+        errors = [score.score.rms or np.nan for score in several]
+        style = {**look.line, "marker": look.marker}
+        panel.plot([score.name for score in several], errors, **style)
+        most = max(score.diverged_share for score in several)
+        suffix = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
+        entries.append((f"{' by '.join(pair)}{suffix}", style))
     error_scale(panel)
     panel.set_xlabel("replayed without a measurement for")
-    panel.set_ylabel(_error_label(found[0].score.rate_unit))
+    panel.set_ylabel(_error_label(all_scores[0].score.rate_unit))
     legend(figure, entries)
     return figure
 
@@ -152,17 +132,12 @@ def _error_label(rate_unit: RateUnit) -> str:
 
 
 # Colour and hatching: dark to light, as what is known grows less.
-_GRADES = {
-    Grade.DETERMINED: ("#0072B2", ""),
-    Grade.MINOR: ("#5ea5d3", "...."),
-    Grade.WEAK: ("#b9dbef", "////"),
-    Grade.NOT_DETERMINED: ("#d0d0d0", ""),
-}
+_GRADES = {Grade.DETERMINED: ("#0072B2", ""), Grade.MINOR: ("#5ea5d3", "...."), Grade.WEAK: ("#b9dbef", "////"), Grade.NOT_DETERMINED: ("#d0d0d0", ""),}
 _BAR = {"height": 0.62, "edgecolor": "#4d4d4d"}
 
 
-@in_our_look
-def excitation_figure(found: Identifiability) -> Figure:
+@with_style
+def excitation_figure(identifiability: Identifiability) -> Figure:
     """Draw how far each axis is excited, and how well its coefficients are determined.
 
     Parameters
@@ -182,41 +157,38 @@ def excitation_figure(found: Identifiability) -> Figure:
     MethodError
         If the model has no coefficient, or matplotlib is not installed.
     """
-    if not found.axes:
-        raise MethodError(f"model '{found.model.key}' has no coefficient, so nothing is excited")
-    axes = [f"${one.axis}$" for one in found.axes]
-    figure = sheet(COLUMN, 0.28 * len(axes) + 1.0)
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
-    colours = ["#8c8c8c" if one.excited else "#ffffff" for one in found.axes]
-    bars = left.barh(axes, [one.r_squared for one in found.axes], color=colours, **_BAR)
-    words = [
-        f"{100.0 * one.r_squared:.0f} %{'' if one.excited else ', not predicted'}"
-        for one in found.axes
-    ]
-    for bar, said in zip(bars, words, strict=True):
-        left.text(0.03, bar.get_y() + 0.31, said, va="center", fontsize=6.5)
-    left.axvline(MIN_R_SQUARED, color=FAINT, linewidth=0.9, linestyle="--")
-    left.set_xlim(0.0, 1.0)
-    left.set_xlabel("predicted share of\nthe response [1]")
+    if not identifiability.axes:
+        raise MethodError(f"model '{identifiability.model.key}' has no coefficient, so nothing is excited")
+    axes = [f"${axis.axis}$" for axis in identifiability.axes]
+    figure = new_figure(COLUMN, 0.28 * len(axes) + 1.0)
+    excited_panel, grade_panel = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
+    colours = ["#8c8c8c" if axis.excited else "#ffffff" for axis in identifiability.axes]
+    bars = excited_panel.barh(axes, [axis.r_squared for axis in identifiability.axes], color=colours, **_BAR)
+    words = [f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}" for axis in identifiability.axes]
+    for bar, label in zip(bars, words, strict=True):
+        excited_panel.text(0.03, bar.get_y() + 0.31, label, va="center", fontsize=6.5)
+    excited_panel.axvline(MIN_R_SQUARED, color=FAINT, linewidth=0.9, linestyle="--")
+    excited_panel.set_xlim(0.0, 1.0)
+    excited_panel.set_xlabel("predicted share of\nthe response [1]")
     start = np.zeros(len(axes))
     for grade, (colour, hatch) in _GRADES.items():
-        counts = np.array([one.count(grade) for one in found.axes], dtype=float)
-        bars = right.barh(axes, counts, left=start, color=colour, hatch=hatch, **_BAR)
+        counts = np.array([axis.count(grade) for axis in identifiability.axes], dtype=float)
+        bars = grade_panel.barh(axes, counts, left=start, color=colour, hatch=hatch, **_BAR)
         bars.set_label(grade.word)
         start += counts
-    right.bar_label(bars, [f"rank {one.rank}" for one in found.axes], padding=2.0, fontsize=6.5)
-    right.set_xlim(0.0, 1.32 * start.max())
-    right.locator_params(axis="x", integer=True, nbins=5)
-    right.set_xlabel(f"coefficients by grade,\n{plain(found.model.key, 24)}")
-    right.invert_yaxis()
-    for panel in (left, right):
+    grade_panel.bar_label(bars, [f"rank {axis.rank}" for axis in identifiability.axes], padding=2.0, fontsize=6.5)
+    grade_panel.set_xlim(0.0, 1.32 * start.max())
+    grade_panel.locator_params(axis="x", integer=True, nbins=5)
+    grade_panel.set_xlabel(f"coefficients by grade,\n{escape_text(identifiability.model.key, 24)}")
+    grade_panel.invert_yaxis()
+    for panel in (excited_panel, grade_panel):
         panel.grid(visible=False, axis="y")
         panel.tick_params(axis="y", length=0.0)
     figure.legend(loc="outside upper right", ncols=4, handlelength=1.0)
     return figure
 
 
-@in_our_look
+@with_style
 def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     """Draw the autocorrelation of what a fit leaves over, axis by axis.
 
@@ -241,11 +213,11 @@ def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     MethodError
         If the fit has no numbers, the log is too short, or matplotlib is not installed.
     """
-    name, look = drawn(fit)
-    lag, white, (found,) = autocorrelations(problem, [fit.damping])
-    figure = sheet(COLUMN, 1.05 * -(-len(found) // 2) + 0.63)
-    panels = abreast(figure, len(found), min(2, len(found)), sharey=True)
-    for (axis, series), panel in zip(found.items(), panels, strict=True):
+    name, look = named_style(fit)
+    lag, white, (by_axis,) = autocorrelations(problem, [fit.damping])
+    figure = new_figure(COLUMN, 1.05 * -(-len(by_axis) // 2) + 0.63)
+    panels = panel_grid(figure, len(by_axis), min(2, len(by_axis)), sharey=True)
+    for (axis, series), panel in zip(by_axis.items(), panels, strict=True):
         panel.plot(lag, series, **look.line)
         panel.axhspan(-white, white, color=SHADE, linewidth=0.0)
         panel.set(xlim=(0.0, None), ylim=(-1.05, 1.05), xlabel="lag [s]")
@@ -256,7 +228,7 @@ def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     return figure
 
 
-@in_our_look
+@with_style
 def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Figure:
     """Draw the power that damping puts into the motion over an operating box.
 
@@ -282,14 +254,12 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     MethodError
         If the fit has no numbers, the box has no extent, or matplotlib is not installed.
     """
-    title, look = drawn(fit)
-    names = [
-        name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
-    ]
+    title, look = named_style(fit)
+    names = [name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high]
     if not names:
         raise MethodError("power is drawn on a box with an extent; got a box of one point")
-    figure = sheet(COLUMN, 1.05 * -(-len(names) // 2) + 0.63)
-    panels = abreast(figure, len(names), min(2, len(names)), sharey=True)
+    figure = new_figure(COLUMN, 1.05 * -(-len(names) // 2) + 0.63)
+    panels = panel_grid(figure, len(names), min(2, len(names)), sharey=True)
     for name, panel in zip(names, panels, strict=True):
         velocity, power = power_range(fit.damping, box, name)
         if velocity_unit(name, rate_unit) == "deg/s":
@@ -320,7 +290,7 @@ _BESIDE = 0.75
 _MOST_NAMED = int((PAGE - _BESIDE) / _CELL)
 
 
-@in_our_look
+@with_style
 def correlation_figure(fit: Fit) -> Figure:
     """Draw the correlation of the errors of coefficients.
 
@@ -344,18 +314,15 @@ def correlation_figure(fit: Fit) -> Figure:
     """
     model, covariance = fit.model, fit.damping.covariance
     if covariance is None or not model.n_coefficients:
-        raise MethodError(
-            f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be "
-            "drawn: use a method that gives one"
-        )
+        raise MethodError(f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be " "drawn: use a method that gives one")
     n = model.n_coefficients
     width = min(max(n * _CELL + _BESIDE, COLUMN), PAGE)
-    figure = sheet(width, 1.06 * width)
+    figure = new_figure(width, 1.06 * width)
     panel = figure.subplots()
     below = np.tri(n, k=-1, dtype=bool)
     panel.imshow(np.ma.masked_array(np.full((n, n), 0.35), ~below), cmap="Greys", vmin=0, vmax=1)
-    found = np.ma.masked_invalid(np.where(below, correlation(covariance), np.nan))
-    image = panel.imshow(found, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    correlations = np.ma.masked_invalid(np.where(below, correlation(covariance), np.nan))
+    image = panel.imshow(correlations, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     panel.grid(visible=False)
     panel.spines[:].set_visible(False)
     panel.tick_params(length=0.0, pad=1.5)
@@ -367,7 +334,7 @@ def correlation_figure(fit: Fit) -> Figure:
     bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
     bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     bar.set_label("correlation of errors [1]")
-    panel.set_title(plain(f"{model.key} by {fit.method}", int(14 * width)))
+    panel.set_title(escape_text(f"{model.key} by {fit.method}", int(14 * width)))
     return figure
 
 

@@ -15,11 +15,11 @@ from hydrodamp.report.figures.style import (
     MEASURED,
     PAGE,
     SERIES,
-    abreast,
-    in_our_look,
     legend,
-    sheet,
-    stacked,
+    new_figure,
+    panel_grid,
+    stacked_panels,
+    with_style,
 )
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _ANGLES = ("heading",)
 
 
-@in_our_look
+@with_style
 def orders_figure(plan: DivePlan) -> Figure:
     """Draw setpoints and excitation, a panel each, stretches apart.
 
@@ -47,7 +47,7 @@ def orders_figure(plan: DivePlan) -> Figure:
     MethodError
         If matplotlib is not installed.
     """
-    figure, panels = stacked(len(plan.setpoints), each=0.75)
+    figure, panels = stacked_panels(len(plan.setpoints), each=0.75)
     units = {"speed": " [m/s]", "heading": " [deg]", "depth": " [m]"}
     for panel, (name, values) in zip(panels, plan.setpoints.items(), strict=True):
         shown = np.degrees(np.unwrap(values)) if name in _ANGLES else values
@@ -62,7 +62,7 @@ def orders_figure(plan: DivePlan) -> Figure:
     return figure
 
 
-@in_our_look
+@with_style
 def track_figure(plan: DivePlan) -> Figure:
     """Draw where the dive goes: from above, in depth, and the velocities it sails at.
 
@@ -83,8 +83,8 @@ def track_figure(plan: DivePlan) -> Figure:
     """
     assert plan.track.position is not None
     north, east, depth = plan.track.position.T
-    figure = sheet(PAGE, 4.4)
-    above, below, ahead, turning = abreast(figure, 4, 2)
+    figure = new_figure(PAGE, 4.4)
+    above, below, ahead, turning = panel_grid(figure, 4, 2)
     above.plot(east, north, color=SERIES[0])
     above.plot(east[0], north[0], "o", color=MEASURED)
     if plan.waypoints is not None:
@@ -119,7 +119,7 @@ def track_figure(plan: DivePlan) -> Figure:
     return figure
 
 
-@in_our_look
+@with_style
 def prediction_figure(plan: DivePlan) -> Figure:
     """Draw standard errors as shares of the coefficients: before, by steps, by this dive.
 
@@ -142,8 +142,8 @@ def prediction_figure(plan: DivePlan) -> Figure:
     from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
     rows = [one for one in plan.predictions if one.value != 0.0]
-    figure = sheet(PAGE / 2, 0.9 + 0.16 * len(rows))
-    (panel,) = abreast(figure, 1, 1)
+    figure = new_figure(PAGE / 2, 0.9 + 0.16 * len(rows))
+    (panel,) = panel_grid(figure, 1, 1)
     marks = {
         "before": ("s", FAINT),
         "steps": ("d", SERIES[1]),

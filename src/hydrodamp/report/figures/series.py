@@ -18,11 +18,11 @@ from hydrodamp.report.figures.style import (
     BAND,
     MEASURED,
     SERIES,
-    in_our_look,
+    escape_text,
     legend,
-    looks_of,
-    plain,
-    stacked,
+    line_styles,
+    stacked_panels,
+    with_style,
 )
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
@@ -42,7 +42,7 @@ class _Panel(NamedTuple):
     downward: bool = False
 
 
-@in_our_look
+@with_style
 def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
     """Draw the recorded velocities, a panel each: figure 2 of the paper.
 
@@ -72,10 +72,10 @@ def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
         )
         for name in names
     ]
-    return _drawn(log, panels, 0.72)
+    return draw_panels(log, panels, 0.72)
 
 
-@in_our_look
+@with_style
 def commands_figure(log: Log) -> Figure:
     """Draw what drove the vehicle and how it lay: figure 3 of the paper.
 
@@ -102,7 +102,7 @@ def commands_figure(log: Log) -> Figure:
             f"{log.source or 'log'}: neither commands, a wrench, attitude nor position is "
             "recorded, so there is nothing to draw"
         )
-    return _drawn(log, panels, 0.85)
+    return draw_panels(log, panels, 0.85)
 
 
 def _actuation(log: Log) -> Iterator[_Panel]:
@@ -110,10 +110,10 @@ def _actuation(log: Log) -> Iterator[_Panel]:
     for name in log.command_names:
         values = log.command(name)
         size = int(np.floor(np.log10(np.abs(values).max(initial=0.0) or 1.0)))
-        full = sum(len(group) for (other, _), group in groups.items() if other == size)
+        full = sum(len(group) for (size_class, _), group in groups.items() if size_class == size)
         groups.setdefault((size, full // len(SERIES)), {})[name] = values
     for group in groups.values():
-        label = plain(next(iter(group)), 16) if len(group) == 1 else "commands"
+        label = escape_text(next(iter(group)), 16) if len(group) == 1 else "commands"
         yield _Panel(f"{label}\n[as recorded]", group, "steps-post")
     if log.propulsion_ratio is not None:
         yield _Panel(r"$\bar\eta$ [1]", {"eta": log.propulsion_ratio})
@@ -132,14 +132,14 @@ def _pose(log: Log) -> Iterator[_Panel]:
         yield _Panel("depth [m]", {"depth": log.position[:, 2]}, downward=True)
 
 
-def _drawn(log: Log, contents: list[_Panel], each: float) -> Figure:
+def draw_panels(log: Log, contents: list[_Panel], each: float) -> Figure:
     """Draw panels above each other, with a legend beside those of several channels."""
-    figure, panels = stacked(len(contents), each=each)
+    figure, panels = stacked_panels(len(contents), each=each)
     for panel, content in zip(panels, contents, strict=True):
         several = len(content.channels) > 1
         for (name, values), colour in zip(content.channels.items(), cycle(SERIES), strict=False):
             (line,) = panel.plot(*trace(log, values), drawstyle=content.drawstyle, linewidth=0.7)
-            line.set(color=colour if several else MEASURED, label=plain(name, 14))
+            line.set(color=colour if several else MEASURED, label=escape_text(name, 14))
         panel.set_ylabel(content.label)
         if several:
             panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.0)
@@ -154,7 +154,7 @@ def _drawn(log: Log, contents: list[_Panel], each: float) -> Figure:
 _ROOM = 0.4
 
 
-@in_our_look
+@with_style
 def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> Figure:
     """Draw measured velocities and replays of chosen rows: figures 4 and 5 of the paper.
 
@@ -187,18 +187,18 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
         )
     first, unit = replayed[0][1], replayed[0][0].score.rate_unit
     log = first.log
-    for other in (*(run.log for _, run in replayed), *([band.log] if band else [])):
-        if other.n != log.n or other.segments != log.segments:
+    for replayed_log in (*(run.log for _, run in replayed), *([band.log] if band else [])):
+        if replayed_log.n != log.n or replayed_log.segments != log.segments:
             raise MethodError(
                 f"all replays and bands in one figure must be of the same log; got {log.n} and "
-                f"{other.n} samples"
+                f"{replayed_log.n} samples"
             )
-    looks = looks_of([(row.model, row.method) for row, _ in replayed])
+    looks = line_styles([(row.model, row.method) for row, _ in replayed])
     entries = [
-        (_said(row, band if row is replayed[0][0] else None), look.line)
+        (legend_label(row, band if row is replayed[0][0] else None), look.line)
         for (row, _), look in zip(replayed, looks, strict=True)
     ]
-    figure, panels = stacked(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
+    figure, panels = stacked_panels(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
     for panel, axis in zip(panels, first.axes, strict=True):
         name = VELOCITY_OF[axis]
         measured = shown_velocities(log.velocity, name, unit)
@@ -230,10 +230,10 @@ def _limits(measured: FloatArray, replayed: FloatArray) -> tuple[float, float]:
     return float(near.min(initial=low)) - edge, float(near.max(initial=high)) + edge
 
 
-def _said(row: Row, band: PredictionBand | None) -> str:
+def legend_label(row: Row, band: PredictionBand | None) -> str:
     """Return what the legend says of a row."""
     name = f"{row.model} by {row.method}"
     if row.rms is None:
         return f"{name}: diverged in {', '.join(segment for segment, _ in row.score.diverged)}"
-    held = f", {100.0 * band.level:.0f} % band" if band is not None else ""
-    return f"{name}, RMS {error_size(row.rms)}{held}"
+    band_label = f", {100.0 * band.level:.0f} % band" if band is not None else ""
+    return f"{name}, RMS {error_size(row.rms)}{band_label}"

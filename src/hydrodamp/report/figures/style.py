@@ -100,7 +100,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 }
 
 
-class Look(NamedTuple):
+class LineStyle(NamedTuple):
     """How a row is drawn: colour and marker are its method, dashes are its model."""
 
     colour: str
@@ -118,40 +118,40 @@ class Look(NamedTuple):
         return {"color": self.colour, "marker": self.marker, "linestyle": "none"}
 
 
-def looks_of(rows: Sequence[tuple[str, str]]) -> list[Look]:
+def line_styles(rows: Sequence[tuple[str, str]]) -> list[LineStyle]:
     """Return how rows of (model, method) are drawn; models take dashes as they come."""
     models = list(dict.fromkeys(model for model, _ in rows))
     dashes = dict(zip(models, cycle(_DASHES), strict=False))
-    return [Look(*_METHODS.get(method, _OTHERS), dashes[model]) for model, method in rows]
+    return [LineStyle(*_METHODS.get(method, _OTHERS), dashes[model]) for model, method in rows]
 
 
 def colour_of(method: str) -> str:
     """Return the colour of a method, the same in every figure and in the report."""
-    return looks_of([("", method)])[0].colour
+    return line_styles([("", method)])[0].colour
 
 
-def drawn(fit: Fit) -> tuple[str, Look]:
+def named_style(fit: Fit) -> tuple[str, LineStyle]:
     """Return the name of a fit that has numbers, and how it is drawn."""
     if not (fit.status.usable and fit.model.n_coefficients):
         raise MethodError(f"'{fit.model.key}' by '{fit.method}' has no coefficients to draw")
-    return f"{fit.model.key} by {fit.method}", looks_of([(fit.model.key, fit.method)])[0]
+    return f"{fit.model.key} by {fit.method}", line_styles([(fit.model.key, fit.method)])[0]
 
 
-def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
+def with_style(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
     """Make a function draw in the one look, whatever matplotlib is set to."""
 
     @functools.wraps(draw)
-    def drawn(*args: Given.args, **kwargs: Given.kwargs) -> Figure:
-        with our_look():
+    def draw_styled(*args: Given.args, **kwargs: Given.kwargs) -> Figure:
+        with style_context():
             figure = draw(*args, **kwargs)
             for panel in figure.axes:  # matplotlib makes ticks only when the figure is drawn
                 panel.tick_params(which="both", **_TICKS)
             return figure
 
-    return drawn
+    return draw_styled
 
 
-def our_look() -> Any:
+def style_context() -> Any:
     """Return the context in which figures are drawn and saved."""
     try:
         from matplotlib import style
@@ -162,20 +162,20 @@ def our_look() -> Any:
     return style.context(["default", _STYLE])
 
 
-def sheet(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure whose parts make room for each other."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def stacked(panels: int, *, each: float, extra: float = 0.7) -> tuple[Figure, list[Axes]]:
+def stacked_panels(panels: int, *, each: float, extra: float = 0.7) -> tuple[Figure, list[Axes]]:
     """Return a figure of panels above each other that share their horizontal axis."""
-    figure = sheet(COLUMN, panels * each + extra)
+    figure = new_figure(COLUMN, panels * each + extra)
     return figure, list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
 
 
-def abreast(figure: Figure, count: int, columns: int, **layout: Any) -> list[Axes]:
+def panel_grid(figure: Figure, count: int, columns: int, **layout: Any) -> list[Axes]:
     """Return panels of a figure in rows, so many beside each other."""
     grid = figure.subplots(-(-count // columns), columns, squeeze=False, **layout).ravel()
     for empty in grid[count:]:
@@ -187,12 +187,12 @@ def legend(figure: Figure, entries: Iterable[tuple[str, dict[str, Any]]], column
     """Write names above a figure, each with a sample of its line or point."""
     from matplotlib.lines import Line2D
 
-    lines = [Line2D([], [], label=plain(words, 60), **look) for words, look in entries]
+    lines = [Line2D([], [], label=escape_text(words, 60), **look) for words, look in entries]
     length = 3.0 if columns == 1 else 1.6
     figure.legend(handles=lines, loc="outside upper left", ncols=columns, handlelength=length)
 
 
-def plain(text: object, most: int = 200) -> str:
+def escape_text(text: object, most: int = 200) -> str:
     """Return words that may come from a file, cut, so that matplotlib prints them as they are."""
     line = "".join(each if each.isprintable() else " " for each in str(text))
     return (line if len(line) <= most else f"{line[: most - 1]}…").replace("$", r"\$")
@@ -222,6 +222,6 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 def figure_bytes(figure: Figure, kind: str) -> bytes:
     """Return a figure as the content of a file."""
     stream = io.BytesIO()
-    with our_look():
+    with style_context():
         figure.savefig(stream, format=kind, metadata=_METADATA[kind])
     return stream.getvalue()
