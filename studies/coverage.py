@@ -42,11 +42,27 @@ from rich.progress import track
 
 from conditions import COLOURED, training_pushes
 from coverage_tables import Draws, Key, bias_table, coverage_table, markdown, show, summary
-from hydrodamp import (AXES, Campaign, Fit, Log, Matrix, Problem, Vehicle, find_method, find_model, prepare,)
+from hydrodamp import (
+    AXES,
+    Campaign,
+    Fit,
+    Log,
+    Matrix,
+    Problem,
+    Vehicle,
+    find_method,
+    find_model,
+    prepare,
+)
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import open_atomic
 from hydrodamp.identification.fit import Uncertainty, critical_value
-from hydrodamp.identification.identifiability import (Grade, analyse_excitation, grade_by_excitation, identifiability,)
+from hydrodamp.identification.identifiability import (
+    Grade,
+    analyse_excitation,
+    grade_by_excitation,
+    identifiability,
+)
 from hydrodamp.simulation.campaign import reenact
 
 LEVEL = 0.95
@@ -93,7 +109,9 @@ def determined(problem: Problem, fit: Fit) -> BoolArray:
     else:
         half = critical_value(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
         found = grade_by_excitation(analyse_excitation(problem, fit.model), half)
-    return np.array([found.grades[label] in (Grade.DETERMINED, Grade.MINOR) for label in fit.model.labels])
+    return np.array(
+        [found.grades[label] in (Grade.DETERMINED, Grade.MINOR) for label in fit.model.labels]
+    )
 
 
 def told(vehicle: Vehicle) -> Vehicle:
@@ -105,7 +123,12 @@ def told(vehicle: Vehicle) -> Vehicle:
 def noiseless(campaign: Campaign, seed: int) -> Log:
     """Return the exact log without accelerations, but with the pushes as commands."""
     log = campaign.exact_train
-    return replace(log, acceleration=None, command_names=log.command_names + PUSHES, commands=np.hstack((log.commands, training_pushes(campaign, seed, COLOURED))),)
+    return replace(
+        log,
+        acceleration=None,
+        command_names=log.command_names + PUSHES,
+        commands=np.hstack((log.commands, training_pushes(campaign, seed, COLOURED))),
+    )
 
 
 def sampled(plan: Plan, seeds: range) -> dict[Key, Draws]:
@@ -145,7 +168,9 @@ def all_draws(plan: Plan, n_draws: int, first: int, workers: int) -> dict[Key, D
     return {key: Draws.joined([done[batch][key] for batch in batches]) for key in done[batches[0]]}
 
 
-def _in_processes(plan: Plan, batches: list[range], workers: int) -> Iterator[tuple[range, dict[Key, Draws]]]:
+def _in_processes(
+    plan: Plan, batches: list[range], workers: int
+) -> Iterator[tuple[range, dict[Key, Draws]]]:
     console = Console(stderr=True)
     if workers == 1:
         for batch in track(batches, "Draws", console=console, transient=True):
@@ -159,11 +184,23 @@ def _in_processes(plan: Plan, batches: list[range], workers: int) -> Iterator[tu
             yield futures[future], future.result()
 
 
-def main(out: Annotated[Path, typer.Option(help="Folder for coverage.md and coverage.json.")], draws: Annotated[int, typer.Option(min=2, help="How many campaigns.")] = 200, duration: Annotated[float, typer.Option(help="Length of each run [s].")] = 45.0, truth: Annotated[str, typer.Option(help="sname or crossflow.")] = "sname", methods: Annotated[str, typer.Option(help="Keys, joined by commas.")] = "recommended,weak,ls", models: Annotated[str, typer.Option(help="Likewise.")] = "linear,prestero,gertler-hagen", seed: Annotated[int, typer.Option(min=0, help="Seed of the first campaign.")] = 0, workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,) -> None:
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for coverage.md and coverage.json.")],
+    draws: Annotated[int, typer.Option(min=2, help="How many campaigns.")] = 200,
+    duration: Annotated[float, typer.Option(help="Length of each run [s].")] = 45.0,
+    truth: Annotated[str, typer.Option(help="sname or crossflow.")] = "sname",
+    methods: Annotated[str, typer.Option(help="Keys, joined by commas.")] = "recommended,weak,ls",
+    models: Annotated[str, typer.Option(help="Likewise.")] = "linear,prestero,gertler-hagen",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first campaign.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+) -> None:
     """Measure how often nominal 95 % intervals cover their target."""
     plan = Plan(tuple(methods.split(",")), tuple(models.split(",")), truth, duration)
     result = summary(all_draws(plan, draws, seed, workers))
-    tables = {"Coverage of nominal 95 % intervals": coverage_table(result), "Bias against the target, in spreads and in per cent": bias_table(result),}
+    tables = {
+        "Coverage of nominal 95 % intervals": coverage_table(result),
+        "Bias against the target, in spreads and in per cent": bias_table(result),
+    }
     said = {"draws": draws, "duration": duration, "truth": truth, "first_seed": seed}
     out.mkdir(parents=True, exist_ok=True)
     with open_atomic(out / "coverage.json") as stream:

@@ -58,7 +58,10 @@ def main() -> None:
     given = parser.parse_args()
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     tasks = [(truth, key, given.seed, given.each) for truth in TRUTHS for key in MODELS]
-    lines = ["| truth | model | axis | graded determined | covered | no interval: model form |", "|---|---|---|---|---|---|",]
+    lines = [
+        "| truth | model | axis | graded determined | covered | no interval: model form |",
+        "|---|---|---|---|---|---|",
+    ]
     with get_context("spawn").Pool(2) as pool:
         for some in pool.imap(measure, tasks):
             print(*some, sep="\n", flush=True)
@@ -92,7 +95,11 @@ def measure(task: tuple[str, str, int, int]) -> list[str]:
         n = each * len(DURATIONS)
         row = f"| {truth} | {key} | {axis} | {len(every)} | {covered} | {silent[axis]} of {n} |"
         lines.append(row)
-        lines += [f"{label}: {np.mean(np.abs(some) < WIDTH):.2f} of {len(some)}" for label, some in own.items() if np.mean(np.abs(some) < WIDTH) < 0.88]
+        lines += [
+            f"{label}: {np.mean(np.abs(some) < WIDTH):.2f} of {len(some)}"
+            for label, some in own.items()
+            if np.mean(np.abs(some) < WIDTH) < 0.88
+        ]
     return lines
 
 

@@ -45,9 +45,20 @@ class Live(Node):
         mapping = stream_mapping(hd.read_mapping(given["mapping"]), self.say)
         self.gathering = MessageSynchroniser(mapping, self.say)
         self.waiting = BoundedQueue[Message]()
-        self.run = LiveRun(resolve.find_vehicle(given["vehicle"]), resolve.find_model(given["model"])[0], given["method"], self.tell, self.say, output_interval=given["every"], checkpoint_path=Path(given["state"]) if given["state"] else None, source_counts=self.counts,)
+        self.run = LiveRun(
+            resolve.find_vehicle(given["vehicle"]),
+            resolve.find_model(given["model"])[0],
+            given["method"],
+            self.tell,
+            self.say,
+            output_interval=given["every"],
+            checkpoint_path=Path(given["state"]) if given["state"] else None,
+            source_counts=self.counts,
+        )
         self.has_failed = False
-        self.create_timer(LOOK, subscribe_new_topics(self, self.gathering.accepts, self.waiting.put))
+        self.create_timer(
+            LOOK, subscribe_new_topics(self, self.gathering.accepts, self.waiting.put)
+        )
         self.thread = Thread(target=self.work)
         self.thread.start()
 

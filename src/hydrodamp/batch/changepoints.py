@@ -86,7 +86,9 @@ def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
     return value, weight
 
 
-def _most_significant(value: FloatArray, weight: FloatArray) -> tuple[int, float, float, float, float]:
+def _most_significant(
+    value: FloatArray, weight: FloatArray
+) -> tuple[int, float, float, float, float]:
     """Return the day of the least p-value, and means, error of their difference and p-value."""
     n = len(value)
     days = np.arange(_SIDE, n - _SIDE + 1)

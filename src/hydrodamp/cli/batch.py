@@ -21,18 +21,57 @@ _OUT = "Write the table, a damping file for each group, pictures, a page, and th
 _SCHEDULER = "Work on the cluster of a Dask scheduler, such as tcp://10.0.0.1:8786."
 
 
-def batch(logs: Annotated[list[str], typer.Argument(metavar="LOG", help=_LOGS)], out: Annotated[Path, typer.Option(metavar="DIR", help=_OUT)], vehicle: Annotated[str, typer.Option(metavar="V", help=_VEHICLES, show_default=False)] = "", model: Annotated[str, typer.Option(metavar="LIST", help=_MODELS, show_default=False)] = "", method: Annotated[str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}. weak and ls fold each log.")] = "weak", by: Annotated[str, typer.Option(metavar="LIST", help=_BY)] = "day", mapping: Annotated[list[str] | None, typer.Option(metavar="M", help=_MAPPING)] = None, workers: Annotated[int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")] = None, scheduler: Annotated[str | None, typer.Option(metavar="URL", help=_SCHEDULER)] = None, timeout: Annotated[float, typer.Option(metavar="S", help="Longest work on one log [s], from its start.")] = 3600.0, force: options.Force = False, json: options.Json = False,) -> None:
+def batch(
+    logs: Annotated[list[str], typer.Argument(metavar="LOG", help=_LOGS)],
+    out: Annotated[Path, typer.Option(metavar="DIR", help=_OUT)],
+    vehicle: Annotated[str, typer.Option(metavar="V", help=_VEHICLES, show_default=False)] = "",
+    model: Annotated[str, typer.Option(metavar="LIST", help=_MODELS, show_default=False)] = "",
+    method: Annotated[
+        str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}. weak and ls fold each log.")
+    ] = "weak",
+    by: Annotated[str, typer.Option(metavar="LIST", help=_BY)] = "day",
+    mapping: Annotated[list[str] | None, typer.Option(metavar="M", help=_MAPPING)] = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")
+    ] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="URL", help=_SCHEDULER)] = None,
+    timeout: Annotated[
+        float, typer.Option(metavar="S", help="Longest work on one log [s], from its start.")
+    ] = 3600.0,
+    force: options.Force = False,
+    json: options.Json = False,
+) -> None:
     """Identify models from many logs, group by group, and say what changed between them."""
-    from hydrodamp.report.batch_report import (RESULT_FILES, coefficient_table, summary_tables, write_batch,)
+    from hydrodamp.report.batch_report import (
+        RESULT_FILES,
+        coefficient_table,
+        summary_tables,
+        write_batch,
+    )
     from hydrodamp.results import check_results
 
     check_results(out, RESULT_FILES, force)
     crafts = [resolve.find_vehicle(name) for name in vehicle.split(",")]
     models = _models(model)
     if mapping and len(mapping) > 1:
-        raise hd.MethodError(f"one mapping serves all logs, got {len(mapping)}: run `batch` for the logs of each, " "with an `--out` of its own.")
+        raise hd.MethodError(
+            f"one mapping serves all logs, got {len(mapping)}: run `batch` for the logs of each, "
+            "with an `--out` of its own."
+        )
     with nullcontext() if scheduler is None else _cluster(scheduler) as client:
-        season = hd.batch(logs, crafts, models, method, by=[key.strip() for key in by.split(",") if key.strip()], mapping=mapping[0] if mapping else None, client=client, workers=workers, cache=out / "folds", timeout=timeout, exclude=out,)
+        season = hd.batch(
+            logs,
+            crafts,
+            models,
+            method,
+            by=[key.strip() for key in by.split(",") if key.strip()],
+            mapping=mapping[0] if mapping else None,
+            client=client,
+            workers=workers,
+            cache=out / "folds",
+            timeout=timeout,
+            exclude=out,
+        )
     write_batch(season, out)
     if json:
         table = coefficient_table(season)
@@ -70,4 +109,7 @@ def _cluster(address: str) -> Any:
     except OSError as error:
         raise hd.MethodError(f"`--scheduler {address}` does not answer: {error}") from error
     except Exception as error:  # an address that distributed cannot parse, or a foreign server
-        raise hd.MethodError(f"`--scheduler` must be the address of a Dask scheduler, such as tcp://10.0.0.1:8786; " f"got {address}: {error}") from error
+        raise hd.MethodError(
+            f"`--scheduler` must be the address of a Dask scheduler, such as tcp://10.0.0.1:8786; "
+            f"got {address}: {error}"
+        ) from error

@@ -16,11 +16,31 @@ from hydrodamp.cli.resolve import find_vehicle
 from hydrodamp.progress import progress
 
 
-def simulate(logs: options.SomeLogs, damping: Annotated[str, typer.Option(metavar="JSON", help="A damping file, as identify writes.")], vehicle: options.VehicleName = "", mapping: options.MappingFile = None, attitude: options.Attitude = "measured", rate_unit: options.Rates = "deg", out: Annotated[Path | None, typer.Option(metavar="CSV", help="Write the simulated log in canonical form."),] = None, force: options.Force = False, json: options.Json = False,) -> None:
+def simulate(
+    logs: options.SomeLogs,
+    damping: Annotated[
+        str, typer.Option(metavar="JSON", help="A damping file, as identify writes.")
+    ],
+    vehicle: options.VehicleName = "",
+    mapping: options.MappingFile = None,
+    attitude: options.Attitude = "measured",
+    rate_unit: options.Rates = "deg",
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="CSV", help="Write the simulated log in canonical form."),
+    ] = None,
+    force: options.Force = False,
+    json: options.Json = False,
+) -> None:
     """Replay a log open loop with identified damping and score it."""
     from hydrodamp.cli.provenance import check_out_log
     from hydrodamp.errors import ModelError
-    from hydrodamp.identification.operating_range import (energy_injection_warnings, join_ranges, range_exceedance_warnings, velocity_ranges,)
+    from hydrodamp.identification.operating_range import (
+        energy_injection_warnings,
+        join_ranges,
+        range_exceedance_warnings,
+        velocity_ranges,
+    )
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
     from hydrodamp.report.documents import score_document, trained_on
@@ -45,10 +65,16 @@ def simulate(logs: options.SomeLogs, damping: Annotated[str, typer.Option(metava
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
         print_results(replay_table(title, scored))
     trained, driven = trained_on(Path(damping)), velocity_ranges(log.velocity, craft.axes)
-    for sentence in (*range_exceedance_warnings(trained, driven), *energy_injection_warnings(numbers, join_ranges(trained, driven)),):
+    for sentence in (
+        *range_exceedance_warnings(trained, driven),
+        *energy_injection_warnings(numbers, join_ranges(trained, driven)),
+    ):
         note(sentence)
     if scored.diverged:
-        fail(f"the replay diverged in {scored.divergence_text}; there is no RMS error, nothing is " "written.")
+        fail(
+            f"the replay diverged in {scored.divergence_text}; there is no RMS error, nothing is "
+            "written."
+        )
 
 
 def simulated_log(trajectory: hd.Trajectory) -> hd.Log:
@@ -56,4 +82,13 @@ def simulated_log(trajectory: hd.Trajectory) -> hd.Log:
     from hydrodamp.basis.atoms import VELOCITY_OF
 
     log = trajectory.log
-    return replace(log, velocity=trajectory.velocity, velocity_names=tuple(VELOCITY_OF[axis] for axis in trajectory.axes), attitude=log.attitude if trajectory.attitude == "measured" else None, acceleration=None, position=None, specific_force=None, source=f"replay of {log.source or 'log'}",)
+    return replace(
+        log,
+        velocity=trajectory.velocity,
+        velocity_names=tuple(VELOCITY_OF[axis] for axis in trajectory.axes),
+        attitude=log.attitude if trajectory.attitude == "measured" else None,
+        acceleration=None,
+        position=None,
+        specific_force=None,
+        source=f"replay of {log.source or 'log'}",
+    )

@@ -14,7 +14,24 @@ from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, print_results
 from hydrodamp.progress import count_items, progress
 
 
-def validate(logs: options.SomeLogs, vehicle: options.VehicleName = "", models: options.Models = None, methods: options.Methods = options.DEFAULT_METHOD, mapping: options.MappingFile = None, folds: Annotated[int | None, typer.Option(min=2, help="How many. [default: one a segment, ten at most; five blocks]"),] = None, attitude: options.Attitude = "measured", rate_unit: options.Rates = "deg", out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write what --json prints.")] = None, force: options.Force = False, json: options.Json = False,) -> None:
+def validate(
+    logs: options.SomeLogs,
+    vehicle: options.VehicleName = "",
+    models: options.Models = None,
+    methods: options.Methods = options.DEFAULT_METHOD,
+    mapping: options.MappingFile = None,
+    folds: Annotated[
+        int | None,
+        typer.Option(min=2, help="How many. [default: one a segment, ten at most; five blocks]"),
+    ] = None,
+    attitude: options.Attitude = "measured",
+    rate_unit: options.Rates = "deg",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write what --json prints.")
+    ] = None,
+    force: options.Force = False,
+    json: options.Json = False,
+) -> None:
     """Cross-validate models over the segments of a log, and score them at several horizons."""
     from hydrodamp.cli.comparison_run import check_training, fit_all
     from hydrodamp.cli.provenance import check_out_file
@@ -27,16 +44,35 @@ def validate(logs: options.SomeLogs, vehicle: options.VehicleName = "", models: 
     vehicle_model, listed_models = resolve.find_vehicle(vehicle), resolve.list_models(models)
     method_list, log = resolve.list_methods(methods), read_logs(logs, mapping)
     selected = (hd.StepwiseSelection(),) if resolve.selects_terms(models) else ()
-    check_training(vehicle_model, log, resolve.with_selectable_terms(models, vehicle_model, log, listed_models))
+    check_training(
+        vehicle_model, log, resolve.with_selectable_terms(models, vehicle_model, log, listed_models)
+    )
     chosen = resolve.complete_models(models, vehicle_model, log, listed_models)
     count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()
     full_fit: tuple[Any, ...] = ((), ())
     try:
         with progress("leaving out in turn", count * len(method_list) * len(chosen)) as done:
-            hd.cross_validate(vehicle_model, log, (*listed_models, *selected), method_list, folds=folds, attitude=attitude, rate_unit=rate_unit, done=lambda _: done(), keep=tables.append,)
+            hd.cross_validate(
+                vehicle_model,
+                log,
+                (*listed_models, *selected),
+                method_list,
+                folds=folds,
+                attitude=attitude,
+                rate_unit=rate_unit,
+                done=lambda _: done(),
+                keep=tables.append,
+            )
         problem = hd.prepare(vehicle_model, log, chosen)
         fits = fit_all(problem, chosen, method_list)
-        scores = [hd.horizon_scores(vehicle_model, fit.damping, log, attitude=attitude, rate_unit=rate_unit) if fit.status.usable else None for fit in count_items(fits, "replaying from many places", len(fits))]
+        scores = [
+            hd.horizon_scores(
+                vehicle_model, fit.damping, log, attitude=attitude, rate_unit=rate_unit
+            )
+            if fit.status.usable
+            else None
+            for fit in count_items(fits, "replaying from many places", len(fits))
+        ]
         full_fit = fits, scores
     except KeyboardInterrupt:
         if not tables:

@@ -9,14 +9,32 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.errors import ModelError, ProblemError
 from hydrodamp.experiment_design.autopilot import design_autopilot
-from hydrodamp.experiment_design.closed_loop import (ClosedLoopSimulator, Orders, Trajectories, limit_violations, saturation,)
+from hydrodamp.experiment_design.closed_loop import (
+    ClosedLoopSimulator,
+    Orders,
+    Trajectories,
+    limit_violations,
+    saturation,
+)
 from hydrodamp.experiment_design.ensemble import prior_damping, sample_ensemble, wide_model
 from hydrodamp.experiment_design.envelope import Area, Envelope
 from hydrodamp.experiment_design.excitation import Manoeuvre, candidate_manoeuvres, join_setpoints
 from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
 from hydrodamp.experiment_design.guidance import CourseGuidance, follow_tracks
-from hydrodamp.experiment_design.optimiser import (Criterion, Objective, Optimiser,)
-from hydrodamp.experiment_design.preparation import (VERIFIED, Mode, check_reachable, choose_mode, coefficient_sizes, largest_steps, steerable_members,)
+from hydrodamp.experiment_design.optimiser import (
+    Criterion,
+    Objective,
+    Optimiser,
+)
+from hydrodamp.experiment_design.preparation import (
+    VERIFIED,
+    Mode,
+    check_reachable,
+    choose_mode,
+    coefficient_sizes,
+    largest_steps,
+    steerable_members,
+)
 from hydrodamp.experiment_design.result import MonteCarloVerification
 from hydrodamp.identification.fit import critical_value as reach_of
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
@@ -69,7 +87,14 @@ class CandidateDive:
         n, waypoints = stretches * samples, self.waypoints
         if waypoints is not None:
             waypoints = waypoints[: np.searchsorted(waypoints[:, 0], n * self.trajectories.period)]
-        return replace(self, waypoints=waypoints, manoeuvres=self.manoeuvres[:stretches], overlays=self.overlays[:n], courses=self.courses[:stretches], trajectories=self.trajectories.until(n),)
+        return replace(
+            self,
+            waypoints=waypoints,
+            manoeuvres=self.manoeuvres[:stretches],
+            overlays=self.overlays[:n],
+            courses=self.courses[:stretches],
+            trajectories=self.trajectories.until(n),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,14 +113,25 @@ class PlanningContext:
     mode: Mode
 
     @classmethod
-    def of(cls, vehicle: Vehicle, model: DampingModel, duration: float, damping: Damping | None, envelope: Envelope, seed: int, mode: Mode | None = None,) -> PlanningContext:
+    def of(
+        cls,
+        vehicle: Vehicle,
+        model: DampingModel,
+        duration: float,
+        damping: Damping | None,
+        envelope: Envelope,
+        seed: int,
+        mode: Mode | None = None,
+    ) -> PlanningContext:
         """Simulate steps with the nominal damping, and draw the ensemble."""
         known = prior_damping(vehicle, model, damping)
         autopilot = design_autopilot(vehicle, known, envelope)
         mode = choose_mode(autopilot, mode)
         autopilot = replace(autopilot, excites=mode == "overlays")
         wide = wide_model(vehicle, model, known)
-        draws = sample_ensemble(vehicle, model, known, np.zeros(wide.n_coefficients), VERIFIED, seed)
+        draws = sample_ensemble(
+            vehicle, model, known, np.zeros(wide.n_coefficients), VERIFIED, seed
+        )
         prior = ClosedLoopSimulator.of(vehicle, autopilot, envelope, draws)
         check_reachable(prior)
         alone = prior.with_members([0])
@@ -107,7 +143,9 @@ class PlanningContext:
         seen = ErrorModel.of(envelope.noise_std[:6])
         sizes = coefficient_sizes(alone, trajectories, seed)
         ensemble = sample_ensemble(vehicle, model, known, sizes, 2 * VERIFIED, seed)
-        closed_loop = steerable_members(ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble), samples)
+        closed_loop = steerable_members(
+            ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble), samples
+        )
         unit = ErrorModel(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
         replay = fisher_information(alone, trajectories, unit, window=60.0)[0]
         made = cls(known, closed_loop, seen, samples, stretches, steps, sizes, replay, seed, mode)
@@ -156,7 +194,11 @@ class PlanningContext:
         lost = ~moved | (np.sum(null**2, axis=1) > 1e-3)
         if lost.any():
             labels = ", ".join(np.array(self.model.labels)[lost])
-            raise ModelError(f"model '{self.model.key}' has terms that no dive of " f"'{self.closed_loop.vehicle.name}' excites, or tells from others: {labels}. " "Leave them out, or widen the envelope.")
+            raise ModelError(
+                f"model '{self.model.key}' has terms that no dive of "
+                f"'{self.closed_loop.vehicle.name}' excites, or tells from others: {labels}. "
+                "Leave them out, or widen the envelope."
+            )
 
     @property
     def prior_std_errors(self) -> FloatArray:
@@ -170,16 +212,28 @@ class PlanningContext:
             found[place] = error if error > 0.0 else np.inf  # nor NaN
         return found
 
-    def objective(self, criterion: Criterion, std_error_inflation: FloatArray | None = None) -> Objective:
+    def objective(
+        self, criterion: Criterion, std_error_inflation: FloatArray | None = None
+    ) -> Objective:
         """Return what the dive is to make small."""
         sizes = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
-        allowed = (np.maximum(MAX_RELATIVE_HALF_WIDTH * np.abs(self.prior_coefficients), MINOR_CONTRIBUTION * sizes) / reach_of())
-        std_error_inflation = (np.ones(len(sizes)) if std_error_inflation is None else std_error_inflation)
+        allowed = (
+            np.maximum(
+                MAX_RELATIVE_HALF_WIDTH * np.abs(self.prior_coefficients),
+                MINOR_CONTRIBUTION * sizes,
+            )
+            / reach_of()
+        )
+        std_error_inflation = (
+            np.ones(len(sizes)) if std_error_inflation is None else std_error_inflation
+        )
         # Correlations of a prior are left out: those of a jackknife are not known well enough.
         known = np.diag(self.prior_std_errors**-2.0) + self.weak_prior_information
         return Objective(criterion, allowed, self.replay_information, std_error_inflation, known)
 
-    def enforce_envelope(self, several: list[Manoeuvre], *, baseline: bool = False) -> CandidateDive:
+    def enforce_envelope(
+        self, several: list[Manoeuvre], *, baseline: bool = False
+    ) -> CandidateDive:
         """Simulate manoeuvres for the ensemble; weaken them where members leave the envelope.
 
         The baseline is executed by setpoints, whatever the mode.
@@ -197,7 +251,9 @@ class PlanningContext:
             if follow:
                 nominal = self.closed_loop.with_members([0])
                 planned = nominal.simulate(_repeated(orders, 1), None, course)
-                trajectories, (waypoints, *_) = follow_tracks(self.closed_loop, planned, self.acceptance, self.seed)
+                trajectories, (waypoints, *_) = follow_tracks(
+                    self.closed_loop, planned, self.acceptance, self.seed
+                )
             else:
                 planned = self.closed_loop.simulate(_repeated(orders, n), self.seed, course)
                 trajectories = planned
@@ -208,7 +264,9 @@ class PlanningContext:
                 shares = saturation(autopilot, trajectories)
                 saturated = {name: float(np.mean(share)) for name, share in shares.items()}
                 courses = np.array(course.courses)
-                return CandidateDive(several, orders[1], courses, trajectories, within, saturated, waypoints)
+                return CandidateDive(
+                    several, orders[1], courses, trajectories, within, saturated, waypoints
+                )
             name = max(outside, key=lambda one: float(np.mean(outside[one])))
             share, far = np.mean(outside[name]), limits[name].max()
             violation = f"`{name}` is left in {share:.0%} of the draws, by up to {far:.0%}"
@@ -218,7 +276,10 @@ class PlanningContext:
             most = np.argsort(worst_of)[: int(np.ceil(_WITHIN * n))]
             counted = {name: one[:, most] for name, one in limits.items()}
             several = self._weakened(several, counted)
-        raise ProblemError(f"no dive keeps to the envelope: after {_TRIALS} times weaker manoeuvres {violation}. " "Widen that limit, raise the lowest `speed`, or check the autopilot's gains.")
+        raise ProblemError(
+            f"no dive keeps to the envelope: after {_TRIALS} times weaker manoeuvres {violation}. "
+            "Widen that limit, raise the lowest `speed`, or check the autopilot's gains."
+        )
 
     def _weakened(self, several: list[Manoeuvre], limits: dict[str, FloatArray]) -> list[Manoeuvre]:
         """Return manoeuvres slower where they are too fast, weaker where they are too wild.
@@ -233,8 +294,12 @@ class PlanningContext:
         if self.closed_loop.autopilot.propeller is None:
             # No setpoint of speed: excitation alone makes it.
             too_wild, too_fast = too_wild | too_fast, np.zeros_like(too_fast)
-        slower = [one.slow_down(_WEAKER) if f else one for one, f in zip(several, too_fast, strict=True)]
-        return [one.attenuate(_WEAKER) if w else one for one, w in zip(slower, too_wild, strict=True)]
+        slower = [
+            one.slow_down(_WEAKER) if f else one for one, f in zip(several, too_fast, strict=True)
+        ]
+        return [
+            one.attenuate(_WEAKER) if w else one for one, w in zip(slower, too_wild, strict=True)
+        ]
 
     def _where(self, out: BoolArray) -> BoolArray:
         """Return which stretches leave a limit in any draw, a few seconds after they end, too."""
@@ -243,7 +308,10 @@ class PlanningContext:
 
     def wider(self, fits: MonteCarloVerification, trajectories: Trajectories) -> FloatArray:
         """Return by how much standard errors exceed the bound, the median of each axis."""
-        ratio, found = (fits.std_errors / self.cramer_rao_bound(trajectories), np.ones(self.model.n_coefficients),)
+        ratio, found = (
+            fits.std_errors / self.cramer_rao_bound(trajectories),
+            np.ones(self.model.n_coefficients),
+        )
         axes = np.array([label[0] for label in self.model.labels])
         for axis in np.unique(axes):
             found[axes == axis] = max(float(np.median(ratio[axes == axis])), 1.0)
@@ -252,12 +320,18 @@ class PlanningContext:
     @property
     def weak_prior_information(self) -> FloatArray:
         """Information of one who knows that coefficients are not absurd."""
-        return np.diag((100.0 * np.maximum(self.model_values(self.coefficient_scale), 1e-9)) ** -2.0)
+        return np.diag(
+            (100.0 * np.maximum(self.model_values(self.coefficient_scale), 1e-9)) ** -2.0
+        )
 
     def cramer_rao_bound(self, trajectories: Trajectories) -> FloatArray:
         """Return Cramer and Rao's bound for the nominal damping."""
-        information = fisher_information(self.closed_loop.with_members([0]), trajectories.select([0]), self.error_model)
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(information[0] + self.weak_prior_information))))
+        information = fisher_information(
+            self.closed_loop.with_members([0]), trajectories.select([0]), self.error_model
+        )
+        return np.asarray(
+            np.sqrt(np.diag(np.linalg.inv(information[0] + self.weak_prior_information)))
+        )
 
 
 def _repeated(orders: Orders, n: int) -> Orders:

@@ -14,13 +14,22 @@ from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Ca
 _PARTS = 5
 
 
-def shortest_duration(context: PlanningContext, goal: str, stretches: int, trajectories: Trajectories, whole: MonteCarloVerification,) -> tuple[GoalDuration, int, MonteCarloVerification]:
+def shortest_duration(
+    context: PlanningContext,
+    goal: str,
+    stretches: int,
+    trajectories: Trajectories,
+    whole: MonteCarloVerification,
+) -> tuple[GoalDuration, int, MonteCarloVerification]:
     """Return how long each axis takes to a grade; of the shortest dive stretches and fits."""
     wanted, order, labels = find_grade(goal), list(Grade), context.model.labels
     fits_by_length = {stretches: whole}
     for n in sorted({max(2, -(-stretches * k // _PARTS)) for k in range(1, _PARTS)} - {stretches}):
         fits_by_length[n] = verify(context.closed_loop, trajectories.until(n * context.samples))
-    there = {n: np.array([order.index(g) <= order.index(wanted) for g in one.grades(labels)]) for n, one in sorted(fits_by_length.items())}
+    there = {
+        n: np.array([order.index(g) <= order.index(wanted) for g in one.grades(labels)])
+        for n, one in sorted(fits_by_length.items())
+    }
     can, axes = there[stretches], np.array([label[0] for label in labels])
 
     def shortest(own: np.ndarray) -> int:
@@ -33,7 +42,13 @@ def shortest_duration(context: PlanningContext, goal: str, stretches: int, traje
     least = shortest(can) if can.any() else stretches
     causes, values = whole.causes(labels), context.expected_coefficients(whole)
     minutes = stretches * context.segment_duration / 60.0
-    unreached = {label: _why(float(values[place]), float(whole.std_errors[place]), causes[place], minutes, wanted) for place, label in enumerate(labels) if not can[place]}
+    unreached = {
+        label: _why(
+            float(values[place]), float(whole.std_errors[place]), causes[place], minutes, wanted
+        )
+        for place, label in enumerate(labels)
+        if not can[place]
+    }
     return GoalDuration(wanted, by_axis, unreached), least, fits_by_length[least]
 
 
@@ -53,4 +68,7 @@ def _why(value: float, error: float, cause: Cause | None, minutes: float, wanted
         return f"{said}, which would do, but not by the weak form, which grades the log itself."
     takes = (half / enough / size) ** 2 * minutes
     long = f"{takes:.0f} min" if takes < 600.0 else "more than ten hours"
-    return (f"{said}; at this rate it takes {long}, or more speed and larger angles than the " "envelope has.")
+    return (
+        f"{said}; at this rate it takes {long}, or more speed and larger angles than the "
+        "envelope has."
+    )

@@ -161,7 +161,9 @@ class State(NamedTuple):
     def damping(self) -> Damping:
         """The present estimate, with the vehicle it belongs to."""
         bound = self.adaptation
-        return Damping(bound.model, self.matrix[bound.entries], vehicle=vehicle_stamp(bound.columns.vehicle))
+        return Damping(
+            bound.model, self.matrix[bound.entries], vehicle=vehicle_stamp(bound.columns.vehicle)
+        )
 
     def restart(self, sample: Sample) -> State:
         """Return the state at the first sample after a gap: no error, same coefficients.
@@ -235,7 +237,9 @@ class AdaptiveIdentifier:
         else:
             a = axis_gains(self.a, "a")
         if isinstance(self.gamma, TermScaledGain):
-            size = regressor_mean_square(require_problem(source, "size of each term"))[rows - columns.n_known]
+            size = regressor_mean_square(require_problem(source, "size of each term"))[
+                rows - columns.n_known
+            ]
             time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
         else:
@@ -340,7 +344,12 @@ class AdaptiveIdentifier:
         bound = self.bind(problem, model)
         run = self._run(problem, bound, every)
         rows, axes = bound.entries
-        return History(time=frozen(run.history_time), velocity_error=frozen(run.history_error), coefficients=frozen(run.history_matrix[:, rows, axes]), labels=bound.model.labels,)
+        return History(
+            time=frozen(run.history_time),
+            velocity_error=frozen(run.history_error),
+            coefficients=frozen(run.history_matrix[:, rows, axes]),
+            labels=bound.model.labels,
+        )
 
     def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> core.AdaptationRun:
         inputs, segments, passes = problem.inputs, problem.segments, self.passes

@@ -17,8 +17,22 @@ from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
-from hydrodamp.identification.qr_factor import (AxisSolution, Triangle, column_span, group_labels, solve_axis,)
-from hydrodamp.identification.regression_rows import (PointwiseRegression, RegressionForm, Rows, Split, accumulate, folds, residuals,)
+from hydrodamp.identification.qr_factor import (
+    AxisSolution,
+    Triangle,
+    column_span,
+    group_labels,
+    solve_axis,
+)
+from hydrodamp.identification.regression_rows import (
+    PointwiseRegression,
+    RegressionForm,
+    Rows,
+    Split,
+    accumulate,
+    folds,
+    residuals,
+)
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
@@ -66,14 +80,34 @@ class Regression:
         rows = self.rows and replace(self.rows, target=residuals(self.rows, damping))
         return Regression(self.problem, replace(self.triangle, r=r), rows)
 
-    def fit(self, method: Method, model: DampingModel, solved: Sequence[AxisSolution], remarks: tuple[str, ...] = (), *, about: FloatArray | float = 0.0, noisy_terms: bool = False,) -> Fit:
+    def fit(
+        self,
+        method: Method,
+        model: DampingModel,
+        solved: Sequence[AxisSolution],
+        remarks: tuple[str, ...] = (),
+        *,
+        about: FloatArray | float = 0.0,
+        noisy_terms: bool = False,
+    ) -> Fit:
         """Put together the fit of six separately solved axes."""
         rows, rich = self.rows, reference_model(self.problem.vehicle.axes)
         uncertainty = None
         if self.grams is not None:
             uncertainty = self.grams.uncertainty(solved, rich, noisy_terms=noisy_terms)
         white = block_diag(*[one.covariance for one in solved])
-        return make_fit(self.problem, model, method, about + np.concatenate([one.coefficients for one in solved]), covariance=white * (1.0 if rows is None else rows.variance_inflation), uncertainty=uncertainty, rank=sum(one.span.rank for one in solved), aliased=group_labels(one.span.aliased for one in solved), n_samples=self.triangle.n_samples if rows is None else rows.n_samples, remarks=(() if rows is None else rows.remarks) + remarks,)
+        return make_fit(
+            self.problem,
+            model,
+            method,
+            about + np.concatenate([one.coefficients for one in solved]),
+            covariance=white * (1.0 if rows is None else rows.variance_inflation),
+            uncertainty=uncertainty,
+            rank=sum(one.span.rank for one in solved),
+            aliased=group_labels(one.span.aliased for one in solved),
+            n_samples=self.triangle.n_samples if rows is None else rows.n_samples,
+            remarks=(() if rows is None else rows.remarks) + remarks,
+        )
 
 
 class LinearEstimator(ABC):
@@ -273,7 +307,10 @@ class Ridge(LinearEstimator):
             warn_if_foreign(self.prior, vehicle_stamp(regression.problem.vehicle))
             about = np.nan_to_num(self.prior.onto(model))
             regression = regression.subtract(Damping(model, about))
-            remarks.append(f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of " f"{model.n_coefficients} coefficients; the others are drawn to zero.")
+            remarks.append(
+                f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of "
+                f"{model.n_coefficients} coefficients; the others are drawn to zero."
+            )
         chosen = [(self.strength or 0.0, "")] * 6
         if self.strength is None:
             made, chosen = _cross_validated(regression, model)
@@ -282,23 +319,34 @@ class Ridge(LinearEstimator):
         for axis, (terms, (strength, said)) in enumerate(zip(model.terms, chosen, strict=True)):
             solved.append(solve_axis(regression.triangle, terms, axis, strength))
             if terms:
-                remarks.append(f"{AXES[axis]}: ridge strength {strength:.2g}{said}; " f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients.")
+                remarks.append(
+                    f"{AXES[axis]}: ridge strength {strength:.2g}{said}; "
+                    f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients."
+                )
         return regression.fit(self, model, solved, tuple(remarks), about=about)
 
 
-def _cross_validated(regression: Regression, model: DampingModel) -> tuple[str, list[tuple[float, str]]]:
+def _cross_validated(
+    regression: Regression, model: DampingModel
+) -> tuple[str, list[tuple[float, str]]]:
     """Choose a strength for each axis; say how, and what is not predicted on the folds."""
     made, splits = regression.splits
     fewest = min(split.train.n_samples for split in splits)
     axis = int(np.argmax([len(row) for row in model.terms]))
     if fewest < (needed := len(model.terms[axis])):
-        raise MethodError(f"cross-validation ({made}) leaves {fewest} rows to learn from where " f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: give a longer log, " "or the strength itself.")
+        raise MethodError(
+            f"cross-validation ({made}) leaves {fewest} rows to learn from where "
+            f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: give a longer log, "
+            "or the strength itself."
+        )
     whole = regression.triangle
     chosen = [_strength(whole, splits, terms, axis) for axis, terms in enumerate(model.terms)]
     return f"Ridge strengths by cross-validation: {made}.", chosen
 
 
-def _strength(whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int) -> tuple[float, str]:
+def _strength(
+    whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int
+) -> tuple[float, str]:
     """Return the strength of one axis, and what is not predicted with it."""
     if not terms:
         return 0.0, ""
@@ -306,7 +354,10 @@ def _strength(whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], a
     lost = np.sum([_lost(split, terms, axis, size) for split in splits], axis=0)
     best, unit = int(lost.argmin()), "N" if axis < 3 else "N m"
     missed = np.sqrt(lost[best] / sum(split.test.n_samples for split in splits))
-    edges = {0: ", the least tried: no ridge predicts better", len(_GRID) - 1: ", the largest tried: nothing the axis has predicts it",}
+    edges = {
+        0: ", the least tried: no ridge predicts better",
+        len(_GRID) - 1: ", the largest tried: nothing the axis has predicts it",
+    }
     said = f"{edges.get(best, '')}, {missed:.3g} {unit} not predicted on the folds"
     return float(_GRID[best]), said
 

@@ -122,7 +122,12 @@ class RecursiveLeastSquares:
     def __post_init__(self) -> None:
         """Refuse settings that make no sense."""
         if self.typical_velocity is not None:
-            demand(_is_usual(self.typical_velocity), "usual", "six positive numbers", self.typical_velocity,)
+            demand(
+                _is_usual(self.typical_velocity),
+                "usual",
+                "six positive numbers",
+                self.typical_velocity,
+            )
         for name in ("block", "prior"):
             given = getattr(self, name)
             demand(0.0 < given < np.inf, name, "positive and finite", given)
@@ -142,15 +147,21 @@ class RecursiveLeastSquares:
             square = _usual_square(columns, self.typical_velocity)
         size = self.block * np.sqrt(self.prior * square[rows - columns.n_known])
         if not np.all(np.isfinite(size)):
-            raise MethodError("a term's mean square is not finite: look for absurd numbers in the log.")
+            raise MethodError(
+                "a term's mean square is not finite: look for absurd numbers in the log."
+            )
         current_estimate = columns.with_unknown((rows, axes), np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
-        recursion = Recursion(columns.plant, rows, axes, current_estimate, unit, self.block, forgetting)
+        recursion = Recursion(
+            columns.plant, rows, axes, current_estimate, unit, self.block, forgetting
+        )
         start = recursion.initial_estimate(initial_coefficients(free, self.start))
         return RecursiveAdaptation(columns, free, recursion, start)
 
-    def init(self, source: Problem | EquationTable, model: DampingModel, sample: Sample) -> RecursiveState:
+    def init(
+        self, source: Problem | EquationTable, model: DampingModel, sample: Sample
+    ) -> RecursiveState:
         """Start online at the first sample of a run.
 
         Parameters
@@ -223,7 +234,21 @@ class RecursiveLeastSquares:
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         axes = [_axis_knowledge(bound, estimate, axis) for axis in range(6)]
         rank = sum(int(one.is_told.sum()) for one in axes)
-        return make_fit(problem, bound.model, self, estimate.coefficients, uncertainty=Uncertainty(block_diag(*(one.covariance for one in axes)), degrees_of_freedom=np.inf, method=_METHOD, bias_allowance=_ALLOWANCE,), rank=rank, aliased=tuple(group for one in axes for group in one.aliased), status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,)
+        return make_fit(
+            problem,
+            bound.model,
+            self,
+            estimate.coefficients,
+            uncertainty=Uncertainty(
+                block_diag(*(one.covariance for one in axes)),
+                degrees_of_freedom=np.inf,
+                method=_METHOD,
+                bias_allowance=_ALLOWANCE,
+            ),
+            rank=rank,
+            aliased=tuple(group for one in axes for group in one.aliased),
+            status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
+        )
 
 
 class EstimateUncertainty(NamedTuple):
@@ -237,7 +262,11 @@ class EstimateUncertainty(NamedTuple):
 def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
     """Return what is known of each coefficient at a state."""
     axes = [_axis_knowledge(state.adaptation, state.estimate, axis) for axis in range(6)]
-    return EstimateUncertainty(block_diag(*(one.covariance for one in axes)), np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD, np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),)
+    return EstimateUncertainty(
+        block_diag(*(one.covariance for one in axes)),
+        np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD,
+        np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),
+    )
 
 
 def persistent_leverage_share(state: RecursiveState) -> FloatArray:
@@ -269,7 +298,10 @@ def missing_wrench_share(state: RecursiveState, coefficients: FloatArray) -> Flo
 
 
 _METHOD = "residuals correlated over four blocks of time"
-_ALLOWANCE = ("how far an estimate by instruments three blocks away is off and may be by chance, and the " "start's pull")
+_ALLOWANCE = (
+    "how far an estimate by instruments three blocks away is off and may be by chance, and the "
+    "start's pull"
+)
 
 # Weights of products at lags of one row and more: W. Newey and K. West, Econometrica 55 (1987) 703.
 _TAPER = 1.0 - np.arange(1, 5) / 5.0
@@ -328,7 +360,9 @@ def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -
     products, instrumented, crossed = recursion.iv_statistics(axis, estimate.iv_state)
     noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
     found = estimate.coefficients[part]
-    moved = np.divide(found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0)
+    moved = np.divide(
+        found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0
+    )
     off, pulled = found - unit * instrumented, unit * (inverse @ moved)
     covariance = noise * np.outer(unit, unit) * inverse
     # Bias that is small in one coefficient by chance is not small in it: all of an axis have at

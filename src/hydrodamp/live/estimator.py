@@ -20,7 +20,14 @@ from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.evidence import grade_axes
 from hydrodamp.live.ranges import ranges_of
 from hydrodamp.live.sample_validation import BEGIN, LEFT_OUT, TAKEN, SampleValidator, classify
-from hydrodamp.live.samples import (Row, make_sample, read_inputs, read_number, read_velocity, sample_equations,)
+from hydrodamp.live.samples import (
+    Row,
+    make_sample,
+    read_inputs,
+    read_number,
+    read_velocity,
+    sample_equations,
+)
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -64,7 +71,10 @@ class LiveState(NamedTuple):
         return seen.hexdigest()
 
 
-_RLS, _AI = (recursive.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY), adaptive.AdaptiveIdentifier(),)
+_RLS, _AI = (
+    recursive.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY),
+    adaptive.AdaptiveIdentifier(),
+)
 
 
 def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveState:
@@ -86,7 +96,9 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     segment = str(row.get(SEGMENT, ""))
     ranges = ranges_of(columns)
     inputs = read_inputs(row, ranges.names)
-    screen, told = classify(state.validator, read_number(row, "time"), velocity, segment, inputs, ranges)
+    screen, told = classify(
+        state.validator, read_number(row, "time"), velocity, segment, inputs, ranges
+    )
     rls, ai, alarm = state.rls, state.ai, state.alarm
     if told not in LEFT_OUT:
         try:
@@ -126,7 +138,9 @@ def _counted(state: LiveState, told: str) -> LiveState:
     return state._replace(n_rows=state.n_rows + 1, counts=counts)
 
 
-def _moved(rls: recursive.RecursiveState, ai: adaptive.State | None, sample: Sample, begins: bool) -> tuple[recursive.RecursiveState, adaptive.State | None]:
+def _moved(
+    rls: recursive.RecursiveState, ai: adaptive.State | None, sample: Sample, begins: bool
+) -> tuple[recursive.RecursiveState, adaptive.State | None]:
     if begins:
         return rls.restart(sample), None if ai is None else ai.restart(sample)
     return _RLS.step(rls, sample), None if ai is None else _AI.step(ai, sample)
@@ -139,9 +153,32 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
     model_form = np.array([one.has_model_form for one in state.alarm.axes])
     grading = grade_axes(state.rls, state.coefficients, evidence, settled, model_form)
     errors = grading.errors if state.ai is None else np.full(len(axes), np.nan)
-    columns = zip(bound.model.labels, state.coefficients.tolist(), errors.tolist(), grading.grades, grading.causes, strict=True,)
+    columns = zip(
+        bound.model.labels,
+        state.coefficients.tolist(),
+        errors.tolist(),
+        grading.grades,
+        grading.causes,
+        strict=True,
+    )
     present = np.unique(axes).tolist()
-    return {"time": _number(state.validator.time), "method": "rls" if state.ai is None else "ai", "coefficients": {label: {"value": _number(value), "standard_error": _number(error), "grade": grade.word, "cause": cause.word if cause else None,} for label, value, error, grade, cause in columns}, "excitation": {AXES[i]: float(grading.excitation[i]) for i in present}, "model_form": [AXES[i] for i in present if model_form[i]], "alarm": state.alarm.line(present), "counts": state.counts,}
+    return {
+        "time": _number(state.validator.time),
+        "method": "rls" if state.ai is None else "ai",
+        "coefficients": {
+            label: {
+                "value": _number(value),
+                "standard_error": _number(error),
+                "grade": grade.word,
+                "cause": cause.word if cause else None,
+            }
+            for label, value, error, grade, cause in columns
+        },
+        "excitation": {AXES[i]: float(grading.excitation[i]) for i in present},
+        "model_form": [AXES[i] for i in present if model_form[i]],
+        "alarm": state.alarm.line(present),
+        "counts": state.counts,
+    }
 
 
 def _number(value: float) -> float | None:

@@ -19,13 +19,22 @@ from hydrodamp.report.narrative import remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import (PAPER_COLUMN, PAPER_TABLE_I, Comparison, Row, is_paper_campaign,)
+from hydrodamp.validation.compare import (
+    PAPER_COLUMN,
+    PAPER_TABLE_I,
+    Comparison,
+    Row,
+    is_paper_campaign,
+)
 from hydrodamp.validation.cross_validation import CrossValidation
 from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
 _RUNS = 6  # likewise
-_ROW = (Column("model", number=False, meaning="damping model"), Column("method", number=False, meaning="how it was identified"),)
+_ROW = (
+    Column("model", number=False, meaning="damping model"),
+    Column("method", number=False, meaning="how it was identified"),
+)
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
@@ -39,7 +48,11 @@ def run_tables(comparison: Comparison) -> tuple[Table, ...]:
     runs = list(next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {}))
     if not 1 < len(runs) <= _RUNS:
         return ()
-    cells = tuple((row.model, row.method, *(row.score.rms_by_segment.get(run) for run in runs)) for row in comparison.rows if row.trajectory)
+    cells = tuple(
+        (row.model, row.method, *(row.score.rms_by_segment.get(run) for run in runs))
+        for row in comparison.rows
+        if row.trajectory
+    )
     shared = commonprefix(runs).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
     columns = (*_ROW, *(Column(run.removeprefix(shared), form=error_size) for run in runs))
     of = f", {shared}…" if shared else ""
@@ -53,8 +66,19 @@ def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
         return ()
     names = list(scored[0][1].score.fit_by_axis)
     errors = Column("RMS", form=error_size), *(Column(name, form=percent) for name in names)
-    cells = tuple((row.model, row.method, format_horizon_error(windows), *map(windows.score.fit_by_axis.get, names),) for row, windows in scored)
-    note = ("Fit is 100 (1 - rmse / std of the log). Windows begin at what was measured; where some " "diverged, their share stands in place of the error.")
+    cells = tuple(
+        (
+            row.model,
+            row.method,
+            format_horizon_error(windows),
+            *map(windows.score.fit_by_axis.get, names),
+        )
+        for row, windows in scored
+    )
+    note = (
+        "Fit is 100 (1 - rmse / std of the log). Windows begin at what was measured; where some "
+        "diverged, their share stands in place of the error."
+    )
     title = f"Fit in % over windows of {scored[0][1].name}"
     return (Table(title, (*_ROW, *errors), cells, (note,)),)
 
@@ -89,7 +113,12 @@ def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
         scored = [row for row in comparison.rows if row.method == method and row.converged]
         if scored:
             best.add(([*sizes].index(min(scored, key=rms_or_infinity).model), column))
-    return Table(title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed", columns=tuple(columns), rows=tuple(rows), best=frozenset(best),)
+    return Table(
+        title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
+        columns=tuple(columns),
+        rows=tuple(rows),
+        best=frozenset(best),
+    )
 
 
 def _error(row: Row | None) -> float | str | None:
@@ -105,7 +134,18 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
     """Return rows of a comparison with all their numbers."""
     unit, printed = f"{comparison.rate_unit}/s", is_paper_campaign(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
-    columns = [*_ROW, Column("n", meaning="number of coefficients", key="n_coefficients"), Column("rank", meaning="how many combinations of coefficients the data determine"), Column("RMS", form=error_size, meaning=f"RMS velocity error of the open-loop replay, m/s and {unit} mixed, eq. 24", key=f"rms_{comparison.rate_unit}",), Column("status", number=False, meaning="what became of the fit and its replay"),]
+    columns = [
+        *_ROW,
+        Column("n", meaning="number of coefficients", key="n_coefficients"),
+        Column("rank", meaning="how many combinations of coefficients the data determine"),
+        Column(
+            "RMS",
+            form=error_size,
+            meaning=f"RMS velocity error of the open-loop replay, m/s and {unit} mixed, eq. 24",
+            key=f"rms_{comparison.rate_unit}",
+        ),
+        Column("status", number=False, meaning="what became of the fit and its replay"),
+    ]
     if printed:
         meaning = "the error that Table I of the paper prints"
         form = partial(error_size, decimals=2)
@@ -120,12 +160,19 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
     form = partial(error_size, decimals=4 if unit == "rad/s" and not linear else 3)
     error = f"RMS error of {name}, {'m/s' if linear else unit}"
     share = f"fit of {name}: 100 % is exact, 0 % is no better than the mean of the log"
-    return (Column(name, form=form, meaning=error, key=f"rms_{name}"), Column(f"{name} %", form=percent, meaning=share, key=f"fit_{name}"),)
+    return (
+        Column(name, form=form, meaning=error, key=f"rms_{name}"),
+        Column(f"{name} %", form=percent, meaning=share, key=f"fit_{name}"),
+    )
 
 
 def score_row(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
     paper = getattr(PAPER_TABLE_I.get(row.model), PAPER_COLUMN.get(row.method, ""), None)
-    return (*(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word), *((paper,) if printed else ()), *_by_axis(row, names),)
+    return (
+        *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
+        *((paper,) if printed else ()),
+        *_by_axis(row, names),
+    )
 
 
 def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:
@@ -164,12 +211,30 @@ def replay_table(title: str, score: Score) -> Table:
 def fold_table(table: CrossValidation) -> Table:
     """Return the errors on held-out folds, a row for each model and method."""
     best = [f"{row.model} by {row.method}" for row in pareto_front(table)]
-    notes = ["RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, " "however small its RMS.", *(f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in table.rows if row.failed_folds),]
+    notes = [
+        "RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, "
+        "however small its RMS.",
+        *(
+            f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}."
+            for row in table.rows
+            if row.failed_folds
+        ),
+    ]
     if best:
-        notes += [str(table.select()), f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",]
+        notes += [
+            str(table.select()),
+            f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",
+        ]
     else:
         notes.append("No row has an error on every fold, so none is chosen.")
-    columns = {"model": ("model", "s"), "n": ("n_coefficients", "d"), "method": ("method", "s"), "RMS": ("rms_of_completed", ".3f"), "spread": ("standard_deviation", ".3f"), "lost folds": ("n_failed_folds", "d"),}
+    columns = {
+        "model": ("model", "s"),
+        "n": ("n_coefficients", "d"),
+        "method": ("method", "s"),
+        "RMS": ("rms_of_completed", ".3f"),
+        "spread": ("standard_deviation", ".3f"),
+        "lost folds": ("n_failed_folds", "d"),
+    }
     title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
     return Table.of_items(title, table.rows, columns, notes)
 
@@ -181,7 +246,18 @@ def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] |
     for fit, horizons in zip(fits, scores, strict=True):
         errors = [None] * len(names) if horizons is None else map(format_horizon_error, horizons)
         rows.append((fit.model.key, fit.method, *errors))
-    notes = ("These errors are those of the log fitted to; what generalises stands above. Where " "windows diverged, their share stands in place of the error.", *(warning for fit, horizons in zip(fits, scores, strict=True) if horizons and any(score.n_diverged for score in horizons) for warning in energy_injection_warnings(fit.damping, fit.training_range, f"{fit.model.key} by {fit.method}: its")),)
+    notes = (
+        "These errors are those of the log fitted to; what generalises stands above. Where "
+        "windows diverged, their share stands in place of the error.",
+        *(
+            warning
+            for fit, horizons in zip(fits, scores, strict=True)
+            if horizons and any(score.n_diverged for score in horizons)
+            for warning in energy_injection_warnings(
+                fit.damping, fit.training_range, f"{fit.model.key} by {fit.method}: its"
+            )
+        ),
+    )
     title = "Fitted to the whole log: RMS when restarted every so often"
     return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
@@ -193,7 +269,26 @@ def format_horizon_error(found: HorizonScore) -> str:
     return error_size(found.score.rms)
 
 
-def validation_document(table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> dict[str, object]:
+def validation_document(
+    table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
+) -> dict[str, object]:
     """Return all of it as strict JSON."""
     of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
-    return {"held_out": table.held_out, "folds": [{key: getattr(row, key) for key in of_row} | {"lost": row.failed_folds} for row in table.rows], "whole": [{"model": fit.model.key, "method": fit.method, "rms_by_horizon": {score.name: score.score.rms for score in horizons} if horizons else {},} for fit, horizons in zip(fits, scores, strict=True)], "choice": str(table.select()) if pareto_front(table) else None,}
+    return {
+        "held_out": table.held_out,
+        "folds": [
+            {key: getattr(row, key) for key in of_row} | {"lost": row.failed_folds}
+            for row in table.rows
+        ],
+        "whole": [
+            {
+                "model": fit.model.key,
+                "method": fit.method,
+                "rms_by_horizon": {score.name: score.score.rms for score in horizons}
+                if horizons
+                else {},
+            }
+            for fit, horizons in zip(fits, scores, strict=True)
+        ],
+        "choice": str(table.select()) if pareto_front(table) else None,
+    }

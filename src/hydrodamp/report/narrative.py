@@ -7,7 +7,12 @@ from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.identifiability import Grade, Identifiability
-from hydrodamp.identification.operating_range import (energy_injection_warnings, join_ranges, range_exceedance_warnings, velocity_ranges,)
+from hydrodamp.identification.operating_range import (
+    energy_injection_warnings,
+    join_ranges,
+    range_exceedance_warnings,
+    velocity_ranges,
+)
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 
@@ -24,10 +29,17 @@ def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tu
     """Return which fit to take, how good it is, and which coefficients are not known."""
     if all(row.rms is None for row in comparison.rows):
         outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
-        return (f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; " f"the outcomes are: {outcomes}.", "Try models with fewer terms, another method, or a log with richer manoeuvres.",)
+        return (
+            f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; "
+            f"the outcomes are: {outcomes}.",
+            "Try models with fewer terms, another method, or a log with richer manoeuvres.",
+        )
     choice = comparison.select()
     which = str(choice) if len(comparison.rows) == 1 else f"Take {choice}"
-    how_known = (f"How well the log determines the {choice.row.n_coefficients} coefficients was not graded; " "the tables have their standard errors, where there are any.")
+    how_known = (
+        f"How well the log determines the {choice.row.n_coefficients} coefficients was not graded; "
+        "the tables have their standard errors, where there are any."
+    )
     if grades is not None:
         how_known = f"{'; '.join(describe_grades(grades))}."
     return (which, describe_accuracy(comparison, choice.row), how_known)
@@ -36,12 +48,20 @@ def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tu
 def describe_accuracy(comparison: Comparison, row: Row) -> str:
     shares = {name: value for name, value in row.score.fit_by_axis.items() if value is not None}
     shared = comparison.provenance.get("overlap")
-    unseen = (f"data that share {shared} with the training data" if shared else "data it has not seen")
-    words = (f"Replayed open loop on {unseen}, it errs by {row.rms:.3g} " f"(RMS of m/s and {comparison.rate_unit}/s together)")
+    unseen = (
+        f"data that share {shared} with the training data" if shared else "data it has not seen"
+    )
+    words = (
+        f"Replayed open loop on {unseen}, it errs by {row.rms:.3g} "
+        f"(RMS of m/s and {comparison.rate_unit}/s together)"
+    )
     if not shares:
         return f"{words}."
     worst, best = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
-    return (f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % " f"for {best} at best, where 100 % is exact and 0 % no better than the mean.")
+    return (
+        f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % "
+        f"for {best} at best, where 100 % is exact and 0 % no better than the mean."
+    )
 
 
 def describe_grades(found: Identifiability) -> Iterator[str]:
@@ -54,9 +74,14 @@ def describe_grades(found: Identifiability) -> Iterator[str]:
     for grade in tuple(Grade)[1:]:
         if labels := list(found.labels_with(grade)):
             yield f"{len(labels)} {grade.word}{list_labels(labels)}"
-    quiet = [f"{axis.axis} {100.0 * axis.r_squared:.0f} %" for axis in found.axes if not axis.excited]
+    quiet = [
+        f"{axis.axis} {100.0 * axis.r_squared:.0f} %" for axis in found.axes if not axis.excited
+    ]
     if quiet:
-        yield ("axes whose force is not predicted at each moment, for want of motion or of the right " f"terms, whatever the replay sums up to (share): {', '.join(quiet)}")
+        yield (
+            "axes whose force is not predicted at each moment, for want of motion or of the right "
+            f"terms, whatever the replay sums up to (share): {', '.join(quiet)}"
+        )
 
 
 def list_labels(labels: list[str]) -> str:
@@ -87,7 +112,10 @@ def _worse_than_none(comparison: Comparison) -> Iterator[str]:
         return
     fits = comparison.select().row.score.fit_by_axis
     if worse := [name for name, fit in fits.items() if fit is not None and fit < 0.0]:
-        yield (f"The chosen model replays {' '.join(worse)} worse than no model: its fit there is " "below 0 %, that of the mean of the test data.")
+        yield (
+            f"The chosen model replays {' '.join(worse)} worse than no model: its fit there is "
+            "below 0 %, that of the mean of the test data."
+        )
 
 
 def replay_remarks(comparison: Comparison) -> Iterator[str]:

@@ -50,7 +50,11 @@ def installed() -> bool:
     return find_spec("jinja2") is not None
 
 
-def write_report(results: Comparison | str | os.PathLike[str], path: str | os.PathLike[str], findings: Findings | None = None,) -> Path:
+def write_report(
+    results: Comparison | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    findings: Findings | None = None,
+) -> Path:
     """Write one HTML file that shows a comparison, without any network.
 
     Parameters
@@ -93,7 +97,36 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
     drawn = series(comparison, order, findings.band)
     warnings = comparison.provenance.get("warnings", "").splitlines()
-    return {"comparison": comparison, "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}", "methods": {method: (f"m{index}", colour_of(method)) for index, method in enumerate(comparison.methods)}, "verdict": verdict(comparison, grades), "warnings": [*map(str.strip, warnings), *remarks(comparison)], "scores": score_table(comparison, by_error, f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",), "sorted_rows": by_error, "chosen": chosen, "series": drawn, "coefficients": [(row, fit_table(row.fit, grades if row is chosen else None)) for row in order if row.fit.status.usable], "pictures": findings.pictures, "not_shown": findings.not_shown, "origin": _origin(comparison), "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]], "styles": text_of("report.css"), "plot_styles": text_of("uplot.css"), "licence": text_of("uplot.LICENSE"),}
+    return {
+        "comparison": comparison,
+        "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
+        "methods": {
+            method: (f"m{index}", colour_of(method))
+            for index, method in enumerate(comparison.methods)
+        },
+        "verdict": verdict(comparison, grades),
+        "warnings": [*map(str.strip, warnings), *remarks(comparison)],
+        "scores": score_table(
+            comparison,
+            by_error,
+            f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
+        ),
+        "sorted_rows": by_error,
+        "chosen": chosen,
+        "series": drawn,
+        "coefficients": [
+            (row, fit_table(row.fit, grades if row is chosen else None))
+            for row in order
+            if row.fit.status.usable
+        ],
+        "pictures": findings.pictures,
+        "not_shown": findings.not_shown,
+        "origin": _origin(comparison),
+        "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]],
+        "styles": text_of("report.css"),
+        "plot_styles": text_of("uplot.css"),
+        "licence": text_of("uplot.LICENSE"),
+    }
 
 
 def template(name: str) -> Template:
@@ -107,7 +140,13 @@ def template(name: str) -> Template:
 def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(loader=PackageLoader("hydrodamp.report", "assets"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,)
+    environment = Environment(
+        loader=PackageLoader("hydrodamp.report", "assets"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters["base64"] = lambda content: base64.b64encode(content).decode("ascii")
     environment.filters["sha256"] = lambda script: hashlib.sha256(script.encode()).digest()
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
@@ -131,10 +170,16 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     read = [(name or digest, digest if name else "") for digest, _, name in files]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
-    return {"facts": (*facts, ("report made by", version)), "files": Table.of_words("Files that were read", ("file", "SHA-256"), "ll", read), "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),}
+    return {
+        "facts": (*facts, ("report made by", version)),
+        "files": Table.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
+        "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
+    }
 
 
-def series(comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None) -> dict[str, Any] | None:
+def series(
+    comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
+) -> dict[str, Any] | None:
     """Return the data of the plots and what is said of them, rows in order of preference."""
     runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
     if not runs:
@@ -150,11 +195,39 @@ def series(comparison: Comparison, rows: Sequence[Row], band: PredictionBand | N
     looks = line_styles([(row.model, row.method) for row, _ in drawn])
     band_entry, caption, edges = None, "", []
     if band is not None and chosen is not None:
-        band_entry = {"name": f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}", "method": chosen.method, "colour": colour_of(chosen.method),}
+        band_entry = {
+            "name": f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}",
+            "method": chosen.method,
+            "colour": colour_of(chosen.method),
+        }
         caption = said_of_band(chosen)
         edges = [packed(band.lower), packed(band.upper)]
-    document = {"velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names], "segments": [{"name": segment.name, "start": time[segment.start], "stop": time[segment.stop - 1]} for segment in log.segments], "replays": [{"name": f"{row.model} by {row.method}", "method": row.method, "colour": look.colour, "dashes": [round(_WIDTH * length, 1) for length in look.dashes],} for (row, _), look in zip(drawn, looks, strict=True)], "band": band_entry, "time": _base64(bins.times(time).astype("<f8")), "series": [packed(log.velocity), *(packed(run.velocity) for _, run in drawn)], "edges": edges,}
-    return {"document": document, "said_of_band": caption, "left_out": len(runs) - len(drawn), "is_thinned": not bins.is_exact,}
+    document = {
+        "velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names],
+        "segments": [
+            {"name": segment.name, "start": time[segment.start], "stop": time[segment.stop - 1]}
+            for segment in log.segments
+        ],
+        "replays": [
+            {
+                "name": f"{row.model} by {row.method}",
+                "method": row.method,
+                "colour": look.colour,
+                "dashes": [round(_WIDTH * length, 1) for length in look.dashes],
+            }
+            for (row, _), look in zip(drawn, looks, strict=True)
+        ],
+        "band": band_entry,
+        "time": _base64(bins.times(time).astype("<f8")),
+        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in drawn)],
+        "edges": edges,
+    }
+    return {
+        "document": document,
+        "said_of_band": caption,
+        "left_out": len(runs) - len(drawn),
+        "is_thinned": not bins.is_exact,
+    }
 
 
 def _pack(values: FloatArray) -> dict[str, object]:

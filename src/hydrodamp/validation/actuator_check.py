@@ -54,7 +54,11 @@ def estimate_gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Ga
     unclear = {label for group in fit.aliased for label in group}
     spans = 1.0 + fit.uncertainty.interval(fit.damping.coefficients)
     labels = {axis: f"{axis}_{name}" for axis, (name, _) in CHANNELS.items()}
-    return tuple(Gain(axis, 1.0 + fit.damping[label], *spans[fit.model.index(label)].tolist()) for axis, label in labels.items() if label in fit.model.labels and label not in unclear)
+    return tuple(
+        Gain(axis, 1.0 + fit.damping[label], *spans[fit.model.index(label)].tolist())
+        for axis, label in labels.items()
+        if label in fit.model.labels and label not in unclear
+    )
 
 
 def check_gains(problem: Problem, models: Sequence[DampingModel]) -> Iterator[QualityIssue]:
@@ -67,4 +71,11 @@ def check_gains(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Qu
     wrong = [one for one in estimate_gains(problem, models) if one.is_inconsistent]
     if wrong:
         spans = ", ".join(f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})" for one in wrong)
-        yield QualityIssue(" ".join(one.axis for one in wrong), "is not what acts", f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the " "damping takes up the difference", remedy="check its units and signs and the thrust of the actuators, or let the gains be " "identified too with `--free-gains`",)
+        yield QualityIssue(
+            " ".join(one.axis for one in wrong),
+            "is not what acts",
+            f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the "
+            "damping takes up the difference",
+            remedy="check its units and signs and the thrust of the actuators, or let the gains be "
+            "identified too with `--free-gains`",
+        )

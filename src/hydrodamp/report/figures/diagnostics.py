@@ -14,8 +14,26 @@ from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import MIN_R_SQUARED, Grade, Identifiability
 from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.figures.axes import (coefficient_symbol, error_scale, velocity_label, velocity_unit,)
-from hydrodamp.report.figures.style import (BAND, COLUMN, FAINT, PAGE, SHADE, escape_text, legend, line_styles, named_style, new_figure, panel_grid, with_style,)
+from hydrodamp.report.figures.axes import (
+    coefficient_symbol,
+    error_scale,
+    velocity_label,
+    velocity_unit,
+)
+from hydrodamp.report.figures.style import (
+    BAND,
+    COLUMN,
+    FAINT,
+    PAGE,
+    SHADE,
+    escape_text,
+    legend,
+    line_styles,
+    named_style,
+    new_figure,
+    panel_grid,
+    with_style,
+)
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.compare import Comparison
@@ -65,10 +83,14 @@ def front_figure(comparison: Comparison) -> Figure:
     panel = figure.subplots()
     best = [row for row in pareto_front(comparison) if row.n_coefficients]
     across = [position(row.model, row.method) for row in best]
-    panel.plot(across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2)
+    panel.plot(
+        across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2
+    )
     for row in rows:
         look = looks[row.method]
-        (point,) = panel.plot([position(row.model, row.method)], [rms_or_infinity(row)], **look.points)
+        (point,) = panel.plot(
+            [position(row.model, row.method)], [rms_or_infinity(row)], **look.points
+        )
         point.set_markerfacecolor(look.colour if row.converged else "white")
     error_scale(panel)
     names = [f"{escape_text(model, 22)}, {sizes[model]}" for model in models]
@@ -132,7 +154,12 @@ def _error_label(rate_unit: RateUnit) -> str:
 
 
 # Colour and hatching: dark to light, as what is known grows less.
-_GRADES = {Grade.DETERMINED: ("#0072B2", ""), Grade.MINOR: ("#5ea5d3", "...."), Grade.WEAK: ("#b9dbef", "////"), Grade.NOT_DETERMINED: ("#d0d0d0", ""),}
+_GRADES = {
+    Grade.DETERMINED: ("#0072B2", ""),
+    Grade.MINOR: ("#5ea5d3", "...."),
+    Grade.WEAK: ("#b9dbef", "////"),
+    Grade.NOT_DETERMINED: ("#d0d0d0", ""),
+}
 _BAR = {"height": 0.62, "edgecolor": "#4d4d4d"}
 
 
@@ -158,13 +185,20 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
         If the model has no coefficient, or matplotlib is not installed.
     """
     if not identifiability.axes:
-        raise MethodError(f"model '{identifiability.model.key}' has no coefficient, so nothing is excited")
+        raise MethodError(
+            f"model '{identifiability.model.key}' has no coefficient, so nothing is excited"
+        )
     axes = [f"${axis.axis}$" for axis in identifiability.axes]
     figure = new_figure(COLUMN, 0.28 * len(axes) + 1.0)
     excited_panel, grade_panel = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
     colours = ["#8c8c8c" if axis.excited else "#ffffff" for axis in identifiability.axes]
-    bars = excited_panel.barh(axes, [axis.r_squared for axis in identifiability.axes], color=colours, **_BAR)
-    words = [f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}" for axis in identifiability.axes]
+    bars = excited_panel.barh(
+        axes, [axis.r_squared for axis in identifiability.axes], color=colours, **_BAR
+    )
+    words = [
+        f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}"
+        for axis in identifiability.axes
+    ]
     for bar, label in zip(bars, words, strict=True):
         excited_panel.text(0.03, bar.get_y() + 0.31, label, va="center", fontsize=6.5)
     excited_panel.axvline(MIN_R_SQUARED, color=FAINT, linewidth=0.9, linestyle="--")
@@ -176,7 +210,9 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
         bars = grade_panel.barh(axes, counts, left=start, color=colour, hatch=hatch, **_BAR)
         bars.set_label(grade.word)
         start += counts
-    grade_panel.bar_label(bars, [f"rank {axis.rank}" for axis in identifiability.axes], padding=2.0, fontsize=6.5)
+    grade_panel.bar_label(
+        bars, [f"rank {axis.rank}" for axis in identifiability.axes], padding=2.0, fontsize=6.5
+    )
     grade_panel.set_xlim(0.0, 1.32 * start.max())
     grade_panel.locator_params(axis="x", integer=True, nbins=5)
     grade_panel.set_xlabel(f"coefficients by grade,\n{escape_text(identifiability.model.key, 24)}")
@@ -255,7 +291,9 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
         If the fit has no numbers, the box has no extent, or matplotlib is not installed.
     """
     title, look = named_style(fit)
-    names = [name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high]
+    names = [
+        name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
+    ]
     if not names:
         raise MethodError("power is drawn on a box with an extent; got a box of one point")
     figure = new_figure(COLUMN, 1.05 * -(-len(names) // 2) + 0.63)
@@ -314,7 +352,10 @@ def correlation_figure(fit: Fit) -> Figure:
     """
     model, covariance = fit.model, fit.damping.covariance
     if covariance is None or not model.n_coefficients:
-        raise MethodError(f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be " "drawn: use a method that gives one")
+        raise MethodError(
+            f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be "
+            "drawn: use a method that gives one"
+        )
     n = model.n_coefficients
     width = min(max(n * _CELL + _BESIDE, COLUMN), PAGE)
     figure = new_figure(width, 1.06 * width)
