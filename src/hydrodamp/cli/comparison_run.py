@@ -56,11 +56,11 @@ def check_log(
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     """Check a log as any, name models that nothing drives, refuse too few samples for all."""
-    from hydrodamp.conditioning.current import carries
+    from hydrodamp.conditioning.current import current_warning
     from hydrodamp.simulation.checks import nothing_drives
 
     check_log(vehicle, log, models)
-    if carried := carries(log):
+    if carried := current_warning(log):
         warnings.warn(f"{log.source or 'log'}: {carried}", HydrodampWarning, stacklevel=2)
     free = [model.restricted_to(vehicle.axes) for model in models]
     for model in free:

@@ -33,7 +33,7 @@ def probe(
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.files import save_text
-    from hydrodamp.ingest.inspection.probe import joined, judge
+    from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
     needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
@@ -42,11 +42,11 @@ def probe(
 
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
-    if told := joined(recordings):
+    if told := describe_join(recordings):
         note(told)
     with progress("looking through it"):
         found = hd.probe(*recordings)
-        judged = judge(found, recordings, mapping, needs)
+        judged = inspect(found, recordings, mapping, needs)
     if draft is not None:
         save_text(found.draft.text, draft)
         note(f"wrote {draft}")
@@ -54,7 +54,7 @@ def probe(
         emit(probe_document(found, judged))
     else:
         show(*probe_tables(found, judged))
-        if judged.verdict is not None and judged.verdict.moves_too_little:
+        if judged.report is not None and judged.report.is_poorly_excited:
             note("`hydrodamp plan --vehicle V --model M --duration 600` says what to sail instead.")
 
 

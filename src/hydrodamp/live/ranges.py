@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.data.checks import FASTEST
+from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.identification.recursive import USUAL
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.simulation.problem import EquationTable
@@ -76,7 +76,7 @@ def _command_range(
     )
     effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
     speed = vehicle.propulsion_speed(commands)
-    is_too_fast = np.zeros(len(magnitudes)) if speed is None else np.abs(speed) > FASTEST
+    is_too_fast = np.zeros(len(magnitudes)) if speed is None else np.abs(speed) > MAX_VELOCITY
     largest = _first(magnitudes, (effect > 1.0) | (is_too_fast > 0), _LARGEST_FIELD)
     ordinary = _first(magnitudes, effect > _STRONG, 0.0)
     if limits := [*_limits(actuators, name)]:
@@ -106,7 +106,7 @@ def _wrench_bounds(vehicle: Vehicle) -> np.ndarray:
     inertia = np.where(vehicle.free, vehicle.mass_matrix.diagonal(), np.nan)
     mass = float(np.nanmax([*inertia[:3], 0.0])) or float(np.nanmax(inertia))
     scale = np.concatenate([inertia[:3], np.sqrt(mass * inertia[3:])])
-    return np.where(vehicle.free, FASTEST * scale, np.inf)
+    return np.where(vehicle.free, MAX_VELOCITY * scale, np.inf)
 
 
 def _wrench_ranges(vehicle: Vehicle) -> Iterator[tuple[float, float]]:

@@ -20,10 +20,10 @@ from pydantic import (
     field_validator,
 )
 
-from hydrodamp.arrays import LARGEST, FloatArray
+from hydrodamp.arrays import MAX_MAGNITUDE, FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
-from hydrodamp.faults import faults_in, validated
+from hydrodamp.faults import faults_in, validate
 from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
@@ -51,7 +51,8 @@ Text = Annotated[str, BeforeValidator(_text)]
 Terms = dict[Text, Annotated[list[str], BeforeValidator(_spellings)]]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | None
 Coefficient = (
-    Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)] | None
+    Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)]
+    | None
 )
 
 
@@ -326,7 +327,7 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
     """Return the damping of a document."""
     if other := mistaken(document, source, "damping"):
         raise ModelError(other)
-    found = validated(DampingDocument, document, source, ModelError)
+    found = validate(DampingDocument, document, source, ModelError)
     try:
         return found.damping()
     except ModelError as error:

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
-from hydrodamp.faults import validated
+from hydrodamp.faults import validate
 from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability
@@ -169,7 +169,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     """
     home = Path(folder)
     path = home / COMPARISON
-    document = validated(ComparisonDocument, load_json(path), str(path))
+    document = validate(ComparisonDocument, load_json(path), str(path))
     settings, words = document.provenance, dict(document.provenance.model_extra or {})
     log, velocities = _read_replays(home / REPLAYS, words.get("test", ""))
     rows = []
@@ -265,7 +265,7 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
             else:
                 not_shown.append(f"{path.name} is not there any more.")
     if row is not None and (home / GRADES).is_file():
-        found = validated(_Grades, load_json(home / GRADES), str(home / GRADES))
+        found = validate(_Grades, load_json(home / GRADES), str(home / GRADES))
         grades = Identifiability(row.fit.model, found.axes)
     if row is not None and row.trajectory is not None and (home / BAND).is_file():
         run, ends = row.trajectory, _read_npz(home / BAND)
@@ -275,7 +275,7 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
 
 
 def _read_index(folder: Path) -> _Index:
-    return validated(_Index, load_json(folder / INDEX), str(folder / INDEX))
+    return validate(_Index, load_json(folder / INDEX), str(folder / INDEX))
 
 
 def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:
