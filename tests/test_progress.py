@@ -4,7 +4,7 @@ import io
 import sys
 from contextlib import contextmanager
 
-from hydrodamp.progress import count_items, progress, watched
+from hydrodamp.progress import count_items, progress, show_progress
 
 
 class Terminal(io.StringIO):
@@ -25,7 +25,7 @@ def on_terminal(monkeypatch):
 
 def test_nothing_is_shown_where_there_is_no_terminal(capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")  # colours in a file are no reason for bars in it
-    with watched(), progress("identifying", 3) as step:
+    with show_progress(), progress("identifying", 3) as step:
         step()
     assert capsys.readouterr() == ("", "")
 
@@ -34,7 +34,7 @@ def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):
     with on_terminal(monkeypatch) as screen:
         assert [*count_items("abc", "reading", 3)] == ["a", "b", "c"]
     assert screen.getvalue() == ""  # to a program that watches nothing
-    with on_terminal(monkeypatch) as screen, watched(), progress("[identifying]", 9) as step:
+    with on_terminal(monkeypatch) as screen, show_progress(), progress("[identifying]", 9) as step:
         step()
         step(6)
     for words in ("[identifying]", "78%", "-:--:--"):
@@ -42,7 +42,7 @@ def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):
 
 
 def test_work_inside_work_has_a_bar_of_its_own(monkeypatch):
-    with on_terminal(monkeypatch) as screen, watched(), progress("outer"):
+    with on_terminal(monkeypatch) as screen, show_progress(), progress("outer"):
         assert [*count_items("abcd", "inner", 4)] == [*"abcd"]
     for words in ("outer", "inner", "100%"):
         assert words in screen.getvalue()

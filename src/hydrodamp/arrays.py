@@ -12,7 +12,7 @@ import numpy.typing as npt
 from hydrodamp.errors import MethodError
 
 #: Largest number of a file [SI]: its square has a double, and no vessel's coefficient comes near.
-LARGEST = 1e30
+MAX_MAGNITUDE = 1e30
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -33,7 +33,7 @@ def as_shape(
         array = np.asarray(values, dtype=dtype, order="C")
     except (TypeError, ValueError) as cause:
         raise error(f"`{name}` must be numbers: {cause}") from cause
-    if shape is not None and not _fits(array.shape, shape):
+    if shape is not None and not _shapes_match(array.shape, shape):
         wanted = ", ".join("n" if length is None else str(length) for length in shape)
         raise error(f"`{name}` must have shape ({wanted}); got {array.shape}")
     return array
@@ -58,7 +58,7 @@ def freeze(
         object.__setattr__(owner, name, array)
 
 
-def _fits(found: tuple[int, ...], wanted: Shape) -> bool:
+def _shapes_match(found: tuple[int, ...], wanted: Shape) -> bool:
     return len(found) == len(wanted) and all(
         want is None or want == got for got, want in zip(found, wanted, strict=True)
     )

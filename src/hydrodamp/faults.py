@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
 _TABLES = ("dataclass_type", "dict_type", "model_attributes_type", "model_type")
-_WANTED = {
+_EXPECTED_VALUES = {
     **dict.fromkeys(_TABLES, "a table"),
     **dict.fromkeys(("float_parsing", "float_type"), "a number"),
     **dict.fromkeys(("int_from_float", "int_parsing", "int_type"), "a whole number"),
@@ -22,12 +22,12 @@ _WANTED = {
 }
 
 
-Some = TypeVar("Some", bound="BaseModel")
+Model = TypeVar("Model", bound="BaseModel")
 
 
-def validated(
-    form: type[Some], content: object, source: str, error: type[HydrodampError] = FileError
-) -> Some:
+def validate(
+    form: type[Model], content: object, source: str, error: type[HydrodampError] = FileError
+) -> Model:
     """Return a file's content as its form, or refuse it with all its faults."""
     from pydantic import ValidationError
 
@@ -45,7 +45,7 @@ def faults_in(error: ValidationError, content: object, form: type[BaseModel]) ->
     """
     told: list[str] = []
     for fault in error.errors(include_url=False):
-        place = _place(fault["loc"], content, fault["type"])
+        place = _location(fault["loc"], content, fault["type"])
         told += _sentences(dict(fault), place, form)
     return list(dict.fromkeys(told))
 
@@ -53,7 +53,7 @@ def faults_in(error: ValidationError, content: object, form: type[BaseModel]) ->
 def _sentences(
     fault: dict[str, Any], place: list[str | int], form: type[BaseModel]
 ) -> Iterator[str]:
-    path, kind, given = spelt_path(place), fault["type"], fault.get("input")
+    path, kind, given = format_path(place), fault["type"], fault.get("input")
     subject = f"`{path}`" if path else "it"
     cause = fault.get("ctx", {}).get("error")
     if isinstance(cause, HydrodampError):
@@ -62,16 +62,16 @@ def _sentences(
     elif cause is not None:
         yield f"`{path}` {cause}" if path else str(cause)
     elif kind == "extra_forbidden":
-        yield _unknown(place, form)
+        yield _unknown_key(place, form)
     elif kind == "missing":
         yield f"`{path}` is missing"
     elif given is None:
         yield f"{subject} is still empty: fill it in"
     else:
-        yield f"{subject} must be {_wanted(kind, fault)}; got {reprlib.repr(given)}"
+        yield f"{subject} must be {_expected_value(kind, fault)}; got {reprlib.repr(given)}"
 
 
-def _place(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:
+def _location(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:
     """Return where a fault is: its keys in the content, without what pydantic adds to them."""
     place: list[str | int] = []
     for depth, part in enumerate(loc):
@@ -85,19 +85,19 @@ def _place(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | in
     return place
 
 
-def spelt_path(place: list[str | int]) -> str:
+def format_path(place: list[str | int]) -> str:
     """Return a place as it is written: ``velocity.u[0].unit``."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
     return text.removeprefix(".")
 
 
-def _unknown(place: list[str | int], form: type[BaseModel]) -> str:
+def _unknown_key(place: list[str | int], form: type[BaseModel]) -> str:
     key, known = str(place[-1]), list(_keys_at(place, form))
     near = did_you_mean(key, known)
     if len(place) == 1:
         return f"unknown key `{key}`.{near} Keys are: {' '.join(known)}"
     takes = " ".join(known) or "nothing"
-    return f"`{spelt_path(place[:-1])}` has no `{key}`.{near} It takes: {takes}"
+    return f"`{format_path(place[:-1])}` has no `{key}`.{near} It takes: {takes}"
 
 
 def _keys_at(place: list[str | int], form: type[BaseModel]) -> dict[str, None]:
@@ -105,19 +105,19 @@ def _keys_at(place: list[str | int], form: type[BaseModel]) -> dict[str, None]:
     forms = [form]
     for part in place[:-1]:
         found = [one.model_fields[part] for one in forms if part in one.model_fields]
-        forms = [inner for one in found for inner in _forms(one.annotation)] or forms
+        forms = [inner for one in found for inner in _nested_models(one.annotation)] or forms
     return {key: None for one in forms for key in one.model_fields}
 
 
-def _forms(annotation: Any) -> Iterator[type[BaseModel]]:
+def _nested_models(annotation: Any) -> Iterator[type[BaseModel]]:
     """Yield the models in the type of a field."""
     if hasattr(annotation, "model_fields"):
         yield annotation
     for part in get_args(annotation):
-        yield from _forms(part)
+        yield from _nested_models(part)
 
 
-def _wanted(kind: str, fault: Mapping[str, Any]) -> str:
+def _expected_value(kind: str, fault: Mapping[str, Any]) -> str:
     if kind == "literal_error":
         return str(fault["ctx"]["expected"]).replace("'", "")
     if kind == "less_than_equal":
@@ -128,4 +128,4 @@ def _wanted(kind: str, fault: Mapping[str, Any]) -> str:
         least, most = (fault["ctx"].get(name) for name in ("min_length", "max_length"))
         return "a list of at least one" if least == 1 else f"a list of {least or most}"
     said = str(fault["msg"]).removeprefix("Input should be ").removeprefix("Input ")
-    return _WANTED.get(kind, said)
+    return _EXPECTED_VALUES.get(kind, said)

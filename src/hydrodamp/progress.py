@@ -19,7 +19,7 @@ _bars: ContextVar[Progress | None] = ContextVar("bars", default=None)
 
 
 @contextmanager
-def watched() -> Iterator[None]:
+def show_progress() -> Iterator[None]:
     """Show the progress of the work inside on standard error, where that is a terminal."""
     token = _bars.set(_new_bars() if sys.stderr.isatty() else None)
     try:
@@ -28,7 +28,7 @@ def watched() -> Iterator[None]:
         _bars.reset(token)
 
 
-def unwatched() -> None:
+def disable_progress() -> None:
     """Show no progress from here on, as in a process that was forked."""
     _bars.set(None)
 

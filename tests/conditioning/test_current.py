@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.current import Current, estimate_current, subtract_current
-from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import LogError
 
@@ -46,7 +46,7 @@ def in_current(log: Log, current: np.ndarray) -> Log:
     """Add a current, north and east at each sample, to what is seen through the water."""
     flow = np.column_stack((current, np.zeros(log.n)))
     velocity = log.velocity.copy()
-    velocity[:, :3] += np.einsum("nji,nj->ni", rotation(log.attitude), flow)
+    velocity[:, :3] += np.einsum("nji,nj->ni", rotation_matrices(log.attitude), flow)
     return dataclasses.replace(log, velocity=velocity)
 
 

@@ -10,12 +10,12 @@ import pytest
 from hydrodamp.conditioning.derivatives import (
     GRAVITY,
     acceleration_from_accelerometer,
+    differences_from_centre,
     fit_local_polynomials,
     rates_from_attitude,
-    relative,
     velocity_from_position,
 )
-from hydrodamp.data.attitude import quaternion_from_euler, rotation
+from hydrodamp.data.attitude import quaternion_from_euler, rotation_matrices
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -74,7 +74,7 @@ def helix(seed: int | None = None) -> tuple[Log, np.ndarray]:
     attitude = quaternion_from_euler(euler)
     place = np.column_stack((4 * np.sin(0.25 * time), -4 * np.cos(0.25 * time), -0.2 * time))
     speed = np.column_stack((np.cos(0.25 * time), np.sin(0.25 * time), -0.2 + 0 * time))
-    body = np.einsum("nji,nj->ni", rotation(attitude), speed)
+    body = np.einsum("nji,nj->ni", rotation_matrices(attitude), speed)
     log = Log.from_arrays(time, {"r": 0 * time}, attitude=attitude, position=place)
     return log, body
 
@@ -117,7 +117,7 @@ def swinging(arm: tuple[float, float, float]) -> tuple[Log, np.ndarray]:
     )
     place = np.column_stack((np.sin(0.9 * time), 0.5 * np.cos(time), 0.3 * np.sin(0.6 * time)))
     attitude = quaternion_from_euler(euler)
-    turned = rotation(attitude)
+    turned = rotation_matrices(attitude)
     sensor = place + turned @ np.array(arm)
     falling = np.gradient(np.gradient(sensor, STEP, axis=0), STEP, axis=0)
     force = np.einsum("nji,nj->ni", turned, falling - (0, 0, GRAVITY))
@@ -179,7 +179,7 @@ def test_an_even_clock_gives_savitzky_and_golay() -> None:
 
     values = np.random.default_rng(2).normal(size=60)
     fit = fit_local_polynomials(
-        np.arange(60) / 10, np.array([[0, 60]]), relative(values[:, np.newaxis]), 9
+        np.arange(60) / 10, np.array([[0, 60]]), differences_from_centre(values[:, np.newaxis]), 9
     )
     oracle = savgol_filter(values, 9, 2, deriv=1, delta=0.1)
     np.testing.assert_allclose(fit.slope[:, 0], oracle, atol=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.dropouts import SENTINELS, mask_dvl_dropouts, mask_frozen
+from hydrodamp.conditioning.dropouts import DVL_SENTINELS, mask_dvl_dropouts, mask_frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -66,7 +66,7 @@ def test_attitude_tells_that_the_vehicle_moves(counts) -> None:
 
 @pytest.mark.parametrize(
     ("place", "value"),
-    [*((np.s_[30:32, 1], value) for value in (*SENTINELS, -40.0)), (np.s_[30:50, :3], 0.0)],
+    [*((np.s_[30:32, 1], value) for value in (*DVL_SENTINELS, -40.0)), (np.s_[30:50, :3], 0.0)],
 )
 def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) -> None:
     velocity = swim.velocity.copy()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.gaps import remove_samples
-from hydrodamp.data.attitude import quaternion_from_euler, turn
+from hydrodamp.data.attitude import quaternion_from_euler, rotation_vectors
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -37,7 +37,7 @@ def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
     made = remove_samples(log, {"u": lost, "attitude": lost}, "gone", longest=10.0)
     assert sum(counts(made, "gone").values()) == 2 * len(places)
     np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
-    np.testing.assert_allclose(np.abs(turn(made.attitude, log.attitude)), 0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(rotation_vectors(made.attitude, log.attitude)), 0, atol=1e-9)
 
 
 @settings(max_examples=60, deadline=None)

@@ -14,7 +14,7 @@ from hydrodamp.conditioning.outliers import (
     remove_attitude_outliers,
     remove_outliers,
 )
-from hydrodamp.data.attitude import quaternion_from_euler, turn
+from hydrodamp.data.attitude import quaternion_from_euler, rotation_vectors
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
@@ -150,7 +150,7 @@ def test_exactly_the_leaps_put_in_are_taken_out(
     spoilt[rows] = np.column_stack((c * w - s * y, c * x - s * z, c * y + s * w, c * z + s * x))
     made = remove_attitude_outliers(turning(spoilt))
     assert counts(made, "attitude leaps").get("attitude", 0) == len(rows)
-    off = np.linalg.norm(turn(made.attitude, attitude), axis=1)
+    off = np.linalg.norm(rotation_vectors(made.attitude, attitude), axis=1)
     assert off.max() < 0.02 + 0.05 * rate**2
 
 

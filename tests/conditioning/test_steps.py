@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.conditioning.pipeline import clean, steps_of
+from hydrodamp.conditioning.pipeline import clean, parse_steps
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
@@ -63,7 +63,7 @@ def test_a_mapping_does_its_steps(turning: Log) -> None:
     ],
 )
 def test_what_is_wrong_is_said(content: object, said: str) -> None:
-    steps, faults = steps_of(content)
+    steps, faults = parse_steps(content)
     assert steps == ()
     assert said in faults[0]
 
@@ -106,7 +106,7 @@ def test_settings_reach_the_function(turning: Log) -> None:
         {"rates_from_attitude": {"names": ["r"]}},
         {"apply_first_order_lag": {"rudder": 0.5}},
     ]
-    steps, faults = steps_of(content)
+    steps, faults = parse_steps(content)
     assert not faults
     cleaned = hd.remove_outliers(hd.clean(turning), names=["u"], threshold=1e6)
     by_hand = hd.apply_first_order_lag(hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5})
@@ -114,7 +114,7 @@ def test_settings_reach_the_function(turning: Log) -> None:
     np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)
     assert found.notes == by_hand.notes
-    (mixed,), _ = steps_of(
+    (mixed,), _ = parse_steps(
         [{"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "avl690"}}]
     )
     assert mixed.keywords["mixing"] == "avl690"

@@ -16,10 +16,10 @@ import yaml
 import hydrodamp as hd
 from hydrodamp.cli.comparison_run import check_log
 from hydrodamp.conditioning.consistency import VehicleScale
-from hydrodamp.conditioning.pipeline import steps_of
+from hydrodamp.conditioning.pipeline import parse_steps
 from hydrodamp.conditioning.quality_checks import annotate_quality, check_quality
-from hydrodamp.data.agreement import integral
-from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
+from hydrodamp.data.agreement import cumulative_integral
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.errors import HydrodampWarning
 
 #: Length [m], speed [m/s] and step of the clock [s].
@@ -47,14 +47,14 @@ def voyage(craft: str, seed: int) -> hd.Log:
         )
     )
     linear = speed * (swing[:, :3] * (0.4, 0.2, 0.1) + (0.8, 0.0, 0.0))
-    world = np.einsum("nij,nj->ni", rotation(quaternion_from_euler(angles)), linear)
+    world = np.einsum("nij,nj->ni", rotation_matrices(quaternion_from_euler(angles)), linear)
     sizes = (2e-4, 0.01 * speed, 0.02 * speed / length, 2e-3 * length)
     a, v, w, p = (size * rng.standard_normal((3000, 3)) for size in sizes)
     return hd.Log(
         time=time,
         velocity=np.column_stack((linear + v, rates + w)),
         attitude=quaternion_from_euler(angles + a),
-        position=integral(time, world) + p,
+        position=cumulative_integral(time, world) + p,
         wrench=waves,
     )
 
@@ -97,7 +97,7 @@ def shuffled(log: hd.Log) -> dict[str, object]:
 
 def earth_fixed(log: hd.Log) -> dict[str, object]:
     """Velocities along the axes of the world."""
-    world = np.einsum("nij,nj->ni", rotation(log.attitude), log.velocity[:, :3])
+    world = np.einsum("nij,nj->ni", rotation_matrices(log.attitude), log.velocity[:, :3])
     return {"velocity": np.column_stack((world, log.velocity[:, 3:]))}
 
 
@@ -291,7 +291,7 @@ def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> Non
     (found,) = check_quality(wrong, CRAFT[craft][0])
     named = re.search(r"`steps: (.*)`", found.remedy)
     if named:
-        steps, faults = steps_of(yaml.safe_load(named[1]))
+        steps, faults = parse_steps(yaml.safe_load(named[1]))
         assert not faults
         assert check_quality(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
 

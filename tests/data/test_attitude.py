@@ -6,8 +6,8 @@ from hypothesis import given, strategies as st
 from hydrodamp.data.attitude import (
     euler_from_quaternion,
     quaternion_from_euler,
-    rotation,
-    turn,
+    rotation_matrices,
+    rotation_vectors,
 )
 
 angle = st.floats(-3.0, 3.0)
@@ -26,7 +26,7 @@ def elementary(roll: float, pitch: float, yaw: float) -> np.ndarray:
 @given(angle, pitch, angle)
 def test_rotation_is_the_product_of_elementary_ones(r: float, p: float, y: float) -> None:
     q = quaternion_from_euler(np.array([[r, p, y]]))
-    np.testing.assert_allclose(rotation(q)[0], elementary(r, p, y), atol=1e-14)
+    np.testing.assert_allclose(rotation_matrices(q)[0], elementary(r, p, y), atol=1e-14)
 
 
 @given(angle, pitch, angle)
@@ -45,5 +45,5 @@ def test_turn_is_the_constant_rate_that_leads_there(
     w1, v1 = first[0, 0], first[0, 1:]
     w2, v2 = np.cos(angle_of / 2), np.sin(angle_of / 2) * axis
     second = np.array([[w1 * w2 - v1 @ v2, *(w1 * v2 + w2 * v1 + np.cross(v1, v2))]])
-    np.testing.assert_allclose(turn(first, second), [vector], atol=1e-12)
-    np.testing.assert_allclose(turn(first, -second), [vector], atol=1e-12)
+    np.testing.assert_allclose(rotation_vectors(first, second), [vector], atol=1e-12)
+    np.testing.assert_allclose(rotation_vectors(first, -second), [vector], atol=1e-12)

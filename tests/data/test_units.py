@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from hydrodamp.data.channels import QUANTITIES, RESERVED
-from hydrodamp.data.units import UNITS, factor, is_unit, spelt, unit_at_end
+from hydrodamp.data.units import UNITS, is_unit, parse_unit, trailing_unit, unit_factor
 from hydrodamp.errors import LogError
 
 # NIST SP 811 (2008), appendix B.8, to the digits printed there.
@@ -21,12 +21,12 @@ NIST = {
 
 @pytest.mark.parametrize(("place", "value"), NIST.items(), ids=lambda item: str(item))
 def test_factors_are_those_of_nist(place: tuple[str, str], value: float) -> None:
-    assert factor(place[1], place[0]) == pytest.approx(value, rel=1e-6)
+    assert unit_factor(place[1], place[0]) == pytest.approx(value, rel=1e-6)
 
 
 def test_a_unit_of_another_quantity_is_refused() -> None:
     with pytest.raises(LogError, match=r"'deg' is no unit of angular rate .* mean 'deg/s'\?"):
-        factor("deg", "angular rate")
+        unit_factor("deg", "angular rate")
 
 
 @pytest.mark.parametrize(
@@ -40,14 +40,14 @@ def test_a_unit_of_another_quantity_is_refused() -> None:
     ],
 )
 def test_units_are_known_in_the_spellings_of_files(text: str, unit: str | None) -> None:
-    assert spelt(text) == unit
+    assert parse_unit(text) == unit
     assert is_unit(text) == (unit is not None or text in ("volt", "raw"))
 
 
 def test_the_quantity_decides_between_units_that_differ_by_their_case_alone() -> None:
-    assert spelt("KN", "speed") == "kn"
-    assert spelt("KN", "force") == "kN"
-    assert factor("KTS", "speed") == UNITS["speed"]["kn"]
+    assert parse_unit("KN", "speed") == "kn"
+    assert parse_unit("KN", "force") == "kN"
+    assert unit_factor("KTS", "speed") == UNITS["speed"]["kn"]
 
 
 @pytest.mark.parametrize("word", ["u", "r", "1", "7", "t", "N2"])
@@ -68,7 +68,7 @@ def test_names_and_numbers_are_no_units(word: str) -> None:
     ],
 )
 def test_a_name_may_end_in_its_unit(name: str, found: tuple[int, str] | None) -> None:
-    assert unit_at_end(name.split()) == found
+    assert trailing_unit(name.split()) == found
 
 
 def test_no_column_stands_twice_and_every_quantity_has_units() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Python
 
@@ -68,7 +68,7 @@ def test_holoocean_is_asked_in_its_own_world(tmp_path):
     names = module_of(craft, tmp_path)
     quaternion = quaternion_from_euler(np.array([[0.3, -0.4, 2.0]]))[0]
     nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(craft.inputs), 0.2)
-    turn, turned = rotation(quaternion[None])[0], np.array([1.0, -1.0, -1.0])
+    turn, turned = rotation_matrices(quaternion[None])[0], np.array([1.0, -1.0, -1.0])
     w, x, y, z = quaternion
     state = np.concatenate(
         [
@@ -84,7 +84,7 @@ def test_holoocean_is_asked_in_its_own_world(tmp_path):
     at = np.concatenate([nu, np.zeros(3), quaternion])
     rate = names["derivative"](at, given)
     later = at + step * rate
-    moved = rotation(later[None, 9:] / np.linalg.norm(later[9:]))[0]
+    moved = rotation_matrices(later[None, 9:] / np.linalg.norm(later[9:]))[0]
     before, after = turn @ nu.reshape(2, 3).T, moved @ later[:6].reshape(2, 3).T
     wanted = ((after - before).T * turned / step).ravel()
     np.testing.assert_allclose(found, wanted, atol=1e-4 * np.abs(wanted).max())

@@ -13,10 +13,10 @@ from scipy.spatial.transform import Rotation
 import stranger_kinds  # noqa: F401  # adds its cases
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import factor
+from hydrodamp.data.units import unit_factor
 from hydrodamp.files import parse_yaml
-from hydrodamp.ingest.inspection.draft import LEAST, SURE, drafted
-from hydrodamp.ingest.inspection.probe import SUFFICES, probe
+from hydrodamp.ingest.inspection.draft import MIN_CONFIDENCE, SURE_CONFIDENCE, select_channels
+from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
 from hydrodamp.ingest.inspection.roles import Roles
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_recording
@@ -88,10 +88,10 @@ def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if case.loads:
-            assert found.draft.confidence >= SUFFICES, text
+            assert found.draft.confidence >= MIN_DRAFT_CONFIDENCE, text
             assert [*wrong(found.mapping().log(recording), case)] == [], text
             return
-        assert found.draft.confidence < SUFFICES, text
+        assert found.draft.confidence < MIN_DRAFT_CONFIDENCE, text
         assert case.says in text or any(case.says in note for note in found.notes), text
         for before, after in case.add:
             assert before in text, text
@@ -107,7 +107,7 @@ def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
     roles = probe(recording).roles
-    assert [*wrong_channels(recording, roles, case, SURE)] == []
+    assert [*wrong_channels(recording, roles, case, SURE_CONFIDENCE)] == []
 
 
 @pytest.mark.parametrize("name", [name for name, one in CASES.items() if one.commands is not None])
@@ -116,23 +116,25 @@ def test_no_channel_of_a_draft_is_wrong(name: str, tmp_path: Path) -> None:
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
     found = probe(recording)
-    assert [*wrong_channels(recording, found.roles, case, LEAST - 1)] == [], found.draft.text
+    assert [*wrong_channels(recording, found.roles, case, MIN_CONFIDENCE - 1)] == [], (
+        found.draft.text
+    )
     drafted_commands = {
-        one.column for one in found.roles.all_of("commands") if one.confidence >= LEAST
+        one.column for one in found.roles.all_of("commands") if one.confidence >= MIN_CONFIDENCE
     }
     assert drafted_commands == {*(case.commands or "").split()}, found.draft.text
-    names = {one.role.removeprefix("velocity.") for one in drafted(found.roles)}
+    names = {one.role.removeprefix("velocity.") for one in select_channels(found.roles)}
     assert names.isdisjoint(case.lacks.split()), found.draft.text
 
 
 def wrong_channels(recording: Recording, roles: Roles, case: Case, above: int) -> Iterator[str]:
     """Yield the drafted channels above a confidence that are not what the draft says."""
-    for one in drafted(roles):
+    for one in select_channels(roles):
         if one.confidence <= above or any(map(one.role.startswith, case.apart.split())):
             continue
         column = one.column.removeprefix(f"{one.topic}.")
         values = recording.topic(one.topic).fields[column] * one.sign
-        values = values * (factor(one.unit) if one.unit else 1.0)
+        values = values * (unit_factor(one.unit) if one.unit else 1.0)
         known = np.isfinite(values)
         rows = known if len(values) == len(TRUTH.time) else np.ones(len(TRUTH.time), np.bool_)
         if rows.sum() != known.sum():
@@ -140,7 +142,7 @@ def wrong_channels(recording: Recording, roles: Roles, case: Case, above: int) -
             continue
         start = values[known][0] if one.role.startswith("position.") else None  # from its start
         apart = []
-        for true in TRUTH.roles(one.role, roles.upright.body):
+        for true in TRUTH.roles(one.role, roles.vertical_axis.body):
             off = values[known] - true[rows] - (0 if start is None else start - true[rows][0])
             apart.append(np.median(np.abs(2 * np.sin(off / 2))) / np.std(true))  # but for turns
         if min(apart, default=1.0) > 0.05:

@@ -14,7 +14,7 @@ from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from hydrodamp.data.log import Log
-from hydrodamp.ingest.inspection.probe import SUFFICES, Probe, probe
+from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Probe, probe
 from hydrodamp.ingest.read import read_log, read_recording
 from strangers import DEG, clock, write
 
@@ -154,7 +154,7 @@ def amiss(found: Probe, log: Log, known: Log) -> list[str]:
     """Return channels that are other than known, unless it is told that the axes may be."""
     at, told = log.elapsed, []
     signs = [np.ones(6)]
-    if found.roles.upright.confidence < SURE:
+    if found.roles.vertical_axis.confidence < SURE:
         signs.append(np.array([1.0, -1, -1, 1, -1, -1]))
     true = np.column_stack([np.interp(at, known.elapsed, one) for one in known.velocity.T])
     spread = np.maximum(known.velocity.std(axis=0), 1e-3)
@@ -197,7 +197,7 @@ def test_seeds(part: int, tmp_path: Path, measured_logs: Callable[[str], Path]) 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = probe(read_recording(path))
-            if found.draft.confidence < SUFFICES:
+            if found.draft.confidence < MIN_DRAFT_CONFIDENCE:
                 continue
             assert amiss(found, found.mapping().log(read_recording(path)), known) == [], (
                 f"{seed}\n{found.draft.text}"

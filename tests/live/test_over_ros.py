@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.attitude import product
+from hydrodamp.data.attitude import quaternion_product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.message_layout import columns_of
@@ -87,7 +87,7 @@ def odometry(log):
     """Return messages of a log in the axes of REP 103, and commands before each."""
     nav, joints = pytest.importorskip("nav_msgs.msg"), pytest.importorskip("sensor_msgs.msg")
     quarter = np.array([np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5)])
-    turned = product(quarter, log.attitude) * (1.0, 1.0, -1.0, -1.0)
+    turned = quaternion_product(quarter, log.attitude) * (1.0, 1.0, -1.0, -1.0)
     moves = log.velocity * (1.0, -1.0, -1.0, 1.0, -1.0, -1.0)
     nanoseconds, said = 0, []
     for run in log.segments:

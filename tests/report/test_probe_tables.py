@@ -5,9 +5,9 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection.delay import Delay
-from hydrodamp.ingest.inspection.probe import Inspection, judge, probe
+from hydrodamp.ingest.inspection.probe import Inspection, inspect, probe
 from hydrodamp.ingest.inspection.quality_report import verdict
-from hydrodamp.report.probe_tables import LISTED, probe_tables
+from hydrodamp.report.probe_tables import MAX_LISTED, probe_tables
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CANONICAL = Recording((Topic("", None, {"time": TIME, "u": TIME}),), "dive.csv", "text in columns")
@@ -17,7 +17,7 @@ def notes(*topics, form="text in columns"):
     recording = Recording(topics, "dive.csv", form)
     found = probe(recording)
     return "\n".join(
-        note for grid in probe_tables(found, judge(found, [recording])) for note in grid.notes
+        note for grid in probe_tables(found, inspect(found, [recording])) for note in grid.notes
     )
 
 
@@ -28,7 +28,7 @@ def grids_of(log, *delays):
 
 def test_topics_are_counted_and_their_clocks_told():
     back = np.concatenate((TIME, TIME[:5]))
-    many = [Topic(f"t{k:02}", TIME, {"a": TIME}) for k in range(LISTED + 2)]
+    many = [Topic(f"t{k:02}", TIME, {"a": TIME}) for k in range(MAX_LISTED + 2)]
     told = notes(*many, Topic("back", back, {"a": back}, faults={"b": "`b` is broken"}))
     assert "and 3 more topics" in told
     told = notes(Topic("back", back, {"a": back}, units={"a": "m"}, faults={"b": "`b` is broken"}))

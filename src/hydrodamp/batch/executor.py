@@ -17,7 +17,7 @@ from time import monotonic
 from typing import Any, Protocol, TypeVar
 
 from hydrodamp.errors import HydrodampError
-from hydrodamp.progress import count_items, unwatched
+from hydrodamp.progress import count_items, disable_progress
 
 Result = TypeVar("Result")
 
@@ -211,7 +211,7 @@ def _serve(connection: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
     Thread(target=_exit_with_parent, daemon=True).start()
     threadpool_limits(limits=1)
-    unwatched()
+    disable_progress()
     while True:
         try:
             call, arguments = connection.recv()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from hydrodamp.data.record import name_after
+from hydrodamp.data.record import name_of_source
 from hydrodamp.ingest.formats.multi_file import JOINT, apart, called
 from hydrodamp.ingest.mapping.log_mapping import LogMapping, composed, load, read_mapping
 
@@ -50,7 +50,9 @@ def group_files(files: Iterable[str], mapping: ResolvedMapping | None) -> list[s
         return [*files]
     topics, patterns = _topics(mapping), mapping.mapping.files
     places = {file: _split(file) for file in files}
-    n_topics = Counter(folder for file, (folder, _) in places.items() if name_after(file) in topics)
+    n_topics = Counter(
+        folder for file, (folder, _) in places.items() if name_of_source(file) in topics
+    )
     recordings: dict[tuple[str, str], list[str]] = {}
     for file, (folder, name) in places.items():
         run = _run_of(name, patterns)

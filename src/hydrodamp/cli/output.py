@@ -17,7 +17,7 @@ import typer
 
 from hydrodamp.errors import HydrodampError, HydrodampWarning, printable
 from hydrodamp.files import as_json
-from hydrodamp.progress import watched
+from hydrodamp.progress import show_progress
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
@@ -61,7 +61,7 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        with warnings_as_notes(), watched():
+        with warnings_as_notes(), show_progress():
             try:
                 return command(*args, **kwargs)
             except (typer.Exit, BrokenPipeError):

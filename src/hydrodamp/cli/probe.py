@@ -18,22 +18,10 @@ if TYPE_CHECKING:
     from hydrodamp.ingest.inspection.quality_report import Requirements
 
 
-def probe(
-    logs: options.SomeLogs,
-    vehicle: Annotated[
-        str | None,
-        typer.Option(metavar="V", help=f"Judge the log for it: {options.FLEET}, or a YAML file."),
-    ] = None,
-    mapping: options.MappingFile = None,
-    draft: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Save the draft of a mapping file.")
-    ] = None,
-    force: options.Force = False,
-    json: options.Json = False,
-) -> None:
+def probe(logs: options.SomeLogs, vehicle: Annotated[str | None, typer.Option(metavar="V", help=f"Judge the log for it: {options.FLEET}, or a YAML file."),] = None, mapping: options.MappingFile = None, draft: Annotated[Path | None, typer.Option(metavar="FILE", help="Save the draft of a mapping file.")] = None, force: options.Force = False, json: options.Json = False,) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.files import save_text
-    from hydrodamp.ingest.inspection.probe import joined, judge
+    from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
     needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
@@ -42,11 +30,11 @@ def probe(
 
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
-    if message := joined(recordings):
+    if message := describe_join(recordings):
         note(message)
     with progress("looking through it"):
         result = hd.probe(*recordings)
-        judged = judge(result, recordings, mapping, needs)
+        judged = inspect(result, recordings, mapping, needs)
     if draft is not None:
         save_text(result.draft.text, draft)
         note(f"wrote {draft}")
@@ -54,7 +42,7 @@ def probe(
         emit(probe_document(result, judged))
     else:
         print_results(*probe_tables(result, judged))
-        if judged.verdict is not None and judged.verdict.moves_too_little:
+        if judged.report is not None and judged.report.is_poorly_excited:
             note("`hydrodamp plan --vehicle V --model M --duration 600` says what to sail instead.")
 
 

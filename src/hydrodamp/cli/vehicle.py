@@ -32,7 +32,7 @@ def new(
     json: options.Json = False,
 ) -> None:
     """Write a commented vehicle file to fill in."""
-    from hydrodamp.arrays import LARGEST
+    from hydrodamp.arrays import MAX_MAGNITUDE
     from hydrodamp.errors import VehicleError
     from hydrodamp.files import save_text
     from hydrodamp.results import check_new_file
@@ -42,8 +42,10 @@ def new(
     sizes = {"length": length, "diameter": diameter, "mass": mass}
     complete = like is not None or mass is not None
     for name, size in sizes.items():
-        if size is not None and not 0.0 < size <= LARGEST:
-            raise VehicleError(f"`--{name}` must be positive and at most {LARGEST:g}; got {size:g}")
+        if size is not None and not 0.0 < size <= MAX_MAGNITUDE:
+            raise VehicleError(
+                f"`--{name}` must be positive and at most {MAX_MAGNITUDE:g}; got {size:g}"
+            )
     if like is None:
         text = vehicle_template(file.stem, **sizes)
     elif any(size is not None for size in sizes.values()):

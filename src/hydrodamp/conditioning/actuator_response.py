@@ -41,7 +41,7 @@ def apply_delay(log: Log, seconds: Mapping[str, float]) -> Log:
     >>> apply_delay(log, {"rudder": 0.5}).command("rudder").tolist()
     [0.0, 0.5, 0.5, 0.0]
     """
-    return _answered(log, seconds, _delayed, "delayed")
+    return _apply_response(log, seconds, _delay_segment, "delayed")
 
 
 def apply_first_order_lag(log: Log, seconds: Mapping[str, float]) -> Log:
@@ -70,7 +70,7 @@ def apply_first_order_lag(log: Log, seconds: Mapping[str, float]) -> Log:
     >>> apply_first_order_lag(log, {"rudder": 1.0}).command("rudder").round(3).tolist()
     [0.0, 0.368, 0.767, 0.914]
     """
-    return _answered(log, seconds, _lagged, "lagged")
+    return _apply_response(log, seconds, _lag_segment, "lagged")
 
 
 def apply_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
@@ -117,7 +117,7 @@ def apply_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
     return _with_commands(log, changed).with_notes(*notes)
 
 
-def _answered(log: Log, seconds: Mapping[str, float], response: _Response, done: str) -> Log:
+def _apply_response(log: Log, seconds: Mapping[str, float], response: _Response, done: str) -> Log:
     changed = {}
     for name, given in seconds.items():
         values = log.command(name)
@@ -138,13 +138,13 @@ def _with_commands(log: Log, changed: Mapping[str, FloatArray]) -> Log:
     return dataclasses.replace(log, commands=commands)
 
 
-def _ends(time: FloatArray) -> FloatArray:
+def _sample_ends(time: FloatArray) -> FloatArray:
     """Return when each sample ends; the last one lasts a median step."""
     return np.append(time[1:], time[-1] + np.median(np.diff(time)))
 
 
-def _delayed(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-    ends = _ends(time)
+def _delay_segment(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
+    ends = _sample_ends(time)
     knots = np.append(time, ends[-1])
     area = np.concatenate(([0.0], np.cumsum(values * (ends - time))))
 
@@ -155,10 +155,10 @@ def _delayed(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray
     return (until(ends - seconds) - until(time - seconds)) / (ends - time)
 
 
-def _lagged(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
+def _lag_segment(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
     from scipy.linalg.lapack import dtbtrs  # takes long to import
 
-    steps = (_ends(time) - time) / seconds
+    steps = (_sample_ends(time) - time) / seconds
     reached = -np.expm1(-steps)  # of the way to the command, at the end of each step
     # Each response is what is left of the one before, and what it has reached of the command.
     bands = np.stack((np.ones(len(time)), -np.exp(-steps)))

@@ -11,40 +11,40 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import down, in_body, turn
+from hydrodamp.data.attitude import down_vectors, rotate_to_body, rotation_vectors
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean
 
 #: Numbers of samples to choose from.
-WINDOWS = (5, 7, 9, 13, 17, 25, 35)
+WINDOW_LENGTHS = (5, 7, 9, 13, 17, 25, 35)
 
-_CHUNK = 8192
-_EVEN = 1e-9  # of a window, by which an even clock may differ
-_TRIED = 20000  # samples at which windows are compared, no more
+_CHUNK_ROWS = 8192
+_UNIFORM_TOLERANCE = 1e-9  # of a window, by which an even clock may differ
+_MAX_CV_SAMPLES = 20000  # samples at which windows are compared, no more
 
 
-class Local(NamedTuple):
+class LocalFit(NamedTuple):
     """Local polynomials at m samples."""
 
     value: FloatArray
     slope: FloatArray
-    own: FloatArray
+    leverage: FloatArray
 
 
 #: Samples (m,) and their neighbours (m, w) -> the values there, shape (m, w, k).
-Around = Callable[[IntArray, IntArray], FloatArray]
+WindowValues = Callable[[IntArray, IntArray], FloatArray]
 
 
-def slopes(log: Log, around: Around, seconds: float | None) -> tuple[Local, int]:
+def fit_slopes(log: Log, around: WindowValues, seconds: float | None) -> tuple[LocalFit, int]:
     """Return local quadratics over some seconds, or over the best window; and its samples."""
     if seconds is None:
-        window = best_window(log.time, log.bounds, around)
+        window = select_window(log.time, log.bounds, around)
     else:
         window = max(5, 2 * round(seconds / float(np.median(log.steps)) / 2) + 1)
     return fit_local_polynomials(log.time, log.bounds, around, window), window
 
 
-def relative(values: FloatArray) -> Around:
+def differences_from_centre(values: FloatArray) -> WindowValues:
     """Return columns of numbers as differences from each sample."""
 
     def around(at: IntArray, near: IntArray) -> FloatArray:
@@ -53,9 +53,9 @@ def relative(values: FloatArray) -> Around:
     return around
 
 
-def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> Local:
+def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> LocalFit:
     """Fit a polynomial to each window and evaluate it at the sample."""
-    if np.ptp(span, axis=0).max() <= _EVEN * np.abs(span).max():
+    if np.ptp(span, axis=0).max() <= _UNIFORM_TOLERANCE * np.abs(span).max():
         span = span[:1]  # an even clock: one polynomial's weights serve all
     size = np.abs(span).max(axis=1)
     scale = np.where(size > 0, size, 1.0)[:, np.newaxis]
@@ -63,46 +63,46 @@ def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> 
     inverse = np.linalg.inv(powers @ powers.transpose(0, 2, 1))
     parts = (inverse @ powers) @ around
     slope = parts[:, 1] / scale if parts.shape[1] > 1 else 0.0 * parts[:, 0]
-    return Local(parts[:, 0], slope, np.broadcast_to(inverse[:, 0, 0], len(around)))
+    return LocalFit(parts[:, 0], slope, np.broadcast_to(inverse[:, 0, 0], len(around)))
 
 
 def fit_local_polynomials(
     time: FloatArray,
     bounds: IntArray,
-    around: Around,
+    around: WindowValues,
     window: int,
     rows: IntArray | None = None,
     degree: int = 2,
-) -> Local:
+) -> LocalFit:
     """Return local polynomials at samples of a log."""
     wanted = np.arange(len(time)) if rows is None else rows
     parts = []
     for start, stop in bounds.tolist():
         first, last = np.searchsorted(wanted, (start, stop)).tolist()
         width = min(window, stop - start)
-        for low in range(first, last, _CHUNK):
-            at = wanted[low : min(low + _CHUNK, last)]
+        for low in range(first, last, _CHUNK_ROWS):
+            at = wanted[low : min(low + _CHUNK_ROWS, last)]
             begin = np.clip(at - width // 2, start, stop - width)
             near = begin[:, np.newaxis] + np.arange(width)
             span = time[near] - time[at, np.newaxis]
             parts.append(local_polynomials(span, around(at, near), degree))
-    return Local(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    return LocalFit(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def best_window(time: FloatArray, bounds: IntArray, around: Around) -> int:
+def select_window(time: FloatArray, bounds: IntArray, around: WindowValues) -> int:
     """Return the window whose parabolas best predict the sample they leave out."""
-    rows = np.arange(0, len(time), -(-len(time) // _TRIED))
+    rows = np.arange(0, len(time), -(-len(time) // _MAX_CV_SAMPLES))
     longest = int(np.max(bounds[:, 1] - bounds[:, 0]))
-    usable = [window for window in WINDOWS if window < longest] or [WINDOWS[0]]
+    usable = [window for window in WINDOW_LENGTHS if window < longest] or [WINDOW_LENGTHS[0]]
     errors = []
     for window in usable:
         fit = fit_local_polynomials(time, bounds, around, window, rows)
-        free = np.maximum(1.0 - fit.own, 1e-6)[:, np.newaxis]
+        free = np.maximum(1.0 - fit.leverage, 1e-6)[:, np.newaxis]
         errors.append(float(np.mean((fit.value / free) ** 2)))
     return usable[int(np.argmin(errors))]
 
 
-def required(log: Log, step: str, *names: str) -> list[FloatArray]:
+def required_blocks(log: Log, step: str, *names: str) -> list[FloatArray]:
     """Return what a step needs of a log, or say what is lacking."""
     found = {name: getattr(log, name) for name in names}
     if lacking := [name.replace("_", " ") for name, block in found.items() if block is None]:
@@ -112,7 +112,7 @@ def required(log: Log, step: str, *names: str) -> list[FloatArray]:
 
 
 _LINEAR, _RATES = VELOCITIES[:3], VELOCITIES[3:]
-_LEVEL = 1e-9  # off the vertical; a planar log has no more
+_MAX_TILT = 1e-9  # off the vertical; a planar log has no more
 
 
 def rates_from_attitude(
@@ -149,12 +149,12 @@ def rates_from_attitude(
     >>> log.velocity_names, log.velocity[:, 5].min().round(9).item()
     (('u', 'r'), 0.3)
     """
-    (attitude,) = required(log, "rates_from_attitude", "attitude")
-    level = bool((np.abs(down(attitude)[:, :2]) < _LEVEL).all())
-    chosen = _chosen(log, names, _RATES, _RATES[2:] if level else _RATES)
+    (attitude,) = required_blocks(log, "rates_from_attitude", "attitude")
+    level = bool((np.abs(down_vectors(attitude)[:, :2]) < _MAX_TILT).all())
+    chosen = _names_to_derive(log, names, _RATES, _RATES[2:] if level else _RATES)
     if not chosen:
         return log
-    fit, window = slopes(log, _turns(attitude), seconds)
+    fit, window = fit_slopes(log, _relative_rotations(attitude), seconds)
     rates = fit.slope - np.cross(fit.value, fit.slope) / 2
     return _with_velocities(log, chosen, rates, "from attitude", window)
 
@@ -196,28 +196,28 @@ def velocity_from_position(
     >>> done.velocity_names, done.velocity[:, 0].max().round(9).item()
     (('u', 'v', 'r'), 2.0)
     """
-    position, attitude = required(log, "velocity_from_position", "position", "attitude")
+    position, attitude = required_blocks(log, "velocity_from_position", "position", "attitude")
     moves = (position != position[0]).any(axis=0)
     known = (_LINEAR[:2] if moves[:2].any() else ()) + (_LINEAR[2:] if moves[2] else ())
-    chosen = _chosen(log, names, _LINEAR, known)
+    chosen = _names_to_derive(log, names, _LINEAR, known)
     if not chosen:
         return log
-    fit, window = slopes(log, relative(position), seconds)
-    body = in_body(attitude, fit.slope)  # v = R^T dx/dt
+    fit, window = fit_slopes(log, differences_from_centre(position), seconds)
+    body = rotate_to_body(attitude, fit.slope)  # v = R^T dx/dt
     return _with_velocities(log, chosen, body, "over ground from position", window)
 
 
-def _turns(attitude: FloatArray) -> Around:
+def _relative_rotations(attitude: FloatArray) -> WindowValues:
     """Return attitudes as the rotation vectors that lead there from each sample."""
 
     def around(at: IntArray, near: IntArray) -> FloatArray:
         first = np.repeat(attitude[at], near.shape[1], axis=0)
-        return turn(first, attitude[near.ravel()]).reshape(*near.shape, 3)
+        return rotation_vectors(first, attitude[near.ravel()]).reshape(*near.shape, 3)
 
     return around
 
 
-def _chosen(
+def _names_to_derive(
     log: Log, names: Sequence[str] | None, known: Sequence[str], usual: Sequence[str]
 ) -> tuple[str, ...]:
     """Return the velocities to derive, in their usual order, or say which cannot be."""
@@ -292,10 +292,10 @@ def acceleration_from_accelerometer(
     [0.5, 0.0, 0.0]
     """
     what = "acceleration_from_accelerometer"
-    force, _ = required(log, what, "specific_force", "attitude")
+    force, _ = required_blocks(log, what, "specific_force", "attitude")
     arm = frozen(lever_arm, (3,), "lever_arm", LogError)
     rates = log.velocity[:, 3:]
-    fit, window = slopes(log, relative(rates), seconds)
+    fit, window = fit_slopes(log, differences_from_centre(rates), seconds)
     linear = force + GRAVITY * log.down - np.cross(rates, log.velocity[:, :3])
     linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
     both = np.column_stack((linear, fit.slope))

@@ -6,22 +6,26 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, runs
+from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, true_runs
 from hydrodamp.data.channels import POSITION
-from hydrodamp.data.log import Log, velocities
+from hydrodamp.data.log import Log, recorded_velocities
 
 #: Channels, and which samples of each are to be taken out.
-Lost = dict[str, BoolArray]
+Masks = dict[str, BoolArray]
 
-_TIMES_USUAL = 3.0
-_USUAL = 0.9  # quantile of the lengths of a channel's runs
-_LEAST_STEPS = 3
-_HELD = 0.4  # share of samples that repeat the one before, from which a channel is held
-_SENT = 10  # times at least
-_EVEN = 0.6  # of the usual number of rows; a coarse sensor repeats itself any number of times
-_LEAP = 3.0  # times the usual step
-_CARRIED = 0.3  # of a usual step of a pose
-_MOVING = 0.5  # of the steps of a run, on which something else must change
+_FROZEN_FACTOR = 3.0
+_RUN_QUANTILE = 0.9  # quantile of the lengths of a channel's runs
+_MIN_FROZEN_STEPS = 3
+_MIN_REPEATED_SHARE = (
+    0.4  # share of samples that repeat the one before, from which a channel is held
+)
+_MIN_UPDATES = 10  # times at least
+_MIN_REGULARITY = (
+    0.6  # of the usual number of rows; a coarse sensor repeats itself any number of times
+)
+_JUMP_FACTOR = 3.0  # times the usual step
+_MIN_STEP_SHARE = 0.3  # of a usual step of a pose
+_MIN_MOVING_SHARE = 0.5  # of the steps of a run, on which something else must change
 
 
 def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
@@ -51,39 +55,41 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     return remove_samples(log, find_frozen(log, seconds), "frozen")
 
 
-def find_frozen(log: Log, seconds: float = 1.0) -> Lost:
+def find_frozen(log: Log, seconds: float = 1.0) -> Masks:
     """Return what a frozen sensor repeats: of a velocity, of the attitude, of the position."""
-    steady, lost = _repeating(log), Lost()
-    for name, values in velocities(log).items():
+    steady, lost = _repeat_masks(log), Masks()
+    for name, values in recorded_velocities(log).items():
         rest = [other for one, other in steady.items() if one != name]
         moving = ~np.logical_and.reduce(rest or [np.ones(log.n, dtype=np.bool_)])
-        lost[name] = _frozen(log, values, steady[name], moving, seconds)
+        lost[name] = _frozen_mask(log, values, steady[name], moving, seconds)
     turning = None if log.attitude is None else log.attitude[:, 1:]
-    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, track(log), 0))
+    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, varying_position(log), 0))
     for names, pose, first in poses:
         if pose is not None:
-            same = _steady(pose, log.bounds)
-            moving = _carried(log, pose, same, log.velocity[:, first : first + 3])
-            lost |= dict.fromkeys(names, _frozen(log, pose, same, moving, seconds))
+            same = _repeats_previous(pose, log.bounds)
+            moving = _motion_expected(log, pose, same, log.velocity[:, first : first + 3])
+            lost |= dict.fromkeys(names, _frozen_mask(log, pose, same, moving, seconds))
     return lost
 
 
-def track(log: Log) -> FloatArray | None:
+def varying_position(log: Log) -> FloatArray | None:
     """Return the position, unless it is a depth alone: that may well stay, and is no way."""
     if log.position is None or np.count_nonzero(np.ptp(log.position, axis=0)) < 2:
         return None
     return log.position
 
 
-def _carried(log: Log, pose: FloatArray, same: BoolArray, velocity: FloatArray) -> BoolArray:
+def _motion_expected(
+    log: Log, pose: FloatArray, same: BoolArray, velocity: FloatArray
+) -> BoolArray:
     """Return where velocities would change a pose by as much as it usually does in a step."""
     steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)[~same[1:]]
     usual = float(np.median(steps)) if len(steps) else np.inf
     speed = np.linalg.norm(velocity, axis=1)
-    return np.asarray(speed * np.median(log.steps) > _CARRIED * usual)
+    return np.asarray(speed * np.median(log.steps) > _MIN_STEP_SHARE * usual)
 
 
-def _runs(log: Log, same: BoolArray) -> tuple[IntArray, IntArray, FloatArray]:
+def _constant_runs(log: Log, same: BoolArray) -> tuple[IntArray, IntArray, FloatArray]:
     """Return the first and the last sample of each run of one value, and how long it lasted."""
     first = np.flatnonzero(~same)
     last = np.append(first[1:], log.n) - 1
@@ -111,32 +117,35 @@ def interpolate_sample_and_hold(log: Log) -> Log:
     'held: 76 of 100 samples of `u` (76 %) interpolated'
     """
     lost = find_sample_and_hold(log)
-    spans = [_runs(log, rows)[2].max() for rows in lost.values()]
+    spans = [_constant_runs(log, rows)[2].max() for rows in lost.values()]
     longest = max(spans, default=0.0) + 2 * float(np.median(log.steps))
     return remove_samples(log, lost, "held", longest)
 
 
-def find_sample_and_hold(log: Log) -> Lost:
+def find_sample_and_hold(log: Log) -> Masks:
     """Return the samples of velocities that repeat a slower sensor's last."""
-    steady, lost = _repeating(log), Lost()
+    steady, lost = _repeat_masks(log), Masks()
     least = min((float(same.mean()) for same in steady.values()), default=0.0)
     for name in log.velocity_names:
-        first, last, _ = _runs(log, same := steady[name])
-        if same.mean() < max(_HELD, _TIMES_USUAL * least) or len(first) < _SENT:
+        first, last, _ = _constant_runs(log, same := steady[name])
+        if (
+            same.mean() < max(_MIN_REPEATED_SHARE, _FROZEN_FACTOR * least)
+            or len(first) < _MIN_UPDATES
+        ):
             continue
         short, usual, long = np.quantile(last - first + 1, (0.1, 0.5, 0.75)).tolist()
-        if usual > 1.0 and short > _EVEN * usual and long < usual / _EVEN:
+        if usual > 1.0 and short > _MIN_REGULARITY * usual and long < usual / _MIN_REGULARITY:
             lost[name] = same
     return lost
 
 
-def _repeating(log: Log) -> Lost:
+def _repeat_masks(log: Log) -> Masks:
     """Tell which samples of velocities and of the attitude repeat the one before."""
-    columns = velocities(log) | ({} if log.attitude is None else {ATTITUDE: log.attitude})
-    return {name: _steady(values, log.bounds) for name, values in columns.items()}
+    columns = recorded_velocities(log) | ({} if log.attitude is None else {ATTITUDE: log.attitude})
+    return {name: _repeats_previous(values, log.bounds) for name, values in columns.items()}
 
 
-def _steady(values: FloatArray, bounds: IntArray) -> BoolArray:
+def _repeats_previous(values: FloatArray, bounds: IntArray) -> BoolArray:
     """Tell which samples repeat the one before in the same segment."""
     flat = values.reshape(len(values), -1)
     same = np.zeros(len(values), dtype=np.bool_)
@@ -145,35 +154,35 @@ def _steady(values: FloatArray, bounds: IntArray) -> BoolArray:
     return same
 
 
-def _frozen(
+def _frozen_mask(
     log: Log, values: FloatArray, same: BoolArray, moving: BoolArray, seconds: float
 ) -> BoolArray:
-    first, last, lasted = _runs(log, same)
+    first, last, lasted = _constant_runs(log, same)
     found = np.zeros(log.n, dtype=np.bool_)
     if len(first) <= len(log.segments):  # one run a segment: it never changes
         return found
-    limit = max(seconds, _TIMES_USUAL * float(np.quantile(lasted, _USUAL)))
+    limit = max(seconds, _FROZEN_FACTOR * float(np.quantile(lasted, _RUN_QUANTILE)))
     steps = last - first
     count = np.concatenate(([0], np.cumsum(moving)))
     moved = count[last + 1] - count[first + 1]
     long = (
         (lasted > limit)
-        & (steps >= _LEAST_STEPS)
+        & (steps >= _MIN_FROZEN_STEPS)
         & values[first].reshape(len(first), -1).any(axis=1)
     )
-    for run in np.flatnonzero(long & (moved >= _MOVING * steps)).tolist():
+    for run in np.flatnonzero(long & (moved >= _MIN_MOVING_SHARE * steps)).tolist():
         found[first[run] + 1 : last[run] + 1] = True
     return found
 
 
 #: Velocities that stand for none [m/s]: the ends of a 16-bit count of mm/s.
-SENTINELS = (-32.768, 32.768, 32.767, -32.767)
+DVL_SENTINELS = (-32.768, 32.768, 32.767, -32.767)
 
 #: What hardly any craft reaches; a usual speed of half of it is in another unit.
-FASTEST = 30.0  # m/s
+MAX_SPEED = 30.0  # m/s
 
-_NEAR = 1e-6  # m/s, about a sentinel
-_BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
+_SENTINEL_TOLERANCE = 1e-6  # m/s, about a sentinel
+_MIN_DROPOUT_SPEED = 0.1  # m/s; from this speed no vehicle stands still within a sample
 
 
 def mask_dvl_dropouts(log: Log, *, flag: str | None = None) -> Log:
@@ -207,27 +216,29 @@ def mask_dvl_dropouts(log: Log, *, flag: str | None = None) -> Log:
     return remove_samples(log, find_dvl_dropouts(log, flag), "no measurement")
 
 
-def find_dvl_dropouts(log: Log, flag: str | None = None) -> Lost:
+def find_dvl_dropouts(log: Log, flag: str | None = None) -> Masks:
     """Return the linear velocities that were written without bottom lock."""
-    linear = {name: one for name, one in velocities(log).items() if name in VELOCITIES[:3]}
+    linear = {name: one for name, one in recorded_velocities(log).items() if name in VELOCITIES[:3]}
     if not linear:
         return {}
     values = np.column_stack([*linear.values()])
     usual = float(np.median(np.abs(values).max(axis=1)))
-    lost = lost_lock(values, FASTEST if usual <= FASTEST / 2 else np.inf).any(axis=1)
-    lost |= _dropped_to_zero(values, log.bounds, _BREAK)
+    lost = is_invalid_velocity(values, MAX_SPEED if usual <= MAX_SPEED / 2 else np.inf).any(axis=1)
+    lost |= _zero_dropouts(values, log.bounds, _MIN_DROPOUT_SPEED)
     if flag is not None:
         lost |= log.command(flag) == 0.0
     return dict.fromkeys(linear, lost)
 
 
-def lost_lock(values: FloatArray, fastest: float) -> BoolArray:
+def is_invalid_velocity(values: FloatArray, fastest: float) -> BoolArray:
     """Return which numbers of a velocity sensor stand for none."""
-    sentinel = np.abs(values[..., np.newaxis] - np.array(SENTINELS)).min(axis=-1) < _NEAR
+    sentinel = (
+        np.abs(values[..., np.newaxis] - np.array(DVL_SENTINELS)).min(axis=-1) < _SENTINEL_TOLERANCE
+    )
     return np.asarray(sentinel | ~(np.abs(values) <= fastest))
 
 
-def _dropped_to_zero(values: FloatArray, bounds: IntArray, least: float) -> BoolArray:
+def _zero_dropouts(values: FloatArray, bounds: IntArray, least: float) -> BoolArray:
     """Return zeros in two or more velocities at once that begin and end with a jump."""
     found = np.zeros(len(values), dtype=np.bool_)
     if values.shape[1] < 2:
@@ -235,7 +246,7 @@ def _dropped_to_zero(values: FloatArray, bounds: IntArray, least: float) -> Bool
     size = np.linalg.norm(values, axis=1)
     for start, stop in bounds.tolist():
         part = size[start:stop]
-        for a, b in runs(part == 0.0):
+        for a, b in true_runs(part == 0.0):
             inside = a > 0 and b < len(part)
             found[start + a : start + b] = inside and min(part[a - 1], part[b]) > least
     return found
@@ -266,18 +277,18 @@ def mask_mocap_dropouts(log: Log) -> Log:
     return remove_samples(log, find_mocap_dropouts(log), "lost frames")
 
 
-def find_mocap_dropouts(log: Log) -> Lost:
+def find_mocap_dropouts(log: Log) -> Masks:
     """Return the poses that are zero between samples that are not."""
-    lost = Lost()
+    lost = Masks()
     if log.position is not None:
-        lost |= dict.fromkeys(POSITION.columns, _leapt_to_zero(log.position, log.bounds))
+        lost |= dict.fromkeys(POSITION.columns, _zero_pose_dropouts(log.position, log.bounds))
     # A heading alone is averaged to zero where it wraps, too.
     if log.attitude is not None and log.attitude[:, 1:3].any():
-        lost[ATTITUDE] = _leapt_to_zero(log.attitude[:, 1:], log.bounds)
+        lost[ATTITUDE] = _zero_pose_dropouts(log.attitude[:, 1:], log.bounds)
     return lost
 
 
-def _leapt_to_zero(values: FloatArray, bounds: IntArray) -> BoolArray:
+def _zero_pose_dropouts(values: FloatArray, bounds: IntArray) -> BoolArray:
     """Return zeros that are much farther from their neighbours than these mostly are."""
     steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
-    return _dropped_to_zero(values, bounds, _LEAP * float(np.median(steps)))
+    return _zero_dropouts(values, bounds, _JUMP_FACTOR * float(np.median(steps)))

@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.attitude import between
+from hydrodamp.data.attitude import slerp
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import BLOCKS
-from hydrodamp.data.log import Log, take
-from hydrodamp.data.record import Segment, longest_step
+from hydrodamp.data.log import Log, extract_segments
+from hydrodamp.data.record import Segment, max_step
 from hydrodamp.errors import LogError
 
 #: How the channel of the quaternions is called.
 ATTITUDE = "attitude"
 
-_SENSED = [
+_SENSOR_CHANNELS = [
     (block.name, place, name)
     for block in BLOCKS
     if block.is_sensed
@@ -37,9 +37,9 @@ class _Gaps(NamedTuple):
     cut: BoolArray
 
 
-def measured(log: Log) -> dict[str, FloatArray]:
+def sensor_columns(log: Log) -> dict[str, FloatArray]:
     """Return what sensors wrote, column by column, without attitude and commands."""
-    sensed = {name for _, _, name in _SENSED}
+    sensed = {name for _, _, name in _SENSOR_CHANNELS}
     return {name: values for name, values in columns_of(log).items() if name in sensed}
 
 
@@ -47,8 +47,8 @@ def remove_samples(
     log: Log, lost: Mapping[str, BoolArray], reason: str, longest: float | None = None
 ) -> Log:
     """Return a log without some samples of some channels, with a note on each channel."""
-    span = longest_step(log.steps) if longest is None else longest
-    gaps = {name: _gaps(log, rows, span) for name, rows in lost.items() if rows.any()}
+    span = max_step(log.steps) if longest is None else longest
+    gaps = {name: _find_gaps(log, rows, span) for name, rows in lost.items() if rows.any()}
     if not gaps:
         return log
     notes = [
@@ -58,10 +58,10 @@ def remove_samples(
         if rows.any()
     ]
     cut = np.logical_or.reduce([one.cut for one in gaps.values()])
-    return _without_rows(_bridged(log, gaps), cut, reason).with_notes(*notes)
+    return _cut_rows(_interpolate_gaps(log, gaps), cut, reason).with_notes(*notes)
 
 
-def runs(mask: BoolArray) -> list[tuple[int, int]]:
+def true_runs(mask: BoolArray) -> list[tuple[int, int]]:
     """Return the first and one-past-last place of each run of true ones."""
     edges = np.flatnonzero(np.diff(mask, prepend=False, append=False)).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
@@ -73,7 +73,7 @@ def count_note(reason: str, channel: str, samples: int, of: int, done: str) -> s
     return f"{reason}: {samples} of {of} samples of `{channel}` ({share}) {done}"
 
 
-def _gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
+def _find_gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
     index = np.arange(log.n)
     before = np.maximum.accumulate(np.where(lost, -1, index))
     after = np.minimum.accumulate(np.where(lost, log.n, index)[::-1])[::-1]
@@ -87,9 +87,9 @@ def _gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
     return _Gaps(before, after, share, bridged, lost & ~bridged)
 
 
-def _bridged(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
+def _interpolate_gaps(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
     blocks: dict[str, Any] = {}
-    for block, place, name in _SENSED:
+    for block, place, name in _SENSOR_CHANNELS:
         if name in gaps:
             column = blocks.setdefault(block, getattr(log, block).copy())[:, place]
             one, rows = gaps[name], gaps[name].bridged
@@ -99,24 +99,24 @@ def _bridged(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
         one, rows = gaps[ATTITUDE], gaps[ATTITUDE].bridged
         first, last = log.attitude[one.before[rows]], log.attitude[one.after[rows]]
         blocks[ATTITUDE] = log.attitude.copy()
-        blocks[ATTITUDE][rows] = between(first, last, one.share[rows])
+        blocks[ATTITUDE][rows] = slerp(first, last, one.share[rows])
     return dataclasses.replace(log, **blocks)
 
 
-def _without_rows(log: Log, cut: BoolArray, reason: str) -> Log:
+def _cut_rows(log: Log, cut: BoolArray, reason: str) -> Log:
     """Leave out samples; each segment falls into the pieces between them."""
     if not cut.any():
         return log
-    pieces = [piece for part in log.segments for piece in _pieces(part, cut)]
+    pieces = [piece for part in log.segments for piece in _split_segment(part, cut)]
     if not pieces:
         fault = f"{reason}: no two neighbouring samples are left; all {log.n} were to be taken out"
         raise LogError(fault, source=log.source)
-    return take(log, pieces)
+    return extract_segments(log, pieces)
 
 
-def _pieces(part: Segment, cut: BoolArray) -> Iterator[Segment]:
+def _split_segment(part: Segment, cut: BoolArray) -> Iterator[Segment]:
     """Yield what is left of a segment, numbered where there are several."""
-    spans = [(a, b) for a, b in runs(~cut[part.start : part.stop]) if b - a >= 2]
+    spans = [(a, b) for a, b in true_runs(~cut[part.start : part.stop]) if b - a >= 2]
     for number, (start, stop) in enumerate(spans, start=1):
         name = part.name if len(spans) == 1 else f"{part.name}.{number}"
         yield Segment(name, part.start + start, part.start + stop)

@@ -7,19 +7,21 @@ import dataclasses
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.derivatives import required
+from hydrodamp.conditioning.derivatives import required_blocks
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, no_such
 
-_AGREES = 0.02  # of the size of the demand, by which the fins may differ from equation 1
-_ROUNDING = 2e-4  # rad
-_LEAST = 5e-3  # rad of fin per rad of roll, that shows an angle
-_LEAST_SHARE = 0.1  # of the samples that must show one
-_STEADIER = 2.0  # times as steady a roll with the other sign is no chance
-_LARGEST = np.radians(60.0)  # no vehicle with fins rolls farther under way
-_STARTS = np.linspace(-_LARGEST, _LARGEST, 25)
-_STEPS = 4  # of Newton's method, from the best start
+_MAX_RELATIVE_ERROR = (
+    0.02  # of the size of the demand, by which the fins may differ from equation 1
+)
+_ROUNDING_RAD = 2e-4  # rad
+_MIN_SENSITIVITY = 5e-3  # rad of fin per rad of roll, that shows an angle
+_MIN_VALID_SHARE = 0.1  # of the samples that must show one
+_SIGN_RATIO = 2.0  # times as steady a roll with the other sign is no chance
+_MAX_ROLL_RAD = np.radians(60.0)  # no vehicle with fins rolls farther under way
+_INITIAL_ROLLS = np.linspace(-_MAX_ROLL_RAD, _MAX_ROLL_RAD, 25)
+_NEWTON_STEPS = 4  # of Newton's method, from the best start
 
 
 #: By autopilot, what elevator and rudder demanded count as in the fins of an upright vehicle; all
@@ -81,22 +83,22 @@ def roll_from_mixing(
     """
     if mixing not in MIXINGS:
         raise LogError(no_such("mixing", mixing, MIXINGS), source=log.source)
-    (attitude,) = required(log, "roll_from_mixing", "attitude")
+    (attitude,) = required_blocks(log, "roll_from_mixing", "attitude")
     wanted, actual = (np.column_stack([*map(log.command, names)]) for names in (demanded, fins))
-    good, alone = _telling(wanted, actual, mixing)
-    if good.mean() < _LEAST_SHARE:
+    good, alone = _valid_rows(wanted, actual, mixing)
+    if good.mean() < _MIN_VALID_SHARE:
         fault = (
             f"the fins `{' '.join(fins)}` follow from the demands `{' '.join(demanded)}` and a roll"
             f" in {100 * good.mean():.0f} % of the samples only; are names, signs and mixing right?"
         )
         raise LogError(fault, source=log.source)
-    mirrored = _telling(wanted * (1, -1), actual, mixing)
-    if _unsteadiness(good, alone) > _STEADIER * _unsteadiness(*mirrored):
+    mirrored = _valid_rows(wanted * (1, -1), actual, mixing)
+    if _median_change(good, alone) > _SIGN_RATIO * _median_change(*mirrored):
         fault = f"roll would be steadier with the other sign of `{demanded[1]}`; turn one sign"
         raise LogError(fault, source=log.source)
-    sums = np.where(good[:, np.newaxis], _sums(wanted, actual, mixing), 0.0)
+    sums = np.where(good[:, np.newaxis], _product_sums(wanted, actual, mixing), 0.0)
     euler = euler_from_quaternion(attitude)
-    euler[:, 0] = _angles(log, sums, seconds)
+    euler[:, 0] = _roll_angles(log, sums, seconds)
     note = (
         f"derived: roll from the mixing of `{' '.join(fins)}`; interpolated in"
         f" {int((~good).sum())} of {log.n} samples"
@@ -104,7 +106,7 @@ def roll_from_mixing(
     return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).with_notes(note)
 
 
-def _sums(wanted: FloatArray, actual: FloatArray, mixing: str) -> FloatArray:
+def _product_sums(wanted: FloatArray, actual: FloatArray, mixing: str) -> FloatArray:
     """Return the products that the squared distance of equation 1 consists of, shape (n, 5)."""
     first, second = wanted * MIXINGS[mixing], wanted[:, ::-1] * (-1.0, 1.0)
     pairs = ((actual, first), (actual, second), (first, first), (first, second), (second, second))
@@ -121,45 +123,49 @@ def _distance(sums: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArra
     return size - 2 * (c * along + s * across), slope, bend
 
 
-def _telling(wanted: FloatArray, actual: FloatArray, mixing: str) -> tuple[BoolArray, FloatArray]:
+def _valid_rows(
+    wanted: FloatArray, actual: FloatArray, mixing: str
+) -> tuple[BoolArray, FloatArray]:
     """Return where equation 1 holds and shows an angle, and the angle sample by sample."""
-    sums = _sums(wanted, actual, mixing)
-    roll = _nearest(sums)
+    sums = _product_sums(wanted, actual, mixing)
+    roll = _minimise_distance(sums)
     distance, _, bend = _distance(sums, roll)
     rest = np.sqrt(np.maximum(distance + np.sum(actual**2, axis=1), 0.0))
-    return (rest <= _AGREES * np.sqrt(sums[:, 2]) + _ROUNDING) & (bend > _LEAST**2), roll
+    return (rest <= _MAX_RELATIVE_ERROR * np.sqrt(sums[:, 2]) + _ROUNDING_RAD) & (
+        bend > _MIN_SENSITIVITY**2
+    ), roll
 
 
-def _nearest(sums: FloatArray) -> FloatArray:
+def _minimise_distance(sums: FloatArray) -> FloatArray:
     """Return the angle of the least distance, from the best of several starts."""
     roll = np.zeros(len(sums))
     least = _distance(sums, roll)[0]
-    for start in _STARTS:
+    for start in _INITIAL_ROLLS:
         trial = _distance(sums, np.full(len(roll), start))[0]
         better = trial < least
         roll[better], least[better] = start, trial[better]
-    for _ in range(_STEPS):
+    for _ in range(_NEWTON_STEPS):
         _, slope, bend = _distance(sums, roll)
         roll -= np.clip(np.divide(slope, bend, out=np.zeros_like(roll), where=bend > 0), -0.2, 0.2)
-    return np.asarray(np.clip(roll, -_LARGEST, _LARGEST))
+    return np.asarray(np.clip(roll, -_MAX_ROLL_RAD, _MAX_ROLL_RAD))
 
 
-def _unsteadiness(good: BoolArray, roll: FloatArray) -> float:
+def _median_change(good: BoolArray, roll: FloatArray) -> float:
     """Return the usual change of an angle from sample to sample [rad]."""
     pairs = good[1:] & good[:-1]
-    if pairs.mean() < _LEAST_SHARE:
+    if pairs.mean() < _MIN_VALID_SHARE:
         return np.inf
     return float(np.median(np.abs(np.diff(roll)[pairs])))
 
 
-def _angles(log: Log, sums: FloatArray, seconds: float) -> FloatArray:
+def _roll_angles(log: Log, sums: FloatArray, seconds: float) -> FloatArray:
     """Return the angle that suits the samples about each one, interpolated over none."""
     roll = np.empty(log.n)
     for start, stop in log.bounds.tolist():
         time = log.time[start:stop]
-        total = _about(time, sums[start:stop], seconds)
-        angle = _nearest(total)
-        known = np.flatnonzero(_distance(total, angle)[2] > _LEAST**2)
+        total = _windowed_sum(time, sums[start:stop], seconds)
+        angle = _minimise_distance(total)
+        known = np.flatnonzero(_distance(total, angle)[2] > _MIN_SENSITIVITY**2)
         if len(known) == 0:
             fault = f"nothing shows the roll from {time[0]:g} s to {time[-1]:g} s"
             raise LogError(fault, source=log.source)
@@ -167,7 +173,7 @@ def _angles(log: Log, sums: FloatArray, seconds: float) -> FloatArray:
     return roll
 
 
-def _about(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
+def _windowed_sum(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
     """Sum values over a time about each sample."""
     slack = 1e-9 * max(1.0, seconds)
     first: IntArray = np.searchsorted(time, time - seconds / 2 - slack)

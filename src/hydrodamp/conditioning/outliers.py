@@ -7,24 +7,24 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, mad_std
-from hydrodamp.conditioning.gaps import ATTITUDE, measured, remove_samples
-from hydrodamp.data.attitude import turn
+from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, sensor_columns
+from hydrodamp.data.attitude import rotation_vectors
 from hydrodamp.data.channels import ACCELERATION
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, no_such
 
 #: Clocks and values of windows, shape (m, w, ...) -> how far off each sample is, shape (m, w).
-Off = Callable[[FloatArray, FloatArray], FloatArray]
+DeviationFunction = Callable[[FloatArray, FloatArray], FloatArray]
 
 #: Samples compared, and as many as must be there. A third of them side by side is the most that
 #: can be told from motion.
-_WINDOW, _LEAST = 7, 5
+_WINDOW_SAMPLES, _MIN_SAMPLES = 7, 5
 
-_ROUNDING = 1e-9  # of the largest value; less is no distance
-_FLICKER = 0.02  # share of samples off their line from which a coarse sensor flickers
-_HARMLESS = 0.01  # of the range of most values
-_SAMPLED = 20000  # samples at which the usual spread is taken, about
-_CHUNK = 16384
+_ROUNDING_SHARE = 1e-9  # of the largest value; less is no distance
+_MIN_FLICKER_SHARE = 0.02  # share of samples off their line from which a coarse sensor flickers
+_NEGLIGIBLE_SHARE = 0.01  # of the range of most values
+_MAX_SPREAD_SAMPLES = 20000  # samples at which the usual spread is taken, about
+_CHUNK_ROWS = 16384
 
 
 def remove_outliers(log: Log, *, names: Sequence[str] | None = None, threshold: float = 6.0) -> Log:
@@ -60,7 +60,7 @@ def remove_outliers(log: Log, *, names: Sequence[str] | None = None, threshold: 
     """
     if not threshold > 0:
         raise LogError(f"`threshold` must be positive; got {threshold:g}", source=log.source)
-    columns = measured(log)
+    columns = sensor_columns(log)
     for name in names or ():
         if name not in columns:
             raise LogError(no_such("measured channel", name, columns), source=log.source)
@@ -78,34 +78,39 @@ def find_outliers(log: Log, values: FloatArray, threshold: float = 6.0) -> BoolA
 
     # The segment is mirrored at its ends.
     parts = [
-        median_filter(values[a:b], size=_WINDOW, mode="mirror") for a, b in log.bounds.tolist()
+        median_filter(values[a:b], size=_WINDOW_SAMPLES, mode="mirror")
+        for a, b in log.bounds.tolist()
     ]
     distance = np.abs(values - np.concatenate(parts))
     low, high = np.quantile(values, (0.05, 0.95))
-    small = _HARMLESS * float(high - low)  # too small to matter, of motion without noise above all
-    least = max(threshold * _usual(log, values), small, _rounding(values))
+    small = _NEGLIGIBLE_SHARE * float(
+        high - low
+    )  # too small to matter, of motion without noise above all
+    least = max(threshold * _typical_deviation(log, values), small, _rounding_error(values))
     found = np.zeros(log.n, dtype=np.bool_)
-    for rows, own, spread in _distances(log, values, distance > least, _off_line):
+    for rows, own, spread in _window_deviations(
+        log, values, distance > least, _deviation_from_line
+    ):
         found[rows] = own > np.maximum(threshold * spread, least)
     return found
 
 
-def _distances(
-    log: Log, values: FloatArray, candidates: BoolArray, off: Off
+def _window_deviations(
+    log: Log, values: FloatArray, candidates: BoolArray, off: DeviationFunction
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
     """Yield candidates, how far each is off its window, and how far most about it."""
     for start, stop in log.bounds.tolist():
-        width = min(_WINDOW, stop - start)
-        rows = np.flatnonzero(candidates[start:stop] & (stop - start >= _LEAST))
-        for low in range(0, len(rows), _CHUNK):
-            part = start + rows[low : low + _CHUNK]
+        width = min(_WINDOW_SAMPLES, stop - start)
+        rows = np.flatnonzero(candidates[start:stop] & (stop - start >= _MIN_SAMPLES))
+        for low in range(0, len(rows), _CHUNK_ROWS):
+            part = start + rows[low : low + _CHUNK_ROWS]
             first = np.clip(part - width // 2, start, stop - width)
             around = first[:, np.newaxis] + np.arange(width)
             rest = off(log.time[around], values[around])
             yield part, rest[np.arange(len(part)), part - first], mad_std(rest, axis=1)
 
 
-def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
+def _deviation_from_line(time: FloatArray, around: FloatArray) -> FloatArray:
     """Return how far samples are off the line through their window."""
     width = around.shape[1]
     others = np.array([[k for k in range(width) if k != own] for own in range(width)])
@@ -116,24 +121,24 @@ def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
     return np.abs(level - np.median(level, axis=1, keepdims=True))
 
 
-def _usual(log: Log, values: FloatArray) -> float:
+def _typical_deviation(log: Log, values: FloatArray) -> float:
     """Return the usual spread; of a coarse sensor, which mostly stands still, its flicker."""
     some = np.zeros(log.n, dtype=np.bool_)
     for start, stop in log.bounds.tolist():
-        some[start : stop : -(-log.n // _SAMPLED)] = True
-    parts = [own for _, own, _ in _distances(log, values, some, _off_line)]
+        some[start : stop : -(-log.n // _MAX_SPREAD_SAMPLES)] = True
+    parts = [own for _, own, _ in _window_deviations(log, values, some, _deviation_from_line)]
     rest = np.concatenate(parts) if parts else np.zeros(1)
-    moved = rest > _rounding(values)
-    flickers = np.median(rest) <= _rounding(values) and np.mean(moved) > _FLICKER
+    moved = rest > _rounding_error(values)
+    flickers = np.median(rest) <= _rounding_error(values) and np.mean(moved) > _MIN_FLICKER_SHARE
     return float(mad_std(rest[moved] if flickers else rest))
 
 
-def _rounding(values: FloatArray) -> float:
-    return _ROUNDING * float(np.abs(values).max(initial=0.0))
+def _rounding_error(values: FloatArray) -> float:
+    return _ROUNDING_SHARE * float(np.abs(values).max(initial=0.0))
 
 
 #: A turn there and back that is smaller is left to the noise [rad].
-_LEAST_LEAP = np.radians(2.0)
+_MIN_ATTITUDE_JUMP = np.radians(2.0)
 
 
 def remove_attitude_outliers(log: Log, *, threshold: float = 6.0) -> Log:
@@ -170,24 +175,24 @@ def find_attitude_outliers(log: Log, threshold: float = 6.0) -> BoolArray:
     if log.attitude is None:
         return found
     for start, stop in log.bounds.tolist():
-        few[start:stop] = _jolts(log.attitude[start:stop]) > _LEAST_LEAP / 2
-    for rows, own, spread in _distances(log, log.attitude, few, _off_turn):
-        found[rows] = own > np.maximum(threshold * spread, _LEAST_LEAP)
+        few[start:stop] = _rotation_changes(log.attitude[start:stop]) > _MIN_ATTITUDE_JUMP / 2
+    for rows, own, spread in _window_deviations(log, log.attitude, few, _deviation_from_rotation):
+        found[rows] = own > np.maximum(threshold * spread, _MIN_ATTITUDE_JUMP)
     return found
 
 
-def _jolts(attitude: FloatArray) -> FloatArray:
+def _rotation_changes(attitude: FloatArray) -> FloatArray:
     """Return how much the turn from sample to sample changes at each one [rad]."""
-    steps = turn(attitude[:-1], attitude[1:])
+    steps = rotation_vectors(attitude[:-1], attitude[1:])
     change = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     size = np.linalg.norm(steps[1:], axis=1)
     return np.concatenate(([np.inf], np.where(size > 1.0, size, change), [np.inf]))
 
 
-def _off_turn(time: FloatArray, around: FloatArray) -> FloatArray:
+def _deviation_from_rotation(time: FloatArray, around: FloatArray) -> FloatArray:
     """Return how far samples are off the steady turn of their window."""
     along = np.abs(np.einsum("nkj,nlj->nkl", around, around))
     central = np.median(along, axis=2).argmax(axis=1)
     origin = np.repeat(around[np.arange(len(around)), central], around.shape[1], axis=0)
-    turns = turn(origin, around.reshape(-1, 4)).reshape(*around.shape[:2], 3)
-    return np.sqrt(sum(_off_line(time, turns[:, :, axis]) ** 2 for axis in range(3)))
+    turns = rotation_vectors(origin, around.reshape(-1, 4)).reshape(*around.shape[:2], 3)
+    return np.sqrt(sum(_deviation_from_line(time, turns[:, :, axis]) ** 2 for axis in range(3)))

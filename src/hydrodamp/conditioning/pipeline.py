@@ -54,19 +54,19 @@ CLEANING_STEPS: tuple[Step, ...] = (
 
 
 _STRICT = ConfigDict(extra="forbid")
-_Positive = Annotated[FiniteFloat, Field(gt=0)]
-_LATE = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+_PositiveNumber = Annotated[FiniteFloat, Field(gt=0)]
+_CommandTimes = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
 
 # The kinds of all settings that a file can hold, by their names; of steps that take a table of
 # commands, by the name of the step.
-_KINDS: dict[str, Any] = {
+_SETTING_TYPES: dict[str, Any] = {
     "names": tuple[str, ...],
-    **dict.fromkeys(("threshold", "seconds"), _Positive),
+    **dict.fromkeys(("threshold", "seconds"), _PositiveNumber),
     "flag": str,
     "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
     **dict.fromkeys(("demanded", "fins"), tuple[str, str]),
     "mixing": Literal[tuple(MIXINGS)],
-    **dict.fromkeys(("apply_delay", "apply_first_order_lag"), _LATE),
+    **dict.fromkeys(("apply_delay", "apply_first_order_lag"), _CommandTimes),
     "apply_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
 }
 
@@ -105,7 +105,7 @@ def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Log:
     return log
 
 
-_ALL: tuple[Callable[..., Log], ...] = (
+_STEP_FUNCTIONS: tuple[Callable[..., Log], ...] = (
     clean,
     *CLEANING_STEPS,
     interpolate_sample_and_hold,
@@ -118,13 +118,13 @@ _ALL: tuple[Callable[..., Log], ...] = (
     apply_first_order_lag,
     apply_dead_zone,
 )
-_FUNCTIONS = {step.__name__: step for step in _ALL}
+_FUNCTIONS = {step.__name__: step for step in _STEP_FUNCTIONS}
 
 #: The names of all steps.
 STEPS = tuple(_FUNCTIONS)
 
 
-def steps_of(content: Sequence[object]) -> tuple[tuple[Step, ...], list[str]]:
+def parse_steps(content: Sequence[object]) -> tuple[tuple[Step, ...], list[str]]:
     """Return the steps that a mapping file asks for, and everything wrong with them."""
     found: list[Step] = []
     faults: list[str] = []
@@ -138,18 +138,18 @@ def steps_of(content: Sequence[object]) -> tuple[tuple[Step, ...], list[str]]:
             near = did_you_mean(name, STEPS)
             faults.append(f"unknown step `{name}`.{near} Steps are: {' '.join(STEPS)}")
         else:
-            step, wrong = _step(name, {} if settings is None else settings)
+            step, wrong = _parse_step(name, {} if settings is None else settings)
             found += () if step is None else (step,)
             faults += wrong
     return tuple(found), faults
 
 
-def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
+def _parse_step(name: str, settings: object) -> tuple[Step | None, list[str]]:
     """Return a step with its settings checked, or what is wrong with them."""
-    function, by_command = _FUNCTIONS[name], name in _KINDS
+    function, by_command = _FUNCTIONS[name], name in _SETTING_TYPES
     if by_command and settings == {}:
         return None, [f"`{name}` needs commands and their numbers, such as {{rudder: 0.2}}"]
-    kind = _KINDS[name] if by_command else _form(name)
+    kind = _SETTING_TYPES[name] if by_command else _settings_model(name)
     entry: dict[str, Any] = {name: (kind, ...)}
     form = create_model("Step", __config__=_STRICT, **entry)
     try:
@@ -161,12 +161,12 @@ def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
     return partial(function, **checked), []
 
 
-def _form(name: str) -> type[BaseModel]:
+def _settings_model(name: str) -> type[BaseModel]:
     """Return the form of the settings that the function of a step takes."""
     taken = inspect.signature(_FUNCTIONS[name]).parameters
     fields: dict[str, Any] = {
-        key: (_KINDS[key], ... if one.default is one.empty else None)
+        key: (_SETTING_TYPES[key], ... if one.default is one.empty else None)
         for key, one in taken.items()
-        if key in _KINDS
+        if key in _SETTING_TYPES
     }
     return create_model(name, __config__=_STRICT, **fields)

@@ -16,30 +16,33 @@ from hydrodamp.conditioning.consistency import (
     find_inconsistencies,
 )
 from hydrodamp.conditioning.dropouts import (
-    FASTEST,
-    Lost,
+    MAX_SPEED,
+    Masks,
     find_dvl_dropouts,
     find_frozen,
     find_mocap_dropouts,
     find_sample_and_hold,
 )
-from hydrodamp.conditioning.gaps import ATTITUDE, runs
+from hydrodamp.conditioning.gaps import ATTITUDE, true_runs
 from hydrodamp.conditioning.outliers import find_attitude_outliers, find_outliers
-from hydrodamp.conditioning.vertical import signs_of
+from hydrodamp.conditioning.vertical import vertical_tests
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.channels import EULER, POSITION, unit_of
-from hydrodamp.data.log import Log, velocities
+from hydrodamp.data.log import Log, recorded_velocities
 
-_TOLERANCE = 0.08  # of the size of gravity
+_GRAVITY_TOLERANCE = 0.08  # of the size of gravity
 #: Channels of one sensor, whose samples fail together.
-_KINDS = dict.fromkeys("uvw", "speed") | dict.fromkeys(POSITION.columns, "position")
-_KINDS |= dict.fromkeys(EULER, ATTITUDE)
-_PULSE = (800.0, 2200.0)  # us, servo and ESC signals
-_NEUTRAL = (1300.0, 1700.0)  # us
-_SLOW_CLOCK = 20.0  # s, a step of hardly any log
-_LEAP, _PART = 10.0, 0.1  # times the usual step of a position, and of the vehicle's length
-_FEW = 0.05  # of the samples
-_SPIKE = 2.0  # times the range of most samples
+_SENSOR_OF = dict.fromkeys("uvw", "speed") | dict.fromkeys(POSITION.columns, "position")
+_SENSOR_OF |= dict.fromkeys(EULER, ATTITUDE)
+_PULSE_RANGE_US = (800.0, 2200.0)  # us, servo and ESC signals
+_NEUTRAL_RANGE_US = (1300.0, 1700.0)  # us
+_MAX_STEP_S = 20.0  # s, a step of hardly any log
+_JUMP_FACTOR, _JUMP_LENGTH_SHARE = (
+    10.0,
+    0.1,
+)  # times the usual step of a position, and of the vehicle's length
+_MINOR_SHARE = 0.05  # of the samples
+_OUTLIER_RANGE_FACTOR = 2.0  # times the range of most samples
 _ANGLE_NAMES = ("rudder", "fin", "elevator", "delta", "stern", "plane", "aileron")
 
 
@@ -64,16 +67,16 @@ def check_quality(log: Log, length: float | None = None) -> tuple[QualityIssue, 
     >>> print(check_quality(log)[0])  # doctest: +ELLIPSIS
     suspicion: `m1` looks like a pulse width [us], not a force: it lies between 1500 and 1700...
     """
-    size = VehicleScale.of(log) if length is None else VehicleScale(length)
-    found = [*_clock(log), *find_inconsistencies(log, size), *_speeds(log)]
+    size = VehicleScale.from_log(log) if length is None else VehicleScale(length)
+    found = [*_clock_unit_issue(log), *find_inconsistencies(log, size), *_speed_unit_issue(log)]
     told = {name for one in found for name in one.channel.split()}
     return (
         *found,
-        *_placed(log, size, told),
-        *_accelerometer(log),
-        *_pulses(log),
-        *_angles(log),
-        *_constant(log),
+        *_sample_issues(log, size, told),
+        *_accelerometer_issues(log),
+        *_pulse_width_issues(log),
+        *_degree_issues(log),
+        *_constant_issues(log),
     )
 
 
@@ -99,39 +102,45 @@ def annotate_quality(log: Log) -> Log:
     return log.with_notes(*map(str, found)) if found else log
 
 
-def _clock(log: Log) -> Iterator[QualityIssue]:
-    if (usual := float(np.median(log.steps))) > _SLOW_CLOCK:
+def _clock_unit_issue(log: Log) -> Iterator[QualityIssue]:
+    if (usual := float(np.median(log.steps))) > _MAX_STEP_S:
         yield QualityIssue("time", "may be in ms, not s", f"the median step is {usual:.4g}")
 
 
-def _speeds(log: Log) -> Iterator[QualityIssue]:
+def _speed_unit_issue(log: Log) -> Iterator[QualityIssue]:
     # What was not recorded is zero.
-    if (usual := float(np.median(np.linalg.norm(log.velocity[:, :3], axis=1)))) > FASTEST / 2:
+    if (usual := float(np.median(np.linalg.norm(log.velocity[:, :3], axis=1)))) > MAX_SPEED / 2:
         called = " ".join(name for name in log.velocity_names if name in VELOCITIES[:3])
         told = f"{usual:.3g} m/s"
         yield QualityIssue(called, "may be cm/s or mm/s, not m/s", f"the median speed is {told}")
 
 
-def _placed(log: Log, size: VehicleScale, told: Container[str]) -> Iterator[QualityIssue]:
+def _sample_issues(log: Log, size: VehicleScale, told: Container[str]) -> Iterator[QualityIssue]:
     """Yield what is wrong with some samples, each sample once for channels of a kind."""
-    speeds = {name: np.abs(one) for name, one in velocities(log).items() if name not in told}
-    place = {} if log.position is None else {"position": _pace(log, log.position, size)}
+    speeds = {
+        name: np.abs(one) for name, one in recorded_velocities(log).items() if name not in told
+    }
+    place = {} if log.position is None else {"position": _position_speed(log, log.position, size)}
     seen: defaultdict[str, BoolArray] = defaultdict(lambda: np.zeros(log.n, dtype=np.bool_))
-    for one, rows in (*_beyond(size, speeds), *_detected(log), *_beyond(size, place)):
-        kinds = {_KINDS.get(name, name) for name in one.channel.split()}
+    for one, rows in (
+        *_excessive_speeds(size, speeds),
+        *_detected_faults(log),
+        *_excessive_speeds(size, place),
+    ):
+        kinds = {_SENSOR_OF.get(name, name) for name in one.channel.split()}
         new = rows & ~np.logical_and.reduce([seen[kind] for kind in kinds])
         for kind in kinds:
             beside = np.pad(rows, 1)
             seen[kind] = seen[kind] | rows | beside[2:] | beside[:-2]
         if new.any():
-            yield replace(one, where=_where(log, new))
+            yield replace(one, where=_format_times(log, new))
 
 
 #: What is wrong, and which samples are.
-_Found = Iterator[tuple[QualityIssue, BoolArray]]
+_LocatedIssues = Iterator[tuple[QualityIssue, BoolArray]]
 
 
-def _beyond(size: VehicleScale, speeds: dict[str, FloatArray]) -> _Found:
+def _excessive_speeds(size: VehicleScale, speeds: dict[str, FloatArray]) -> _LocatedIssues:
     """Yield speeds that no vehicle of this size reaches."""
     for name, values in speeds.items():
         unit = unit_of(name) if name in VELOCITIES else "m/s"
@@ -147,26 +156,26 @@ def _beyond(size: VehicleScale, speeds: dict[str, FloatArray]) -> _Found:
             yield one, rows
 
 
-def _pace(log: Log, position: FloatArray, size: VehicleScale) -> FloatArray:
+def _position_speed(log: Log, position: FloatArray, size: VehicleScale) -> FloatArray:
     """Return the speed of steps of the position that are long for this log and this vehicle."""
     steps, seconds = np.linalg.norm(np.diff(position, axis=0), axis=1), np.diff(log.time)
-    long = steps > max(_LEAP * float(np.median(steps)), _PART * size.length)
+    long = steps > max(_JUMP_FACTOR * float(np.median(steps)), _JUMP_LENGTH_SHARE * size.length)
     pace = np.where(long, steps / np.maximum(seconds, np.median(seconds)), 0.0)
     pace[log.bounds[1:, 0] - 1] = 0.0
     return np.concatenate((np.zeros(1), pace))
 
 
-def _spiked(log: Log) -> Lost:
+def _outlier_masks(log: Log) -> Masks:
     """Return the spikes of velocities that are larger than all their motion."""
     lost = {}
-    for name, values in velocities(log).items():
+    for name, values in recorded_velocities(log).items():
         low, middle, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
-        if (far := np.abs(values - middle) > _SPIKE * (high - low)).any():
+        if (far := np.abs(values - middle) > _OUTLIER_RANGE_FACTOR * (high - low)).any():
             lost[name] = far & find_outliers(log, values)
     return lost
 
 
-def _leaps(log: Log) -> Lost:
+def _attitude_outlier_masks(log: Log) -> Masks:
     """Return where the attitude leaps, by the angle that leaps most."""
     if log.attitude is None or not (found := find_attitude_outliers(log)).any():
         return {}
@@ -176,7 +185,7 @@ def _leaps(log: Log) -> Lost:
     return {name: found & (most == k) for k, name in enumerate(EULER)}
 
 
-_DETECTED: dict[str, tuple[Callable[[Log], Lost], str]] = {
+_DETECTORS: dict[str, tuple[Callable[[Log], Masks], str]] = {
     "mask_dvl_dropouts": (
         find_dvl_dropouts,
         "drops to zero or to a number that stands for no measurement",
@@ -187,69 +196,71 @@ _DETECTED: dict[str, tuple[Callable[[Log], Lost], str]] = {
     ),
     "mask_frozen": (find_frozen, "stands still to the last bit while others move"),
     "interpolate_sample_and_hold": (find_sample_and_hold, "repeats what a slower sensor sent"),
-    "remove_attitude_outliers": (_leaps, "leaps there and back"),
-    "remove_outliers": (_spiked, "has spikes"),
+    "remove_attitude_outliers": (_attitude_outlier_masks, "leaps there and back"),
+    "remove_outliers": (_outlier_masks, "has spikes"),
 }
 
 
-def _detected(log: Log) -> _Found:
+def _detected_faults(log: Log) -> _LocatedIssues:
     """Yield what the steps that clean a log would take out of it."""
-    for step, (detect, looks) in _DETECTED.items():
+    for step, (detect, looks) in _DETECTORS.items():
         lost = {name: rows for name, rows in detect(log).items() if rows.any()}
         if lost:
             rows = np.logical_or.reduce([*lost.values()])
             told = f"{rows.sum()} of {log.n} samples"
             cure = f"write `steps: [{step}]` in the mapping"
-            few = float(rows.mean()) < _FEW
+            few = float(rows.mean()) < _MINOR_SHARE
             yield QualityIssue(" ".join(lost), looks, told, remedy=cure, is_minor=few), rows
 
 
-def _where(log: Log, rows: BoolArray) -> str:
+def _format_times(log: Log, rows: BoolArray) -> str:
     """Return the time of samples, counted from the first of the log."""
-    places, when = runs(rows), log.elapsed
+    places, when = true_runs(rows), log.elapsed
     first, last = when[places[0][0]], when[places[-1][1] - 1]
     if len(places) == 1:
         return f"at {first:.6g} s" if first == last else f"from {first:.6g} to {last:.6g} s"
     return f"in {len(places)} places from {first:.6g} to {last:.6g} s"
 
 
-def _accelerometer(log: Log) -> Iterator[QualityIssue]:
+def _accelerometer_issues(log: Log) -> Iterator[QualityIssue]:
     if log.specific_force is None:
         return
     size = float(np.median(np.linalg.norm(log.specific_force, axis=1)))
-    if abs(size - 1.0) < _TOLERANCE:
+    if abs(size - 1.0) < _GRAVITY_TOLERANCE:
         yield QualityIssue(
             "specific_force", "is g taken for m/s^2", f"its median size is {size:.3g}"
         )
-    for sign in signs_of(replace(log, position=None)):
-        if sign.weight < 0.0:
+    for sign in vertical_tests(replace(log, position=None)):
+        if sign.log_odds < 0.0:
             cure = "if the whole log has z up write `frame: FLU` in a mapping, else `sign: -1`"
             looks = "is of the other sign, or the log of axes with z up"
-            yield QualityIssue("specific_force", looks, f"{sign.told}, and z is down", remedy=cure)
+            yield QualityIssue(
+                "specific_force", looks, f"{sign.message}, and z is down", remedy=cure
+            )
 
 
-def _pulses(log: Log) -> Iterator[QualityIssue]:
+def _pulse_width_issues(log: Log) -> Iterator[QualityIssue]:
     channels = {name: log.command(name) for name in log.command_names}
     if log.wrench is not None:
         channels |= dict(zip(AXES, log.wrench.T, strict=True))
     for name, values in channels.items():
         low, middle, high = np.quantile(values, (0.0, 0.5, 1.0)).tolist()
-        inside = _PULSE[0] <= low < high <= _PULSE[1]
-        if inside and _NEUTRAL[0] <= middle <= _NEUTRAL[1]:
+        inside = _PULSE_RANGE_US[0] <= low < high <= _PULSE_RANGE_US[1]
+        if inside and _NEUTRAL_RANGE_US[0] <= middle <= _NEUTRAL_RANGE_US[1]:
             what = f"it lies between {low:.4g} and {high:.4g}"
             told = f"{what}; a thruster with a curve turns it into newtons"
             yield QualityIssue(name, "looks like a pulse width [us], not a force", told)
 
 
-def _angles(log: Log) -> Iterator[QualityIssue]:
+def _degree_issues(log: Log) -> Iterator[QualityIssue]:
     for name in log.command_names:
         largest = float(np.abs(log.command(name)).max())
         if any(word in name.lower() for word in _ANGLE_NAMES) and np.pi / 2 < largest <= 90:
             yield QualityIssue(name, "may be in degrees, not rad", f"it reaches {largest:.3g}")
 
 
-def _constant(log: Log) -> Iterator[QualityIssue]:
-    for name, values in velocities(log).items():
+def _constant_issues(log: Log) -> Iterator[QualityIssue]:
+    for name, values in recorded_velocities(log).items():
         if values[0] != 0.0 and (values == values[0]).all():
             told = f"it is {values[0]:.4g} throughout; leave it out"
             yield QualityIssue(name, "was not measured", told)

@@ -21,13 +21,13 @@ def quaternion_from_euler(euler: FloatArray) -> FloatArray:
 
 def euler_from_quaternion(quaternion: FloatArray) -> FloatArray:
     """Return roll, pitch and yaw of unit quaternions."""
-    turned = rotation(quaternion)
+    turned = rotation_matrices(quaternion)
     (north, _, _), (east, _, _), (down_x, down_y, down_z) = np.moveaxis(turned, 0, -1)
     pitch = np.arcsin(np.clip(-down_x, -1, 1))
     return np.stack((np.arctan2(down_y, down_z), pitch, np.arctan2(east, north)), axis=-1)
 
 
-def rotation(quaternion: FloatArray) -> FloatArray:
+def rotation_matrices(quaternion: FloatArray) -> FloatArray:
     """Return the rotation matrices of unit quaternions."""
     w, x, y, z = quaternion.T
     rows = (
@@ -38,13 +38,13 @@ def rotation(quaternion: FloatArray) -> FloatArray:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def in_body(quaternion: FloatArray, world: FloatArray) -> FloatArray:
+def rotate_to_body(quaternion: FloatArray, world: FloatArray) -> FloatArray:
     """Return vectors of the world in body components; those of two components are horizontal."""
-    rows = rotation(quaternion)[:, : world.shape[1]]
+    rows = rotation_matrices(quaternion)[:, : world.shape[1]]
     return np.asarray(np.einsum("nij,ni->nj", rows, world))
 
 
-def product(first: FloatArray, second: FloatArray) -> FloatArray:
+def quaternion_product(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the rotation by the second quaternion, then by the first."""
     w, v = first[..., :1], first[..., 1:]
     scalar, vector = second[..., :1], second[..., 1:]
@@ -52,15 +52,15 @@ def product(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.concatenate((real, w * vector + scalar * v + np.cross(v, vector)), axis=-1)
 
 
-def down(quaternion: FloatArray) -> FloatArray:
+def down_vectors(quaternion: FloatArray) -> FloatArray:
     """Return the world's downward direction in body components, R^T e3."""
     w, x, y, z = quaternion.T
     return np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))).T
 
 
-def turn(first: FloatArray, second: FloatArray) -> FloatArray:
+def rotation_vectors(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the rotation vectors that carry one attitude into another."""
-    apart = product(first * (1.0, -1.0, -1.0, -1.0), second)
+    apart = quaternion_product(first * (1.0, -1.0, -1.0, -1.0), second)
     scalar, vector = apart[:, :1], apart[:, 1:]
     vector = np.where(scalar < 0, -vector, vector)
     sine = np.linalg.norm(vector, axis=1, keepdims=True)
@@ -69,15 +69,15 @@ def turn(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.asarray(vector * scale)
 
 
-_CLOSE = 1e-6  # rad; below it sines are angles to all digits
+MIN_SINE = 1e-6  # rad; below it sines are angles to all digits
 
 
-def between(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
+def slerp(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
     """Return attitudes a share of the shorter turn from one to another."""
     cosine = np.einsum("ni,ni->n", first, second)
     angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
     sine = np.sin(angle)
-    close = sine < _CLOSE  # both are nearly the same: the turn is a straight line
+    close = sine < MIN_SINE  # both are nearly the same: the turn is a straight line
     sine[close] = 1.0
     near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
     far = np.where(close, share, np.sin(share * angle) / sine) * np.where(cosine < 0, -1.0, 1.0)

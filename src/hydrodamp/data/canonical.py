@@ -21,16 +21,16 @@ from hydrodamp.data.channels import (
     unit_of,
 )
 from hydrodamp.data.log import Log
-from hydrodamp.data.record import Record, command_faults, side_by_side
+from hydrodamp.data.record import Record, command_faults, stack_columns
 from hydrodamp.errors import FileError, did_you_mean
 from hydrodamp.files import open_atomic
 from hydrodamp.progress import progress
 
-_TURN = 2 * np.pi
-_CONVERT = "Convert, or give a mapping with unit: deg"
-_CHUNK = 8192
-_TEXT = ("", ".csv", ".txt", ".dat")
-_PARQUET = (".parquet", ".pq")
+_FULL_TURN_RAD = 2 * np.pi
+_CONVERT_ADVICE = "Convert, or give a mapping with unit: deg"
+_CHUNK_ROWS = 8192
+_TEXT_SUFFIXES = ("", ".csv", ".txt", ".dat")
+_PARQUET_SUFFIXES = (".parquet", ".pq")
 _FRAMES = {"body": "forward-starboard-down", "world": "north-east-down"}
 
 
@@ -45,12 +45,12 @@ def record_of_columns(
     """Return the record of named columns in SI units and our axes, and all that is wrong."""
     faults = [
         *_attitude_faults(numbers),
-        *_whole_faults(numbers),
+        *_incomplete_group_faults(numbers),
         *_column_faults(numbers),
         *command_faults(commands),
     ]
     if (time := numbers.get("time")) is None:
-        missing = f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a"
+        missing = f"column `time` is missing.{_suggest_name('time', numbers)} Rename it, or give a"
         draft = "mapping: `hydrodamp probe LOG --draft mapping.yaml` writes one"
         return None, [f"{missing} {draft}", *faults]
     if len(time) == 0:
@@ -60,11 +60,11 @@ def record_of_columns(
     for block in BLOCKS:
         there = [name in numbers for name in block.columns]
         if block.name == "velocity" or (all(there) if block.is_whole else any(there)):
-            stacked = side_by_side({**absent, **numbers}, block.columns, len(time))
+            stacked = stack_columns({**absent, **numbers}, block.columns, len(time))
             blocks[block.name] = stacked if block.shape else stacked[:, 0]
     if "attitude" not in blocks and "yaw" in numbers:
-        blocks["attitude"] = quaternion_from_euler(side_by_side(numbers, EULER, len(time)))
-    blocks["commands"] = side_by_side(numbers, commands, len(time))
+        blocks["attitude"] = quaternion_from_euler(stack_columns(numbers, EULER, len(time)))
+    blocks["commands"] = stack_columns(numbers, commands, len(time))
     names = tuple(name for name in VELOCITIES if name in numbers)
     return Record(blocks, names, tuple(commands), labels, run, lines, source), faults
 
@@ -97,7 +97,7 @@ def write_log(log: Log, path: str | Path) -> None:
     """
     check_log_file(path)
     columns = columns_of(log)
-    if Path(path).suffix.lower() in _PARQUET:
+    if Path(path).suffix.lower() in _PARQUET_SUFFIXES:
         _write_parquet(log, columns, path)
         return
     with open_atomic(path) as file, progress("writing the log", log.n) as step:
@@ -105,8 +105,8 @@ def write_log(log: Log, path: str | Path) -> None:
         file.write(",".join((*columns, SEGMENT)) + "\n")
         write = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n").writerows
         for part in log.segments:
-            for start in range(part.start, part.stop, _CHUNK):
-                rows = slice(start, min(start + _CHUNK, part.stop))
+            for start in range(part.start, part.stop, _CHUNK_ROWS):
+                rows = slice(start, min(start + _CHUNK_ROWS, part.stop))
                 table = np.column_stack([values[rows] for values in columns.values()])
                 write([*row, part.name] for row in table.tolist())
                 step(len(table))
@@ -114,7 +114,7 @@ def write_log(log: Log, path: str | Path) -> None:
 
 def check_log_file(path: str | Path) -> None:
     """Refuse a file name that says another format than a log is written in."""
-    if (suffix := Path(path).suffix.lower()) not in (*_TEXT, *_PARQUET):
+    if (suffix := Path(path).suffix.lower()) not in (*_TEXT_SUFFIXES, *_PARQUET_SUFFIXES):
         raise FileError(
             f"{path}: a log is written as CSV or Parquet, not as '{suffix}'. Give a name that ends"
             " in .csv or .parquet"
@@ -156,7 +156,7 @@ def columns_of(log: Log) -> dict[str, FloatArray]:
     return columns | dict(zip(log.command_names, log.commands.T, strict=True))
 
 
-def _nearest(name: str, numbers: Collection[str]) -> str:
+def _suggest_name(name: str, numbers: Collection[str]) -> str:
     by_lower = {other.lower(): other for other in numbers}
     starts = [other for low, other in by_lower.items() if low in ("t", name) or name in low]
     return f" Did you mean '{starts[0]}'?" if starts else did_you_mean(name, numbers)
@@ -171,18 +171,18 @@ def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
             f"attitude must be given once; got both `{' '.join(angles)}` and `{' '.join(parts)}`."
             " Drop one set"
         )
-    if any(runs_in_degrees(name, numbers[name]) for name in angles):
-        yield f"`{' '.join(angles)}` must be in rad; angles in degrees run so. {_CONVERT}"
+    if any(is_in_degrees(name, numbers[name]) for name in angles):
+        yield f"`{' '.join(angles)}` must be in rad; angles in degrees run so. {_CONVERT_ADVICE}"
 
 
-def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+def _incomplete_group_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     planar = not any(name in numbers for name in (*EULER[:2], "w", "p", "q"))
     wrench = ("X", "Y", "N") if planar else AXES
     for group in (EULER, wrench, *(block.columns for block in BLOCKS if block.is_whole)):
         there = [name for name in group if name in numbers]
         absent = [name for name in group if name not in numbers]
         if there and absent and not (group == EULER and planar):
-            hints = "".join(_nearest(name, set(numbers) - set(group)) for name in absent)
+            hints = "".join(_suggest_name(name, set(numbers) - set(group)) for name in absent)
             alone = " Only a planar log, of u v r alone, may have yaw by itself"
             yield (
                 f"`{' '.join(group)}` belong together; `{' '.join(absent)}` is missing beside "
@@ -191,10 +191,10 @@ def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
             )
 
 
-def runs_in_degrees(name: str, angle: FloatArray) -> bool:
+def is_in_degrees(name: str, angle: FloatArray) -> bool:
     """Return whether an angle is in degrees: a pitch beyond any turn, or a wrap by 360."""
     wrap = np.abs(np.diff(angle))
-    beyond = np.abs(angle) > _TURN if name == "pitch" else (wrap > 340) & (wrap < 380)
+    beyond = np.abs(angle) > _FULL_TURN_RAD if name == "pitch" else (wrap > 340) & (wrap < 380)
     return bool(beyond.any())
 
 

@@ -33,21 +33,23 @@ class Block:
         return () if len(self.quantities) == 1 else (len(self.quantities),)
 
 
-def _six(names: tuple[str, ...], linear: str, angular: str) -> dict[str, str]:
+def _six_quantities(names: tuple[str, ...], linear: str, angular: str) -> dict[str, str]:
     """Return the quantities of three linear and three angular components."""
     return dict(zip(names, [linear] * 3 + [angular] * 3, strict=True))
 
 
 TIME = Block("time", {"time": "time"})
 ATTITUDE = Block("attitude", dict.fromkeys(("qw", "qx", "qy", "qz"), "ratio"), is_whole=True)
-VELOCITY = Block("velocity", _six(VELOCITIES, "speed", "angular rate"), is_sensed=True)
+VELOCITY = Block("velocity", _six_quantities(VELOCITIES, "speed", "angular rate"), is_sensed=True)
 ACCELERATION = Block(
     "acceleration",
-    _six(tuple(f"d{name}" for name in VELOCITIES), "acceleration", "angular acceleration"),
+    _six_quantities(
+        tuple(f"d{name}" for name in VELOCITIES), "acceleration", "angular acceleration"
+    ),
     is_sensed=True,
 )
 PROPULSION_RATIO = Block("propulsion_ratio", {"eta": "ratio"})
-WRENCH = Block("wrench", _six(AXES, "force", "moment"))
+WRENCH = Block("wrench", _six_quantities(AXES, "force", "moment"))
 POSITION = Block(
     "position", dict.fromkeys(("north", "east", "down"), "length"), is_sensed=True, is_whole=True
 )

@@ -9,22 +9,22 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.agreement import agreement, rotate_back
+from hydrodamp.data.agreement import integrate_rotation, regress_channel
 from hydrodamp.data.channels import BLOCKS, unit_of
-from hydrodamp.data.record import Record, Segment, copied, split, unrecorded
+from hydrodamp.data.record import Record, Segment, copy_arrays, split_segments, unrecorded_columns
 from hydrodamp.text import first_few
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
-FASTEST = 50.0
+MAX_VELOCITY = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
-_GLANCE = 0.1  # of that slope, where medians tell it
+_SCREENING_FACTOR = 0.1  # of that slope, where medians tell it
 #: Longest median step [s], a day, and latest clock [s], 30 000 years after 1970: what is beyond is
 #: no clock in seconds, for no vessel is recorded so slowly or so late.
 _LONGEST_STEP_S, _LATEST_CLOCK_S = 86_400.0, 1e12
-NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
-ROUNDING = 1e-12  # how far it is off one by rounding alone
-_LISTED = 3
+MAX_NORM_ERROR = 1e-3  # how far the norm of a quaternion may be off one
+NORM_ROUNDING = 1e-12  # how far it is off one by rounding alone
+_MAX_LISTED = 3
 
 
 def record_faults(record: Record) -> list[str]:
@@ -34,7 +34,7 @@ def record_faults(record: Record) -> list[str]:
     measured = {name: block for name, block in record.blocks.items() if name != "time"}
     faults = [
         *clock_faults(record.time, record.joins, record.row_name),
-        *_unbounded_faults(measured, record.command_names, np.isinf, record.row_name),
+        *_nonfinite_faults(measured, record.command_names, np.isinf, record.row_name),
         *_norm_faults(record.blocks.get("attitude"), record.row_name),
     ]
     degrees = {} if faults else _rates_in_degrees(record)
@@ -48,22 +48,22 @@ def record_faults(record: Record) -> list[str]:
     return [*faults, *_speed_faults(record.blocks["velocity"], record.row_name, rest)]
 
 
-def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
+def check_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
     """Copy the arrays of a log by their names; return them and what is wrong with them."""
     n = np.size(given["time"])
     commands = np.empty((n, 0)) if np.size(given["commands"]) == 0 else given["commands"]
     shapes = {block.name: (given[block.name], block.shape) for block in BLOCKS}
-    blocks, faults = copied({**shapes, "commands": (commands, (None,))}, n)
+    blocks, faults = copy_arrays({**shapes, "commands": (commands, (None,))}, n)
     if not faults:
         faults = [
-            *_unbounded_faults(blocks, (), lambda block: ~np.isfinite(block), _row),
-            *_norm_faults(blocks.get("attitude"), _row),
-            *_speed_faults(blocks["velocity"], _row, VELOCITIES),
+            *_nonfinite_faults(blocks, (), lambda block: ~np.isfinite(block), _row_name),
+            *_norm_faults(blocks.get("attitude"), _row_name),
+            *_speed_faults(blocks["velocity"], _row_name, VELOCITIES),
         ]
     if "attitude" in blocks and not faults:
         norm = np.linalg.norm(blocks["attitude"], axis=1, keepdims=True)
         # Quaternions of norm 1 are kept to the bit.
-        off = np.abs(norm - 1) > ROUNDING
+        off = np.abs(norm - 1) > NORM_ROUNDING
         blocks["attitude"] = frozen(np.where(off, blocks["attitude"] / norm, blocks["attitude"]))
     return blocks, faults
 
@@ -81,7 +81,7 @@ def segment_faults(time: FloatArray, segments: Sequence[Segment]) -> Iterator[st
         return
     joins = np.zeros(len(time), dtype=np.bool_)
     joins[edges[:-1]] = True
-    yield from clock_faults(time, joins, _row)
+    yield from clock_faults(time, joins, _row_name)
 
 
 def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> Iterator[str]:
@@ -96,7 +96,7 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
     """Yield where a clock has no value, repeats or runs backwards but at a join."""
     absent = np.flatnonzero(~np.isfinite(time)).tolist()
     empty = [f"`time` has no value in {place(row)}" for row in absent]
-    yield from first_few(empty, _LISTED, "samples without a time")
+    yield from first_few(empty, _MAX_LISTED, "samples without a time")
     with np.errstate(invalid="ignore"):
         stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
     turns = [
@@ -105,7 +105,7 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
         " clocks that repeat or are set back"
         for row in stuck.tolist()
     ]
-    yield from first_few(turns, _LISTED, "steps of the clock like these")
+    yield from first_few(turns, _MAX_LISTED, "steps of the clock like these")
     if empty or turns or len(time) < 2:
         return
     step, latest = float(np.median(np.diff(time))), float(np.max(np.abs(time)))
@@ -116,11 +116,11 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
         )
 
 
-def _row(row: int) -> str:
+def _row_name(row: int) -> str:
     return f"row {row + 1}"
 
 
-def _unbounded_faults(
+def _nonfinite_faults(
     blocks: Mapping[str, FloatArray],
     commands: Sequence[str],
     is_bad: Callable[[FloatArray], BoolArray],
@@ -130,7 +130,7 @@ def _unbounded_faults(
     columns = {block.name: block.columns for block in BLOCKS} | {"commands": commands}
     for name, block in blocks.items():
         flat = block.reshape(len(block), -1)
-        bad = is_bad(flat) & ~np.atleast_1d(unrecorded(name, block))
+        bad = is_bad(flat) & ~np.atleast_1d(unrecorded_columns(name, block))
         for row, column in np.argwhere(bad)[:1].tolist():
             called = dict(enumerate(columns[name])).get(column, name)
             kind = "infinite" if np.isinf(flat[row, column]) else "not a number"
@@ -143,9 +143,9 @@ def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> li
     norm = np.linalg.norm(attitude, axis=1)
     odd = [
         f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in {place(row)}"
-        for row in np.flatnonzero(np.abs(norm - 1) > NEARLY_UNIT).tolist()
+        for row in np.flatnonzero(np.abs(norm - 1) > MAX_NORM_ERROR).tolist()
     ]
-    return first_few(odd, _LISTED, "such quaternions")
+    return first_few(odd, _MAX_LISTED, "such quaternions")
 
 
 def _speed_faults(
@@ -153,15 +153,15 @@ def _speed_faults(
 ) -> Iterator[str]:
     """Yield a sentence for each velocity that is larger than :data:`FASTEST`."""
     for name, values in zip(VELOCITIES, velocity.T, strict=True):
-        over = np.flatnonzero((np.abs(values) > FASTEST) & np.isfinite(values)).tolist()
+        over = np.flatnonzero((np.abs(values) > MAX_VELOCITY) & np.isfinite(values)).tolist()
         if name not in names or not over:
             continue
         first, unit = over[0], unit_of(name)
         tail = f", the first of {len(over)}" if len(over) > 1 else ""
         degrees = "If rates are in deg/s, convert them. " if unit == "rad/s" else ""
         yield (
-            f"`{name}` must be at most {FASTEST:g} {unit} in size; it is {values[first]:.4g} in"
-            f" {place(first)}{tail}. {degrees}If it is a spike, put NaN or nothing there: that"
+            f"`{name}` must be at most {MAX_VELOCITY:g} {unit} in size; it is {values[first]:.4g}"
+            f" in {place(first)}{tail}. {degrees}If it is a spike, put NaN or nothing there: that"
             " marks a missing sample"
         )
 
@@ -171,12 +171,12 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     attitude = record.blocks.get("attitude")
     if attitude is None:
         return {}
-    keep, segments, _ = split(record)
+    keep, segments, _ = split_segments(record)
     bounds = np.array([(part.start, part.stop) for part in segments], np.int64).reshape(-1, 2)
     time, rates, turns = (
         record.time[keep],
         record.blocks["velocity"][keep],
-        rotate_back(attitude[keep], bounds),
+        integrate_rotation(attitude[keep], bounds),
     )
     low, high = _DEGREES_SLOPE
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
@@ -185,9 +185,9 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     told, moved = (np.abs(one[lag:] - one[:-lag]) for one in (summed, turns))
     # Most rates are seen at a glance not to be so much larger.
     both = {
-        name: agreement(time, bounds, rates[:, [3 + k]], turns[:, [k]])
+        name: regress_channel(time, bounds, rates[:, [3 + k]], turns[:, [k]])
         for k, name in enumerate(VELOCITIES[3:])
-        if len(moved) and np.median(told[:, k]) > _GLANCE * low * np.median(moved[:, k])
+        if len(moved) and np.median(told[:, k]) > _SCREENING_FACTOR * low * np.median(moved[:, k])
     }
-    agreed = {name: one.ratio for name, one in both.items() if one.agrees()}
+    agreed = {name: one.scale for name, one in both.items() if one.is_consistent()}
     return {name: slope for name, slope in agreed.items() if low <= slope <= high}

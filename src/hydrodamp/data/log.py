@@ -17,22 +17,22 @@ from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data import attitude as attitudes
 from hydrodamp.data.channels import BLOCKS, unit_of
-from hydrodamp.data.checks import checked_blocks, name_faults, record_faults, segment_faults
+from hydrodamp.data.checks import check_blocks, name_faults, record_faults, segment_faults
 from hydrodamp.data.record import (
-    EPOCH,
+    EPOCH_GAP_S,
     Record,
     Segment as Segment,
-    goes_by,
-    laid_out,
-    name_after,
+    consecutive_segments,
+    matches_name,
+    name_of_source,
     record_of_arrays,
-    split,
+    split_segments,
 )
 from hydrodamp.errors import GapWarning, LogError, no_such, warn
 from hydrodamp.text import first_few
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
-_LISTED, _WIDTH = 12, 160  # lines and letters of each list in the text of a log
+_MAX_LISTED, _MAX_WIDTH = 12, 160  # lines and letters of each list in the text of a log
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -104,7 +104,7 @@ class Log:
 
     def __post_init__(self) -> None:
         """Copy the arrays at the door and check them."""
-        blocks, faults = checked_blocks({name: getattr(self, name) for name in _ARRAYS})
+        blocks, faults = check_blocks({name: getattr(self, name) for name in _ARRAYS})
         values: dict[str, Any] = {**blocks}
         for name in ("velocity_names", "command_names", "notes", "segments"):
             values[name] = tuple(getattr(self, name))
@@ -189,7 +189,7 @@ class Log:
         """Return the log of a recording, split at its joins, gaps and missing samples."""
         if faults := record_faults(record):
             raise LogError(faults, source=record.source)
-        keep, segments, notes = split(record)
+        keep, segments, notes = split_segments(record)
         if not segments:
             empty = "no two neighbouring samples have all their values"
             raise LogError([empty, *notes], source=record.source)
@@ -231,14 +231,14 @@ class Log:
         """The world's downward direction in the body, R^T e3, shape (n, 3); level if unknown."""
         if self.attitude is None:
             return frozen(np.tile((0.0, 0.0, 1.0), (self.n, 1)))
-        return frozen(attitudes.down(self.attitude))
+        return frozen(attitudes.down_vectors(self.attitude))
 
     @cached_property
     def elapsed(self) -> FloatArray:
         """Time since the first sample [s], shape (n,); runs on where a clock restarts or leaps."""
         count = self.time - self.time[0]
         for before, part in itertools.pairwise(self.segments):
-            if not 0.0 < self.time[part.start] - self.time[part.start - 1] <= EPOCH:
+            if not 0.0 < self.time[part.start] - self.time[part.start - 1] <= EPOCH_GAP_S:
                 step = np.median(np.diff(self.time[before.start : before.stop]))
                 count[part.start :] += count[part.start - 1] + step - count[part.start]
         return frozen(count)
@@ -293,7 +293,7 @@ class Log:
         first, last = np.searchsorted(self.elapsed, (start, end)).tolist()
         cut = ((part, max(part.start, first), min(part.stop, last)) for part in self.segments)
         if pieces := [Segment(part.name, a, b) for part, a, b in cut if b - a >= 2]:
-            return take(self, pieces)
+            return extract_segments(self, pieces)
         fault = (
             f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
             f" {self.elapsed[-1]:.6g} s, counted from its first sample at {self.time[0]:.3f} s by"
@@ -330,13 +330,13 @@ class Log:
         faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
         pieces: dict[str, Segment] = {}
         for name in names:
-            found = {part.name: part for part in self.segments if goes_by(part.name, name)}
+            found = {part.name: part for part in self.segments if matches_name(part.name, name)}
             pieces |= found
             if not found:
                 faults.append(no_such("segment", name, known))
         if faults:
             raise LogError(faults, source=self.source)
-        return take(self, [*pieces.values()])
+        return extract_segments(self, [*pieces.values()])
 
     def __repr__(self) -> str:
         """Return one line."""
@@ -344,7 +344,7 @@ class Log:
 
     def __str__(self) -> str:
         """Return what the log holds, on one screen: its span, columns, ranges and segments."""
-        time, held = self.time, arrays(self)
+        time, held = self.time, recorded_arrays(self)
         several = "s" if len(self.segments) > 1 else ""
         more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in held]
         commands = zip(self.command_names, self.commands.T, strict=True)
@@ -359,34 +359,39 @@ class Log:
             f"{self.n} samples, {self.steps.sum():.6g} s in {len(self.segments)} segment{several},"
             f" median step {np.median(self.steps):.4g} s",
             f"with {', '.join(more)}",
-            *(_range(name, one, f" {unit_of(name)}") for name, one in velocities(self).items()),
-            *first_few([_range(name, values) for name, values in commands], _LISTED, "commands"),
+            *(
+                _format_range(name, one, f" {unit_of(name)}")
+                for name, one in recorded_velocities(self).items()
+            ),
+            *first_few(
+                [_format_range(name, values) for name, values in commands], _MAX_LISTED, "commands"
+            ),
             "segment            samples  from [s]    to [s]  by the clock [s]",
-            *first_few(parts, _LISTED, "segments"),
+            *first_few(parts, _MAX_LISTED, "segments"),
             *(["what was done to it:"] if self.notes else []),
-            *first_few([textwrap.shorten(n, _WIDTH) for n in self.notes], _LISTED, "notes"),
+            *first_few([textwrap.shorten(n, _MAX_WIDTH) for n in self.notes], _MAX_LISTED, "notes"),
         ]
         return "\n  ".join(lines)
 
 
-def _range(name: str, values: FloatArray, unit: str = "") -> str:
+def _format_range(name: str, values: FloatArray, unit: str = "") -> str:
     return f"{name:<14} {values.min():>10.4g} .. {values.max():<10.4g}{unit}".rstrip()
 
 
-def velocities(log: Log) -> dict[str, FloatArray]:
+def recorded_velocities(log: Log) -> dict[str, FloatArray]:
     """Return the velocities recorded, by their names."""
     return {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
 
 
-def take(log: Log, pieces: Sequence[Segment]) -> Log:
+def extract_segments(log: Log, pieces: Sequence[Segment]) -> Log:
     """Return the log of some stretches, each a segment of its own."""
     rows = np.concatenate([np.arange(part.start, part.stop) for part in pieces])
-    segments = laid_out((part.name for part in pieces), map(len, pieces))
-    taken: dict[str, Any] = {name: block[rows] for name, block in arrays(log).items()}
+    segments = consecutive_segments((part.name for part in pieces), map(len, pieces))
+    taken: dict[str, Any] = {name: block[rows] for name, block in recorded_arrays(log).items()}
     return dataclasses.replace(log, **taken, segments=segments)
 
 
-def arrays(log: Log) -> dict[str, FloatArray]:
+def recorded_arrays(log: Log) -> dict[str, FloatArray]:
     """Return the arrays that a log has, commands included."""
     found = {name: getattr(log, name) for name in _ARRAYS}
     return {name: block for name, block in found.items() if block is not None}
@@ -420,40 +425,42 @@ def concatenate(logs: Iterable[Log]) -> Log:
     if not parts:
         raise LogError("there is no log to concatenate")
     first = parts[0]
-    if faults := [fault for other in parts[1:] for fault in _differences(first, other)]:
+    if faults := [fault for other in parts[1:] for fault in _column_differences(first, other)]:
         raise LogError(faults)
     order = [[part.command_names.index(name) for name in first.command_names] for part in parts]
     blocks: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in arrays(first)
+        for name in recorded_arrays(first)
         if name != "commands"
     }
     commands = [part.commands[:, columns] for part, columns in zip(parts, order, strict=True)]
-    names = [name for part in parts for name in _names(part, parts)]
+    names = [name for part in parts for name in _segment_names(part, parts)]
     lengths = [len(piece) for part in parts for piece in part.segments]
     return dataclasses.replace(
         first,
         **blocks,
         commands=np.concatenate(commands),
-        segments=laid_out(names, lengths),
+        segments=consecutive_segments(names, lengths),
         source=", ".join(dict.fromkeys(part.source for part in parts if part.source)),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
 
 
-def _names(part: Log, parts: Sequence[Log]) -> list[str]:
+def _segment_names(part: Log, parts: Sequence[Log]) -> list[str]:
     """Return the names of segments, by folders where files in several have one name."""
-    called, folder = name_after(part.source), Path(part.source).parent.name
-    same = {Path(one.source).parent for one in parts if name_after(one.source) == called}
+    called, folder = name_of_source(part.source), Path(part.source).parent.name
+    same = {Path(one.source).parent for one in parts if name_of_source(one.source) == called}
     names = [piece.name for piece in part.segments]
     if not part.source or not folder or len(same) < 2:
         return names
     return [folder + name.removeprefix(called) for name in names]
 
 
-def _differences(first: Log, other: Log) -> Iterator[str]:
+def _column_differences(first: Log, other: Log) -> Iterator[str]:
     """Say which columns one of two logs has and the other lacks."""
-    held = [{*log.velocity_names, *log.command_names, *arrays(log)} for log in (first, other)]
+    held = [
+        {*log.velocity_names, *log.command_names, *recorded_arrays(log)} for log in (first, other)
+    ]
     for mine, its, log in ((held[0], held[1], other), (held[1], held[0], first)):
         if mine - its:
             lacking = " ".join(sorted(mine - its))

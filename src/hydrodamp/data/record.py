@@ -19,13 +19,13 @@ from hydrodamp.errors import LogError, TermError, did_you_mean
 from hydrodamp.text import first_few, format_time, unique_names
 
 #: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
-GAP_STEPS = 5.0
+MIN_GAP_STEPS = 5.0
 
 #: Stamps further apart than this, 11 days, belong to two epochs [s].
-EPOCH = 1e6
+EPOCH_GAP_S = 1e6
 
 #: No step up to this long is a gap [s].
-GAP_SECONDS = 1.0
+MIN_GAP_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Record:
     @property
     def joins(self) -> BoolArray:
         """Whether a segment begins at each sample by its label or its clock, shape (n,)."""
-        starts = changes(self.labels, self.n) | changes(self.run, self.n)
+        starts = label_changes(self.labels, self.n) | label_changes(self.run, self.n)
         starts[:1] = True
         return starts
 
@@ -76,7 +76,7 @@ class Record:
         """Whether any column is NaN at each sample, shape (n,)."""
         lacking = np.zeros(self.n, dtype=np.bool_)
         for name, block in self.blocks.items():
-            absent = np.isnan(block) & ~unrecorded(name, block)
+            absent = np.isnan(block) & ~unrecorded_columns(name, block)
             lacking |= absent.reshape(self.n, -1).any(axis=1)
         return lacking
 
@@ -104,30 +104,32 @@ def record_of_arrays(
     faults = command_faults(commands)
     if isinstance(velocity, Mapping):
         names = tuple(name for name in VELOCITIES if name in velocity)
-        columns, wrong = copied({name: (velocity[name], ()) for name in velocity}, n)
-        velocity = side_by_side(columns, VELOCITIES, n)
+        columns, wrong = copy_arrays({name: (velocity[name], ()) for name in velocity}, n)
+        velocity = stack_columns(columns, VELOCITIES, n)
         faults += wrong + [
             f"velocity names are u v w p q r; got '{name}'.{did_you_mean(name, VELOCITIES)}"
             for name in columns
             if name not in VELOCITIES
         ]
     if attitude is not None and np.shape(attitude) == (n, 3):
-        euler, wrong = copied({"attitude": (attitude, (3,))}, n)
+        euler, wrong = copy_arrays({"attitude": (attitude, (3,))}, n)
         attitude, faults = quaternion_from_euler(euler["attitude"]), faults + wrong
     whole = {**given, "velocity": velocity, "attitude": attitude}
-    blocks, wrong = copied({block.name: (whole[block.name], block.shape) for block in BLOCKS}, n)
-    channels, wrong_too = copied({name: (values, ()) for name, values in commands.items()}, n)
+    blocks, wrong = copy_arrays(
+        {block.name: (whole[block.name], block.shape) for block in BLOCKS}, n
+    )
+    channels, wrong_too = copy_arrays({name: (values, ()) for name, values in commands.items()}, n)
     faults += wrong + wrong_too
     if segment is not None and len(segment) != n:
         faults.append(f"`segment` must have {n} labels; got {len(segment)}")
     if faults:
         raise LogError(faults, source=source)
     labels = None if segment is None else tuple(map(str, segment))
-    blocks["commands"] = side_by_side(channels, [*channels], n)
+    blocks["commands"] = stack_columns(channels, [*channels], n)
     return Record(blocks, names, tuple(channels), labels, source=source)
 
 
-def copied(
+def copy_arrays(
     given: Mapping[str, tuple[Any, tuple[int | None, ...]]], n: int
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Copy arrays of n samples, given with the shape of an entry; and say what is wrong."""
@@ -145,7 +147,7 @@ def copied(
     return blocks, faults
 
 
-def unrecorded(name: str, block: FloatArray) -> BoolArray:
+def unrecorded_columns(name: str, block: FloatArray) -> BoolArray:
     """Return which columns of a block hold nothing: accelerations may be recorded in part."""
     if name != ACCELERATION.name:
         return np.zeros(block.shape[1:], dtype=np.bool_)
@@ -153,12 +155,12 @@ def unrecorded(name: str, block: FloatArray) -> BoolArray:
     return np.isnan(largest)
 
 
-def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
+def stack_columns(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
     """Stack columns; those that are absent are zero."""
     return np.column_stack([np.empty((n, 0)), *(columns.get(name, np.zeros(n)) for name in names)])
 
 
-def changes(labels: Sequence[object] | IntArray | None, n: int) -> BoolArray:
+def label_changes(labels: Sequence[object] | IntArray | None, n: int) -> BoolArray:
     """Return which of n samples have another label than the one before."""
     changed = np.zeros(n, dtype=np.bool_)
     if labels is not None:
@@ -178,15 +180,15 @@ def command_faults(names: Iterable[str]) -> list[str]:
     return faults
 
 
-def longest_step(steps: FloatArray) -> float:
+def max_step(steps: FloatArray) -> float:
     """Return the longest step that is not a gap."""
-    return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
+    return max(MIN_GAP_STEPS * float(np.median(steps)), MIN_GAP_S) if len(steps) else MIN_GAP_S
 
 
-def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
+def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
     """Return which samples to keep, their segments, and a sentence on every cut but joins."""
     joins, missing = record.joins, record.missing
-    late = np.diff(record.time, prepend=record.time[:1]) > longest_step(
+    late = np.diff(record.time, prepend=record.time[:1]) > max_step(
         np.diff(record.time)[~joins[1:]]
     )
     gaps = late & ~joins
@@ -200,36 +202,36 @@ def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ..
     return keep, _segments(record, kept), (*_notes(record, gaps, missing, edges, kept),)
 
 
-def name_after(source: str) -> str:
+def name_of_source(source: str) -> str:
     """Return what the segments of a file are called; of several, the first counts."""
     name = Path(source.split(", ")[0]).name
     return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
 
 
-def laid_out(names: Iterable[str], lengths: Iterable[int]) -> tuple[Segment, ...]:
+def consecutive_segments(names: Iterable[str], lengths: Iterable[int]) -> tuple[Segment, ...]:
     """Return segments of these lengths, one behind the other, each with a name of its own."""
     edges = itertools.pairwise(itertools.accumulate(lengths, initial=0))
     pairs = zip(unique_names(names), edges, strict=True)
     return tuple(Segment(name, start, stop) for name, (start, stop) in pairs)
 
 
-def goes_by(segment: str, name: str) -> bool:
+def matches_name(segment: str, name: str) -> bool:
     """Return whether a segment answers to a name: its own, or that of its label."""
     label, _, piece = segment.rpartition(".")
-    return segment == name or (piece.isdigit() and goes_by(label, name))
+    return segment == name or (piece.isdigit() and matches_name(label, name))
 
 
 def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, ...]:
     """Name each piece after its label or file, numbered where a label has several."""
-    run = np.cumsum(changes(record.labels, record.n))
+    run = np.cumsum(label_changes(record.labels, record.n))
     count = np.bincount([run[a] for a, _ in pieces], minlength=1)
     seen: dict[int, int] = {}
     names = []
     for a, _ in pieces:
-        label = name_after(record.source) if record.labels is None else record.labels[a]
+        label = name_of_source(record.source) if record.labels is None else record.labels[a]
         seen[run[a]] = seen.get(run[a], 0) + 1
         names.append(f"{label}.{seen[run[a]]}" if count[run[a]] > 1 else label)
-    return laid_out(names, [b - a for a, b in pieces])
+    return consecutive_segments(names, [b - a for a, b in pieces])
 
 
 def _notes(

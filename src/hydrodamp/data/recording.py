@@ -58,8 +58,8 @@ class Topic:
     def __post_init__(self) -> None:
         """Copy the arrays at the door, but those that nobody can write."""
         if self.time is not None:
-            object.__setattr__(self, "time", _kept(self.time))
-        numbers = {name: _kept(values) for name, values in self.fields.items()}
+            object.__setattr__(self, "time", _read_only(self.time))
+        numbers = {name: _read_only(values) for name, values in self.fields.items()}
         object.__setattr__(self, "fields", MappingProxyType(numbers))
         for name in ("texts", "units", "faults"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
@@ -134,7 +134,7 @@ class Recording:
         raise LogError(no_such("topic", name, known), source=self.source)
 
 
-def _kept(values: FloatArray) -> FloatArray:
+def _read_only(values: FloatArray) -> FloatArray:
     """Return the array itself where it is flat, read-only and nobody's view; else a copy."""
     known = isinstance(values, np.ndarray) and values.dtype == np.float64 and values.ndim == 1
     if known and values.flags.c_contiguous and values.flags.owndata and not values.flags.writeable:

@@ -44,7 +44,7 @@ UNITS: dict[str, dict[str, float]] = {
 }
 
 # Other spellings, small and in the singular, of units and of the parts of a quotient.
-_SPELT = """
+_SPELLING_TABLE = """
 s: second sec
 min: minute
 h: hour hr
@@ -68,7 +68,7 @@ N m: nm n*m n.m n·m
 """
 _SPELLINGS = {
     spelling: unit
-    for unit, listed in (line.split(": ") for line in _SPELT.strip().splitlines())
+    for unit, listed in (line.split(": ") for line in _SPELLING_TABLE.strip().splitlines())
     for spelling in listed.split()
 }
 
@@ -88,10 +88,10 @@ def si_unit(quantity: str) -> str:
     return next(iter(UNITS[quantity]))
 
 
-def factor(unit: str, quantity: str | None = None) -> float:
+def unit_factor(unit: str, quantity: str | None = None) -> float:
     """Return the factor that turns a unit, in any spelling, into SI."""
-    known = _known(quantity)
-    found = spelt(unit, quantity)
+    known = _known_units(quantity)
+    found = parse_unit(unit, quantity)
     if found is None:
         of = f"of {quantity} " if quantity else ""
         raise LogError(
@@ -101,48 +101,52 @@ def factor(unit: str, quantity: str | None = None) -> float:
     return known[found]
 
 
-def spelt(text: str, quantity: str | None = None) -> str | None:
+def parse_unit(text: str, quantity: str | None = None) -> str | None:
     """Return the unit that a file states in its own spelling; None where it is not known."""
-    known = _known(quantity)
-    plain = _bare(text)
+    known = _known_units(quantity)
+    plain = _strip_brackets(text)
     if plain in known:
         return plain
     if len(plain) == 1 and plain != "°":  # one letter counts as it stands: v is no volt
         return None
-    parts = "/".join(map(_spelling, re.split("/| per ", _spelling(plain.casefold()))))
+    parts = "/".join(
+        map(_canonical_spelling, re.split("/| per ", _canonical_spelling(plain.casefold())))
+    )
     squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", parts)
     return {name.casefold(): name for name in reversed(known)}.get(squared.casefold())
 
 
 def is_unit(word: str) -> bool:
     """Return whether a word is a unit as headers spell them."""
-    plain = _bare(word)
+    plain = _strip_brackets(word)
     if len(plain) == 1:
-        return plain in _WITHOUT_FACTOR or (plain != "1" and spelt(plain) is not None)
+        return plain in _WITHOUT_FACTOR or (plain != "1" and parse_unit(plain) is not None)
     folded = plain.casefold()
-    return spelt(plain) is not None or bool({folded, folded.removesuffix("s")} & _WITHOUT_FACTOR)
+    return parse_unit(plain) is not None or bool(
+        {folded, folded.removesuffix("s")} & _WITHOUT_FACTOR
+    )
 
 
-def unit_at_end(words: Sequence[str]) -> tuple[int, str] | None:
+def trailing_unit(words: Sequence[str]) -> tuple[int, str] | None:
     """Return how many words at the end of a name are its unit, and the unit."""
     for count in (2, 1):
         tail = words[len(words) - count :]
         if len(words) > count and tail[0] not in _NOT_IN_NAMES:
             rate = count == 1 and tail[0] in ("rads", "degs")  # as in `gyro_rads`
-            if unit := spelt(f"{tail[0][:-1]}/s" if rate else "/".join(tail)):
+            if unit := parse_unit(f"{tail[0][:-1]}/s" if rate else "/".join(tail)):
                 return count, unit
     return None
 
 
-def _known(quantity: str | None) -> dict[str, float]:
+def _known_units(quantity: str | None) -> dict[str, float]:
     tables = UNITS.values() if quantity is None else (UNITS[quantity],)
     return {name: value for table in tables for name, value in table.items()}
 
 
-def _bare(text: str) -> str:
+def _strip_brackets(text: str) -> str:
     return text.strip().strip("[]()").strip()
 
 
-def _spelling(part: str) -> str:
+def _canonical_spelling(part: str) -> str:
     folded = part.strip()
     return _SPELLINGS.get(folded, _SPELLINGS.get(folded.removesuffix("s"), folded))

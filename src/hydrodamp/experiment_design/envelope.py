@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import FileError, ProblemError, list_faults
-from hydrodamp.faults import validated
+from hydrodamp.faults import validate
 from hydrodamp.files import load_yaml
 from hydrodamp.simulation.campaign.conditions import SENSOR_CHANNELS, SENSOR_VARIANCES
 
@@ -199,7 +199,7 @@ def read_envelope(path: str | os.PathLike[str]) -> Envelope:
             f"{path}: the envelope is empty: say at least `depth: [least, greatest]` in metres, "
             "and what else the dive may do."
         )
-    return validated(Envelope, content, str(path))
+    return validate(Envelope, content, str(path))
 
 
 def checked(envelope: Envelope, names: tuple[str, ...]) -> Envelope:

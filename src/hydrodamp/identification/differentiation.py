@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.conditioning.derivatives import fit_local_polynomials, relative
-from hydrodamp.data.record import unrecorded
+from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
+from hydrodamp.data.record import unrecorded_columns
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.simulation.problem import Problem
 
@@ -108,7 +108,7 @@ class RecordedAcceleration(FiniteDifference):
 
 def _unrecorded(problem: Problem) -> BoolArray:
     assert problem.log.acceleration is not None
-    return unrecorded("acceleration", problem.log.acceleration) & problem.vehicle.free
+    return unrecorded_columns("acceleration", problem.log.acceleration) & problem.vehicle.free
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class SavitzkyGolay(Derivative):
         half = max(round(self.window / float(np.median(np.diff(time))) / 2.0), order // 2 + 1)
         whole = np.array([[0, len(time)]])
         return fit_local_polynomials(
-            time, whole, relative(values), 2 * half + 1, degree=order
+            time, whole, differences_from_centre(values), 2 * half + 1, degree=order
         ).slope
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
-from hydrodamp.conditioning.derivatives import fit_local_polynomials, relative
+from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
 from hydrodamp.identification.differentiation import (
     median_step,
     noise_variance,
@@ -181,7 +181,7 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     doubt = np.maximum(np.sqrt(risk / _ALIKE)[free], _FLOOR)
     noise = np.maximum(_NOISE * np.sqrt(noise_variance(problem))[free], _FLOOR)
     slopes = fit_local_polynomials(
-        inputs.time, problem.segments, relative(inputs.velocity), 15, degree=3
+        inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3
     ).slope
     forces = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
     force = forces[axes]

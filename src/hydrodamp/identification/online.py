@@ -10,7 +10,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import guarded_speed
-from hydrodamp.data.attitude import down, quaternion_from_euler
+from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, did_you_mean
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
@@ -88,7 +88,7 @@ def observe(
     sample = Sample.of(
         time=time,
         velocity=moving * free,
-        down=down(turned if len(turned) == 4 else quaternion_from_euler(turned)),
+        down=down_vectors(turned if len(turned) == 4 else quaternion_from_euler(turned)),
         wrench=force * free,
         channels=held_channels(columns, recorded, 1)[0],
         propulsion=(opening, closing),

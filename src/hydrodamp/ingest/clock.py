@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.attitude import between
-from hydrodamp.data.record import EPOCH, changes, longest_step
+from hydrodamp.data.attitude import slerp
+from hydrodamp.data.record import EPOCH_GAP_S, label_changes, max_step
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.irregularity import Irregularity, Oddity
 
@@ -72,12 +72,12 @@ class _Draft:
     def __init__(self, clock: Clock) -> None:
         self.topic, self.irregularities = clock.topic, list[Irregularity]()
         self.rows: IntArray = np.arange(len(clock.time))
-        self.time, self.joins = clock.time, changes(clock.labels, len(clock.time))
+        self.time, self.joins = clock.time, label_changes(clock.labels, len(clock.time))
         if clock.run is not None:
             self.joins |= np.diff(clock.run, prepend=clock.run[:1]) != 0
         self._keep(np.isfinite(clock.time), Oddity.ABSENT)
         steps = np.abs(np.diff(self.time))[~self.joins[1:]]
-        self.far = longest_step(steps[steps > 0.0])  # that no step is, forward or back
+        self.far = max_step(steps[steps > 0.0])  # that no step is, forward or back
         self._spread(clock.fresh)
 
     def _spread(self, fresh: BoolArray | None) -> None:
@@ -120,7 +120,7 @@ class _Draft:
         steps = np.diff(time)
         inside = run[1:] == run[:-1]
         step = float(np.median(steps[inside])) if inside.any() else 0.0
-        limit = longest_step(steps[inside])
+        limit = max_step(steps[inside])
         if len(late := np.flatnonzero((steps > limit) & inside)):
             pause = Irregularity(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
             self.irregularities.append(pause)
@@ -129,7 +129,7 @@ class _Draft:
     def _restarts(self) -> BoolArray:
         """Find where the clock runs anew: at a join, set back far, or leapt to another epoch."""
         steps = np.append(0.0, np.diff(self.time))[: len(self.time)]
-        anew = ((steps < -self.far) | (steps > EPOCH)) & ~self.joins
+        anew = ((steps < -self.far) | (steps > EPOCH_GAP_S)) & ~self.joins
         count = int(np.count_nonzero(anew))
         if count > _MOST_RUNS:
             of = f" of `{self.topic}`" if self.topic else ""
@@ -225,7 +225,7 @@ def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
     begun, ended = found.messages[found.before], found.messages[after]
     share = (found.ticks - begun) / np.where(ended > begun, ended - begun, 1.0)
     share[found.unknown] = np.nan
-    return between(quaternions[found.before], quaternions[after], share)
+    return slerp(quaternions[found.before], quaternions[after], share)
 
 
 def at_rate(stamps: Stamps, rate: float) -> Ticks:

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.channels import SEGMENT
-from hydrodamp.data.checks import FASTEST
+from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
@@ -106,7 +106,7 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
         except HydrodampError:
             screen, told = state.validator._replace(is_broken=True), "incomplete"
         else:
-            if np.abs(sample.propulsion).max() > FASTEST:
+            if np.abs(sample.propulsion).max() > MAX_VELOCITY:
                 return count_rejected(state, "absurd"), "absurd"
             rls, ai = _moved(rls, ai, sample, told in BEGIN)
             if not _is_finite(state, rls, ai):

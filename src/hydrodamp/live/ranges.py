@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.data.checks import FASTEST
+from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.simulation.problem import EquationTable
@@ -63,20 +63,16 @@ def _ranges(columns: EquationTable) -> Ranges:
     return Ranges(names, largest, ordinary)
 
 
-def _command_range(
-    vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str
-) -> tuple[float, float]:
+def _command_range(vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str) -> tuple[float, float]:
     if not any(name in actuator.commands for actuator in actuators):
         return _LARGEST_FIELD, 0.0
     magnitudes = np.append(0.0, _GRID)
     commands = {other: np.zeros(len(magnitudes)) for other in vehicle.commands}
     commands[name] = magnitudes
-    wrench = vehicle.known_wrench(
-        np.tile(TYPICAL_VELOCITY, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands
-    )
+    wrench = vehicle.known_wrench(np.tile(TYPICAL_VELOCITY, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands)
     effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
     speed = vehicle.propulsion_speed(commands)
-    is_too_fast = np.zeros(len(magnitudes)) if speed is None else np.abs(speed) > FASTEST
+    is_too_fast = np.zeros(len(magnitudes)) if speed is None else np.abs(speed) > MAX_VELOCITY
     largest = _first(magnitudes, (effect > 1.0) | (is_too_fast > 0), _LARGEST_FIELD)
     ordinary = _first(magnitudes, effect > _STRONG, 0.0)
     if limits := [*_limits(actuators, name)]:
@@ -106,7 +102,7 @@ def _wrench_bounds(vehicle: Vehicle) -> np.ndarray:
     inertia = np.where(vehicle.free, vehicle.mass_matrix.diagonal(), np.nan)
     mass = float(np.nanmax([*inertia[:3], 0.0])) or float(np.nanmax(inertia))
     scale = np.concatenate([inertia[:3], np.sqrt(mass * inertia[3:])])
-    return np.where(vehicle.free, FASTEST * scale, np.inf)
+    return np.where(vehicle.free, MAX_VELOCITY * scale, np.inf)
 
 
 def _wrench_ranges(vehicle: Vehicle) -> Iterator[tuple[float, float]]:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.data.checks import FASTEST
-from hydrodamp.data.record import longest_step
+from hydrodamp.data.checks import MAX_VELOCITY
+from hydrodamp.data.record import max_step
 from hydrodamp.live.ranges import SENTINELS, Ranges
 
 #: What becomes of a sample; those of ``BEGIN`` are taken, the first ones of a run.
@@ -70,7 +70,7 @@ def classify(
     if not all(map(math.isfinite, (time, *velocity, *inputs))):
         return screen._replace(is_broken=True), "incomplete"
     beyond = [x for x, most in zip(inputs, ranges.largest, strict=True) if abs(x) > most]
-    if beyond or max(map(abs, velocity)) > FASTEST:
+    if beyond or max(map(abs, velocity)) > MAX_VELOCITY:
         is_unknown = beyond and SENTINELS.issuperset(beyond)
         return screen._replace(is_broken=True), "incomplete" if is_unknown else "absurd"
     now, accepted = tuple(velocity), screen.inputs or (0.0,) * len(inputs)
@@ -83,7 +83,7 @@ def classify(
         return screen._replace(spikes=screen.spikes + 1), "spike"
     if not is_next:
         return _begun(time, now, segment, reached), "joined" if screen.velocity else "first"
-    if step > 1.0 and step > longest_step(np.array(screen.steps)):
+    if step > 1.0 and step > max_step(np.array(screen.steps)):
         return _begun(time, now, segment, reached)._replace(before=screen.time), "gap"
     change = [abs(new - old) for new, old in zip(now, screen.velocity, strict=True)]
     if any(c > _LEAP and c > _LEAPS * u for c, u in zip(change, screen.changes, strict=True)):

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, SEGMENT
-from hydrodamp.data.checks import NEARLY_UNIT, ROUNDING
+from hydrodamp.data.checks import MAX_NORM_ERROR, NORM_ROUNDING
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.online import observe
@@ -110,6 +110,6 @@ def _known(
 def _unit(quaternion: list[float]) -> list[float]:
     """Return a quaternion of norm one, as a log has it."""
     norm = math.sqrt(sum(part * part for part in quaternion))
-    if not abs(norm - 1.0) <= NEARLY_UNIT:
+    if not abs(norm - 1.0) <= MAX_NORM_ERROR:
         return [math.nan] * 4
-    return [part / norm for part in quaternion] if abs(norm - 1.0) > ROUNDING else quaternion
+    return [part / norm for part in quaternion] if abs(norm - 1.0) > NORM_ROUNDING else quaternion

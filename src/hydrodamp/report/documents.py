@@ -17,7 +17,7 @@ from pydantic import (
     PlainSerializer,
 )
 
-from hydrodamp.faults import validated
+from hydrodamp.faults import validate
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
@@ -236,7 +236,7 @@ def read_fit(path: Path) -> Fit:
     content = load_json(path)
     damping = damping_from_document(content, str(path))
     facts = content.get("fit") if isinstance(content, dict) else None
-    return validated(FitDocument, facts, f"{path}, `fit`").fit(damping)
+    return validate(FitDocument, facts, f"{path}, `fit`").fit(damping)
 
 
 def trained_on(path: Path) -> dict[str, tuple[float, float]]:

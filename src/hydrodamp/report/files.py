@@ -17,18 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
-from hydrodamp.faults import validated
+from hydrodamp.faults import validate
 from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability
 from hydrodamp.report.comparison_tables import detail_tables, score_table, summary_tables
-from hydrodamp.report.documents import (
-    ComparisonDocument,
-    comparison_document,
-    fit_document,
-    names_of,
-    read_fit,
-)
+from hydrodamp.report.documents import (ComparisonDocument, comparison_document, fit_document, names_of, read_fit,)
 from hydrodamp.report.narrative import RESUMED, UNFINISHED
 from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.results import remove_results, save_results
@@ -121,14 +115,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     remove_results(home, (COMPARISON, REPORT, GRADES, BAND, *_PICTURES))
     if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
         remove_results(home, (_FITS,), keep=fits)
-    texts = {
-        **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
-        home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
-        home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n",
-        home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n",
-        home / "table.csv": to_csv(score_table(comparison, comparison.rows)),
-        home / COMPARISON: as_json(comparison_document(comparison)),
-    }
+    texts = {**{path: as_json(fit_document(fit)) for path, fit in fits.items()}, home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n", home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n", home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n", home / "table.csv": to_csv(score_table(comparison, comparison.rows)), home / COMPARISON: as_json(comparison_document(comparison)),}
     contents = {home / REPLAYS: _replays(comparison)}
     contents |= {path: text.encode("utf-8") for path, text in texts.items()}
     save_results(contents, home)
@@ -169,7 +156,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     """
     home = Path(folder)
     path = home / COMPARISON
-    document = validated(ComparisonDocument, load_json(path), str(path))
+    document = validate(ComparisonDocument, load_json(path), str(path))
     settings, words = document.provenance, dict(document.provenance.model_extra or {})
     log, velocities = _read_replays(home / REPLAYS, words.get("test", ""))
     rows = []
@@ -187,9 +174,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
 
 def is_result(path: Path, folder: Path) -> bool:
     """Tell whether a comparison written to a folder may replace a file."""
-    return folder in path.parents and any(
-        fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS
-    )
+    return folder in path.parents and any(fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS)
 
 
 def _named_fits(comparison: Comparison) -> dict[str, Fit]:
@@ -204,13 +189,7 @@ def _replays(comparison: Comparison) -> bytes:
         if row.trajectory is None:
             continue
         log = row.trajectory.log
-        arrays |= {
-            "time": log.time,
-            "measured": log.velocity,
-            "segment_names": np.array([segment.name for segment in log.segments]),
-            "segment_bounds": log.bounds,
-            f"{_SIMULATED}{name}": row.trajectory.velocity,
-        }
+        arrays |= {"time": log.time, "measured": log.velocity, "segment_names": np.array([segment.name for segment in log.segments]), "segment_bounds": log.bounds, f"{_SIMULATED}{name}": row.trajectory.velocity,}
     return _npz(arrays)
 
 
@@ -222,11 +201,7 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     named = zip(arrays["segment_names"], arrays["segment_bounds"].tolist(), strict=True)
     segments = tuple(Segment(str(name), *bounds) for name, bounds in named)
     log = Log(arrays["time"], arrays["measured"], segments=segments, source=source)
-    return log, {
-        name.removeprefix(_SIMULATED): values
-        for name, values in arrays.items()
-        if name.startswith(_SIMULATED)
-    }
+    return log, {name.removeprefix(_SIMULATED): values for name, values in arrays.items() if name.startswith(_SIMULATED)}
 
 
 def write_findings(findings: Findings, home: Path) -> None:
@@ -265,7 +240,7 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
             else:
                 not_shown.append(f"{path.name} is not there any more.")
     if row is not None and (home / GRADES).is_file():
-        graded = validated(_Grades, load_json(home / GRADES), str(home / GRADES))
+        graded = validate(_Grades, load_json(home / GRADES), str(home / GRADES))
         grades = Identifiability(row.fit.model, graded.axes)
     if row is not None and row.trajectory is not None and (home / BAND).is_file():
         run, ends = row.trajectory, _read_npz(home / BAND)
@@ -275,7 +250,7 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
 
 
 def _read_index(folder: Path) -> _Index:
-    return validated(_Index, load_json(folder / INDEX), str(folder / INDEX))
+    return validate(_Index, load_json(folder / INDEX), str(folder / INDEX))
 
 
 def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:

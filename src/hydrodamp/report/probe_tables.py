@@ -7,58 +7,58 @@ from dataclasses import asdict
 from typing import Any
 
 from hydrodamp.ingest.inspection.delay import Delay
-from hydrodamp.ingest.inspection.probe import SUFFICES, Inspection, Probe
+from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Inspection, Probe
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 from hydrodamp.report.table import Table
 
 #: Topics and segments that are spelt out.
-LISTED = 25
+MAX_LISTED = 25
 
-_EARLY = -0.05  # s, of an answer before its command
-_NO_LOG = "Not fit for the job as it is: see what is missing."
-_SAVED = "draft, and how sure each line is (--draft FILE saves it)"
-_WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
+_MIN_LEAD_S = -0.05  # s, of an answer before its command
+_UNUSABLE = "Not fit for the job as it is: see what is missing."
+_DRAFT_HEADER = "draft, and how sure each line is (--draft FILE saves it)"
+_WORLD_NAMES = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
 
 def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
     """Yield the tables of a probed recording and its log."""
-    if judged.made or judged.guessed:
-        yield _topics(found)
-    if judged.guessed:
-        yield _draft(found)
-    if judged.verdict is None:
+    if judged.mapping or judged.is_drafted:
+        yield _topic_table(found)
+    if judged.is_drafted:
+        yield _draft_table(found)
+    if judged.report is None:
         notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
-        notes += [f"mind: {each}" for each in found.roles.upright.doubts]
-        yield Table("No log", (), (), (*notes, f"Verdict: {_NO_LOG}"))
+        notes += [f"mind: {each}" for each in found.roles.vertical_axis.warnings]
+        yield Table("No log", (), (), (*notes, f"Verdict: {_UNUSABLE}"))
         return
-    made = (f"Made {judged.made}.",) if judged.made else ()
-    yield _segments(judged.verdict, (*made, *judged.notes))
-    if judged.verdict.delays:
-        yield _delays(judged.verdict.delays)
-    yield _columns(judged.verdict)
+    made = (f"Made {judged.mapping}.",) if judged.mapping else ()
+    yield _segment_table(judged.report, (*made, *judged.notes))
+    if judged.report.delays:
+        yield _delay_table(judged.report.delays)
+    yield _column_table(judged.report)
 
 
 def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
-    roles, verdict = found.roles, judged.verdict
+    roles, verdict = found.roles, judged.report
     nothing = ("delays", "suspicions", "doubts", "reservations", "promises")
-    facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _NO_LOG, "fit": False}
+    facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _UNUSABLE, "fit": False}
     if verdict is not None:
-        facts = {**asdict(verdict), "doubts": verdict.doubts, "frame": verdict.frame}
-        facts |= {"verdict": verdict.sentence, "fit": verdict.fit}
+        facts = {**asdict(verdict), "doubts": verdict.warnings, "frame": verdict.frame}
+        facts |= {"verdict": verdict.report_quality, "fit": verdict.is_usable}
     return {
         **facts,
         "missing": judged.missing,
-        "log": judged.made or (None if verdict is None else "canonical"),
+        "log": judged.mapping or (None if verdict is None else "canonical"),
         "log_notes": judged.notes,
         **{key: getattr(found, key) for key in ("source", "format", "notes", "without_role")},
         "topics": [{**asdict(one), "units": dict(one.units)} for one in found.topics],
         "guesses": [{**asdict(one), "role": one.role or None} for one in roles.guesses],
         "axes": {
-            **asdict(roles.upright),
+            **asdict(roles.vertical_axis),
             "world": roles.world,
-            "velocity": {True: "earth-fixed", False: "body", None: None}[_earth_fixed(found)],
-            "velocity_mirrored": roles.way.mirrored,
+            "velocity": {True: "earth-fixed", False: "body", None: None}[_is_earth_fixed(found)],
+            "velocity_mirrored": roles.velocity.mirrored,
             "rates_mirrored": roles.rates.mirrored,
             "rate_unit": roles.rates.unit,
         },
@@ -68,8 +68,11 @@ def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
     }
 
 
-def _topics(found: Probe) -> Table:
-    notes = [*_more(len(found.topics), "topics"), *(f"Reader: {note}." for note in found.notes)]
+def _topic_table(found: Probe) -> Table:
+    notes = [
+        *_omitted_note(len(found.topics), "topics"),
+        *(f"Reader: {note}." for note in found.notes),
+    ]
     for topic in found.topics:
         name = topic.name or "table"
         notes += [f"{name}: {fault}" for fault in topic.faults]
@@ -89,37 +92,39 @@ def _topics(found: Probe) -> Table:
         "from, by its clock [s]": ("start", ".2f"),
         "to [s]": ("end", ".2f"),
     }
-    topics = found.topics[:LISTED]
+    topics = found.topics[:MAX_LISTED]
     return Table.of_items(f"{found.source}: {found.format}", topics, columns, notes)
 
 
-def _more(count: int, what: str) -> tuple[str, ...]:
-    return (f"and {count - LISTED} more {what}",) if count > LISTED else ()
+def _omitted_note(count: int, what: str) -> tuple[str, ...]:
+    return (f"and {count - MAX_LISTED} more {what}",) if count > MAX_LISTED else ()
 
 
-def _draft(found: Probe) -> Table:
+def _draft_table(found: Probe) -> Table:
     lines = tuple((line,) for line in found.draft.text.rstrip("\n").split("\n"))
-    notes = [*_axes(found), *_presets(found)]
-    if found.draft.confidence < SUFFICES:
+    notes = [*_axes_notes(found), *_preset_notes(found)]
+    if found.draft.confidence < MIN_DRAFT_CONFIDENCE:
         notes.append(
             f"The draft is too unsure ({found.draft.confidence} %) to make a log of: correct it, "
             "then ask again with --mapping."
         )
-    return Table.of_words("What its columns may be, as a mapping", (_SAVED,), "l", lines, notes)
+    return Table.of_words(
+        "What its columns may be, as a mapping", (_DRAFT_HEADER,), "l", lines, notes
+    )
 
 
-def _axes(found: Probe) -> Iterator[str]:
+def _axes_notes(found: Probe) -> Iterator[str]:
     """Say which axes the recording uses, with the evidence."""
-    roles, way = found.roles, found.roles.way
-    upright = roles.upright
-    yield f"Axes: body {upright.body} over {_WORLDS[roles.world]}, {upright.confidence} %."
-    for sign in upright.signs:
-        yield f"- for {'FRD' if sign.weight > 0 else 'FLU'}: {sign.told}."
-    if (earth := _earth_fixed(found)) is not None:
+    roles, way = found.roles, found.roles.velocity
+    upright = roles.vertical_axis
+    yield f"Axes: body {upright.body} over {_WORLD_NAMES[roles.world]}, {upright.confidence} %."
+    for sign in upright.evidence:
+        yield f"- for {'FRD' if sign.log_odds > 0 else 'FLU'}: {sign.message}."
+    if (earth := _is_earth_fixed(found)) is not None:
         kind = "earth-fixed" if earth else "along body axes"
         seen = (
-            f", as the way of the position says (correlation {way.agreement.correlation:.3f}; "
-            f"otherwise {way.other.correlation:.2f} at best)"
+            f", as the way of the position says (correlation {way.regression.correlation:.3f}; "
+            f"otherwise {way.alternative.correlation:.2f} at best)"
         )
         yield f"Velocities are {kind}{seen if way.earth_fixed is not None else ''}."
     if roles.rates.unit:
@@ -130,27 +135,27 @@ def _axes(found: Probe) -> Iterator[str]:
             yield f"{what} are in axes of the other kind than the attitude: y and z opposite."
 
 
-def _earth_fixed(found: Probe) -> bool | None:
+def _is_earth_fixed(found: Probe) -> bool | None:
     roles = found.roles
-    if roles.chosen("velocity.north") or roles.chosen("velocity.east"):
+    if roles.best("velocity.north") or roles.best("velocity.east"):
         return True
-    return roles.way.earth_fixed
+    return roles.velocity.earth_fixed
 
 
-def _presets(found: Probe) -> Iterator[str]:
+def _preset_notes(found: Probe) -> Iterator[str]:
     for one in found.presets:
         yield f"Preset `{one.name}` fits: {one.channels} channels (`--mapping {one.name}`)."
     if not found.presets:
         yield "No shipped preset fits."
 
 
-def _delays(found: tuple[Delay, ...]) -> Table:
+def _delay_table(found: tuple[Delay, ...]) -> Table:
     notes = [
         "Sense: the sign of the change that follows. Explains: share of the growth of the "
         "velocity, beyond what velocities explain."
     ]
     if early := [
-        one.command for one in found if one.seconds + (one.standard_deviation or 0.0) < _EARLY
+        one.command for one in found if one.seconds + (one.standard_deviation or 0.0) < _MIN_LEAD_S
     ]:
         notes.append(
             f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
@@ -169,7 +174,7 @@ def _delays(found: tuple[Delay, ...]) -> Table:
     return Table.of_items(title, found, columns, notes)
 
 
-def _segments(found: QualityReport, notes: tuple[str, ...]) -> Table:
+def _segment_table(found: QualityReport, notes: tuple[str, ...]) -> Table:
     n = len(found.segments)
     columns = {
         "segment": ("name", "s"),
@@ -184,10 +189,12 @@ def _segments(found: QualityReport, notes: tuple[str, ...]) -> Table:
         f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s in {n} "
         f"segment{'s' if n != 1 else ''}"
     )
-    return Table.of_items(title, found.segments[:LISTED], columns, (*_more(n, "segments"), *notes))
+    return Table.of_items(
+        title, found.segments[:MAX_LISTED], columns, (*_omitted_note(n, "segments"), *notes)
+    )
 
 
-def _columns(judged: QualityReport) -> Table:
+def _column_table(judged: QualityReport) -> Table:
     numbers = {"mean": "mean", "std": "std", "lowest": "low", "highest": "high"}
     columns = {
         "column": ("name", "s"),
@@ -196,12 +203,12 @@ def _columns(judged: QualityReport) -> Table:
         "changes": ("n_changes", "d"),
     }
     notes = (
-        f"Also recorded: {', '.join(judged.has) or 'nothing else'}.",
+        f"Also recorded: {', '.join(judged.recorded) or 'nothing else'}.",
         *(f"missing: {each}" for each in judged.missing),
         f"frame: {judged.frame}",
-        *judged.doubts,
-        *(f"mind: {each}" for each in judged.reservations),
-        *(f"good: {each}" for each in judged.promises),
-        f"Verdict: {judged.sentence}",
+        *judged.warnings,
+        *(f"mind: {each}" for each in judged.remarks),
+        *(f"good: {each}" for each in judged.identifiable),
+        f"Verdict: {judged.report_quality}",
     )
     return Table.of_items("Columns", (*judged.velocities, *judged.commands), columns, notes)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.data.log import Log, Segment, take
+from hydrodamp.data.log import Log, Segment, extract_segments
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.methods import identify_all
@@ -257,7 +257,7 @@ def _holdout(log: Log, divided: Folds, fold: int) -> tuple[Log, Log]:
             f"{'replay' if train else 'identify from'}. Give a longer log, fewer folds "
             "or a smaller gap."
         )
-    return take(log, train), take(log, test)
+    return extract_segments(log, train), extract_segments(log, test)
 
 
 def _stretches(log: Log, chosen: BoolArray) -> list[Segment]:

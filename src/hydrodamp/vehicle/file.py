@@ -21,10 +21,10 @@ from pydantic import (
     model_validator,
 )
 
-from hydrodamp.arrays import LARGEST
+from hydrodamp.arrays import MAX_MAGNITUDE
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
-from hydrodamp.faults import validated
+from hydrodamp.faults import validate
 from hydrodamp.files import (
     PackageData,
     load_text,
@@ -43,7 +43,9 @@ _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 _OPTIONAL = ("source", "note", "actuators")
 _RESTORING = ("weight", "buoyancy", "center_of_gravity", "center_of_buoyancy")
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+Number = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
+]
 AxisName = Literal["X", "Y", "Z", "K", "M", "N"]
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Six = Annotated[list[Number], Field(min_length=6, max_length=6)]
@@ -185,7 +187,7 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
         )
     if other := wrong_kind_message(content, source, "vehicle"):
         raise VehicleError(other)
-    found = validated(VehicleFile, content, source, VehicleError)
+    found = validate(VehicleFile, content, source, VehicleError)
     try:
         return found.vehicle()
     except VehicleError as error:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import euler_from_quaternion, turn
+from hydrodamp.data.attitude import euler_from_quaternion, rotation_vectors
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
@@ -113,7 +113,7 @@ def test_the_tanker_moves_as_its_position_says(measured_logs) -> None:
         north, east = (np.diff(log.position, axis=0) / step)[:, :2].T
         along = north * np.cos(middle) + east * np.sin(middle)
         across = east * np.cos(middle) - north * np.sin(middle)
-        yawing = turn(log.attitude[:-1], log.attitude[1:])[:, 2] / np.diff(log.time)
+        yawing = rotation_vectors(log.attitude[:-1], log.attitude[1:])[:, 2] / np.diff(log.time)
         for recorded, slope, least in ((0, along, 3e-3), (1, across, 3e-3), (5, yawing, 2e-3)):
             error = np.sqrt(np.mean((mean[:, recorded] - slope) ** 2))
             assert error < least, (path.name, recorded)

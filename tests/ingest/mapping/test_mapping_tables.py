@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.data.agreement import agreement, rotate_back
-from hydrodamp.data.attitude import down, turn
+from hydrodamp.data.agreement import integrate_rotation, regress_channel
+from hydrodamp.data.attitude import down_vectors, rotation_vectors
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
@@ -122,17 +122,17 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)
         assert log.attitude is not None
-        turns, rates = rotate_back(log.attitude, log.bounds), log.velocity[:, 3:]
+        turns, rates = integrate_rotation(log.attitude, log.bounds), log.velocity[:, 3:]
         for k in range(3):
-            both = agreement(log.time, log.bounds, rates[:, [k]], turns[:, [k]])
-            assert both.ratio == pytest.approx(1, abs=0.1)
+            both = regress_channel(log.time, log.bounds, rates[:, [k]], turns[:, [k]])
+            assert both.scale == pytest.approx(1, abs=0.1)
         steps = np.diff(log.time)
-        differenced = turn(log.attitude[:-1], log.attitude[1:]) / steps[:, np.newaxis]
+        differenced = rotation_vectors(log.attitude[:-1], log.attitude[1:]) / steps[:, np.newaxis]
         recorded = (log.velocity[1:, 3:] + log.velocity[:-1, 3:]) / 2
         sound = np.abs(differenced - recorded).max(axis=1) < 3
         for axis in range(3):
             assert np.corrcoef(differenced[sound, axis], recorded[sound, axis])[0, 1] > 0.8
-        sinks = np.einsum("ni,ni->n", down(log.attitude), log.velocity[:, :3])
+        sinks = np.einsum("ni,ni->n", down_vectors(log.attitude), log.velocity[:, :3])
         height = np.genfromtxt(path, delimiter=",", names=True)["z_m"]
         assert np.corrcoef(-np.diff(height) / steps, sinks[1:] + sinks[:-1])[0, 1] > 0.6
         heave = log.command("ch_heave")

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
-from hydrodamp.data.record import name_after
+from hydrodamp.data.record import name_of_source
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
@@ -258,7 +258,7 @@ def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
 
 def _topic_of(file: Path, times: Mapping[str, int]) -> str:
     """Return what the topic of a file is called: its name, or where others share it its folder."""
-    return file.parent.name if times[file.name] > 1 else name_after(file.name)
+    return file.parent.name if times[file.name] > 1 else name_of_source(file.name)
 
 
 def _together(files: Mapping[Path, str], source: str) -> Recording:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from hydrodamp.data.record import name_after
+from hydrodamp.data.record import name_of_source
 from hydrodamp.errors import FileError
 
 #: Joins files of one recording on the command line, as in ``pose.csv+pwm.csv``.
@@ -27,7 +27,7 @@ def apart(path: str | Path) -> list[Path]:
 
 def patterns(files: Sequence[Path]) -> dict[str, str]:
     """Return for every topic of files of one run its file, a star where the run is named."""
-    stems = [name_after(file.name) for file in files]
+    stems = [name_of_source(file.name) for file in files]
     tails = [file.name.removeprefix(stem) for file, stem in zip(files, stems, strict=True)]
     words = [_SEAM.split(stem) for stem in stems]
     for front in (True, False):

@@ -12,22 +12,24 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock import Clock, Stamps, Ticks, brackets, interpolated, matched, set_right
-from hydrodamp.ingest.inspection.names import NO_ROLE, hint, parted, unit_of, words
+from hydrodamp.ingest.inspection.names import NO_ROLE, guess_role, split_unit, unit_of, words
 
-_TIMES = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
-_WHOLE = {"sec", "secs", "s"}
-_NANO = {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"}
-_INCREASES = 0.98  # share of steps; the rest are joins
-_STOPPED = 20  # rows, and times the usual number, that the last stamp of a clock which stops has
-_EVEN = 0.05  # jitter of a clock that rows at a rate can stand for
-_EPOCHS = {"ns": 1e17, "us": 1e14, "ms": 1e11}  # 1973 and later, counted from 1970
-_LARGEST = 1e30  # of any unit; more was not measured
-_SLOW = 5.0  # s, a median step longer than that of any log
-_MANY = 60_000  # samples; a longer clock is thinned, as motion is slower than that
+_TIME_WORDS = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
+_SECOND_WORDS = {"sec", "secs", "s"}
+_NANOSECOND_WORDS = {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"}
+_MIN_INCREASING_SHARE = 0.98  # share of steps; the rest are joins
+_MIN_STOPPED_ROWS = (
+    20  # rows, and times the usual number, that the last stamp of a clock which stops has
+)
+_MAX_JITTER = 0.05  # jitter of a clock that rows at a rate can stand for
+_MIN_EPOCHS = {"ns": 1e17, "us": 1e14, "ms": 1e11}  # 1973 and later, counted from 1970
+_MAX_MAGNITUDE = 1e30  # of any unit; more was not measured
+_MAX_STEP_S = 5.0  # s, a median step longer than that of any log
+_MAX_SAMPLES = 60_000  # samples; a longer clock is thinned, as motion is slower than that
 
 
 @dataclass(frozen=True, eq=False)
-class Ticking:
+class TopicClock:
     """The clock of a topic."""
 
     column: str | None  # None for what the file itself says of arrival
@@ -39,19 +41,19 @@ class Ticking:
     rate: float | None = None  # of rows, where no column counts on
 
 
-def ticking(topic: Topic) -> Ticking | None:
+def find_clock(topic: Topic) -> TopicClock | None:
     """Return the clock of a topic, a sensor's before that of arrival; None where there is none."""
-    fields = {name: _measured(values) for name, values in topic.fields.items()}
-    halves = _halves(topic)
-    rising = [name for name, values in fields.items() if _rises(values)]
-    named = [name for name in rising if _TIMES & {*words(name)} or name in halves]
+    fields = {name: _mask_implausible(values) for name, values in topic.fields.items()}
+    halves = _split_stamps(topic)
+    rising = [name for name, values in fields.items() if _is_increasing(values)]
+    named = [name for name in rising if _TIME_WORDS & {*words(name)} or name in halves]
     stamped = [name for name in named if "header" in words(name) or name in halves]
-    is_recorded = topic.time is not None and bool(np.isfinite(_measured(topic.time)).any())
+    is_recorded = topic.time is not None and bool(np.isfinite(_mask_implausible(topic.time)).any())
     if topic.time is not None and is_recorded and not stamped:
-        return Ticking(None, _measured(topic.time), "s", 100, "when it was recorded, by the file")
-    plain = (
-        name for name in rising if _is_plain_clock(fields[name]) and _says_nothing(topic, name)
-    )
+        return TopicClock(
+            None, _mask_implausible(topic.time), "s", 100, "when it was recorded, by the file"
+        )
+    plain = (name for name in rising if _is_plain_clock(fields[name]) and _has_no_role(topic, name))
     name = next(iter((*stamped, *named, *plain)), None)
     if name is None:
         return None
@@ -66,37 +68,37 @@ def ticking(topic: Topic) -> Ticking | None:
     if rate := _rate_before_stop(seconds):
         told = f"`{name}` stands still before the rows end: they are counted at its rate"
         seconds = np.arange(len(seconds)) / rate
-    return Ticking(name, seconds, unit, sure, told, halves.get(name, ""), rate)
+    return TopicClock(name, seconds, unit, sure, told, halves.get(name, ""), rate)
 
 
-def _says_nothing(topic: Topic, name: str) -> bool:
+def _has_no_role(topic: Topic, name: str) -> bool:
     """Return whether a name is of no measurement and of nothing else, so that it may be a clock."""
-    return hint(topic.name, name, None, topic.fields) == (NO_ROLE, 0)
+    return guess_role(topic.name, name, None, topic.fields) == (NO_ROLE, 0)
 
 
-def clocks_of(recording: Recording) -> dict[str, Ticking]:
+def find_clocks(recording: Recording) -> dict[str, TopicClock]:
     """Return the clocks of topics; one that stands alone, shorter, has the rate of all others."""
-    clocks = {topic.name: clock for topic in recording.topics if (clock := ticking(topic))}
+    clocks = {topic.name: clock for topic in recording.topics if (clock := find_clock(topic))}
     lone = [one for name, one in clocks.items() if {*recording.topic(name).fields} == {one.column}]
     if len(lone) == 1 and (rate := even_rate(lone[0].seconds)):
         why = f"the rate of `{lone[0].column}`, which stops before the rows end"
-        clocks = {one.name: counted(one, rate, why) for one in recording.topics} | clocks
+        clocks = {one.name: clock_at_rate(one, rate, why) for one in recording.topics} | clocks
     return clocks
 
 
-def counted(topic: Topic, rate: float, why: str = "") -> Ticking:
+def clock_at_rate(topic: Topic, rate: float, why: str = "") -> TopicClock:
     """Return the clock of rows that come at a rate."""
-    return Ticking(None, np.arange(float(topic.n)) / rate, "s", 70, why, rate=rate)
+    return TopicClock(None, np.arange(float(topic.n)) / rate, "s", 70, why, rate=rate)
 
 
-def _halves(topic: Topic) -> dict[str, str]:
+def _split_stamps(topic: Topic) -> dict[str, str]:
     """Return for columns of whole seconds those of nanoseconds beside them."""
     split = {name: words(name) for name in topic.fields}
-    nanos = {its[:-1]: name for name, its in split.items() if {*its[-1:]} & _NANO}
+    nanos = {its[:-1]: name for name, its in split.items() if {*its[-1:]} & _NANOSECOND_WORDS}
     return {
         name: nanos[its[:-1]]
         for name, its in split.items()
-        if {*its[-1:]} & _WHOLE and its[:-1] in nanos
+        if {*its[-1:]} & _SECOND_WORDS and its[:-1] in nanos
     }
 
 
@@ -104,14 +106,14 @@ def _is_plain_clock(values: FloatArray) -> bool:
     """Return whether values without a telling name increase always, and do not number the rows."""
     steps = np.diff(values[np.isfinite(values)])
     numbers_rows = bool((steps == 1.0).all()) and values[0] in (0.0, 1.0)
-    return bool(np.mean(steps > 0.0) >= _INCREASES) and not numbers_rows
+    return bool(np.mean(steps > 0.0) >= _MIN_INCREASING_SHARE) and not numbers_rows
 
 
 def _rate_before_stop(seconds: FloatArray) -> float | None:
     """Return the rate of an even clock that stands still at its end."""
     moves = np.flatnonzero(np.diff(seconds) > 0)
     still = len(seconds) - 2 - moves[-1] if len(moves) else 0
-    if still < _STOPPED * max(1.0, len(seconds) / (len(moves) + 1)):
+    if still < _MIN_STOPPED_ROWS * max(1.0, len(seconds) / (len(moves) + 1)):
         return None
     return even_rate(seconds[: moves[-1] + 2])
 
@@ -120,33 +122,33 @@ def even_rate(seconds: FloatArray) -> float | None:
     """Return the rate of an even clock."""
     steps = np.diff(seconds)
     step = float(np.median(steps)) if len(steps) else 0.0
-    is_even = step > 0 and float(np.quantile(np.abs(steps - step), 0.95)) < _EVEN * step
+    is_even = step > 0 and float(np.quantile(np.abs(steps - step), 0.95)) < _MAX_JITTER * step
     return float(f"{1 / step:.6g}") if is_even else None
 
 
-def _measured(values: FloatArray) -> FloatArray:
-    return np.where(np.abs(values) < _LARGEST, values, np.nan)
+def _mask_implausible(values: FloatArray) -> FloatArray:
+    return np.where(np.abs(values) < _MAX_MAGNITUDE, values, np.nan)
 
 
 def _unit_by_size(values: FloatArray) -> str:
     """Return the unit that makes an epoch or a step of a likely size."""
     finite = values[np.isfinite(values)]
-    for unit, least in _EPOCHS.items():
+    for unit, least in _MIN_EPOCHS.items():
         if float(np.median(finite)) > least:
             return unit
     step = float(np.median(np.diff(finite)))
-    units = {"s": _SLOW, "ms": _SLOW * 1e3, "us": _SLOW * 1e6}
+    units = {"s": _MAX_STEP_S, "ms": _MAX_STEP_S * 1e3, "us": _MAX_STEP_S * 1e6}
     return next((unit for unit, most in units.items() if step < most), "ns")
 
 
-def _rises(values: FloatArray) -> bool:
+def _is_increasing(values: FloatArray) -> bool:
     """Return whether values increase, but for repeats, as a clock does, be it a coarse one."""
     finite = values[np.isfinite(values)]
     steps = np.diff(finite)
     moving = steps[steps != 0.0]
     if len(finite) < max(2, len(values) // 2) or len(moving) < max(1, len(steps) // 100):
         return False
-    return bool(np.mean(moving > 0.0) >= _INCREASES)
+    return bool(np.mean(moving > 0.0) >= _MIN_INCREASING_SHARE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,22 +167,24 @@ class Series:
         return f"{self.topic}.{self.field}" if self.topic else self.field
 
 
-def series_of(topic: Topic, clock: Ticking | None) -> list[Series]:
+def topic_series(topic: Topic, clock: TopicClock | None) -> list[Series]:
     """Return the fields of a topic, but its clock and other times beside it."""
     column, seconds = (None, np.empty(0)) if clock is None else (clock.column, clock.seconds)
     return [
         Series(topic.name, name, unit_of(topic, name), seconds, values)
-        for name, values in ((name, _measured(values)) for name, values in topic.fields.items())
+        for name, values in (
+            (name, _mask_implausible(values)) for name, values in topic.fields.items()
+        )
         if name != column and not is_stamp(name) and bool(np.isfinite(values).any())
     ]
 
 
 def is_stamp(name: str) -> bool:
     """Return whether a name is that of a time."""
-    return parted(name)[0][-1:] in (("time",), ("timestamp",), ("stamp",)) or "stamp." in name
+    return split_unit(name)[0][-1:] in (("time",), ("timestamp",), ("stamp",)) or "stamp." in name
 
 
-def together(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
+def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     """Bring series to the clock of the slowest: elapsed time and columns, a row of NaN at gaps."""
     try:
         times = {one.topic: one.seconds for one in series}
@@ -188,9 +192,11 @@ def together(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     except LogError:  # what seemed a clock is none
         return np.empty(0), np.empty((0, len(series)))
     base = max(stamps.values(), key=lambda one: one.step)
-    thin = slice(None, None, every := 1 + len(base.time) // _MANY)
+    thin = slice(None, None, every := 1 + len(base.time) // _MAX_SAMPLES)
     ticks = Ticks(base.time[thin], base.run[thin])
-    values = np.column_stack([_at(ticks, base, stamps[one.topic], one.values) for one in series])
+    values = np.column_stack(
+        [_interpolate_at(ticks, base, stamps[one.topic], one.values) for one in series]
+    )
     steps = np.diff(ticks.time, prepend=ticks.time[:1])
     limit = base.limit + (every - 1) * base.step
     broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > limit)
@@ -198,7 +204,7 @@ def together(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     return np.cumsum(np.where(broken, base.step, steps)), values
 
 
-def _at(ticks: Ticks, base: Stamps, stamps: Stamps, values: FloatArray) -> FloatArray:
+def _interpolate_at(ticks: Ticks, base: Stamps, stamps: Stamps, values: FloatArray) -> FloatArray:
     """Interpolate the numbers of a topic at ticks."""
     stamps = matched(stamps.kept(np.isfinite(values[stamps.rows])), base)
     if not len(stamps.rows):

@@ -19,7 +19,7 @@ def split_index(name: str) -> tuple[str, str]:
 class Element:
     """Place of an element in its array, counted from zero, and the number of elements."""
 
-    place: int
+    index: int
     size: int
 
 

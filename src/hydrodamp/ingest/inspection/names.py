@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 
 from hydrodamp.data.channels import WRENCH
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import UNITS, spelt, unit_at_end
+from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
 from hydrodamp.ingest.inspection.elements import element_of, split_index
 from hydrodamp.ingest.mapping.columns import NO_UNIT
 from hydrodamp.ingest.mapping.schema import quantity_of
@@ -70,31 +70,31 @@ _WRENCH_OF = dict(zip("uvwpqrxyzkmn", 2 * WRENCH.columns, strict=True))
 _TURN = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 
 
-def _along(group: str, names: str) -> tuple[str, ...]:
+def _roles_of(group: str, names: str) -> tuple[str, ...]:
     return tuple(f"{group}.{name}" for name in names.split())
 
 
 # Vectors of ships, which move in the plane where they have three components.
 _PLANAR = {
-    "nu": _along("velocity", "u v r"),
+    "nu": _roles_of("velocity", "u v r"),
     "eta": ("position.x", "position.y", "attitude.yaw"),
-    "tau": _along("wrench", "X Y N"),
+    "tau": _roles_of("wrench", "X Y N"),
 }
 
 # What words say of vectors, of three components or of six, the likeliest first; and how surely [%].
 _VECTORS = (
-    (_FORCE, _along("specific_force", "fx fy fz"), 85),
-    (_PUSH, _along("wrench", "X Y Z"), 80),
-    (_TWIST, _along("wrench", "K M N"), 80),
-    (_WRENCH, _along("wrench", "X Y Z K M N"), 85),
-    (_ANGULAR, _along("velocity", "p q r"), 85),
-    (_SPEED, _along("velocity", "u v w p q r"), 80),
+    (_FORCE, _roles_of("specific_force", "fx fy fz"), 85),
+    (_PUSH, _roles_of("wrench", "X Y Z"), 80),
+    (_TWIST, _roles_of("wrench", "K M N"), 80),
+    (_WRENCH, _roles_of("wrench", "X Y Z K M N"), 85),
+    (_ANGULAR, _roles_of("velocity", "p q r"), 85),
+    (_SPEED, _roles_of("velocity", "u v w p q r"), 80),
     (_EULER, _TURN, 80),
-    (_PLACE, (*_along("position", "x y z"), *_TURN), 75),
+    (_PLACE, (*_roles_of("position", "x y z"), *_TURN), 75),
 )
 
 
-def _fused() -> Iterator[tuple[str, str]]:
+def _compound_names() -> Iterator[tuple[str, str]]:
     """Yield names of which the first letters say what is measured, and their roles."""
     for axis, speed, rate in zip("xyz", "uvw", "pqr", strict=True):
         yield f"v{axis}", f"velocity.{speed}"
@@ -108,7 +108,7 @@ def _fused() -> Iterator[tuple[str, str]]:
         yield f"p{letter}", f"position.{way}"
 
 
-_FUSED = dict(_fused())
+_FUSED = dict(_compound_names())
 
 _PATH = re.compile(r"[./]")  # between messages within messages
 
@@ -125,25 +125,25 @@ def words(name: str) -> tuple[str, ...]:
     return tuple(word for word in re.split(r"[^A-Za-z0-9]+", apart.lower()) if word)
 
 
-def parted(name: str) -> tuple[tuple[str, ...], str | None]:
+def split_unit(name: str) -> tuple[tuple[str, ...], str | None]:
     """Return the words of a name without its unit, and the unit; an index stays at the end."""
     stem, index = split_index(name)
     whole = words(stem)
-    found = unit_at_end(whole)
+    found = trailing_unit(whole)
     bare, unit = (whole, None) if found is None else (whole[: -found[0]], found[1])
     return (*bare, *words(index)), unit
 
 
 def unit_of(topic: Topic, field: str) -> str | None:
     """Return the unit that the file states for a field, or that its name carries."""
-    return spelt(topic.units.get(field, "")) or parted(field)[1]
+    return parse_unit(topic.units.get(field, "")) or split_unit(field)[1]
 
 
-def hint(
+def guess_role(
     topic: str, field: str, unit: str | None, beside: Collection[str] = (), stated: str = ""
 ) -> Hint:
     """Return the role that a name and a unit, known or but stated, speak for, or why none."""
-    name = parted(field)[0]
+    name = split_unit(field)[0]
     around = {*words(topic), *name}
     if told := around & NOISE | {*name} & _ASIDE:
         return f"not a measurement itself: {min(told)}", 0
@@ -151,21 +151,21 @@ def hint(
     if field in WRENCH.columns and is_wrench:
         return f"wrench.{field}", 85
     stem = split_index(field)[0]
-    wanted = {*name} & _WANTED or _desired(stem, beside)
+    wanted = {*name} & _WANTED or _setpoint_suffix(stem, beside)
     if wanted and not {*name} & _COMMANDS:
         return f"asked for, not measured: {min(wanted)}", 0
     bare = tuple(word for word in name if word not in _SAID_OF) or name
-    is_alone = len({*parted(_PATH.split(field)[-1])[0]} - _SAID_OF) == 1
+    is_alone = len({*split_unit(_PATH.split(field)[-1])[0]} - _SAID_OF) == 1
     size = 0
     if element := element_of(field, beside):
-        words_of_stem = parted(stem)[0]
+        words_of_stem = split_unit(stem)[0]
         bare = tuple(word for word in words_of_stem if word not in _SAID_OF) or words_of_stem
-        bare = (*bare, str(element.place))
+        bare = (*bare, str(element.index))
         size = element.size if element.size > 1 else 0
     elif stem != field:
         return "an element of a matrix", 0
-    found = _role(bare, around, size, is_alone=is_alone, beside=beside, field=field)
-    if found is None and parted(field)[1] == "rpm":
+    found = _role_of_words(bare, around, size, is_alone=is_alone, beside=beside, field=field)
+    if found is None and split_unit(field)[1] == "rpm":
         found = "commands", 80
     if found is None:
         asked = sorted({*words(topic)} & _WANTED)
@@ -173,7 +173,7 @@ def hint(
     of_topic = set() if around & {"output", "outputs"} else {*words(topic)} & _STATUS
     if found[0] == "commands" and (status := {*name} & _STATUS | of_topic):
         return f"of the state of an actuator, no command: {min(status)}", 0
-    found = _along_axes(found, around)
+    found = _velocity_axes(found, around)
     quantity = quantity_of_role(found[0])
     if unit is None and quantity is not None and stated.casefold() not in NO_UNIT:
         return f"in {stated}", 0
@@ -182,7 +182,7 @@ def hint(
     return (found[0], min(95, found[1] + 10)) if unit in UNITS[quantity] else (f"in {unit}", 0)
 
 
-def _desired(stem: str, beside: Collection[str]) -> set[str]:
+def _setpoint_suffix(stem: str, beside: Collection[str]) -> set[str]:
     """Return the last word of `psi_d` or `pd`, unless it stands for down beside north."""
     said = words(stem)
     said = said[:-1] if len(said) > 1 and said[-1] in tuple("xyz") else said
@@ -193,7 +193,7 @@ def _desired(stem: str, beside: Collection[str]) -> set[str]:
     return {last} if is_desired and not is_down else set()
 
 
-def _along_axes(found: Hint, around: set[str]) -> Hint:
+def _velocity_axes(found: Hint, around: set[str]) -> Hint:
     """Return a linear velocity along the axes that its words name: body, compass, or the world.
 
     The role of a velocity of the world whose axes no word names is velocity.x, y or z.
@@ -219,7 +219,7 @@ def quantity_of_role(role: str) -> str | None:
     return quantity_of(group, channel) if channel else None
 
 
-def _role(
+def _role_of_words(
     name: tuple[str, ...],
     around: set[str],
     size: int,
@@ -235,11 +235,11 @@ def _role(
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
     if own & _FLAGS and angle is None:
         return "flag", 80
-    if own & _WRENCH and (of := _loaded(name)):
+    if own & _WRENCH and (of := _wrench_component(name)):
         return f"wrench.{of}", 85
     loading = around if last in tuple("xyz") else own | around & _WRENCH
     is_load = last in _AXES and not around & _WANTED and loading & _LOADS
-    if is_load and (found := _component(around - _SPEED, _AXES[last], size)):
+    if is_load and (found := _vector_component(around - _SPEED, _AXES[last], size)):
         return found
     if numbered & _COMMANDS:
         return "commands", 85
@@ -263,7 +263,11 @@ def _role(
         return f"attitude.q{last}", 85
     if around & _TURNED and size == 4 and last in ("0", "1", "2", "3"):
         return f"attitude.q[{last}]", 60
-    if last in _AXES and len(around) > 1 and (found := _component(around, _AXES[last], size)):
+    if (
+        last in _AXES
+        and len(around) > 1
+        and (found := _vector_component(around, _AXES[last], size))
+    ):
         return found
     if last in _COMPASS and not is_alone:
         return f"{'velocity' if own & _SPEED else 'position'}.{_COMPASS[last]}", 80
@@ -280,14 +284,14 @@ def _role(
     return (f"position.{last}", 75) if last in ("north", "east") else None
 
 
-def _loaded(name: tuple[str, ...]) -> str | None:
+def _wrench_component(name: tuple[str, ...]) -> str | None:
     """Return the component of a wrench that a name such as `tau_N` or `tau_surge` ends in."""
     last = next((word for word in name[::-1] if word not in ("cmd", "command", "total")), "")
     axis = _MOTIONS.get(last) or _RATE_OF.get(last, last)
     return _WRENCH_OF.get(axis) if axis not in tuple("xyz") else None
 
 
-def _component(around: set[str], place: int, size: int) -> Hint | None:
+def _vector_component(around: set[str], place: int, size: int) -> Hint | None:
     """Return what a component of a vector is."""
     for kind, roles, sure in _VECTORS:
         if size == 3 and around & kind & _PLANAR.keys():

@@ -6,21 +6,21 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.conditioning.consistency import QualityIssue
-from hydrodamp.conditioning.vertical import Upright
+from hydrodamp.conditioning.vertical import VerticalAxis
 from hydrodamp.ingest.inspection.delay import Delay
 
 #: Share of the variance of a growth from which a command visibly acts.
-VISIBLE = 0.05
-_LEAST_SURE = 50  # %, confidence of a delay from which its sign counts
+MIN_RESPONSE_SHARE = 0.05
+_MIN_DELAY_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
 UNDECIDED = "Nothing in this log decides which way is down"
 #: For every velocity that turns over with the axes, what the vehicle does when it grows.
 _MOVES = {"v": "to starboard", "w": "down", "q": "bow up", "r": "to starboard"}
-_AGAINST = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
+_OPPOSITE_MOVES = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
 
 
-def describe_frame(upright: Upright, responses: Sequence[str]) -> str:
+def describe_frame(upright: VerticalAxis, responses: Sequence[str]) -> str:
     """Say what decides which way is down; or that nothing does, and what would."""
-    told = "; ".join(sign.told for sign in upright.signs)
+    told = "; ".join(sign.message for sign in upright.evidence)
     if upright.is_sure:
         return f"{upright.body} by {upright.confidence} %: {told}."
     seen = f" By the log, {'; '.join(responses)}." if responses else ""
@@ -43,7 +43,7 @@ def misread_positions(measured: Mapping[str, str]) -> Iterator[QualityIssue]:
         )
 
 
-def wrong_frame(upright: Upright, odd: Sequence[QualityIssue]) -> Iterator[QualityIssue]:
+def wrong_frame(upright: VerticalAxis, odd: Sequence[QualityIssue]) -> Iterator[QualityIssue]:
     """Yield that z is up, unless a suspicion of the specific force has it already."""
     if (
         upright.body == "FLU"
@@ -53,7 +53,7 @@ def wrong_frame(upright: Upright, odd: Sequence[QualityIssue]) -> Iterator[Quali
         yield QualityIssue(
             "frame",
             "is forward-port-up, not forward-starboard-down",
-            "; ".join(sign.told for sign in upright.signs if sign.weight < 0.0),
+            "; ".join(sign.message for sign in upright.evidence if sign.log_odds < 0.0),
             remedy="write `frame: FLU` in a mapping, and under `sensors` what differs from it",
         )
 
@@ -65,8 +65,8 @@ def reversed_wrench(late: Sequence[Delay]) -> Iterator[QualityIssue]:
         for one in late
         if VELOCITY_OF.get(one.command) == one.velocity
         and one.sign < 0
-        and one.share >= VISIBLE
-        and one.confidence >= _LEAST_SURE
+        and one.share >= MIN_RESPONSE_SHARE
+        and one.confidence >= _MIN_DELAY_CONFIDENCE
     ]
     if against:
         yield QualityIssue(
@@ -80,6 +80,6 @@ def reversed_wrench(late: Sequence[Delay]) -> Iterator[QualityIssue]:
 def list_responses(late: Sequence[Delay]) -> Iterator[str]:
     """Yield what the vehicle does when a command rises, by the axes that the log is in."""
     for one in late:
-        if one.velocity in _MOVES and one.share >= VISIBLE:
-            way = (_MOVES if one.sign > 0 else _AGAINST)[one.velocity]
+        if one.velocity in _MOVES and one.share >= MIN_RESPONSE_SHARE:
+            way = (_MOVES if one.sign > 0 else _OPPOSITE_MOVES)[one.velocity]
             yield f"{one.command} rising moves it {way}"

@@ -9,15 +9,15 @@ import numpy as np
 
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.quality_checks import QualityIssue
-from hydrodamp.conditioning.vertical import Sign, Upright, signs_of
-from hydrodamp.data.agreement import agreement, travelled
+from hydrodamp.conditioning.vertical import AxisEvidence, VerticalAxis, vertical_tests
+from hydrodamp.data.agreement import integrate_displacement, regress_channel
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, suppress_warnings
 from hydrodamp.files import parse_yaml
-from hydrodamp.ingest.inspection.columns import Ticking, clocks_of
-from hydrodamp.ingest.inspection.draft import Draft, draft, extending
-from hydrodamp.ingest.inspection.frames import custom_sign
+from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
+from hydrodamp.ingest.inspection.draft import Draft, draft_from_preset, write_draft
+from hydrodamp.ingest.inspection.frames import format_convention
 from hydrodamp.ingest.inspection.names import NO_ROLE, words
 from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, verdict
 from hydrodamp.ingest.inspection.roles import Roles, guess_roles
@@ -26,15 +26,15 @@ from hydrodamp.ingest.mapping.columns import find
 from hydrodamp.ingest.read import is_canonical, logs_of
 
 #: How messages call a draft.
-DRAFTED = "the draft"
+DRAFT_NAME = "the draft"
 
 #: Confidence [%] from which a draft is worth making a log of.
-SUFFICES = 60
+MIN_DRAFT_CONFIDENCE = 60
 
-_NEAR = 0.1  # of the way
+_SCALE_TOLERANCE = 0.1  # of the way
 
 #: Returns what a vehicle needs of a log.
-AskNeeds = Callable[[Log], Requirements]
+RequirementsOf = Callable[[Log], Requirements]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class TopicFacts:
     faults: tuple[str, ...]
 
 
-def facts_of(topic: Topic, clock: Ticking | None) -> TopicFacts:
+def topic_facts(topic: Topic, clock: TopicClock | None) -> TopicFacts:
     """Return how many messages a topic has, how often, with what gaps."""
     times = np.empty(0) if clock is None else clock.seconds[np.isfinite(clock.seconds)]
     steps = np.diff(times)
@@ -78,7 +78,7 @@ def facts_of(topic: Topic, clock: Ticking | None) -> TopicFacts:
 
 
 @dataclass(frozen=True)
-class Fitting:
+class PresetMatch:
     """A preset that has all its columns in a recording."""
 
     name: str
@@ -113,7 +113,7 @@ class Probe:
     topics: tuple[TopicFacts, ...]
     roles: Roles
     without_role: tuple[str, ...]
-    presets: tuple[Fitting, ...]
+    presets: tuple[PresetMatch, ...]
     draft: Draft
 
     def mapping(self) -> LogMapping:
@@ -129,7 +129,7 @@ class Probe:
         LogError
             If too little was found to make a mapping of.
         """
-        return LogMapping.from_dict(parse_yaml(self.draft.text, DRAFTED), DRAFTED)
+        return LogMapping.from_dict(parse_yaml(self.draft.text, DRAFT_NAME), DRAFT_NAME)
 
 
 def probe(recording: Recording, *others: Recording) -> Probe:
@@ -159,39 +159,39 @@ def probe(recording: Recording, *others: Recording) -> Probe:
     >>> found.roles.rates.unit
     'deg/s'
     """
-    roles, presets = guess_roles(recording, others), fitting(recording)
-    drafted = draft(recording, roles)
-    if drafted.confidence < SUFFICES and presets:
-        drafted = extending(recording, presets[0].name)
+    roles, presets = guess_roles(recording, others), matching_presets(recording)
+    drafted = write_draft(recording, roles)
+    if drafted.confidence < MIN_DRAFT_CONFIDENCE and presets:
+        drafted = draft_from_preset(recording, presets[0].name)
     return Probe(
         source=recording.source,
         format=recording.format,
         notes=recording.notes,
-        topics=tuple(facts_of(one, roles.clocks.get(one.name)) for one in recording.topics),
+        topics=tuple(topic_facts(one, roles.clocks.get(one.name)) for one in recording.topics),
         roles=roles,
-        without_role=tuple(name for name, why in roles.silent.items() if why == NO_ROLE),
+        without_role=tuple(name for name, why in roles.without_role.items() if why == NO_ROLE),
         presets=presets,
         draft=drafted,
     )
 
 
-def fitting(recording: Recording) -> tuple[Fitting, ...]:
+def matching_presets(recording: Recording) -> tuple[PresetMatch, ...]:
     """Return the presets that fit."""
-    found = [one for name in presets() for one in _fits(name, recording)]
+    found = [one for name in presets() for one in _match_preset(name, recording)]
     return tuple(sorted(found, key=lambda one: -one.channels))
 
 
-def _fits(name: str, recording: Recording) -> Iterator[Fitting]:
+def _match_preset(name: str, recording: Recording) -> Iterator[PresetMatch]:
     mapping = read_mapping(name)
     timeless = [entry for entry in mapping.entries if entry.group != "time"]
     found, faults = find(timeless, recording, name, mapping.topics)
     moves = [one.field for one in found if one.entry.group == "velocity" and one.topic]
     is_named = any(not field.startswith("column ") for field in moves)
-    if not faults and moves and (is_named or _makes_its_way(mapping, recording)):
-        yield Fitting(name, len(found))
+    if not faults and moves and (is_named or _velocity_matches_position(mapping, recording)):
+        yield PresetMatch(name, len(found))
 
 
-def _makes_its_way(mapping: LogMapping, recording: Recording) -> bool:
+def _velocity_matches_position(mapping: LogMapping, recording: Recording) -> bool:
     """Return whether velocities add up to the way of the position; any columns have places."""
     try:
         with suppress_warnings():
@@ -200,34 +200,34 @@ def _makes_its_way(mapping: LogMapping, recording: Recording) -> bool:
         return False
     if log.attitude is None or log.position is None:
         return False
-    way = travelled(log.attitude, log.position, log.bounds)
-    both = agreement(log.time, log.bounds, log.velocity[:, :3], way)
-    return both.agrees() and abs(both.ratio - 1.0) < _NEAR
+    way = integrate_displacement(log.attitude, log.position, log.bounds)
+    both = regress_channel(log.time, log.bounds, log.velocity[:, :3], way)
+    return both.is_consistent() and abs(both.scale - 1.0) < _SCALE_TOLERANCE
 
 
 @dataclass(frozen=True)
 class Inspection:
     """How a log was made of recordings and what the verdict is, or why there is no log."""
 
-    made: str
-    verdict: QualityReport | None
+    mapping: str
+    report: QualityReport | None
     notes: tuple[str, ...] = ()
-    guessed: bool = False
+    is_drafted: bool = False
     reason: str = ""
 
     @property
     def missing(self) -> tuple[str, ...]:
         """What the log lacks; without a log, the log itself."""
-        if self.verdict is not None:
-            return self.verdict.missing
+        if self.report is not None:
+            return self.report.missing
         return (f"a log: {self.reason}\nCorrect the draft and ask again with --mapping.",)
 
 
-def judge(
+def inspect(
     found: Probe,
     recordings: Sequence[Recording],
     mapping: str | None = None,
-    needs: AskNeeds | None = None,
+    needs: RequirementsOf | None = None,
 ) -> Inspection:
     """Make a log of recordings that were probed, and judge it."""
 
@@ -235,14 +235,14 @@ def judge(
         log = logs_of(recordings, mapping)
         read = read_mapping(mapping) if isinstance(mapping, str) else mapping
         roles = found.roles
-        upright, measured = _axes(log, roles, recordings[0].format, read), dict[str, str]()
+        upright, measured = _vertical_axis(log, roles, recordings[0].format, read), dict[str, str]()
         if read is None:
             places = (one for one in roles.guesses if one.role.startswith("position."))
             measured = {one.column: one.role for one in places if one.column in log.command_names}
         its = verdict(log, None if needs is None else needs(log), upright, measured)
-        unsure = roles.upright.doubts if isinstance(mapping, LogMapping) else ()
-        its = replace(its, reservations=(*unsure, *its.reservations))
-        its = without_steps(its, () if read is None else read.steps)
+        unsure = roles.vertical_axis.warnings if isinstance(mapping, LogMapping) else ()
+        its = replace(its, remarks=(*unsure, *its.remarks))
+        its = omit_applied_steps(its, () if read is None else read.steps)
         return Inspection(made, its, log.notes)
 
     if mapping is not None:
@@ -251,16 +251,16 @@ def judge(
     if len(tables) == len(recordings) and all(map(is_canonical, tables)):
         return judged("")
     reason = "the roles of its columns are too unsure to make a log of"
-    if found.draft.confidence >= SUFFICES:
+    if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
         try:
             with suppress_warnings():
-                return replace(judged("by the draft", found.mapping()), guessed=True)
+                return replace(judged("by the draft", found.mapping()), is_drafted=True)
         except HydrodampError as error:
             reason = f"by the draft: {error}"
-    return Inspection("", None, guessed=True, reason=reason)
+    return Inspection("", None, is_drafted=True, reason=reason)
 
 
-def without_steps(found: QualityReport, steps: Sequence[Step]) -> QualityReport:
+def omit_applied_steps(found: QualityReport, steps: Sequence[Step]) -> QualityReport:
     """Advise no step that the mapping has."""
     named = [str(getattr(getattr(step, "func", step), "__name__", "")) for step in steps]
 
@@ -272,10 +272,12 @@ def without_steps(found: QualityReport, steps: Sequence[Step]) -> QualityReport:
     missing = found.missing
     for name in named:
         missing = tuple(one.replace(f"`{name}`", f"`{name}` (there already)") for one in missing)
-    return replace(found, suspicions=tuple(map(other, found.suspicions)), missing=missing)
+    return replace(found, issues=tuple(map(other, found.issues)), missing=missing)
 
 
-def _axes(log: Log, roles: Roles, form: str, mapping: LogMapping | None) -> Upright | None:
+def _vertical_axis(
+    log: Log, roles: Roles, form: str, mapping: LogMapping | None
+) -> VerticalAxis | None:
     """Return the axes that signs speak for, where z down is what the log is in.
 
     A draft follows the signs in the file. Of another mapping the custom of the format counts, and
@@ -283,21 +285,21 @@ def _axes(log: Log, roles: Roles, form: str, mapping: LogMapping | None) -> Upri
     """
     if mapping is None:
         return None
-    if mapping.name == DRAFTED:
-        return replace(roles.upright, body="FRD")
+    if mapping.name == DRAFT_NAME:
+        return replace(roles.vertical_axis, body="FRD")
     turn = 1.0 if mapping.frame == "FRD" else -1.0
-    custom = (Sign(turn * sign.weight, sign.told) for sign in custom_sign(form))
+    custom = (AxisEvidence(turn * sign.log_odds, sign.message) for sign in format_convention(form))
     has_depth = any(
         "depth" in words(one.column) for one in mapping.entries if one.group == "position"
     )
     depth = log.position[:, 2] if has_depth and log.position is not None else None
-    return Upright.of((*custom, *signs_of(log, depth)))
+    return VerticalAxis.combine((*custom, *vertical_tests(log, depth)))
 
 
-def joined(recordings: Sequence[Recording]) -> str:
+def describe_join(recordings: Sequence[Recording]) -> str:
     """Say how logs make one recording, where they are of one time and of different columns."""
     clocks = [
-        [one for one in clocks_of(each).values() if np.isfinite(one.seconds).any()]
+        [one for one in find_clocks(each).values() if np.isfinite(one.seconds).any()]
         for each in recordings
     ]
     if len(clocks) < 2 or not all(clocks):

@@ -12,17 +12,17 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.conditioning.consistency import VehicleScale
-from hydrodamp.conditioning.current import carries
+from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.quality_checks import QualityIssue, check_quality
-from hydrodamp.conditioning.vertical import Upright, signs_of
-from hydrodamp.data.agreement import roughness
+from hydrodamp.conditioning.vertical import VerticalAxis, vertical_tests
+from hydrodamp.data.agreement import noise_std
 from hydrodamp.data.channels import unit_of
-from hydrodamp.data.log import Log, arrays, velocities
+from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
 from hydrodamp.ingest.inspection.delay import Delay, estimate_delays
 from hydrodamp.ingest.inspection.orientation import (
+    MIN_RESPONSE_SHARE,
     UNDECIDED,
-    VISIBLE,
     describe_frame,
     list_responses,
     misread_positions,
@@ -30,14 +30,14 @@ from hydrodamp.ingest.inspection.orientation import (
     wrong_frame,
 )
 
-_WELL = 2.0  # times the deviation that is hardly any is excitation worth speaking of
-_NOISE = 2.0  # times the noise of a channel, that hardly is any
-_FEWEST = 60  # samples, of which coefficients can be made
-_UNEVEN = 0.25  # of a step
+_MIN_EXCITATION = 2.0  # times the deviation that is hardly any is excitation worth speaking of
+_NOISE_FACTOR = 2.0  # times the noise of a channel, that hardly is any
+_MIN_SAMPLES = 60  # samples, of which coefficients can be made
+_MAX_JITTER = 0.25  # of a step
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
-_SHIP = {"u", "v", "r"}
-_SLOW = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
-_SHORT = 60.0  # s, below which little is determined of one
+_PLANAR_VELOCITIES = {"u", "v", "r"}
+_MAX_STEP_S = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
+_MIN_DURATION_S = 60.0  # s, below which little is determined of one
 
 
 @dataclass(frozen=True)
@@ -88,64 +88,66 @@ class QualityReport:
     segments: tuple[SegmentFacts, ...]
     velocities: tuple[Channel, ...]
     commands: tuple[Channel, ...]
-    has: tuple[str, ...]
+    recorded: tuple[str, ...]
     delays: tuple[Delay, ...]
     missing: tuple[str, ...]
-    suspicions: tuple[QualityIssue, ...]
-    reservations: tuple[str, ...]
-    promises: tuple[str, ...]
-    wanted: tuple[str, ...]
-    upright: Upright
+    issues: tuple[QualityIssue, ...]
+    remarks: tuple[str, ...]
+    identifiable: tuple[str, ...]
+    required: tuple[str, ...]
+    vertical_axis: VerticalAxis
     responses: tuple[str, ...]
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What looks wrong, a sentence each."""
-        return tuple(f"{each}." for each in self.suspicions)
+        return tuple(f"{each}." for each in self.issues)
 
     @property
-    def fit(self) -> bool:
+    def is_usable(self) -> bool:
         """Whether the log can be used as it is."""
-        grave = [one for one in self.suspicions if not one.is_minor]
+        grave = [one for one in self.issues if not one.is_minor]
         return not (self.missing or grave)
 
     @property
-    def moves_too_little(self) -> bool:
+    def is_poorly_excited(self) -> bool:
         """Whether a velocity that is wanted hardly varies: another dive is needed."""
-        return any(c.excitation < _WELL for c in self.velocities if c.name in self.wanted)
+        return any(
+            c.excitation < _MIN_EXCITATION for c in self.velocities if c.name in self.required
+        )
 
     @property
-    def sentence(self) -> str:
+    def report_quality(self) -> str:
         """The verdict itself."""
         if self.missing:
             return "Not fit for the job as it is: see what is missing."
-        if not self.fit:
+        if not self.is_usable:
             return "Not fit for the job yet: correct what looks wrong first."
-        grades = {c.name: c.excitation for c in self.velocities if c.name in self.wanted}
-        well = [name for name, much in grades.items() if much >= _WELL]
-        little = [name for name, much in grades.items() if 1.0 <= much < _WELL]
+        grades = {c.name: c.excitation for c in self.velocities if c.name in self.required}
+        well = [name for name, much in grades.items() if much >= _MIN_EXCITATION]
+        little = [name for name, much in grades.items() if 1.0 <= much < _MIN_EXCITATION]
         poor = [name for name, much in grades.items() if much < 1.0]
-        fit = "Fit for the job" if len(well) == len(grades) else f"Fit for {_named(well)}"
+        fit = "Fit for the job" if len(well) == len(grades) else f"Fit for {_motion_names(well)}"
         parts = [fit if well else "Fit for little" if little else "Not fit for the job"]
-        parts += [f"little variation in {_named(little)}"] if little else []
-        parts += [f"hardly any variation in {_named(poor)}"] if poor else []
-        known = "" if self.upright.is_sure else f" {UNDECIDED}."
-        return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}{known}"
+        parts += [f"little variation in {_motion_names(little)}"] if little else []
+        parts += [f"hardly any variation in {_motion_names(poor)}"] if poor else []
+        known = "" if self.vertical_axis.is_sure else f" {UNDECIDED}."
+        return f"{'; '.join(parts)}.{' Clean it first.' if self.issues else ''}{known}"
 
     @property
     def frame(self) -> str:
         """What decides which way is down; or that nothing does, and what would."""
-        return describe_frame(self.upright, self.responses)
+        return describe_frame(self.vertical_axis, self.responses)
 
 
-def _named(velocities: Sequence[str]) -> str:
+def _motion_names(velocities: Sequence[str]) -> str:
     return ", ".join(f"{_MOTIONS[name]} ({name})" for name in velocities)
 
 
 def verdict(
     log: Log,
     needs: Requirements | None = None,
-    upright: Upright | None = None,
+    upright: VerticalAxis | None = None,
     measured: Mapping[str, str] = MappingProxyType({}),
 ) -> QualityReport:
     """Judge a log; without the needs of a vehicle all velocities are asked for.
@@ -153,13 +155,13 @@ def verdict(
     ``upright`` is what is known of its axes from elsewhere, ``measured`` the roles of commands
     that are none by their names.
     """
-    needs = needs or Requirements(VELOCITIES, tuple(_missing(log)))
+    needs = needs or Requirements(VELOCITIES, tuple(_missing_channels(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
-    size = VehicleScale.of(log) if needs.length is None else VehicleScale(needs.length)
+    size = VehicleScale.from_log(log) if needs.length is None else VehicleScale(needs.length)
     late = tuple(one for one in estimate_delays(whole) if one.command not in measured)
-    moving, segments = _velocities(log, size), tuple(_segments(log))
+    moving, segments = _velocity_channels(log, size), tuple(_segment_facts(log))
     depth = next((log.command(one) for one, of in measured.items() if of.endswith("depth")), None)
-    upright = upright or Upright.of(tuple(signs_of(log, depth)))
+    upright = upright or VerticalAxis.combine(tuple(vertical_tests(log, depth)))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
     odd = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
@@ -167,9 +169,9 @@ def verdict(
     few = (
         f"samples: {log.n} are too few to determine coefficients; record minutes, several a second."
     )
-    reservations = _reservations(log, size, segments, wanted, commands)
+    reservations = _remarks(log, size, segments, wanted, commands)
     if all(one.channel != "time" for one in odd):
-        reservations = itertools.chain(_jitter(log), reservations)
+        reservations = itertools.chain(_jitter_remark(log), reservations)
     return QualityReport(
         source=log.source or "in memory",
         n_samples=log.n,
@@ -177,19 +179,21 @@ def verdict(
         segments=segments,
         velocities=moving,
         commands=commands,
-        has=tuple(name for name in arrays(log) if name not in ("time", "velocity", "commands")),
+        recorded=tuple(
+            name for name in recorded_arrays(log) if name not in ("time", "velocity", "commands")
+        ),
         delays=late,
-        missing=(*needs.missing, *([few] if log.n < _FEWEST else [])),
-        suspicions=odd,
-        reservations=(*reservations, *_unseen(log, late), *needs.reservations),
-        promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
-        wanted=needs.velocities,
-        upright=upright,
+        missing=(*needs.missing, *([few] if log.n < _MIN_SAMPLES else [])),
+        issues=odd,
+        remarks=(*reservations, *_wrench_remark(log, late), *needs.reservations),
+        identifiable=tuple(_identifiable(_velocity_channels(whole, size), needs.velocities, late)),
+        required=needs.velocities,
+        vertical_axis=upright,
         responses=tuple(list_responses(late)),
     )
 
 
-def _segments(log: Log) -> Iterator[SegmentFacts]:
+def _segment_facts(log: Log) -> Iterator[SegmentFacts]:
     for segment in log.segments:
         time = log.time[segment.start : segment.stop]
         steps = np.diff(time)
@@ -198,11 +202,11 @@ def _segments(log: Log) -> Iterator[SegmentFacts]:
         yield SegmentFacts(segment.name, len(time), *map(float, numbers))
 
 
-def _velocities(log: Log, size: VehicleScale) -> tuple[Channel, ...]:
+def _velocity_channels(log: Log, size: VehicleScale) -> tuple[Channel, ...]:
     found = []
-    for name, values in velocities(log).items():
+    for name, values in recorded_velocities(log).items():
         unit = unit_of(name)
-        least = max(size.negligible(unit), _NOISE * roughness(values, log.bounds))
+        least = max(size.negligible(unit), _NOISE_FACTOR * noise_std(values, log.bounds))
         channel = _channel(log, name, unit, values)
         found.append(replace(channel, excitation=channel.std / least))
     return tuple(found)
@@ -216,23 +220,23 @@ def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
     return Channel(name, unit, mean, std, low, high, int(changed.sum()))
 
 
-def _promises(
+def _identifiable(
     channels: Iterable[Channel], wanted: Sequence[str], late: Sequence[Delay]
 ) -> Iterator[str]:
     """Yield what can be identified: excited axes, and gains of commands that were seen to act."""
     known = {channel.name: channel for channel in channels}
-    fine = [one for one in known.values() if one.excitation >= _WELL]
+    fine = [one for one in known.values() if one.excitation >= _MIN_EXCITATION]
     if well := [one for one in fine if one.name in wanted]:
         told = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"it can identify damping in {told}."
-    if sure := [one for one in late if one.share >= VISIBLE]:
+    if sure := [one for one in late if one.share >= MIN_RESPONSE_SHARE]:
         told = ", ".join(f"{one.command} ({_MOTIONS[one.velocity]})" for one in sure)
         yield f"gains can be fitted for commands that are seen to act: {told}."
-    if set(known) == _SHIP and set(wanted) == set(VELOCITIES):
+    if set(known) == _PLANAR_VELOCITIES and set(wanted) == set(VELOCITIES):
         yield "for a vehicle of `axes: [X, Y, N]`, no velocity is missing."
 
 
-def _missing(log: Log) -> Iterator[str]:
+def _missing_channels(log: Log) -> Iterator[str]:
     absent = [name for name in VELOCITIES if name not in log.velocity_names]
     if absent:
         yield (
@@ -246,19 +250,21 @@ def _missing(log: Log) -> Iterator[str]:
         yield "actuation: the wrench X Y Z K M N, or command columns."
 
 
-def _reservations(
+def _remarks(
     log: Log,
     size: VehicleScale,
     segments: Sequence[SegmentFacts],
     channels: Sequence[Channel],
     commands: Sequence[Channel],
 ) -> Iterator[str]:
-    if log.duration < size.pace * _SHORT:
+    if log.duration < size.time_scale * _MIN_DURATION_S:
         yield f"only {log.duration:.3g} s were recorded; minutes of manoeuvres are better."
-    if max(segment.step for segment in segments) > (slow := max(1.0, size.pace) * _SLOW):
+    if max(segment.step for segment in segments) > (
+        slow := max(1.0, size.time_scale) * _MAX_STEP_S
+    ):
         yield f"samples are more than {slow:.2g} s apart; {2.5 / slow:.2g} a second are better."
     for channel in channels:
-        if channel.excitation < _WELL:
+        if channel.excitation < _MIN_EXCITATION:
             little = ("varies little", "uncertain")
             varies, so = ("hardly varies", "not determined") if channel.excitation < 1.0 else little
             yield (
@@ -273,24 +279,24 @@ def _reservations(
     constant = [channel.name for channel in commands if channel.low == channel.high]
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
-    if carried := carries(log):
+    if carried := current_warning(log):
         yield carried
     if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
 
 
-def _jitter(log: Log) -> Iterator[str]:
+def _jitter_remark(log: Log) -> Iterator[str]:
     """Yield whether steps differ, though the motion does not tell that its clock is another's."""
     low, step, high = np.quantile(log.steps, (0.05, 0.5, 0.95)).tolist()
-    if (jitter := (high - low) / 2 / step) > _UNEVEN:
+    if (jitter := (high - low) / 2 / step) > _MAX_JITTER:
         yield (
             f"the clock jitters by {jitter:.0%} of a step: {low:.2g} to {high:.2g} s. If it is "
             "when messages came, take the sensor's own stamp instead (`time` in the mapping)."
         )
 
 
-def _unseen(log: Log, late: Sequence[Delay]) -> Iterator[str]:
+def _wrench_remark(log: Log, late: Sequence[Delay]) -> Iterator[str]:
     """Yield whether no velocity follows a recorded wrench."""
     driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
-    if driven and not any(one.command in AXES and one.share >= VISIBLE for one in late):
+    if driven and not any(one.command in AXES and one.share >= MIN_RESPONSE_SHARE for one in late):
         yield "no axis of the recorded wrench is seen to move the vehicle."

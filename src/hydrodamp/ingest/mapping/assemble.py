@@ -10,12 +10,17 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import in_body, product, quaternion_from_euler, rotation
-from hydrodamp.data.canonical import record_of_columns, runs_in_degrees
+from hydrodamp.data.attitude import (
+    quaternion_from_euler,
+    quaternion_product,
+    rotate_to_body,
+    rotation_matrices,
+)
+from hydrodamp.data.canonical import is_in_degrees, record_of_columns
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
-from hydrodamp.data.record import Record, side_by_side, split
+from hydrodamp.data.record import Record, split_segments, stack_columns
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import factor
+from hydrodamp.data.units import unit_factor
 from hydrodamp.errors import ClockWarning, LogError, warn
 from hydrodamp.ingest.formats.files import LEFT_OUT
 from hydrodamp.ingest.irregularity import Oddity, sentences
@@ -54,7 +59,7 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     faults = [*made.faults, *faults]
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
-    first = float(record.time[np.argmax(split(record)[0])])
+    first = float(record.time[np.argmax(split_segments(record)[0])])
     odd = [*sentences(sampler.irregularities, first)]
     if told := [sentence for oddity, sentence in odd if oddity not in _EXPECTED]:
         warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
@@ -129,7 +134,7 @@ class Assembly:
 
     def _columns(self, names: Sequence[str]) -> FloatArray:
         """Return columns put so far side by side; zero where there is none."""
-        return side_by_side(self.numbers, names, self.sampler.n)
+        return stack_columns(self.numbers, names, self.sampler.n)
 
     def _replace(self, names: Sequence[str], columns: FloatArray) -> None:
         self.numbers |= dict(zip(names, columns.T, strict=True))
@@ -139,7 +144,7 @@ class Assembly:
         turn = getattr(self.mapping.sensors, group).rotation
         sign = -1.0 if self.mapping.frame == "FLU" else 1.0
         angles = np.array([(turn.roll, sign * turn.pitch, sign * turn.yaw)])
-        return quaternion_from_euler(angles * factor(turn.unit)) if angles.any() else None
+        return quaternion_from_euler(angles * unit_factor(turn.unit)) if angles.any() else None
 
     def _attitude(self) -> None:
         names = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
@@ -148,7 +153,7 @@ class Assembly:
             f"`attitude.{name}` must be in rad; it runs as an angle in degrees does. Say"
             " `unit: deg`"
             for name in names
-            if runs_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
+            if is_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
         ]:
             self.faults += faults
         elif names:
@@ -186,13 +191,13 @@ class Assembly:
         if self.mapping.world != "NED":
             recorded *= (1.0, 1.0, -1.0, -1.0)
         if self.mapping.world == "ENU":
-            recorded = product(_NORTH_OF_EAST, recorded)
+            recorded = quaternion_product(_NORTH_OF_EAST, recorded)
         self._put_attitude(recorded, places[0])
 
     def _put_attitude(self, attitude: FloatArray, place: str) -> None:
         """Put the attitude of a sensor among the columns; at the messages of a place, or ticks."""
         if (turn := self._turned_sensor("attitude")) is not None:
-            attitude = product(attitude, turn * (1.0, -1.0, -1.0, -1.0))
+            attitude = quaternion_product(attitude, turn * (1.0, -1.0, -1.0, -1.0))
         if place:
             attitude = self.sampler.turned(attitude, place)
         self._replace(ATTITUDE.columns, attitude)
@@ -209,7 +214,7 @@ class Assembly:
             self._put(group, names, getattr(sensors, sensor).axes or frame)
             turn = self._turned_sensor(sensor)
             if turn is not None and all(name in self.numbers for name in names):
-                self._replace(names, self._columns(names) @ rotation(turn)[0].T)
+                self._replace(names, self._columns(names) @ rotation_matrices(turn)[0].T)
         if self.sampler.has("velocity.north"):
             self._from_world()
         there = [name for name in _LINEAR if name in self.numbers]
@@ -227,5 +232,5 @@ class Assembly:
             return
         known = 3 if self.sampler.has("velocity.down") else 2
         given = [self.sampler.number(f"velocity.{name}") for name in POSITION.columns[:known]]
-        body = in_body(attitude, np.column_stack(given))
+        body = rotate_to_body(attitude, np.column_stack(given))
         self._replace(_LINEAR[:known], body[:, :known])

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.data.units import UNITS, factor, spelt
+from hydrodamp.data.units import UNITS, parse_unit, unit_factor
 from hydrodamp.errors import did_you_mean
 from hydrodamp.ingest.formats.cells import bad_cells, number
 from hydrodamp.ingest.mapping.schema import Entry, Source
@@ -49,7 +49,7 @@ class FoundColumn:
             for name, weight in source.plus.items():
                 values = values + weight * topic.fields[beside(topic, name) or name]
         unit = source.unit or self.stated()
-        scale = source.sign * self.entry.sign * (factor(unit) if unit else 1.0)
+        scale = source.sign * self.entry.sign * (unit_factor(unit) if unit else 1.0)
         return values if scale == 1.0 else values * scale
 
     def stated(self) -> str:
@@ -57,7 +57,7 @@ class FoundColumn:
         if self.topic is None or self.entry.quantity is None or self.source.unit:
             return ""
         unit = self.topic.units.get(self.field, "")
-        return "" if unit.casefold() in NO_UNIT else spelt(unit, self.entry.quantity) or unit
+        return "" if unit.casefold() in NO_UNIT else parse_unit(unit, self.entry.quantity) or unit
 
     def faults(self) -> Iterator[str]:
         """Yield what is wrong with the field: words, or a unit that leaves its size open."""

@@ -21,9 +21,9 @@ from pydantic import (
 )
 
 from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.conditioning.pipeline import Step, steps_of
+from hydrodamp.conditioning.pipeline import Step, parse_steps
 from hydrodamp.data.channels import ATTITUDE, BLOCKS, EULER, POSITION, RESERVED, VELOCITY
-from hydrodamp.data.units import factor
+from hydrodamp.data.units import unit_factor
 from hydrodamp.errors import LogError
 
 #: What `time` says where topics have a clock of their own.
@@ -133,7 +133,7 @@ def _checked_units(quantity: str | None) -> Callable[[tuple[Source, ...]], tuple
     def check(choices: tuple[Source, ...]) -> tuple[Source, ...]:
         for source in choices:
             if source.unit is not None:
-                factor(source.unit, quantity)
+                unit_factor(source.unit, quantity)
         return choices
 
     return check
@@ -255,7 +255,7 @@ def _command_name(name: str) -> str:
 def _steps(given: object) -> tuple[Step, ...]:
     if not isinstance(given, list):
         raise ValueError(f"must be a list; got {given!r}")
-    steps, faults = steps_of(given)
+    steps, faults = parse_steps(given)
     if faults:
         raise LogError(faults)
     return steps

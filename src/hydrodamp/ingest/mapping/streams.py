@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.conditioning.dropouts import lost_lock
+from hydrodamp.conditioning.dropouts import is_invalid_velocity
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import COARSE, Clock, Stamps, set_right
@@ -41,7 +41,7 @@ class Stream:
     def values(self, place: str) -> FloatArray:
         """Return the numbers of a channel at the usable messages, in SI units."""
         values = self.channels[place].values()
-        lost = lost_lock(values, _LARGEST) if place in _LINEAR else np.isinf(values)
+        lost = is_invalid_velocity(values, _LARGEST) if place in _LINEAR else np.isinf(values)
         if lost.any():
             values = np.where(lost, np.nan, values)
         if self.rows is not None:

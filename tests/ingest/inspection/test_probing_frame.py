@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
-from hydrodamp.ingest.inspection.probe import Inspection, judge, probe
+from hydrodamp.ingest.inspection.probe import Inspection, inspect, probe
 from hydrodamp.ingest.inspection.quality_report import verdict
 from hydrodamp.ingest.read import read_recording
 from strangers import FLIP, Truth, named, write
@@ -38,7 +38,7 @@ def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = N
     if mapping is not None:
         (folder / "mapping.yaml").write_text(mapping, "utf-8")
         mapping = str(folder / "mapping.yaml")
-    return judge(probe(recording), [recording], mapping)
+    return inspect(probe(recording), [recording], mapping)
 
 
 @pytest.mark.parametrize("turn", [np.ones(3), FLIP], ids=["FRD", "FLU"])
@@ -49,34 +49,34 @@ def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: P
         columns |= named("fx fy fz", TRUTH.force * turn)
     elif beside is DEPTH:
         columns |= DEPTH
-    found = judged(tmp_path, columns).verdict
+    found = judged(tmp_path, columns).report
     assert found is not None
     if beside is NONE:
-        assert UNDECIDED in found.sentence
+        assert UNDECIDED in found.report_quality
         assert "rudder rising moves it" in found.frame
         return
     assert UNDECIDED not in found.frame
-    assert found.fit == (turn[2] > 0)
-    assert found.upright.body == ("FRD" if turn[2] > 0 else "FLU")
-    assert len(found.suspicions) == (turn[2] < 0)
+    assert found.is_usable == (turn[2] > 0)
+    assert found.vertical_axis.body == ("FRD" if turn[2] > 0 else "FLU")
+    assert len(found.issues) == (turn[2] < 0)
     assert all(one.command != "depth" for one in found.delays)
 
 
 @pytest.mark.parametrize("frame", ["FRD", "FLU"])
 def test_a_mapping_of_the_wrong_frame(frame: str, tmp_path: Path) -> None:
-    found = judged(tmp_path, motion(FLIP) | DEPTH, MAPPING.format(frame=frame)).verdict
+    found = judged(tmp_path, motion(FLIP) | DEPTH, MAPPING.format(frame=frame)).report
     assert found is not None
-    assert [one.channel for one in found.suspicions] == (["frame"] if frame == "FRD" else [])
-    assert found.upright.is_sure
+    assert [one.channel for one in found.issues] == (["frame"] if frame == "FRD" else [])
+    assert found.vertical_axis.is_sure
 
 
 def test_positions_with_their_unit_are_no_commands(tmp_path: Path) -> None:
     place = named("x_m y_m z_m", TRUTH.place * FLIP)
-    found = judged(tmp_path, motion(FLIP) | place).verdict
+    found = judged(tmp_path, motion(FLIP) | place).report
     assert found is not None
-    assert [one.channel for one in found.suspicions] == ["x_m y_m z_m"]
-    assert not found.fit
-    assert all("z_m" not in one for one in found.promises)
+    assert [one.channel for one in found.issues] == ["x_m y_m z_m"]
+    assert not found.is_usable
+    assert all("z_m" not in one for one in found.identifiable)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -88,5 +88,5 @@ def test_a_wrench_against_its_sign(sign: float) -> None:
         heave[k + 1] = heave[k] + 0.1 * (0.2 * force[k] - 0.5 * heave[k])
     wrench = np.outer(sign * 10 * force, (0, 0, 1, 0, 0, 0))
     found = verdict(Log.from_arrays(time, {"w": heave}, wrench=wrench))
-    against = [one.channel for one in found.suspicions if one.problem == "pushes against its sign"]
+    against = [one.channel for one in found.issues if one.problem == "pushes against its sign"]
     assert against == ([] if sign > 0 else ["Z"])

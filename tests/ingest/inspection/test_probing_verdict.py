@@ -11,7 +11,7 @@ from hydrodamp.conditioning.quality_checks import QualityIssue
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.inspection.probe import judge, probe, without_steps
+from hydrodamp.ingest.inspection.probe import inspect, omit_applied_steps, probe
 from hydrodamp.ingest.inspection.quality_report import verdict
 
 TIME = np.arange(0.0, 60.0, 0.1)
@@ -41,9 +41,9 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
         specific_force=np.tile([0.0, 0.0, -9.81], (1000, 1)),
     )
     judged = verdict(log)
-    assert judged.sentence == "Fit for the job."
+    assert judged.report_quality == "Fit for the job."
     assert judged.frame.startswith("FRD by 99 %: 100% of the specific force points towards -z")
-    assert judged.has == ("attitude", "acceleration", "wrench", "specific_force")
+    assert judged.recorded == ("attitude", "acceleration", "wrench", "specific_force")
 
 
 def test_the_draft_is_tried_before_a_preset() -> None:
@@ -58,7 +58,7 @@ def test_the_draft_is_tried_before_a_preset() -> None:
     recording = Recording((table,), "run.csv", "text in columns")
     found = probe(recording)
     assert [one.name for one in found.presets] == ["bluerov2-kth"]
-    assert judge(found, [recording]).made == "by the draft"
+    assert inspect(found, [recording]).mapping == "by the draft"
 
 
 def test_a_current_is_minded() -> None:
@@ -75,7 +75,7 @@ def test_a_current_is_minded() -> None:
         {"u": surge + noise[0], "v": sway + noise[1], "r": 0.02 + 0 * time},
         attitude=quaternion_from_euler(np.column_stack((0 * yaw, 0 * yaw, yaw))),
     )
-    (said,) = [each for each in verdict(log).reservations if "current" in each]
+    (said,) = [each for each in verdict(log).remarks if "current" in each]
     assert "0.3 m/s" in said
     assert "`subtract_current`" in said
 
@@ -85,7 +85,7 @@ def test_what_can_be_derived_is_counted(has: bool) -> None:
     yaw = np.sin(TIME)
     attitude = quaternion_from_euler(np.column_stack((0 * yaw, 0.2 * np.cos(0.6 * TIME), yaw)))
     said = verdict(Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None))
-    assert any("yaw" in each for each in said.promises) is has
+    assert any("yaw" in each for each in said.identifiable) is has
 
 
 def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
@@ -93,9 +93,9 @@ def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
     one = QualityIssue(
         "yaw", "leaps", "once", remedy="write `steps: [remove_attitude_outliers]` in the mapping"
     )
-    found = without_steps(replace(log, suspicions=(one,)), (remove_attitude_outliers,))
-    assert "`remove_attitude_outliers` in the mapping leaves it" in str(found.suspicions[0])
-    assert "write `steps" not in str(found.suspicions[0])
+    found = omit_applied_steps(replace(log, issues=(one,)), (remove_attitude_outliers,))
+    assert "`remove_attitude_outliers` in the mapping leaves it" in str(found.issues[0])
+    assert "write `steps" not in str(found.issues[0])
     assert any("`rates_from_attitude`, `velocity" in each for each in log.missing)
-    there = without_steps(log, (rates_from_attitude,))
+    there = omit_applied_steps(log, (rates_from_attitude,))
     assert any("`rates_from_attitude` (there already)" in each for each in there.missing)

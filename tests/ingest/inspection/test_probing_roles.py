@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.inspection.names import hint
+from hydrodamp.ingest.inspection.names import guess_role
 from hydrodamp.ingest.inspection.probe import probe
 from strangers import FLIP, Truth, named
 
@@ -68,7 +68,7 @@ Table = Callable[..., Recording]
     ],
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
-    said, sure = hint(topic, field, unit, {field})
+    said, sure = guess_role(topic, field, unit, {field})
     assert (said if sure else None) == role
 
 
@@ -88,7 +88,7 @@ def test_names(topic: str, field: str, unit: str | None, role: str | None) -> No
 )
 def test_elements_count_from_the_first_of_their_array(names: str, roles: str) -> None:
     for name, role in zip(names.split(), roles.split(), strict=True):
-        said = hint("", name, None, names.split())[0]
+        said = guess_role("", name, None, names.split())[0]
         assert said.split()[0] == role
 
 
@@ -98,7 +98,7 @@ def test_elements_of_an_array_have_a_unit_in_common() -> None:
     rates = np.sin(np.outer(time, (0.3, 0.4, 0.2))) * (1.0, 2.0, 40.0)
     columns = {f"gyro[{k}]": one for k, one in enumerate(rates.T)}
     found = probe(Recording((Topic("imu", None, {"t": time, **columns}),), "a.npz", "arrays"))
-    assert [found.roles.chosen(f"velocity.{name}").unit for name in "pqr"] == ["deg/s"] * 3
+    assert [found.roles.best(f"velocity.{name}").unit for name in "pqr"] == ["deg/s"] * 3
 
 
 def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
@@ -112,8 +112,8 @@ def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
 
 
 def test_a_unit_that_no_role_has_is_of_something_else() -> None:
-    assert hint("", "P", None, {"P"}, "bar") == ("in bar", 0)
-    assert hint("", "p", None, {"p"}, "body") == ("velocity.p", 85)
+    assert guess_role("", "P", None, {"P"}, "bar") == ("in bar", 0)
+    assert guess_role("", "p", None, {"p"}, "body") == ("velocity.p", 85)
 
 
 @pytest.mark.parametrize(
@@ -129,8 +129,12 @@ def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive
     recording = recording("/rov/state") if log == "odometry" else recording
     found = probe(recording)
     assert [one.name for one in found.presets] == presets
-    assert (found.roles.upright.body, found.roles.world, found.roles.way.earth_fixed) == axes
-    assert (found.roles.chosen("specific_force.fx") is None) == (log != "ardusub")
+    assert (
+        found.roles.vertical_axis.body,
+        found.roles.world,
+        found.roles.velocity.earth_fixed,
+    ) == axes
+    assert (found.roles.best("specific_force.fx") is None) == (log != "ardusub")
     dive.check(found.mapping().log(recording))
 
 
@@ -147,7 +151,11 @@ def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
     )
     found = probe(recording)
     roles = found.roles
-    assert (roles.upright.body, roles.world, roles.way.earth_fixed) == ("FLU", "NWU", False)
+    assert (roles.vertical_axis.body, roles.world, roles.velocity.earth_fixed) == (
+        "FLU",
+        "NWU",
+        False,
+    )
     assert roles.rates.unit == "deg/s"
     assert roles.rates.mirrored
     assert roles.clocks[""].unit == "ms"
@@ -164,7 +172,7 @@ def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
         depth=dive.place[:, 2] + 3,
     )
     found = probe(recording)
-    assert found.roles.way.mirrored
+    assert found.roles.velocity.mirrored
     assert not found.roles.rates.mirrored
     assert "velocity: {axes: FLU}" in found.draft.text
     dive.check(found.mapping().log(recording))
@@ -204,7 +212,7 @@ def test_depth_tells_which_way_is_down(dive, axes: str, flip: np.ndarray) -> Non
         Topic("ahrs", dive.time, named("roll pitch yaw", dive.angles * flip)),
         Topic("ctd", dive.time[::2], {"depth": dive.place[::2, 2]}),
     )
-    upright = probe(Recording(topics, "dive", "text in columns")).roles.upright
+    upright = probe(Recording(topics, "dive", "text in columns")).roles.vertical_axis
     assert upright.body == axes
     assert upright.confidence > 90
 

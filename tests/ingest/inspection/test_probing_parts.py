@@ -8,10 +8,10 @@ import pytest
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection import columns
-from hydrodamp.ingest.inspection.columns import ticking
+from hydrodamp.ingest.inspection.columns import find_clock
 from hydrodamp.ingest.inspection.delay import estimate_delays
 from hydrodamp.ingest.inspection.draft import command_names
-from hydrodamp.ingest.inspection.probe import joined, probe
+from hydrodamp.ingest.inspection.probe import describe_join, probe
 from hydrodamp.ingest.mapping import LogMapping
 
 
@@ -27,7 +27,7 @@ from hydrodamp.ingest.mapping import LogMapping
     ],
 )
 def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) -> None:
-    found = ticking(Topic("", None, {"stamp": start + scale * np.arange(0, 60, 0.1)}))
+    found = find_clock(Topic("", None, {"stamp": start + scale * np.arange(0, 60, 0.1)}))
     assert found is not None
     assert found.unit == unit
     assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
@@ -35,7 +35,7 @@ def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) ->
 
 def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch) -> None:
     """A clock that is thinned tenfold has no gap from tick to tick."""
-    monkeypatch.setattr(columns, "_MANY", 200)
+    monkeypatch.setattr(columns, "_MAX_SAMPLES", 200)
     time = np.arange(2000.0)
     yaw = 0.6 * np.sin(time / 40)
     turning = {"yaw_deg": np.degrees(yaw), "yaw_rate": np.degrees(np.gradient(yaw, time))}
@@ -47,8 +47,8 @@ def test_a_topic_without_a_message_hinders_no_joining() -> None:
     time, nothing = np.arange(50.0), Topic("/none", np.empty(0), {"u": np.empty(0)})
     pose, fins = Topic("/pose", time, {"x": time}), Topic("/fins", time, {"rudder": time})
     made = [Recording((one, nothing), name, "") for one, name in ((pose, "a"), (fins, "b"))]
-    assert joined([replace(made[0], topics=(pose,)), made[1]]).startswith("`a+b` makes one")
-    assert joined([Recording((nothing,), "c", ""), made[1]]) == ""
+    assert describe_join([replace(made[0], topics=(pose,)), made[1]]).startswith("`a+b` makes one")
+    assert describe_join([Recording((nothing,), "c", ""), made[1]]) == ""
 
 
 def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Log:
@@ -103,4 +103,4 @@ def test_a_channel_rests_only_where_it_rests_in_all_logs() -> None:
     assert probe(turns(0.0)).roles.all_of("commands") == ()
     found = probe(turns(0.0), turns(0.5)).roles
     assert [one.column for one in found.all_of("commands")] == ["ch_yaw"]
-    assert found.silent["ch_roll"] == "never changes from 0"
+    assert found.without_role["ch_roll"] == "never changes from 0"
