@@ -20,6 +20,7 @@ from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import ProblemError, suppress_warnings
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, attempted
 from hydrodamp.identification.identifiability import Grade, rated
+from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS, jackknife
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
 from hydrodamp.identification.operating_range import Ranges, join_ranges, velocity_ranges
 from hydrodamp.identification.qr_factor import (
@@ -41,11 +42,8 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Blocks of a log, and the shortest of them [s].
 _OF_A_LOG, _SHORTEST = 8, 30.0
 
-#: Blocks of a jackknife, and blocks that a merged fold keeps at most: more of them take memory.
-_MOST, _KEPT = 32, 128
-
-#: Blocks from which standard errors can be told.
-_FEWEST = 4
+#: Blocks that merged statistics keep at most: more of them take memory.
+_KEPT = 128
 
 #: A direction of which one block tells more than the rest of this is taken to leave so much.
 _LEAST_LEFT = 0.1
@@ -82,7 +80,7 @@ class LogStatistics:
     @cached_property
     def balanced(self) -> tuple[Triangle, ...]:
         """The blocks of the jackknife, of nearly equal size where there are more."""
-        return tuple(merge(self.blocks[part]) for part in _divide(self.blocks, _MOST))
+        return tuple(merge(self.blocks[part]) for part in _divide(self.blocks, MAX_BLOCKS))
 
     def merge(self, other: LogStatistics) -> LogStatistics:
         """Return both as one."""
@@ -305,8 +303,7 @@ def _jackknifed(
     With orthonormal columns Q of all blocks, leaving one out moves the amounts of them by
     ``(I − QᵇᵀQᵇ)⁻¹ Qᵇᵀ e`` of its residuals e, exactly.
     """
-    n = len(folded.balanced)
-    if n < _FEWEST:
+    if len(folded.balanced) < MIN_BLOCKS:
         return None
     moves: list[FloatArray] = []
     for block in folded.balanced:
@@ -319,15 +316,8 @@ def _jackknifed(
             amounts = turn @ ((turn.T @ left) / np.maximum(1.0 - share, _LEAST_LEFT))
             parts.append(one.span.coefficients @ amounts)
         moves.append(np.concatenate(parts))
-    away = np.array(moves) - np.mean(moves, axis=0)
-    return Uncertainty(
-        covariance=(n - 1) / n * (away.T @ away),
-        degrees_of_freedom=n - 1,
-        method="one block of the logs after another left out (jackknife)",
-        block=folded.duration / n,
-        n_blocks=n,
-        leverage=np.concatenate([np.sum(one.span.coefficients**2, axis=1) for one in found]),
-    )
+    leverage = np.concatenate([np.sum(one.span.coefficients**2, axis=1) for one in found])
+    return jackknife(np.array(moves), folded.duration, leverage)
 
 
 def grade_statistics(folded: LogStatistics | None, fit: Fit) -> tuple[Grade, ...]:

@@ -61,7 +61,7 @@ class MethodEntry:
 
 #: The methods by the keys they have on the command line.
 METHODS = {
-    "recommended": MethodEntry("recommended.Recommended", (_WEAK, _TRUNCATED)),
+    "recommended": MethodEntry("output_error.Recommended", (_WEAK, _TRUNCATED)),
     "ls": MethodEntry("least_squares.LeastSquares", printed="ls"),
     "weak": MethodEntry("least_squares.WeakForm", (_WEAK,)),
     "ridge": MethodEntry("least_squares.Ridge", (_WEAK, _RIDGE)),

@@ -38,8 +38,9 @@ SPARSE: dict[str, Any] = {
     "commands": [],
     "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419",
     "note": f"{SPARSE_KEY} comes with a log: its terms are selected from the training data by what "
-    "they do to the replay, out of those of the paper's models, of models beside it, and of commands "
-    f"that no actuator takes. Ask for it by `hydrodamp identify LOG --model {SPARSE_KEY}`, or by "
+    "they do to the replay, out of those of the paper's models, of models beside it, and of "
+    "commands that no actuator takes. Ask for it by "
+    f"`hydrodamp identify LOG --model {SPARSE_KEY}`, or by "
     f"`hydrodamp compare LOG ... --models {SPARSE_KEY}` and `validate`.",
 }
 
