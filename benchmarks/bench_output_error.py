@@ -28,26 +28,28 @@ def test_against_scipy(benchmark, ledger, key, target):
     """
     campaign, model = hd.reenact(seed=0, duration=60.0), hd.catalog[key]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    search = make_objective(problem, model)
-    # SciPy holds first velocities where they are, so they are in no doubt here either.
-    windows = replace(search.windows(8.0), doubt=np.full(6, 1e-9))
-    first = initial_candidates(search, model)[-1]
-    start = search.wider(Iterate(first, (), strength=1e-4), windows)
-    spread = search.spread(first, windows)
+    objective = make_objective(problem, model)
+    # SciPy does not estimate initial states, so they are fixed here, too.
+    windows = replace(objective.windows(8.0), initial_state_std=np.full(6, 1e-9))
+    first = initial_candidates(objective, model)[-1]
+    start = objective.add_length(Iterate(first, (), prior_strength=1e-4), windows)
+    residual_std = objective.residual_std(first, windows)
 
-    def errors(coefficients: np.ndarray) -> np.ndarray:
-        return (windows.errors(coefficients) / spread).ravel()
+    def residuals(coefficients: np.ndarray) -> np.ndarray:
+        return (windows.residuals(coefficients) / residual_std).ravel()
 
     def ours() -> np.ndarray:
-        return minimise(search, start, rest=1e-2).coefficients
+        return minimise(objective, start, tolerance=1e-2).coefficients
 
-    def other() -> np.ndarray:
-        return least_squares(errors, first, x_scale=search.unit, ftol=1e-2, max_nfev=12).x
+    def scipy() -> np.ndarray:
+        return least_squares(residuals, first, x_scale=objective.scale, ftol=1e-2, max_nfev=12).x
 
-    fast, slow = interleaved(benchmark, ours, other, rounds=2, other_rounds=1)
+    fast, slow = interleaved(benchmark, ours, scipy, rounds=2, other_rounds=1)
 
-    near, nearer = (np.log(search.spread(end(), windows)).mean() for end in (other, ours))
-    assert nearer < near + 0.01
+    scipy_cost, cost = (
+        np.log(objective.residual_std(solve(), windows)).mean() for solve in (scipy, ours)
+    )
+    assert cost < scipy_cost + 0.01
     ledger.faster(
         f"output error, {key}: least_squares with finite differences", fast, slow, target=target
     )

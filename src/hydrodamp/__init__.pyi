@@ -113,9 +113,8 @@ from .identification.methods import (
     identify_all as identify_all,
 )
 from .identification.online import observe as observe
-from .identification.output_error import OutputError as OutputError
+from .identification.output_error import OutputError as OutputError, Recommended as Recommended
 from .identification.qr_factor import Triangle as Triangle, merge as merge
-from .identification.recommended import Recommended as Recommended
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,

@@ -1,4 +1,4 @@
-"""Standard errors of the replay: one part of the log after another left out."""
+"""Standard errors of output error: the delete-one-block jackknife plus the prior."""
 
 from dataclasses import replace
 
@@ -20,59 +20,66 @@ def campaign():
     return hd.reenact(seed=3, duration=30.0)
 
 
-def test_without_a_prior_it_is_the_delete_one_jackknife(campaign):
+def test_without_a_prior_it_is_the_delete_one_block_jackknife(campaign):
     """R. G. Miller (1974), doi:10.1093/biomet/61.1.1, section 4, of the linearised problem."""
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    search = make_objective(problem, model)
-    windows = search.windows(4.0)
-    place = best_initial_iterate(search, initial_candidates(search, model)[:1], 4.0)
-    (kind,), place = place.kinds, replace(place, strength=0.0)
-    normals = windows.normals(place.coefficients, kind.spread, 32)
+    objective = make_objective(problem, model)
+    windows = objective.windows(4.0)
+    candidates = initial_candidates(objective, model)[:1]
+    iterate = best_initial_iterate(objective, candidates, 4.0)
+    (linearisation,), iterate = iterate.linearisations, replace(iterate, prior_strength=0.0)
+    residual_std = linearisation.residual_std
+    normals = windows.block_normal_matrices(iterate.coefficients, residual_std, 32)
     total = normals.sum(axis=0)
-    ends = [np.linalg.solve((total - one)[:-1, :-1], (total - one)[:-1, -1]) for one in normals]
-    away, n = np.array(ends) - np.mean(ends, axis=0), len(ends)
-    found = jackknife_uncertainty(search, place)
-    assert found is not None
-    assert found.degrees_of_freedom == found.n_blocks - 1 == n - 1
-    np.testing.assert_allclose(found.covariance, (n - 1) / n * away.T @ away, rtol=1e-6)
+    remaining = [total - normal for normal in normals]
+    estimates = [np.linalg.solve(normal[:-1, :-1], normal[:-1, -1]) for normal in remaining]
+    deviations, n = np.array(estimates) - np.mean(estimates, axis=0), len(estimates)
+    result = jackknife_uncertainty(objective, iterate)
+    assert result is not None
+    assert result.degrees_of_freedom == result.n_blocks - 1 == n - 1
+    np.testing.assert_allclose(
+        result.covariance, (n - 1) / n * deviations.T @ deviations, rtol=1e-6
+    )
 
 
-def test_what_no_data_tell_may_be_all_that_the_prior_allows(campaign):
-    """A rudder gain that a log without rudder cannot tell has the spread of the prior."""
+def test_a_coefficient_without_information_has_the_prior_standard_deviation(campaign):
+    """The rudder gain in a log whose rudder rests."""
     model = hd.catalog["fossen"].with_terms({"N": "u|u|*rudder"})
-    kept = np.array([name != "rudder" for name in campaign.train.command_names])
-    still = replace(campaign.train, commands=campaign.train.commands * kept)
-    problem = hd.prepare(campaign.vehicle, still, model)
-    search = make_objective(problem, model)
-    place = best_initial_iterate(search, [np.zeros(13)], 4.0)
-    found = jackknife_uncertainty(search, replace(place, strength=0.1, size=4.0))
-    assert found is not None
-    assert found.standard_errors[-1] == pytest.approx(2.0 * search.unit[-1])
-    assert found.noise_only.standard_errors[-1] == pytest.approx(0.0, abs=1e-12)
+    moving = np.array([name != "rudder" for name in campaign.train.command_names])
+    log = replace(campaign.train, commands=campaign.train.commands * moving)
+    problem = hd.prepare(campaign.vehicle, log, model)
+    objective = make_objective(problem, model)
+    iterate = best_initial_iterate(objective, [np.zeros(13)], 4.0)
+    iterate = replace(iterate, prior_strength=0.1, prior_variance=4.0)
+    result = jackknife_uncertainty(objective, iterate)
+    assert result is not None
+    assert result.standard_errors[-1] == pytest.approx(2.0 * objective.scale[-1])
+    assert result.noise_only.standard_errors[-1] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_too_few_windows_leave_nothing_out(campaign):
+def test_too_few_windows_have_no_jackknife(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train.between(0.0, 5.0), model)
-    search = make_objective(problem, model)
-    assert jackknife_uncertainty(search, best_initial_iterate(search, [np.zeros(12)], 4.0)) is None
+    objective = make_objective(problem, model)
+    iterate = best_initial_iterate(objective, [np.zeros(12)], 4.0)
+    assert jackknife_uncertainty(objective, iterate) is None
 
 
-def test_intervals_reach_back_to_the_start_and_as_far_as_halves_differ(campaign):
-    """Each variance is at least the square of how far the search moved from its start."""
+def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaign):
+    """Each variance is at least the square of the shift from the weak-form estimate."""
     model = hd.catalog["linear"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    search = make_objective(problem, model)
-    start = best_initial_iterate(search, initial_candidates(search, model), 2.0)
-    end = continue_over_lengths(search, start, (2.0, 4.0))
-    moved = np.abs(end.coefficients - start.coefficients)
-    alone = build_fit(search, model, hd.OutputError(), start, end)
-    assert alone.uncertainty is not None
-    assert np.all(alone.uncertainty.standard_errors >= moved * (1.0 - 1e-9))
-    plain = jackknife_uncertainty(search, end)
-    assert plain is not None
-    apart = 3.0 * plain.noise_only.standard_errors
-    wider = build_fit(search, model, hd.OutputError(), end, end, apart).uncertainty
+    objective = make_objective(problem, model)
+    start = best_initial_iterate(objective, initial_candidates(objective, model), 2.0)
+    end = continue_over_lengths(objective, start, (2.0, 4.0))
+    shift = np.abs(end.coefficients - start.coefficients)
+    fit = build_fit(objective, model, hd.OutputError(), start, end)
+    assert fit.uncertainty is not None
+    assert np.all(fit.uncertainty.standard_errors >= shift * (1.0 - 1e-9))
+    jackknife = jackknife_uncertainty(objective, end)
+    assert jackknife is not None
+    difference = 3.0 * jackknife.noise_only.standard_errors
+    wider = build_fit(objective, model, hd.OutputError(), end, end, difference).uncertainty
     assert wider is not None
-    np.testing.assert_allclose(wider.standard_errors, 3.0 * plain.standard_errors)
+    np.testing.assert_allclose(wider.standard_errors, 3.0 * jackknife.standard_errors)

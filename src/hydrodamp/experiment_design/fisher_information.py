@@ -9,7 +9,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.multiple_shooting import MAX_STEP
+from hydrodamp.identification.multiple_shooting import MAX_STEP, eliminate_initial_states
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
@@ -91,10 +91,5 @@ def window_information(
         block=max(length // _MEANS, 1),
     )
     slopes = np.nan_to_num(slopes[:, free] / seen.residual_std[free, None])
-    slopes = slopes.reshape(len(first), -1, p + 6)
-    a, b = slopes[:, :, :p], slopes[:, :, p + free]
-    inner = b.transpose(0, 2, 1) @ b + np.diag(seen.initial_state_std[free] ** -2.0)
-    shared = b.transpose(0, 2, 1) @ a
-    return np.asarray(
-        a.transpose(0, 2, 1) @ a - shared.transpose(0, 2, 1) @ np.linalg.solve(inner, shared)
-    )
+    rows = slopes.reshape(len(first), -1, p + 6)[:, :, [*(p + free), *range(p)]]
+    return eliminate_initial_states(rows.transpose(0, 2, 1) @ rows, seen.initial_state_std[free])[0]

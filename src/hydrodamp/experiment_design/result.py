@@ -14,7 +14,7 @@ from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.excitation import Manoeuvre
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import Cause, Grade, Identifiability, grade_fit
-from hydrodamp.identification.recommended import Recommended
+from hydrodamp.identification.output_error import Recommended
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import run_parallel
 from hydrodamp.simulation.problem import prepare

@@ -1,4 +1,10 @@
-"""Choosing terms one by one, forward and backward, and how many."""
+"""Forward selection and backward elimination of regressors from their normal matrix.
+
+Forward selection takes the regressor of the largest error-reduction ratio (orthogonal least
+squares); stability selection repeats it on complementary half samples; backward elimination drops
+the regressor whose loss κ_j² / (N⁻¹)_jj is least; cross-validation with the one-standard-error
+rule chooses the size. ``normal`` is [Φ y]ᵀ[Φ y], shape (n + 1, n + 1).
+"""
 
 from __future__ import annotations
 
@@ -9,141 +15,144 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 
-# Share of a column's square that must be left for it to be chosen.
-_FRESH = 1e-6
+# Share of a regressor's square [1] that must be orthogonal to the selected ones.
+_MIN_ORTHOGONAL_SHARE = 1e-6
 
-# Added to scaled normal matrices before they are solved.
+# Ridge [1] on normal matrices of unit diagonal.
 _RIDGE = 1e-10
 
-# Blocks are left out in this many turns.
-_FOLDS = 10
+# Folds of the cross-validation.
+_N_FOLDS = 10
 
-# Columns chosen on each half sample, and pairs of complementary ones that are drawn.
-_DRAWN, _PAIRS = 40, 25
+# Regressors selected on each half sample, and pairs of complementary half samples.
+_MAX_STABLE_TERMS, _N_PAIRS = 40, 25
 
-# Share of the leftovers that a column takes that moves an axis: a correlation of 0.3.
-_MOVED = 0.09
+# Share of the residual square that a command must explain: a correlation of 0.3.
+_MIN_EXPLAINED_SHARE = 0.09
 
 
-def forward(normal: FloatArray, most: int, first: Sequence[int] = ()) -> IntArray:
-    """Choose columns one by one, each the one that explains most of what is left.
-
-    The error-reduction ratio; the columns ``first`` are taken before all others.
-    """
+def forward_selection(normal: FloatArray, max_terms: int, first: Sequence[int] = ()) -> IntArray:
+    """Select regressors by their error-reduction ratio, those in ``first`` before the others."""
     n = len(normal) - 1
     scale = _scale(np.diag(normal))
     unit = normal / (scale[:, None] * scale)
-    left, open_ = np.diag(unit)[:n].copy(), np.ones(n, dtype=np.bool_)
-    rows = np.zeros((min(most + len(first), n), n + 1))
+    orthogonal, available = np.diag(unit)[:n].copy(), np.ones(n, dtype=np.bool_)
+    rows = np.zeros((min(max_terms + len(first), n), n + 1))
     order: list[int] = []
     for step in range(len(rows)):
-        known = rows[: len(order)]
+        previous = rows[: len(order)]
         if step < len(first):
-            chosen = first[step]
+            index = first[step]
         else:
-            right = unit[:-1, -1] - known[:, :-1].T @ known[:, -1]
-            fresh = open_ & (left > _FRESH)
-            taken = np.where(fresh, right**2 / np.where(fresh, left, 1.0), 0.0)
-            chosen = int(np.argmax(taken))
-            if not taken[chosen] > 0.0:
+            covariance = unit[:-1, -1] - previous[:, :-1].T @ previous[:, -1]
+            eligible = available & (orthogonal > _MIN_ORTHOGONAL_SHARE)
+            divisor = np.where(eligible, orthogonal, 1.0)
+            reduction = np.where(eligible, covariance**2 / divisor, 0.0)
+            index = int(np.argmax(reduction))
+            if not reduction[index] > 0.0:
                 break
-        open_[chosen] = False
-        if left[chosen] > _FRESH:
-            row = (unit[chosen] - known[:, chosen] @ known) / np.sqrt(left[chosen])
+        available[index] = False
+        if orthogonal[index] > _MIN_ORTHOGONAL_SHARE:
+            projection = previous[:, index] @ previous
+            row = (unit[index] - projection) / np.sqrt(orthogonal[index])
             rows[len(order)] = row
-            left -= row[:n] ** 2
-            order.append(chosen)
+            orthogonal -= row[:n] ** 2
+            order.append(index)
     return np.array(order, dtype=np.int64)
 
 
-def frequencies(blocks: FloatArray, first: Sequence[int] = ()) -> FloatArray:
-    """Return the share of complementary half samples on which each column is chosen."""
+def selection_frequencies(blocks: FloatArray, first: Sequence[int] = ()) -> FloatArray:
+    """Return the share of complementary half samples of blocks that select each regressor."""
     rng = np.random.default_rng(0)
     count = np.zeros(blocks.shape[1] - 1)
-    for _ in range(_PAIRS):
-        drawn = rng.permutation(len(blocks))
-        for part in np.split(drawn, [len(blocks) // 2]):
-            count[forward(blocks[part].sum(axis=0), _DRAWN, first)] += 1.0
-    return count / (2.0 * _PAIRS)
+    for _ in range(_N_PAIRS):
+        order = rng.permutation(len(blocks))
+        for half in np.split(order, [len(blocks) // 2]):
+            count[forward_selection(blocks[half].sum(axis=0), _MAX_STABLE_TERMS, first)] += 1.0
+    return count / (2.0 * _N_PAIRS)
 
 
-def moving(normal: FloatArray, known: int) -> IntArray:
-    """Choose columns after the known ones while each takes its share of what is left over."""
-    order = forward(normal, len(normal), range(known))
-    start = int(np.sum(order < known))
-    left = [
-        error(normal, order[:n], solved(normal, order[:n])) for n in range(start, len(order) + 1)
+def select_significant(normal: FloatArray, n_known: int) -> IntArray:
+    """Select regressors after the known ones while each explains its share of the residual."""
+    order = forward_selection(normal, len(normal), range(n_known))
+    start = int(np.sum(order < n_known))
+    errors = [
+        squared_error(normal, order[:n], solve_subset(normal, order[:n]))
+        for n in range(start, len(order) + 1)
     ]
-    enough = [after <= (1.0 - _MOVED) * before for before, after in pairwise(left)]
-    return order[start : start + [*enough, False].index(False)]
+    significant = [
+        after <= (1.0 - _MIN_EXPLAINED_SHARE) * before for before, after in pairwise(errors)
+    ]
+    return order[start : start + [*significant, False].index(False)]
 
 
-def nested(
-    normal: FloatArray, start: IntArray, held: IntArray, groups: Sequence[IntArray] = ()
+def backward_elimination(
+    normal: FloatArray, start: IntArray, retained: IntArray, groups: Sequence[IntArray] = ()
 ) -> tuple[IntArray, ...]:
-    """Drop columns one by one, each the one whose loss costs least; the last of a group stays."""
-    chosen = np.sort(start)
-    sets = [chosen]
+    """Return nested subsets, each without the least useful regressor; one of a group remains."""
+    subset = np.sort(start)
+    subsets = [subset]
     while True:
-        alone = [np.intersect1d(group, chosen) for group in groups]
-        fixed = np.concatenate([held, *(group for group in alone if len(group) == 1)])
-        free = ~np.isin(chosen, fixed)
-        if not free.any():
-            return tuple(sets)
-        inverse, scale = _inverse(normal, chosen)
-        coefficients = inverse @ (normal[chosen, -1] / scale)
-        loss = np.where(free, coefficients**2 / np.diag(inverse), np.inf)
-        chosen = np.delete(chosen, int(np.argmin(loss)))
-        sets.append(chosen)
+        members = [np.intersect1d(group, subset) for group in groups]
+        last_members = [group for group in members if len(group) == 1]
+        removable = ~np.isin(subset, np.concatenate([retained, *last_members]))
+        if not removable.any():
+            return tuple(subsets)
+        inverse, scale = _inverse(normal, subset)
+        coefficients = inverse @ (normal[subset, -1] / scale)
+        loss = np.where(removable, coefficients**2 / np.diag(inverse), np.inf)
+        subset = np.delete(subset, int(np.argmin(loss)))
+        subsets.append(subset)
 
 
-def solved(normal: FloatArray, chosen: IntArray) -> FloatArray:
-    """Return the coefficients of some columns."""
-    inverse, scale = _inverse(normal, chosen)
-    return np.asarray(inverse @ (normal[chosen, -1] / scale) / scale)
+def solve_subset(normal: FloatArray, subset: IntArray) -> FloatArray:
+    """Return the least-squares coefficients of some regressors."""
+    inverse, scale = _inverse(normal, subset)
+    return np.asarray(inverse @ (normal[subset, -1] / scale) / scale)
 
 
-def error(normal: FloatArray, chosen: IntArray, coefficients: FloatArray) -> float:
-    """Return the sum of squares that coefficients leave of the target."""
-    inner = normal[np.ix_(chosen, chosen)] @ coefficients - 2.0 * normal[chosen, -1]
+def squared_error(normal: FloatArray, subset: IntArray, coefficients: FloatArray) -> float:
+    """Return the sum of squared residuals."""
+    inner = normal[np.ix_(subset, subset)] @ coefficients - 2.0 * normal[subset, -1]
     return float(normal[-1, -1] + coefficients @ inner)
 
 
-def sized(blocks: FloatArray, sets: Sequence[IntArray]) -> tuple[int, str]:
-    """Choose the smallest set whose paired excess over the best is within its standard error."""
-    rows = left_out(blocks, sets)
-    errors = rows.sum(axis=1)
+def select_size(blocks: FloatArray, subsets: Sequence[IntArray]) -> tuple[int, str]:
+    """Select the smallest subset by the one-standard-error rule on paired differences of blocks."""
+    block_errors = cross_validated_errors(blocks, subsets)
+    errors = block_errors.sum(axis=1)
     best = int(np.argmin(errors))
-    # Blocks are hard or easy for all sets alike, so each is compared with itself.
-    allowed = (rows - rows[best]).std(axis=1, ddof=1) * np.sqrt(len(blocks))
-    place = int(np.flatnonzero(errors - errors[best] <= allowed)[-1])
-    return place, (
-        f"{len(sets[place])} coefficients, the smallest of {len(sets)} nested models whose error "
-        f"on blocks left out, block by block, exceeds the lowest (that of {len(sets[best])}) by "
-        "no more than one standard error of the difference."
+    # Paired: the error of a block depends on its motion more than on the subset.
+    difference = block_errors - block_errors[best]
+    standard_error = difference.std(axis=1, ddof=1) * np.sqrt(len(blocks))
+    index = int(np.flatnonzero(errors - errors[best] <= standard_error)[-1])
+    return index, (
+        f"{len(subsets[index])} coefficients, the smallest of {len(subsets)} nested models whose "
+        "cross-validated error exceeds the lowest one "
+        f"(that of {len(subsets[best])}) by no more than one standard error of the difference."
     )
 
 
-def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
-    """Return the error of every set on every block, its coefficients solved without it."""
+def cross_validated_errors(blocks: FloatArray, subsets: Sequence[IntArray]) -> FloatArray:
+    """Return the error of every subset on every block (n_subsets, n), fitted without its fold."""
     n = len(blocks)
-    fold = np.arange(n) % min(_FOLDS, n)
+    fold = np.arange(n) % min(_N_FOLDS, n)
     total = blocks.sum(axis=0)
-    errors = np.zeros((len(sets), n))
-    for turn in np.unique(fold):
-        out = np.flatnonzero(fold == turn)
-        rest = total - blocks[out].sum(axis=0)
-        for number, chosen in enumerate(sets):
-            coefficients = solved(rest, chosen)
-            errors[number, out] = [error(blocks[place], chosen, coefficients) for place in out]
+    errors = np.zeros((len(subsets), n))
+    for number in np.unique(fold):
+        test = np.flatnonzero(fold == number)
+        training = total - blocks[test].sum(axis=0)
+        for row, subset in enumerate(subsets):
+            coefficients = solve_subset(training, subset)
+            errors[row, test] = [squared_error(blocks[k], subset, coefficients) for k in test]
     return errors
 
 
 @factorisation("normal matrix")
-def _inverse(normal: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
-    part = normal[np.ix_(chosen, chosen)]
-    scale = _scale(np.diag(part))
-    scaled = part / (scale[:, None] * scale) + _RIDGE * np.eye(len(chosen))
+def _inverse(normal: FloatArray, subset: IntArray) -> tuple[FloatArray, FloatArray]:
+    matrix = normal[np.ix_(subset, subset)]
+    scale = _scale(np.diag(matrix))
+    scaled = matrix / (scale[:, None] * scale) + _RIDGE * np.eye(len(subset))
     return np.asarray(np.linalg.inv(scaled), dtype=np.float64), scale
 
 

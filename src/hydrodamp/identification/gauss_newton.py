@@ -1,4 +1,19 @@
-"""The search of truncated simulation error: damped Gauss-Newton on windows that grow."""
+"""Damped Gauss-Newton minimisation of the multi-step (truncated) simulation error.
+
+Windows of a log are simulated from estimated initial states (multiple shooting). For
+coefficients κ, ``s_i²(κ; L)`` is the mean square residual of velocity i over all windows of
+length L, plus a noise floor, and ``d(κ; L)`` the mean square correction of the initial states
+over their prior variance. With ``x = κ / scale``, f velocities and p coefficients, the objective
+is the concentrated Gaussian log-likelihood with a ridge prior and an energy-injection penalty::
+
+    J(κ) = mean_L [ (2/f) Σ_i log s_i(κ; L) + d(κ; L) ]
+           + (λ/p) |x|² + w mean_k max(0, φ_k·x)²
+
+The evidence sets the prior strength λ (MacKay 1992); ``φ_k·x`` is the power νᵀτ(ν) at velocities
+ν_k beyond the operating range, over a usual power, and w = ``ENERGY_PENALTY_WEIGHT``. Steps are
+Levenberg-Marquardt steps with Nielsen's damping update (1999); window lengths are added one
+after the other (continuation). Simulation-error minimisation: Farina and Piroddi (2010).
+"""
 
 from __future__ import annotations
 
@@ -11,310 +26,305 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
-from hydrodamp.identification.differentiation import (
-    median_step,
-    noise_variance,
-    regressor_mean_square,
-    smooth_velocity,
-)
-from hydrodamp.identification.dissipativity import (
-    PowerRows,
-    sample_box as spread_over,
-    velocity_box,
-)
+from hydrodamp.identification.differentiation import (median_step, noise_variance, regressor_mean_square, smooth_velocity,)
+from hydrodamp.identification.dissipativity import (PowerRows, sample_box as spread_over, velocity_box,)
 from hydrodamp.identification.har_covariance import Bins
-from hydrodamp.identification.multiple_shooting import (
-    Windows,
-    concatenate_bounds,
-    sample_indices,
-    split_windows,
-)
+from hydrodamp.identification.multiple_shooting import (Windows, concatenate_bounds, sample_indices, split_windows,)
 from hydrodamp.identification.qr_factor import solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-#: A standard deviation below this is rounding [m/s, rad/s]; share of the noise that always
-#: counts, for its estimate takes fast motion for noise.
-_FLOOR, _NOISE = 1e-9, 0.5
+#: Smallest standard deviation of a velocity [m/s, rad/s]: rounding is below it.
+MIN_STD = 1e-9
 
-#: Steps of a stage. One that takes less than this share off the errors' variance ends a stage
-#: before the last, and the last, which has come to rest if its last step took less than the first.
-ROUNDS, COARSE, REST = 10, 1e-2, 2e-3
+#: Share [1] of the estimated noise in the noise floor: fast motion inflates the estimate.
+NOISE_FLOOR_SHARE = 0.5
 
-#: Least damping of a step, and how often it is damped more.
-DAMPING, _TRIALS = 1e-3, 8
+#: Gauss-Newton steps of a stage of the continuation.
+MAX_ITERATIONS = 10
 
-#: Strength of the prior before the data have set it, and its bounds.
-_FIRST, _BOUNDS = 0.1, (1e-6, 10.0)
+#: Decrease of J [1] below which a stage ends: stages before the last, and the last.
+STAGE_TOLERANCE, FINAL_TOLERANCE = 1e-2, 2e-3
 
-#: Windows that tell for how long errors are alike, and bins of their time.
-_LOOKED_AT, _BINS = 32, 2048
+#: Smallest Levenberg-Marquardt damping [1], relative to the diagonal of the Hessian.
+MIN_DAMPING = 1e-3
 
-#: How far beyond the log damping is to take power, and what weight power fed to the motion has
-#: against errors, both as shares of what is usual in the log.
-_BEYOND, _FED = 2.0, 10.0
+#: Increases of the damping before a step is given up.
+MAX_DAMPING_TRIALS = 8
 
-#: Samples of a window that are alike: against so many errors a first velocity counts as one.
-_ALIKE = 16.0
+#: Prior strength λ [1] before the evidence sets it, and its bounds.
+INITIAL_PRIOR_STRENGTH, PRIOR_STRENGTH_BOUNDS = 0.1, (1e-6, 10.0)
 
-#: Strengths of the prior in the regressions that a search may start from, and their steps.
-_PRIORS, _ACTIVE = (1e-6, 1e-4, 1e-2, 1.0), 20
+#: Windows from which the correlation time of residuals is estimated, and bins of their time.
+MAX_EVIDENCE_WINDOWS, MAX_TIME_BINS = 32, 2048
 
-#: Residuals of those regressions below this share of the force tell of few data, not of good ones.
-_EXACT = 1e-3
+#: Widening [1] of the operating range: the penalty covers velocities up to three times as large.
+PENALTY_BOX_MARGIN = 2.0
+
+#: Weight w [1] of the energy-injection penalty.
+ENERGY_PENALTY_WEIGHT = 10.0
+
+#: Samples per independent residual [1]: the weight of an initial state against the residuals.
+SAMPLES_PER_RESIDUAL = 16.0
+
+#: Prior strengths [1] of the weak-form regressions that give initial candidates.
+CANDIDATE_PRIOR_STRENGTHS = (1e-6, 1e-4, 1e-2, 1.0)
+
+#: Active-set iterations of the penalty in those regressions.
+MAX_ACTIVE_SET_ITERATIONS = 20
+
+#: Smallest residual of those regressions, relative to the target: a smaller one is an overfit.
+MIN_RELATIVE_RESIDUAL = 1e-3
 
 
 class Linearisation(NamedTuple):
-    """How windows of one length fit: standard deviations of the errors of each velocity (f,).
+    """Residuals of the windows of one length, linearised at their optimal initial states.
 
-    ``normal`` is the normal matrix of the mean square error over the deviations seen before,
-    ``moved`` the mean square by which first velocities moved, against their doubt.
+    ``residual_std`` (f,) belongs to each velocity, ``normal`` is the normal matrix of the mean
+    square residual over the previous ``residual_std``, ``state_correction`` is d(κ; L).
     """
 
     windows: Windows
-    spread: FloatArray
+    residual_std: FloatArray
     normal: FloatArray
-    moved: float
+    state_correction: float
 
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Where a stage ended, over windows of several lengths.
+    """Iterate x_k of the minimisation, with a linearisation for each window length so far.
 
-    ``strength`` is that of the prior against the mean square of the errors over their standard
-    deviations, ``size`` the mean square of coefficients that it stands for; both per coefficient,
-    in units. ``damping`` is that of the next step.
+    ``prior_strength`` is λ, ``prior_variance`` the mean square scaled coefficient that the
+    evidence assigns to the prior, and ``damping`` that of the next step.
     """
 
     coefficients: FloatArray
-    kinds: tuple[Linearisation, ...]
-    strength: float = _FIRST
-    size: float = 1.0
-    damping: float = DAMPING
+    linearisations: tuple[Linearisation, ...]
+    prior_strength: float = INITIAL_PRIOR_STRENGTH
+    prior_variance: float = 1.0
+    damping: float = MIN_DAMPING
     converged: bool = False
+
+    @property
+    def window_lengths(self) -> list[float]:
+        """Window lengths of the objective [s]."""
+        return [linearisation.windows.length for linearisation in self.linearisations]
 
 
 @dataclass(frozen=True, eq=False)
 class ShootingObjective:
-    """What stays the same from stage to stage.
+    """The objective J without its window lengths: data, scales, and penalty.
 
-    ``doubt`` is the standard error of the smoothed ``velocity``, less by the root of ``_ALIKE``.
-    ``unit`` of a coefficient is what makes the RMS inertial force of its axis. ``power`` has the
-    power fed to the motion at velocities all over a box, for coefficients in units.
+    ``initial_state_std`` is the prior standard deviation of initial states around the smoothed
+    ``velocity``; ``scale`` is the coefficient that produces the RMS inertial force of its axis;
+    ``power_rows`` holds φ_k.
     """
 
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
     velocity: FloatArray
-    doubt: FloatArray
-    noise: FloatArray
-    unit: FloatArray
-    power: FloatArray
+    initial_state_std: FloatArray
+    noise_std: FloatArray
+    scale: FloatArray
+    power_rows: FloatArray
 
-    def part(self, stretches: IntArray) -> ShootingObjective:
-        """Return the search in some stretches of the log, a segment each."""
-        samples, problem = sample_indices(stretches), self.problem
-        inputs, segments = problem.inputs.select(samples), concatenate_bounds(stretches)
-        some = replace(problem, inputs=inputs, segments=segments)
-        return replace(self, problem=some, velocity=self.velocity[samples])
+    def restrict(self, bounds: IntArray) -> ShootingObjective:
+        """Return the objective of intervals of the log, each a segment of its own."""
+        samples, segments = sample_indices(bounds), concatenate_bounds(bounds)
+        inputs = self.problem.inputs.select(samples)
+        problem = replace(self.problem, inputs=inputs, segments=segments)
+        return replace(self, problem=problem, velocity=self.velocity[samples])
 
     def windows(self, length: float) -> Windows:
-        """Return windows of a length [s], each from near the smoothed velocity."""
+        """Return windows of a length [s] with initial states at the smoothed velocity."""
         bounds = split_windows(self.problem, length)
-        initial_coefficients = self.velocity[bounds[:, 0]]
-        return Windows(length, self.problem, self.entries, bounds, initial_coefficients, self.doubt)
+        initial_states = self.velocity[bounds[:, 0]]
+        return Windows(length, self.problem, self.entries, bounds, initial_states, self.initial_state_std)
 
-    def spread(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
-        """Return the standard deviation of the errors of each velocity, starts where they are."""
-        return self._deviation(np.mean(windows.errors(coefficients) ** 2, axis=0))
+    def residual_std(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
+        """Return s_i (f,) with the initial states at their prior mean."""
+        return self._std(np.mean(windows.residuals(coefficients) ** 2, axis=0))
 
-    def _deviation(self, square: FloatArray) -> FloatArray:
-        """Return the root of a mean square; noise counts besides, so little is gained below it."""
-        return np.asarray(np.sqrt(np.maximum(square, 0.0) + self.noise**2))
+    def _std(self, mean_square: FloatArray) -> FloatArray:
+        return np.asarray(np.sqrt(np.maximum(mean_square, 0.0) + self.noise_std**2))
 
-    def seen(self, coefficients: FloatArray, windows: Windows, spread: FloatArray) -> Linearisation:
-        """See how windows fit, first velocities where errors and doubt are least."""
-        normal, square, moved = windows.linear(coefficients, spread)
-        return Linearisation(windows, self._deviation(square), normal, moved)
+    def linearise(self, coefficients: FloatArray, windows: Windows, residual_std: FloatArray) -> Linearisation:
+        """Linearise the residuals of all windows at their optimal initial states."""
+        normal, mean_square, correction = windows.linearise(coefficients, residual_std)
+        return Linearisation(windows, self._std(mean_square), normal, correction)
 
-    def wider(self, place: Iterate, windows: Windows) -> Iterate:
-        """Return the same coefficients over windows of one length more."""
-        spread = self.spread(place.coefficients, windows)
-        new = self.seen(place.coefficients, windows, spread)
-        return replace(place, kinds=(*place.kinds, new))
+    def add_length(self, iterate: Iterate, windows: Windows) -> Iterate:
+        """Return the iterate with windows of a further length in the objective."""
+        residual_std = self.residual_std(iterate.coefficients, windows)
+        linearisation = self.linearise(iterate.coefficients, windows, residual_std)
+        return replace(iterate, linearisations=(*iterate.linearisations, linearisation))
 
-    def at(self, coefficients: FloatArray, place: Iterate) -> Iterate:
-        """Return the place of other coefficients, errors weighed as at the place before."""
-        kinds = tuple(self.seen(coefficients, one.windows, one.spread) for one in place.kinds)
-        return replace(place, coefficients=coefficients, kinds=kinds)
+    def move(self, iterate: Iterate, coefficients: FloatArray) -> Iterate:
+        """Return the iterate at other coefficients, residuals weighted as at the previous one."""
+        linearisations = tuple(self.linearise(coefficients, previous.windows, previous.residual_std) for previous in iterate.linearisations)
+        return replace(iterate, coefficients=coefficients, linearisations=linearisations)
 
-    def cost(self, place: Iterate) -> float:
-        """Return what a search makes small: errors, coefficients, and power fed to the motion."""
-        misfit = 2.0 * float(np.mean([np.log(one.spread) for one in place.kinds]))
-        moved = float(np.mean([one.moved for one in place.kinds]))
-        return misfit + moved + self.price(place.coefficients, place.strength)
+    def cost(self, iterate: Iterate) -> float:
+        """Return J(κ)."""
+        _, residual_std, _, corrections = zip(*iterate.linearisations, strict=True)
+        likelihood = 2.0 * float(np.mean(np.log(residual_std))) + float(np.mean(corrections))
+        return likelihood + self.penalty(iterate.coefficients, iterate.prior_strength)
 
-    def price(self, coefficients: FloatArray, strength: float) -> float:
-        """Return the part of the cost that coefficients have whatever the errors."""
-        x = coefficients / self.unit
-        fed = _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
-        return strength * float(np.mean(x**2)) + fed
+    def penalty(self, coefficients: FloatArray, prior_strength: float) -> float:
+        """Return the prior and the energy-injection penalty of J(κ)."""
+        x = coefficients / self.scale
+        injection = float(np.mean(np.maximum(self.power_rows @ x, 0.0) ** 2))
+        return prior_strength * float(np.mean(x**2)) + ENERGY_PENALTY_WEIGHT * injection
 
-    def normal(self, place: Iterate) -> tuple[FloatArray, FloatArray]:
-        """Return half the curvature and slope of the errors' cost, for coefficients in units."""
-        normal = np.mean([one.normal for one in place.kinds], axis=0)
-        return normal[:-1, :-1] * self.unit[:, None] * self.unit, normal[:-1, -1] * self.unit
+    def gauss_newton(self, iterate: Iterate) -> tuple[FloatArray, FloatArray]:
+        """Return matrix and right-hand side of the likelihood's normal equations in x."""
+        normal = np.mean([each.normal for each in iterate.linearisations], axis=0)
+        hessian = normal[:-1, :-1] * self.scale[:, None] * self.scale
+        return hessian, normal[:-1, -1] * self.scale
 
-    def feeding(self, x: FloatArray) -> FloatArray:
-        """Return the curvature of half the cost of feeding, where coefficients in units are."""
-        rows = self.power[self.power @ x > 0.0]
-        return np.asarray(_FED / len(self.power) * (rows.T @ rows))
+    def energy_penalty_hessian(self, x: FloatArray) -> FloatArray:
+        """Return half the Hessian of the energy-injection penalty."""
+        active = self.power_rows[self.power_rows @ x > 0.0]
+        return np.asarray(ENERGY_PENALTY_WEIGHT / len(self.power_rows) * (active.T @ active))
 
 
 def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
-    """Set up the search for a model's coefficients."""
-    entries = problem.equations.entries(model)
-    rows, axes = entries
+    """Build the objective of a model's coefficients."""
+    rows, axes = entries = problem.equations.entries(model)
     inputs, free = problem.inputs, problem.vehicle.free
     velocity, _, risk = smooth_velocity(problem)
-    doubt = np.maximum(np.sqrt(risk / _ALIKE)[free], _FLOOR)
-    noise = np.maximum(_NOISE * np.sqrt(noise_variance(problem))[free], _FLOOR)
-    slopes = fit_local_polynomials(
-        inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3
-    ).slope
-    forces = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
-    force = forces[axes]
+    initial_state_std = np.maximum(np.sqrt(risk / SAMPLES_PER_RESIDUAL)[free], MIN_STD)
+    noise_std = np.maximum(NOISE_FLOOR_SHARE * np.sqrt(noise_variance(problem))[free], MIN_STD)
+    acceleration = fit_local_polynomials(inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3).slope
+    inertial = np.sqrt(np.mean((acceleration @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
+    force = inertial[axes]
     size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]
-    unit = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
-    box = velocity_box(velocity, _BEYOND, 0.0).restrict(free)
-    usual = float(np.linalg.norm(box.max_abs * forces * free)) or 1.0
-    power = PowerRows(model).rows(spread_over(box)) * unit / usual
-    return ShootingObjective(problem, entries, velocity, doubt, noise, unit, power)
+    scale = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
+    box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
+    usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
+    power_rows = PowerRows(model).rows(spread_over(box)) * scale / usual_power
+    return ShootingObjective(problem, entries, velocity, initial_state_std, noise_std, scale, power_rows)
 
 
 @factorisation("normal matrix of the weak form")
-def initial_candidates(search: ShootingObjective, model: DampingModel) -> list[FloatArray]:
-    """Return coefficients of the weak form, more or less small, that hardly feed the motion."""
-    triangle = WeakRegression().rows(search.problem).triangle()
+def initial_candidates(objective: ShootingObjective, model: DampingModel) -> list[FloatArray]:
+    """Return weak-form ridge estimates with the energy penalty, one for each prior strength."""
+    triangle = WeakRegression().rows(objective.problem).triangle()
     blocks, targets = [], []
     for axis, terms in enumerate(model.terms):
         target = triangle.target(axis)
-        least = _EXACT * float(np.linalg.norm(target)) / np.sqrt(triangle.n_samples)
-        deviation = max(solve_axis(triangle, terms, axis).residual, least) or 1.0
+        norm = float(np.linalg.norm(target)) / np.sqrt(triangle.n_samples)
+        residual = solve_axis(triangle, terms, axis).residual
+        deviation = max(residual, MIN_RELATIVE_RESIDUAL * norm) or 1.0
         blocks.append(triangle.columns(terms) / deviation)
         targets.append(target / deviation)
-    design = block_diag(*blocks) * search.unit / np.sqrt(triangle.n_samples)
+    design = block_diag(*blocks) * objective.scale / np.sqrt(triangle.n_samples)
     target = np.concatenate(targets) / np.sqrt(triangle.n_samples)
-    curvature, slope, p = design.T @ design, design.T @ target, len(search.unit)
-    found = []
-    for strength in _PRIORS:
+    hessian, rhs, p = design.T @ design, design.T @ target, len(objective.scale)
+    candidates = []
+    for prior_strength in CANDIDATE_PRIOR_STRENGTHS:
         x = np.zeros(p)
-        for _ in range(_ACTIVE):
-            before, fed = x, search.feeding(x)
-            x = np.linalg.solve(curvature + strength / p * np.eye(p) + fed, slope)
-            if np.allclose(x, before, rtol=1e-6):
+        for _ in range(MAX_ACTIVE_SET_ITERATIONS):
+            previous, penalty = x, objective.energy_penalty_hessian(x)
+            x = np.linalg.solve(hessian + prior_strength / p * np.eye(p) + penalty, rhs)
+            if np.allclose(x, previous, rtol=1e-6):
                 break
-        found.append(x * search.unit)
-    return found
+        candidates.append(x * objective.scale)
+    return candidates
 
 
-def best_initial_iterate(
-    search: ShootingObjective, first: Sequence[FloatArray], length: float
-) -> Iterate:
-    """Return the place of the coefficients that replay windows of a length [s] best as they are."""
-    windows = search.windows(length)
+def best_initial_iterate(objective: ShootingObjective, candidates: Sequence[FloatArray], length: float) -> Iterate:
+    """Return the candidate of the lowest cost on windows of a length [s]."""
+    windows = objective.windows(length)
 
-    def cost(one: FloatArray) -> float:
-        return 2.0 * float(np.mean(np.log(search.spread(one, windows)))) + search.price(one, _FIRST)
+    def cost(coefficients: FloatArray) -> float:
+        likelihood = 2.0 * float(np.mean(np.log(objective.residual_std(coefficients, windows))))
+        return likelihood + objective.penalty(coefficients, INITIAL_PRIOR_STRENGTH)
 
-    return search.wider(Iterate(min(first, key=cost), ()), windows)
+    return objective.add_length(Iterate(min(candidates, key=cost), ()), windows)
 
 
-def continue_over_lengths(
-    search: ShootingObjective, start: Iterate, lengths: Sequence[float]
-) -> Iterate:
-    """Search from a start over windows of one length, then of one length more each time."""
-    place = start
-    for number, length in enumerate(lengths, start=1):
-        if number > 1:
-            place = search.wider(place, search.windows(length))
-            place = replace(place, damping=min(place.damping, 1.0))  # stuck there, not here
-        rest = REST if number == len(lengths) else COARSE
-        place = minimise(search, _evidence(search, place), rest)
-    return place
+def continue_over_lengths(objective: ShootingObjective, start: Iterate, lengths: Sequence[float]) -> Iterate:
+    """Minimise over windows of the first length, then with one length more in each stage."""
+    iterate = start
+    for stage, length in enumerate(lengths, start=1):
+        if stage > 1:
+            iterate = objective.add_length(iterate, objective.windows(length))
+            # the damping of a stage that failed must not block this one
+            iterate = replace(iterate, damping=min(iterate.damping, 1.0))
+        tolerance = FINAL_TOLERANCE if stage == len(lengths) else STAGE_TOLERANCE
+        iterate = minimise(objective, _update_prior(objective, iterate), tolerance)
+    return iterate
 
 
 def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float]:
-    """Return the lengths [s] up to the first that no segment exceeds, which is that of them all."""
+    """Return the lengths [s] shorter than the longest segment, then infinity if any is longer."""
     shorter = [length for length in lengths if length < problem.durations.max()]
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 
 @factorisation("normal matrix of the windows")
-def minimise(
-    search: ShootingObjective, place: Iterate, rest: float, rounds: int = ROUNDS
-) -> Iterate:
-    """Take damped Gauss-Newton steps to the likeliest errors, until one promises or gains little.
-
-    Errors of each velocity over windows of each length have a variance of their own, unknown: the
-    logarithm of their mean square counts, which asks for no weights. After Nielsen (1999), a step
-    is damped as well as the one before kept what it promised.
-    """
-    p, damping, settled = len(search.unit), place.damping, False
-    before = search.cost(place)
-    for _ in range(rounds):
-        x = place.coefficients / search.unit
-        curvature, slope = search.normal(place)
-        other = place.strength / p * np.eye(p) + search.feeding(x)
-        curvature, slope = curvature + other, slope - other @ x
-        promised = float(slope @ np.linalg.solve(curvature, slope))
-        if settled := promised < rest:
+def minimise(objective: ShootingObjective, iterate: Iterate, tolerance: float, max_iterations: int = MAX_ITERATIONS,) -> Iterate:
+    """Minimise J by Levenberg-Marquardt steps with Nielsen's damping update (1999)."""
+    p, damping, converged = len(objective.scale), iterate.damping, False
+    cost = objective.cost(iterate)
+    for _ in range(max_iterations):
+        x = iterate.coefficients / objective.scale
+        hessian, rhs = objective.gauss_newton(iterate)
+        penalty = iterate.prior_strength / p * np.eye(p) + objective.energy_penalty_hessian(x)
+        hessian, rhs = hessian + penalty, rhs - penalty @ x
+        predicted_decrease = float(rhs @ np.linalg.solve(hessian, rhs))
+        if converged := predicted_decrease < tolerance:
             break
         factor = 2.0
-        for _ in range(_TRIALS):
-            step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
-            tried = search.at((x + step) * search.unit, place)
-            after = search.cost(tried)
-            if after < before:
+        for _ in range(MAX_DAMPING_TRIALS):
+            step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), rhs)
+            trial = objective.move(iterate, (x + step) * objective.scale)
+            trial_cost = objective.cost(trial)
+            if trial_cost < cost:
                 break
             damping, factor = factor * damping, 2.0 * factor
         else:
             break
-        gained = before - after
-        # a step that was damped to nothing gains little anywhere
-        settled = gained < COARSE and (damping <= 1.0 or promised < COARSE)
-        kept = gained / float(step @ (2.0 * slope - curvature @ step))
-        damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), DAMPING)
-        place, before = tried, after
-        if gained < rest:
+        decrease = cost - trial_cost
+        # a heavily damped step decreases J little anywhere: that is no convergence
+        undamped = damping <= 1.0 or predicted_decrease < STAGE_TOLERANCE
+        converged = decrease < STAGE_TOLERANCE and undamped
+        gain_ratio = decrease / float(step @ (2.0 * rhs - hessian @ step))
+        damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * gain_ratio - 1.0) ** 3), MIN_DAMPING)
+        iterate, cost = trial, trial_cost
+        if decrease < tolerance:
             break
-    return replace(place, converged=settled, damping=damping)
+    return replace(iterate, converged=converged, damping=damping)
 
 
 @factorisation("normal matrix of the windows")
-def _evidence(search: ShootingObjective, place: Iterate) -> Iterate:
-    """Return the place with the strength of the prior that the data ask for (MacKay 1992).
+def _update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
+    """Set λ and the prior variance by the evidence (MacKay 1992).
 
-    Errors of a replay are alike for seconds: they count as often as they are independent.
+    With eigenvalues μ_j of the Hessian, γ = Σ μ_j / (μ_j + λ/p) coefficients are determined by
+    the data, their prior variance is |x|²/γ, and λ = p (misfit / N) / ((1 − γ/N) |x|²/γ). N
+    counts independent residuals: samples over the correlation time of the residuals.
     """
-    windows, spread = place.kinds[-1].windows, place.kinds[-1].spread
-    some = windows.select(slice(None, None, -(-len(windows.bounds) // _LOOKED_AT)))
-    errors = some.errors(place.coefficients)
-    number = np.repeat(np.arange(len(some.spans)), np.diff(some.spans, axis=1).ravel())
-    bins = Bins.of(number, search.problem.inputs.time[some.samples], _BINS)
-    sums, step = bins.sums(errors), median_step(search.problem)
-    alike = [max(bins.correlation_time(one[:, None]) / step, 1.0) for one in sums.T]
-    independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
-    misfit = float(np.mean(1.0 - (search.noise / spread) ** 2))
-    told = np.maximum(np.linalg.eigvalsh(search.normal(place)[0]), 0.0)
-    square = float(np.sum((place.coefficients / search.unit) ** 2))
-    p, strength, size = len(told), place.strength, place.size
+    windows, residual_std, *_ = iterate.linearisations[-1]
+    subset = windows.select(slice(None, None, -(-len(windows.bounds) // MAX_EVIDENCE_WINDOWS)))
+    residuals = subset.residuals(iterate.coefficients)
+    window_index = np.repeat(np.arange(len(subset.spans)), np.diff(subset.spans, axis=1).ravel())
+    bins = Bins.of(window_index, objective.problem.inputs.time[subset.samples], MAX_TIME_BINS)
+    sums, step = bins.sums(residuals), median_step(objective.problem)
+    correlation = [max(bins.correlation_time(column[:, None]) / step, 1.0) for column in sums.T]
+    n_independent = objective.problem.n_samples * float(np.sum(1.0 / np.array(correlation)))
+    misfit = float(np.mean(1.0 - (objective.noise_std / residual_std) ** 2))
+    eigenvalues = np.maximum(np.linalg.eigvalsh(objective.gauss_newton(iterate)[0]), 0.0)
+    square = float(np.sum((iterate.coefficients / objective.scale) ** 2))
+    p, strength, variance = len(eigenvalues), iterate.prior_strength, iterate.prior_variance
     for _ in range(5):
-        determined = float(np.sum(told / (told + strength / p)))
-        if not (determined > 0.0 and square > 0.0):
+        n_determined = float(np.sum(eigenvalues / (eigenvalues + strength / p)))
+        if not (n_determined > 0.0 and square > 0.0):
             break
-        size = square / determined
-        left = max(1.0 - determined / independent, 0.1)
-        strength = float(np.clip(p * misfit / left / independent / size, *_BOUNDS))
-    return replace(place, strength=strength, size=size)
+        variance = square / n_determined
+        freedom = max(1.0 - n_determined / n_independent, 0.1)
+        strength = p * misfit / freedom / n_independent / variance
+        strength = float(np.clip(strength, *PRIOR_STRENGTH_BOUNDS))
+    return replace(iterate, prior_strength=strength, prior_variance=variance)

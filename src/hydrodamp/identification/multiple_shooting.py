@@ -1,4 +1,10 @@
-"""Windows of a log, each replayed from near its smoothed first velocity: simulation error."""
+"""Multiple shooting: simulation errors of windows of a log with estimated initial states.
+
+With residuals ε (measured minus simulated velocity) and their Jacobians A on the coefficients and
+B on the initial state, all over the residual standard deviations, a window contributes
+``|ε − A Δκ − B δ|² + |P^(−1/2) δ|²`` with the prior covariance P of its initial state. The initial
+state correction δ is eliminated window by window (Schur complement).
+"""
 
 from __future__ import annotations
 
@@ -17,182 +23,191 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
 
-#: Longest Runge-Kutta step [s]: twice a replay's, at half the work; on the modes of a vehicle (10
-#: 1/s and slower) it is off by a thousandth at most.
+#: Longest Runge-Kutta step [s]: twice that of a replay, at half the work. Its error is below 0.1 %
+#: for modes of 10 1/s and slower.
 MAX_STEP = 0.1
 
-#: Steps that a window must have.
-_LEAST = 4
+#: Shortest window [sampling steps].
+MIN_WINDOW_STEPS = 4
 
-#: Parts of a window within which errors are averaged before a direction is found, and numbers of a
-#: Jacobian held at once: 32 MB.
-_MEANS, _ENTRIES = 10, 4_000_000
+#: Averages of the residuals in each window, from which the normal equations are built.
+AVERAGES_PER_WINDOW = 10
 
-#: Errors of a window whose replay has no end count as this many times the largest velocity
-#: recorded. A window that this share of a coefficient, or the doubt of a first velocity, would move
-#: as far tells no direction either.
-_LOST, _LITTLE = 5.0, 1e-4
+#: Entries of the Jacobian in memory at once: 32 MB.
+MAX_JACOBIAN_ENTRIES = 4_000_000
+
+#: Residual of a diverged window, and bound of a sensitive one, over the largest measured velocity.
+DIVERGENCE_FACTOR = 5.0
+
+#: Relative change of a coefficient [1] that must not move a window beyond that bound.
+COEFFICIENT_CHANGE = 1e-4
 
 
-class Linear(NamedTuple):
-    """Errors linearised: normal matrix (p + 1, p + 1), squares (f,), and what starts moved by.
+@factorisation("normal matrix of initial states")
+def eliminate_initial_states(
+    normal: FloatArray, initial_state_std: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return Schur complements over the initial states of m windows, and their gains.
 
-    The mean of each over samples; of the first and the last over velocities, too.
+    ``normal`` (m, f + q, f + q) is [B C]ᵀ[B C] with the f columns B of the initial state. The gain
+    (BᵀB + P⁻¹)⁻¹BᵀC has shape (m, f, q), the complement CᵀC − CᵀB·gain (m, q, q).
+    """
+    f = len(initial_state_std)
+    cross = normal[:, :f, f:]
+    gain = np.linalg.solve(normal[:, :f, :f] + np.diag(initial_state_std**-2.0), cross)
+    return normal[:, f:, f:] - cross.transpose(0, 2, 1) @ gain, np.asarray(gain, dtype=np.float64)
+
+
+class NormalEquations(NamedTuple):
+    """Normal matrix of [A ε] (p + 1, p + 1), mean square residuals (f,), and state correction.
+
+    Means over samples; the matrix and the squared correction δᵀP⁻¹δ are means over velocities, too.
     """
 
     normal: FloatArray
-    square: FloatArray
-    moved: float
+    mean_square: FloatArray
+    state_correction: float
+
+
+class LinearisedResiduals(NamedTuple):
+    """Weighted averages of residuals (m,) and Jacobian [A B] (m, p + 6) of some windows.
+
+    ``edges`` are the first rows of the windows and the end; ``simulated`` is their simulation.
+    """
+
+    windows: Windows
+    jacobian: FloatArray
+    residuals: FloatArray
+    edges: IntArray
+    simulated: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Stretches of a log of a length [s], rows (first, one past the last), behind each other.
+    """Windows of a log: rows (first, one past the last) of ``bounds``, initial states (n, 6).
 
-    ``doubt`` is what the first velocities ``starts`` are held to, each as by a standard deviation.
+    ``length`` [s]; ``initial_state_std`` (f,) is the prior standard deviation of the free axes.
     """
 
     length: float
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
     bounds: IntArray
-    starts: FloatArray
-    doubt: FloatArray
+    initial_states: FloatArray
+    initial_state_std: FloatArray
 
     @cached_property
     def spans(self) -> IntArray:
-        """First row of each window and one past its last, among those of all windows."""
+        """First row of each window and one past its last, windows concatenated."""
         return concatenate_bounds(self.bounds)
 
     @cached_property
     def samples(self) -> IntArray:
-        """Sample of the log that each row is."""
+        """Sample of the log of each row."""
         return sample_indices(self.bounds)
 
     @cached_property
     def chunks(self) -> tuple[Windows, ...]:
-        """Some windows after others, as many as are linearised at once."""
-        at_once = max(_ENTRIES // (6 * 2 * _MEANS * (len(self.entries[0]) + 6)), 1)
-        n = len(self.bounds)
-        return tuple(self.select(slice(one, one + at_once)) for one in range(0, n, at_once))
+        """The windows in chunks that are linearised at once."""
+        entries_per_window = 6 * 2 * AVERAGES_PER_WINDOW * (len(self.entries[0]) + 6)
+        size = max(MAX_JACOBIAN_ENTRIES // entries_per_window, 1)
+        firsts = range(0, len(self.bounds), size)
+        return tuple(self.select(slice(first, first + size)) for first in firsts)
 
     @cached_property
     def inputs(self) -> Inputs:
-        """What drives the windows, each from its own first velocity."""
+        """Inputs of the simulation of all windows."""
         velocity = self.problem.inputs.velocity[self.samples]
-        velocity[self.spans[:, 0]] = self.starts
+        velocity[self.spans[:, 0]] = self.initial_states
         return self.problem.inputs.select(self.samples, velocity)
 
     @cached_property
     def free(self) -> IntArray:
-        """Numbers of the free axes."""
+        """Indices of the free axes."""
         return np.flatnonzero(self.problem.vehicle.free)
 
-    def select(self, chosen: slice | IntArray) -> Windows:
+    def select(self, index: slice | IntArray) -> Windows:
         """Return some of the windows."""
-        return replace(self, bounds=self.bounds[chosen], starts=self.starts[chosen])
+        return replace(self, bounds=self.bounds[index], initial_states=self.initial_states[index])
 
-    def errors(self, coefficients: FloatArray) -> FloatArray:
-        """Return measured minus simulated velocity (n, f) of every row.
+    def residuals(self, coefficients: FloatArray) -> FloatArray:
+        """Return measured minus simulated velocity (n, f), a large value after a divergence."""
+        equations = self.problem.equations
+        matrix = equations.with_unknown(self.entries, coefficients)
+        simulated, *_ = core.replay(
+            equations.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP
+        )
+        return self._residuals(simulated)
 
-        A window that runs away is wrong by more than any velocity recorded from there on.
-        """
-        table = self.problem.equations
-        matrix = table.with_unknown(self.entries, coefficients)
-        simulated, *_ = core.replay(table.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP)
-        return self._missed(simulated)
+    def _residuals(self, simulated: FloatArray) -> FloatArray:
+        measured = self.problem.inputs.velocity[:, self.free]
+        residuals = measured[self.samples] - simulated[:, self.free]
+        largest = np.abs(measured).max(axis=0)
+        return np.where(np.isnan(residuals), DIVERGENCE_FACTOR * largest, residuals)
 
-    def _missed(self, simulated: FloatArray) -> FloatArray:
-        recorded = self.problem.inputs.velocity[:, self.free]
-        errors = recorded[self.samples] - simulated[:, self.free]
-        return np.where(np.isnan(errors), _LOST * np.abs(recorded).max(axis=0), errors)
-
-    def normals(self, coefficients: FloatArray, spread: FloatArray, parts: int) -> FloatArray:
-        """Return normal matrices of errors linearised in the coefficients, a part each.
-
-        With slopes A and errors e, over ``spread``, [A e]ᵀ[A e], shape (parts, p + 1, p + 1). Both
-        are averaged over a tenth of a window. Windows that run away tell no direction.
-        """
+    def block_normal_matrices(
+        self, coefficients: FloatArray, residual_std: FloatArray, n_blocks: int
+    ) -> FloatArray:
+        """Return the normal matrices of [A ε] of successive blocks, (n_blocks, p + 1, p + 1)."""
         p, n, first = len(coefficients), len(self.bounds), 0
-        found = np.zeros((parts, p + 1, p + 1))
-        for slopes, errors, edges, part, _ in self._linearised(coefficients, spread):
-            number = (first + np.arange(len(part.bounds))) * parts // n
-            for one in np.unique(number):
-                own = edges[
-                    np.flatnonzero(number == one)[0] : np.flatnonzero(number == one)[-1] + 2
-                ]
-                rows = slice(own[0], own[-1])
-                found[one] += self._eliminate_initial_states(
-                    slopes[rows], errors[rows], np.array(own) - own[0]
-                )[0]
-            first += len(part.bounds)
-        return found
+        normals = np.zeros((n_blocks, p + 1, p + 1))
+        for linearised in self._linearised(coefficients, residual_std):
+            window_normals = self._window_normals(linearised)[0]
+            block = (first + np.arange(len(window_normals))) * n_blocks // n
+            np.add.at(normals, block, window_normals)
+            first += len(window_normals)
+        return normals
 
-    def linear(self, coefficients: FloatArray, spread: FloatArray) -> Linear:
-        """Linearise the errors in the coefficients, first velocities where they fit best."""
+    def linearise(self, coefficients: FloatArray, residual_std: FloatArray) -> NormalEquations:
+        """Return the normal equations of the coefficients at optimal initial states."""
         p, free = len(coefficients), self.free
-        normal, square, moved = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
-        for slopes, errors, edges, part, simulated in self._linearised(coefficients, spread):
-            own, starts = self._eliminate_initial_states(slopes, errors, edges)
-            normal += own
-            change = slopes[:, p + free] * np.repeat(starts, np.diff(edges), axis=0)
-            left = errors - np.sum(change, axis=1)
-            gone = (errors**2 - left**2).reshape(-1, 6).sum(axis=0)[free]
-            square += np.sum(part._missed(simulated) ** 2, axis=0) - gone * spread**2
-            moved += float(np.sum((starts / self.doubt) ** 2))
+        normal, square, correction = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
+        for linearised in self._linearised(coefficients, residual_std):
+            windows, jacobian, residuals, edges, simulated = linearised
+            window_normals, gain = self._window_normals(linearised)
+            normal += window_normals.sum(axis=0)
+            shift = gain[:, :, p]
+            change = jacobian[:, p + free] * np.repeat(shift, np.diff(edges), axis=0)
+            corrected = residuals - np.sum(change, axis=1)
+            reduction = (residuals**2 - corrected**2).reshape(-1, 6).sum(axis=0)[free]
+            square += np.sum(windows._residuals(simulated) ** 2, axis=0)
+            square -= reduction * residual_std**2
+            correction += float(np.sum((shift / self.initial_state_std) ** 2))
         n = len(self.samples)
-        return Linear(normal / n / len(free), square / n, moved / n / len(free))
+        return NormalEquations(normal / n / len(free), square / n, correction / n / len(free))
 
-    @factorisation("normal matrix of initial states")
-    def _eliminate_initial_states(
-        self, slopes: FloatArray, errors: FloatArray, edges: IntArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the normal matrix that first velocities leave, and what each window's moves by.
+    def _window_normals(self, linearised: LinearisedResiduals) -> tuple[FloatArray, FloatArray]:
+        """Return the normal matrix of [A ε] of each window, and the gain of its initial state."""
+        _, jacobian, residuals, edges, _ = linearised
+        p = jacobian.shape[1] - 6
+        rows = np.column_stack([jacobian[:, p + self.free], jacobian[:, :p], residuals])
+        normals = [rows[start:stop].T @ rows[start:stop] for start, stop in pairwise(edges)]
+        return eliminate_initial_states(np.array(normals), self.initial_state_std)
 
-        With slopes B in first velocities, δ = (BᵀB + doubt⁻²)⁻¹Bᵀe takes Bδ off the errors of a
-        window, and the rest of [A e]ᵀ[A e] is Schur's complement.
-        """
-        p = slopes.shape[1] - 6
-        first, windows = slopes[:, p + self.free], [slice(*edge) for edge in pairwise(edges)]
-        shared = np.array([first[one].T @ slopes[one] for one in windows])
-        missed = np.array([errors[one] @ first[one] for one in windows])[:, :, None]
-        inner = shared[:, :, p + self.free] + np.diag(self.doubt**-2.0)
-        shared = np.concatenate([shared[:, :, :p], missed], axis=2)
-        gain = np.linalg.solve(inner, shared)
-        normal = -np.tensordot(shared, gain, ((0, 1), (0, 1)))
-        slope = errors @ slopes
-        normal[:p, :p] += (slopes.T @ slopes)[:p, :p]
-        normal[:p, p] += slope[:p]
-        normal[p, :p] += slope[:p]
-        normal[p, p] += errors @ errors
-        return normal, gain[:, :, p]
-
-    def triangle(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
-        """Return the root of the normal matrix, first velocities fixed; it keeps more digits."""
+    def qr_factor(self, coefficients: FloatArray, residual_std: FloatArray) -> FloatArray:
+        """Return the R factor of [A ε] with fixed initial states; it keeps more digits."""
         p = len(coefficients)
-        total: FloatArray = np.zeros((p + 1, p + 1))
-        for slopes, errors, *_ in self._linearised(coefficients, spread):
-            total = update_factor(total, np.column_stack([slopes[:, :p], errors]))
-        return total
+        factor: FloatArray = np.zeros((p + 1, p + 1))
+        for _, jacobian, residuals, *_ in self._linearised(coefficients, residual_std):
+            factor = update_factor(factor, np.column_stack([jacobian[:, :p], residuals]))
+        return factor
 
     def _linearised(
-        self, coefficients: FloatArray, spread: FloatArray
-    ) -> Iterator[tuple[FloatArray, FloatArray, IntArray, Windows, FloatArray]]:
-        """Yield slopes [A B] and errors of some windows after others, edges, windows, replay."""
-        for part in self.chunks:
-            slopes, errors, edges, simulated = part._means(coefficients, spread)
-            rows = slopes.reshape(-1, slopes.shape[2]), errors.ravel()
-            yield *rows, 6 * edges, part, simulated
+        self, coefficients: FloatArray, residual_std: FloatArray
+    ) -> Iterator[LinearisedResiduals]:
+        """Linearise the residuals chunk by chunk."""
+        for windows in self.chunks:
+            yield windows._linearise_chunk(coefficients, residual_std)
 
-    def _means(
-        self, coefficients: FloatArray, spread: FloatArray
-    ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
-        """Return slopes (m, 6, p + 6), errors (m, 6), edges of windows, and the replay."""
-        table, p, free = self.problem.equations, len(coefficients), self.free
-        block = max(int(np.median(np.diff(self.bounds, axis=1))) // _MEANS, 1)
-        simulated, _, slopes = core.replay(
-            table.plant,
-            table.with_unknown(self.entries, coefficients),
+    def _linearise_chunk(
+        self, coefficients: FloatArray, residual_std: FloatArray
+    ) -> LinearisedResiduals:
+        """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
+        equations, p, free = self.problem.equations, len(coefficients), self.free
+        block = max(int(np.median(np.diff(self.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
+        simulated, _, jacobian = core.replay(
+            equations.plant,
+            equations.with_unknown(self.entries, coefficients),
             self.inputs,
             self.spans,
             self.entries,
@@ -202,50 +217,51 @@ class Windows:
         first = np.concatenate([np.arange(start, stop, block) for start, stop in self.spans])
         edges = np.searchsorted(first, np.append(self.spans[:, 0], len(simulated)))
         count = np.diff(np.append(first, len(simulated)))
-        errors = self.problem.inputs.velocity[self.samples] - simulated
-        errors = np.add.reduceat(errors, first, axis=0) / np.sqrt(count)[:, None]
+        residuals = self.problem.inputs.velocity[self.samples] - simulated
+        residuals = np.add.reduceat(residuals, first, axis=0) / np.sqrt(count)[:, None]
         weight = np.zeros(6)
-        weight[free] = 1.0 / spread
-        slopes *= weight[:, None]
-        errors *= weight
-        # what grows in a window has grown most at its end
-        far = _LOST * np.abs(self.problem.inputs.velocity).max(axis=0) * weight * np.sqrt(block)
-        little = np.zeros(p + 6)
-        little[:p], little[p + free] = np.abs(_LITTLE * coefficients), self.doubt
-        last = edges[1:] - 1
-        moved = np.maximum(np.abs(errors[last]), np.max(np.abs(slopes[last]) * little, axis=2))
-        for lost in np.flatnonzero(~np.all(moved <= far, axis=1)):  # NaN is not within
-            errors[edges[lost] : edges[lost + 1]] = slopes[edges[lost] : edges[lost + 1]] = 0.0
-        return slopes, errors, edges, simulated
+        weight[free] = 1.0 / residual_std
+        jacobian *= weight[:, None]
+        residuals *= weight
+        largest = np.abs(self.problem.inputs.velocity).max(axis=0)
+        bound = DIVERGENCE_FACTOR * largest * weight * np.sqrt(block)
+        change = np.zeros(p + 6)
+        change[:p] = np.abs(COEFFICIENT_CHANGE * coefficients)
+        change[p + free] = self.initial_state_std
+        end = edges[1:] - 1  # what grows in a window is largest at its end
+        sensitivity = np.max(np.abs(jacobian[end]) * change, axis=2)
+        regular = np.maximum(np.abs(residuals[end]), sensitivity) <= bound  # False for NaN
+        for window in np.flatnonzero(~np.all(regular, axis=1)):
+            rows = slice(edges[window], edges[window + 1])
+            residuals[rows] = jacobian[rows] = 0.0
+        jacobian = jacobian.reshape(-1, p + 6)
+        return LinearisedResiduals(self, jacobian, residuals.ravel(), 6 * edges, simulated)
 
 
 def split_windows(problem: Problem, length: float) -> IntArray:
-    """Return windows of a length [s] that hold every sample, none across a join.
-
-    They overlap as little as the length of each segment lets them.
-    """
-    windows, length = [], max(length, _LEAST * median_step(problem))
+    """Return the bounds of windows of a length [s] that cover every segment with least overlap."""
+    windows, length = [], max(length, MIN_WINDOW_STEPS * median_step(problem))
     for start, stop in problem.segments.tolist():
         time = problem.inputs.time[start:stop]
         room = time[-1] - time[0] - length
         if not room > 0.0:
             windows.append((start, stop))
             continue
-        begins = time[0] + np.linspace(0.0, room, int(np.ceil(room / length - 1e-6)) + 1)
-        slack = 1e-6 * length  # clocks round
-        first = start + np.searchsorted(time, begins - slack)
-        last = start + np.searchsorted(time, begins + length + slack, side="right")
+        begin = time[0] + np.linspace(0.0, room, int(np.ceil(room / length - 1e-6)) + 1)
+        rounding = 1e-6 * length  # of the clock
+        first = start + np.searchsorted(time, begin - rounding)
+        last = start + np.searchsorted(time, begin + length + rounding, side="right")
         windows += zip(first, last, strict=True)
     bounds = np.array(windows, dtype=np.int64).reshape(-1, 2)
-    return bounds[bounds[:, 0] < bounds[:, 1]]  # a window may lie in a hole
+    return bounds[bounds[:, 0] < bounds[:, 1]]  # a window without samples lies in a gap
 
 
 def concatenate_bounds(bounds: IntArray) -> IntArray:
-    """Return where stretches of a log lie once they are put behind each other."""
+    """Return the bounds of intervals of a log after they are concatenated."""
     ends = np.cumsum(np.diff(bounds, axis=1).ravel())
     return np.column_stack([np.append(0, ends[:-1]), ends])
 
 
 def sample_indices(bounds: IntArray) -> IntArray:
-    """Return the samples of stretches of a log, one stretch behind the other."""
+    """Return the samples of intervals of a log, concatenated."""
     return np.concatenate([np.arange(start, stop) for start, stop in bounds.tolist()])

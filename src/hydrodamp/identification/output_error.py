@@ -1,4 +1,11 @@
-"""Output error: the coefficients whose replay comes nearest to the log, window by window."""
+"""Output-error identification: multi-step simulation-error minimisation with error checks.
+
+Two methods minimise the objective J(κ) of :mod:`hydrodamp.identification.gauss_newton`, the
+concentrated log-likelihood of simulation errors over growing windows: :class:`OutputError`, and
+:class:`Recommended`, which cross-validates the result against the weak-form estimate on two halves
+of the log. The covariance is a delete-one-block jackknife of one Gauss-Newton step plus the prior
+variance ``σ_κ² (λ/p)² H⁻²`` of directions that the data do not determine.
+"""
 
 from __future__ import annotations
 
@@ -9,48 +16,42 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, make_fit
-from hydrodamp.identification.gauss_newton import (
-    Iterate,
-    ShootingObjective,
-    admissible_lengths,
-    best_initial_iterate,
-    continue_over_lengths,
-    initial_candidates,
-    make_objective,
-)
+from hydrodamp.identification.gauss_newton import (FINAL_TOLERANCE, MIN_DAMPING, Iterate, ShootingObjective, admissible_lengths, best_initial_iterate, continue_over_lengths, initial_candidates, make_objective, minimise,)
+from hydrodamp.identification.jackknife import (MAX_BLOCKS, MIN_BLOCKS, jackknife, leave_one_out_sums,)
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status
 
-#: What the intervals make room for besides noise.
-_MOVED = "how far the search moved from its start, an estimate with another bias"
+#: Length of the blocks [s] that alternate between the two halves of a cross-validation.
+HALF_BLOCK_LENGTH = 100.0
+
+#: Standard errors by which the weak form must predict better to replace the output-error estimate.
+SIGNIFICANCE = 3.0
 
 
 @dataclass(frozen=True)
 class OutputError:
-    """Fit the open-loop replay of windows that grow: truncated simulation error.
+    """Minimise the error of open-loop simulations over windows of growing length.
 
-    Windows begin near the smoothed measured velocity, moved as far as its own error and the fit
-    together ask for: a first state that is free absorbs the slow modes that tell a stable hull
-    from an unstable one, and of one that is fixed the error grows into damping. The search goes
-    through windows of one length, then of one more each time, by damped Gauss-Newton steps with
-    the sensitivities of exactly the Runge-Kutta steps that a replay takes. Errors of each
-    velocity over each length have an unknown variance of their own (concentrated likelihood).
-    Small coefficients are preferred with a strength that the data set (evidence, MacKay 1992),
-    and damping that feeds no power to the motion up to three times the velocities of the log.
-    After Farina and Piroddi (2010).
+    The method minimises the truncated (multi-step) simulation error by damped Gauss-Newton steps,
+    with the sensitivities of the Runge-Kutta steps of a replay. It estimates the initial state of
+    each window, with the smoothed measured velocity as its prior. It starts from the weak form and
+    adds the window lengths one after the other. Residuals of each velocity and length have an
+    unknown variance of their own (concentrated likelihood). A ridge prior, whose strength the
+    evidence sets (MacKay 1992), and a penalty on energy injection up to three times the measured
+    velocities regularise the coefficients. After Farina and Piroddi (2010).
 
     Parameters
     ----------
     windows : tuple of float
-        Lengths of the windows [s], rising; infinite for whole segments. Those longer than any
-        segment are the same as that.
+        Window lengths [s], increasing; infinity for entire segments. Lengths beyond the longest
+        segment count as infinity.
 
     Raises
     ------
     MethodError
-        If the lengths are not positive and rising.
+        If the lengths are not positive and increasing.
 
     Examples
     --------
@@ -61,10 +62,10 @@ class OutputError:
     windows: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0)
 
     def __post_init__(self) -> None:
-        """Refuse settings that make no ladder."""
+        """Check the window lengths."""
         lengths = np.asarray(self.windows, dtype=np.float64)
         if not len(lengths) or not lengths[0] > 0.0 or not np.all(np.diff(lengths) > 0.0):
-            raise MethodError(f"`windows` must be positive and rising [s]; got {self.windows}")
+            raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
 
     @property
     def key(self) -> str:
@@ -79,126 +80,176 @@ class OutputError:
         problem : Problem
             Prepared for (at least) the model's terms.
         model : DampingModel
-            Which terms.
+            Damping model to identify.
 
         Returns
         -------
         fit : Fit
-            ``STOPPED`` where the search ended before it came to rest.
+            ``STOPPED`` if the minimisation did not converge.
         """
-        free = model.restricted_to(problem.vehicle.axes)
-        problem = replace(problem, equations=problem.equations.restrict_to(free))
-        if not free.n_coefficients:
-            return empty_fit(problem, free, self.key, Status.EMPTY)
-        return self._searched(problem, free)
-
-    def _searched(self, problem: Problem, model: DampingModel) -> Fit:
-        search = make_objective(problem, model)
+        model = model.restricted_to(problem.vehicle.axes)
+        problem = replace(problem, equations=problem.equations.restrict_to(model))
+        if not model.n_coefficients:
+            return empty_fit(problem, model, self.key, Status.EMPTY)
+        objective = make_objective(problem, model)
         lengths = admissible_lengths(problem, self.windows)
-        start = best_initial_iterate(search, initial_candidates(search, model), lengths[0])
-        return build_fit(search, model, self, start, continue_over_lengths(search, start, lengths))
+        candidates = initial_candidates(objective, model)
+        start = best_initial_iterate(objective, candidates, lengths[0])
+        result = continue_over_lengths(objective, start, lengths)
+        return self._make_fit(objective, model, start, result)
+
+    def _make_fit(self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate) -> Fit:
+        return build_fit(objective, model, self, start, result)
 
 
-def _walked(start: Iterate, place: Iterate) -> str:
-    """Say where a search started, which windows it went through, and what prior the data set."""
-    if place is start:
-        return (
-            "This is the weak form: no search did better on parts of the log that were not fitted."
-        )
-    lengths = [one.windows.length for one in place.kinds]
-    words = ", ".join("whole segments" if np.isinf(one) else f"{one:g} s" for one in lengths)
-    return (
-        f"The search started from the weak form; windows were {words}; the prior has "
-        f"{place.strength:.2g} of the weight of the errors."
-    )
+@dataclass(frozen=True)
+class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
+    """Output error with two-fold cross-validation against the weak form.
 
+    The log is cut into blocks that alternate between two halves. The estimate of
+    :class:`OutputError` is updated by one step on either half and replayed over the blocks of the
+    other half, and so is the weak-form estimate of that half. If the weak form has a significantly
+    lower error, it is the result. The difference of the estimates of both halves widens the
+    confidence intervals.
 
-def build_fit(
-    search: ShootingObjective,
-    model: DampingModel,
-    method: Method,
-    start: Iterate,
-    place: Iterate,
-    apart: FloatArray | None = None,
-) -> Fit:
-    """Return the fit at a place, the end of a search or its start.
+    Parameters
+    ----------
+    windows : tuple of float
+        As of :class:`OutputError`.
 
-    ``apart`` is half of what searches through two halves of the log differ by.
+    Raises
+    ------
+    MethodError
+        If the lengths are not positive and increasing.
+
+    Examples
+    --------
+    >>> Recommended().key
+    'recommended'
     """
-    problem = search.problem
-    shortest = place.kinds[0]
-    root = shortest.windows.triangle(place.coefficients, shortest.spread)
-    span = column_span(root[:, :-1], model.labels)
-    uncertainty = jackknife_uncertainty(search, place)
-    if uncertainty is not None and apart is not None:
-        uncertainty = uncertainty.rescale(_beyond_linear(uncertainty, apart, search.entries[1]))
-    if uncertainty is not None and start is not place:
-        uncertainty = uncertainty.inflate(place.coefficients - start.coefficients, _MOVED)
+
+    @property
+    def key(self) -> str:
+        """The key on the command line."""
+        return "recommended"
+
+    def _make_fit(self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate) -> Fit:
+        excess, half_difference = _cross_validate(objective, model, result)
+        if _is_significant(excess):
+            result = start
+        return build_fit(objective, model, self, start, result, half_difference)
+
+
+def _is_significant(excess: FloatArray) -> bool:
+    """Return whether a mean over blocks is more than three standard errors above zero."""
+    standard_error = np.std(excess, ddof=1) / np.sqrt(len(excess))
+    return bool(excess.mean() > SIGNIFICANCE * standard_error)
+
+
+def _cross_validate(objective: ShootingObjective, model: DampingModel, result: Iterate) -> tuple[FloatArray, FloatArray]:
+    """Return the excess replay error over the weak form on test blocks, and half the difference.
+
+    The excess (n_blocks,) is of mean square errors over the variance of each velocity, each error
+    clipped at one. The difference is that of the estimates from both halves.
+    """
+    problem = objective.problem
+    blocks, excess, estimates = _split_blocks(problem), [], []
+    velocity_std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
+    velocity_std[velocity_std == 0.0] = 1.0
+    halves = objective.restrict(blocks[::2]), objective.restrict(blocks[1::2])
+    for training, test in (halves, halves[::-1]):
+        windows = [training.windows(length) for length in result.window_lengths]
+        candidates = initial_candidates(training, model)
+        weak_form = best_initial_iterate(training, candidates, windows[0].length)
+        linearisations = tuple(previous._replace(windows=training_windows) for previous, training_windows in zip(result.linearisations, windows, strict=True))
+        iterate = replace(result, linearisations=linearisations, damping=MIN_DAMPING)
+        iterate = training.move(iterate, result.coefficients)
+        iterate = minimise(training, iterate, FINAL_TOLERANCE, max_iterations=1)
+        test_windows, errors = test.windows(np.inf), []
+        for coefficients in (weak_form.coefficients, iterate.coefficients):
+            residuals = np.clip(test_windows.residuals(coefficients) / velocity_std, -1.0, 1.0)
+            square = np.mean(residuals**2, axis=1)
+            total = np.add.reduceat(square, test_windows.spans[:, 0])
+            errors.append(total / np.diff(test_windows.spans, axis=1).ravel())
+        excess.append(errors[1] - errors[0])
+        estimates.append(iterate.coefficients)
+    return np.concatenate(excess), (estimates[0] - estimates[1]) / 2.0
+
+
+def _split_blocks(problem: Problem) -> IntArray:
+    """Return the bounds of an even number of blocks of each segment."""
+    blocks: list[tuple[int, int]] = []
+    for start, stop in problem.segments.tolist():
+        time = problem.inputs.time[start:stop]
+        n = 2 * max(round((time[-1] - time[0]) / HALF_BLOCK_LENGTH / 2.0), 1)
+        edges = start + np.searchsorted(time, np.linspace(time[0], time[-1], n + 1)[1:-1])
+        blocks += zip([start, *edges.tolist()], [*edges.tolist(), stop], strict=True)
+    return np.array(blocks, dtype=np.int64)
+
+
+def _remark(start: Iterate, result: Iterate) -> str:
+    """Return a sentence on the window lengths and the prior of the result."""
+    if result is start:
+        return ("This is the weak-form estimate: the output-error estimate has a larger " "cross-validated replay error.")
+    lengths = ", ".join("entire segments" if np.isinf(length) else f"{length:g} s" for length in result.window_lengths)
+    return (f"The minimisation started from the weak form; window lengths: {lengths}; prior strength " f"relative to the residuals: {result.prior_strength:.2g}.")
+
+
+def build_fit(objective: ShootingObjective, model: DampingModel, method: Method, start: Iterate, result: Iterate, half_difference: FloatArray | None = None,) -> Fit:
+    """Build the fit of an iterate; intervals allow for its shift and the difference of halves."""
+    problem, coefficients = objective.problem, result.coefficients
+    windows, residual_std, *_ = result.linearisations[0]
+    factor = windows.qr_factor(coefficients, residual_std)
+    span = column_span(factor[:, :-1], model.labels)
+    uncertainty = jackknife_uncertainty(objective, result)
+    if uncertainty is not None and half_difference is not None:
+        axes = objective.entries[1]
+        uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
+    if uncertainty is not None and start is not result:
+        uncertainty = uncertainty.inflate(coefficients - start.coefficients, "the shift from the weak-form to this estimate")
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    return make_fit(
-        problem,
-        model,
-        method,
-        # exactly zero, not the solver's 1e-17
-        np.where([label in idle for label in model.labels], 0.0, place.coefficients),
-        uncertainty=uncertainty,
-        rank=span.rank,
-        aliased=span.aliased,
-        status=status if place.converged or place is start else Status.STOPPED,
-        remarks=(_walked(start, place),),
-    )
+    return make_fit(problem, model, method, # exactly zero, not the solver's 1e-17
+ np.where([label in idle for label in model.labels], 0.0, coefficients), uncertainty=uncertainty, rank=span.rank, aliased=span.aliased, status=status if result.converged or result is start else Status.STOPPED, remarks=(_remark(start, result),),)
 
 
-def _beyond_linear(uncertainty: Uncertainty, apart: FloatArray, axes: IntArray) -> FloatArray:
-    """Return by what factor two searches differ more than standard errors say, each axis alike.
+def _inflation(uncertainty: Uncertainty, half_difference: FloatArray, axes: IntArray) -> FloatArray:
+    """Return the RMS difference of halves over standard errors on each axis, at least 1.
 
-    One linearisation does not see that far from its place errors bend.
+    It covers the curvature of the objective, which one linearisation does not.
     """
     error = uncertainty.noise_only.standard_errors
-    share = np.divide(apart, error, out=np.zeros_like(apart), where=error > 0.0) ** 2
+    ratio = np.divide(half_difference, error, out=np.zeros_like(error), where=error > 0.0) ** 2
     count = np.bincount(axes, minlength=6)
-    square = np.bincount(axes, share, minlength=6) / np.maximum(count, 1)
-    return np.sqrt(np.maximum(square, 1.0))[axes]
-
-
-#: Parts that must be there to leave one out, and parts at most.
-_FEWEST, _MOST = 4, 32
+    mean_square = np.bincount(axes, ratio, minlength=6) / np.maximum(count, 1)
+    return np.sqrt(np.maximum(mean_square, 1.0))[axes]
 
 
 @factorisation("normal matrix of the windows")
-def jackknife_uncertainty(search: ShootingObjective, place: Iterate) -> Uncertainty | None:
-    """Return how far to trust the end of a search: one part of the log after another left out.
+def jackknife_uncertainty(objective: ShootingObjective, result: Iterate) -> Uncertainty | None:
+    """Return the jackknife covariance of one Gauss-Newton step, plus the prior variance.
 
-    Each time one Gauss-Newton step is taken from the end, all from the same linearisation. To
-    that comes what the prior hides: along directions of which the data tell nothing a
-    coefficient may be anything that the prior allows.
+    All replicates share one linearisation and the full prior. With Hessian H, the prior adds
+    ``σ_κ² (λ/p)² H⁻²``: the variance of directions that the data do not determine.
     """
-    n, unit = min(_MOST, len(place.kinds[0].windows.bounds)), search.unit
-    if n < _FEWEST:
+    n = min(MAX_BLOCKS, len(result.linearisations[0].windows.bounds))
+    if n < MIN_BLOCKS:
         return None
-    p, scale = len(unit), np.append(unit, 1.0)
+    scale, p = objective.scale, len(objective.scale)
+    column_scale = np.append(scale, 1.0)
     normals: FloatArray = np.zeros((n, p + 1, p + 1))
-    for windows, spread, *_ in place.kinds:
-        share = len(place.kinds) * len(windows.samples) * len(spread)
-        normals += windows.normals(place.coefficients, spread, n) / share
-    normals *= scale[:, None] * scale
-    prior = place.strength / p
-    normals[:, :-1, :-1] += prior / n * np.eye(p)
-    normals[:, :-1, -1] -= prior / n * place.coefficients / unit
-    before, after = np.cumsum(normals, axis=0), np.cumsum(normals[::-1], axis=0)[::-1]
-    rest = np.concatenate([after[1:2], before[:-2] + after[2:], before[-2:-1]])
-    shrunk = rest[:, :-1, :-1] + prior / n * np.eye(p)  # the prior is not left out
-    slopes = rest[:, :-1, -1] - prior / n * place.coefficients / unit
-    ends = np.linalg.solve(shrunk, slopes[:, :, None])[:, :, 0]
-    hidden = prior * np.linalg.inv(before[-1, :-1, :-1]) * unit[:, None]
-    away = (ends - ends.mean(axis=0)) * unit
-    noise = (n - 1) / n * (away.T @ away)
-    return Uncertainty(
-        covariance=noise + place.size * (hidden @ hidden.T),
-        noise=noise,
-        degrees_of_freedom=n - 1,
-        method="one part of the log after another left out (jackknife)",
-        block=search.problem.duration / n,
-        n_blocks=n,
-    )
+    for windows, residual_std, *_ in result.linearisations:
+        count = len(result.linearisations) * len(windows.samples) * len(residual_std)
+        blocks = windows.block_normal_matrices(result.coefficients, residual_std, n)
+        normals += blocks / count
+    normals *= column_scale[:, None] * column_scale
+    prior = result.prior_strength / p
+    remaining, x = leave_one_out_sums(normals), result.coefficients / scale
+    hessians = remaining[:, :-1, :-1] + prior * np.eye(p)
+    steps = np.linalg.solve(hessians, (remaining[:, :-1, -1] - prior * x)[:, :, None])[:, :, 0]
+    uncertainty = jackknife(steps * scale, objective.problem.duration)
+    hessian = normals.sum(axis=0)[:-1, :-1] + prior * np.eye(p)
+    prior_root = prior * np.linalg.inv(hessian) * scale[:, None]
+    variance = result.prior_variance * (prior_root @ prior_root.T)
+    noise = uncertainty.covariance
+    return replace(uncertainty, covariance=noise + variance, noise=noise)

@@ -1,4 +1,11 @@
-"""The ninth model: a few terms, chosen for what they do to the replay."""
+"""Stepwise selection of damping terms by simulation error.
+
+Each round linearises the simulation of windows of the log in the coefficients of all candidate
+terms around the present model, gives normal matrices of blocks, and selects terms from them:
+forward selection with stability selection, backward elimination, and the one-standard-error rule
+of a cross-validation. The selected model is fitted by output error, and the rounds are compared
+by dissipation, RMS error of the replay, and size. After Piroddi and Spinelli (2003).
+"""
 
 from __future__ import annotations
 
@@ -14,27 +21,10 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.backward_elimination import (
-    forward,
-    frequencies,
-    moving,
-    nested,
-    sized,
-    solved,
-)
-from hydrodamp.identification.dissipativity import (
-    is_damping_term,
-    max_damping_power,
-    operating_box,
-    velocity_box,
-)
-from hydrodamp.identification.gauss_newton import (
-    admissible_lengths,
-    best_initial_iterate,
-    continue_over_lengths,
-    initial_candidates,
-    make_objective,
-)
+from hydrodamp.identification.backward_elimination import (backward_elimination, forward_selection, select_significant, select_size, selection_frequencies, solve_subset,)
+from hydrodamp.identification.dissipativity import (is_damping_term, max_damping_power, operating_box, velocity_box,)
+from hydrodamp.identification.gauss_newton import (admissible_lengths, best_initial_iterate, continue_over_lengths, initial_candidates, make_objective,)
+from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
@@ -43,44 +33,40 @@ from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import replay, score
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Key of the model that a selection makes.
+#: Key of the selected model.
 SPARSE_KEY = "sparse"
 
-#: Columns are one and the same where less than this share of the one is not in the other.
-_SAME = 1e-9
+#: Columns are duplicates above this cosine [1] of their angle.
+_MIN_DUPLICATE_COSINE = 1.0 - 1e-9
 
-#: Damping whose leftovers commands are compared with: drag, and lift of hull and fins. Without lift
-#: a fin's force looks as if it did not grow with speed.
-_PLAIN = tuple(catalog[key] for key in ("linear", "fossen", "prestero"))
+#: Models whose residuals commands are tested against: drag, and lift of hull and fins. Without
+#: lift, the force of a fin appears not to grow with speed.
+_BASELINE_MODELS = tuple(catalog[key] for key in ("linear", "fossen", "prestero"))
 
-#: Columns are compared on at most about this many samples.
-_SAMPLES = 20_000
+#: Samples on which columns are compared, about.
+_MAX_COMPARED_SAMPLES = 20_000
 
 #: Atoms that are never negative.
-_EVEN = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
+_NONNEGATIVE_ATOMS = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
 
 #: Atoms with the sign of a velocity.
-_SIGNED = (*VELOCITIES, "V_v", "V_w")
+_SIGNED_ATOMS = (*VELOCITIES, "V_v", "V_w")
 
-# Terms an axis has in the first model, and the windows that it is fitted on [s].
-_FIRST, _SHORT = 4, 5.0
+#: Terms of each axis in the initial model, and the windows that it is fitted on [s].
+_N_INITIAL_TERMS, _INITIAL_WINDOW = 4, 5.0
 
-# A round with fewer coefficients may be this much worse on the training data.
-_NEAR = 1.1
+#: RMS error of a round over the lowest one [1] that fewer coefficients justify.
+_MAX_RMS_RATIO = 1.1
 
-# Blocks below which nothing can be left out, and blocks at most.
-_FEWEST, _PARTS = 4, 32
+#: Windows of a log at least.
+_MIN_WINDOWS = 16
 
-# A log is cut into this many windows at least.
-_LEAST = 16
-
-# Terms that forward selection takes before elimination, and the share of the half samples on which
-# one must be chosen.
-_MOST, _OFTEN = 60, 0.5
+#: Terms of forward selection, and share of the half samples [1] that must select a term.
+_MAX_FORWARD_TERMS, _MIN_SELECTION_FREQUENCY = 60, 0.5
 
 
 class Round(NamedTuple):
-    """One round: selection around a model, and the replay of what was selected."""
+    """One round of selection: the model, how its size was chosen, RMS error, largest power [W]."""
 
     model: DampingModel
     summary: str
@@ -95,7 +81,7 @@ class StepwiseSelection:
     Parameters
     ----------
     windows : tuple of float
-        Length of the windows that are replayed, round by round [s].
+        Window length of each round [s].
 
     Raises
     ------
@@ -115,28 +101,22 @@ class StepwiseSelection:
         fits = len(self.windows) > 0 and all(0.0 < window < np.inf for window in self.windows)
         demand(fits, "windows", "positive lengths [s]", self.windows)
 
-    def select(
-        self,
-        vehicle: Vehicle,
-        log: Log,
-        models: Iterable[DampingModel] = (),
-        done: Callable[[Round], None] | None = None,
-    ) -> DampingModel:
+    def select(self, vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = (), done: Callable[[Round], None] | None = None,) -> DampingModel:
         """Return the selected model.
 
         Parameters
         ----------
         vehicle : Vehicle
-            Everything known.
+            Mass matrix, restoring wrench, actuators and free axes.
         log : Log
-            What the model is to be identified from; never what it is tested on.
+            Training data; never the test data.
         models : iterable of DampingModel
             Their damping terms are further candidates. Their terms with commands,
-            weight and constants are no damping: they are kept, whatever is selected.
-            Commands that neither they nor the vehicle's actuators take are offered on
-            the axes where they explain what a plain damping leaves over, and kept there.
+            weight and constants are not damping and are always retained.
+            Commands that neither they nor the vehicle's actuators use are added on
+            the axes where they explain the residuals of common damping models.
         done : callable, optional
-            Called with each round as it comes, one for each of the windows.
+            Called with each round when it ends, once for each of the windows.
 
         Returns
         -------
@@ -148,232 +128,198 @@ class StepwiseSelection:
         MethodError
             If the log is too short to select from.
         """
-        given = tuple(models)
-        driven = moved(vehicle, log, given)
-        given = given if driven is None else (*given, driven)
-        everything = candidates(vehicle, log, given)
-        offered = distinct(prepare(vehicle, log, everything), everything)
-        problem = prepare(vehicle, log, offered)
-        first = _first(problem, offered)
-        damping, _ = refit(problem, first, (), (_SHORT,))
+        models = tuple(models)
+        command_model = select_command_terms(vehicle, log, models)
+        models = models if command_model is None else (*models, command_model)
+        candidates = candidate_model(vehicle, log, models)
+        candidates = remove_duplicates(prepare(vehicle, log, candidates), candidates)
+        problem = prepare(vehicle, log, candidates)
+        damping, _ = _fit_simulation(problem, _initial_model(problem, candidates), (), (_INITIAL_WINDOW,))
         rounds: list[Round] = []
         for window in self.windows:
-            made, damping = select_around(problem, offered, damping, window)
-            rounds.append(made)
+            result, damping = select_round(problem, candidates, damping, window)
+            rounds.append(result)
             if done is not None:
-                done(made)
-        best, why = best_round(rounds)
+                done(result)
+        best, reason = best_round(rounds)
         source = f"selected by hydrodamp from {log.source or 'a log in memory'}"
-        note = f"{why} {best.summary}"
+        note = f"{reason} {best.summary}"
         idle = set(log.command_names) - {*vehicle.commands, *best.model.commands}
         if idle and log.wrench is None:
-            note += f" No axis follows the command {' '.join(sorted(idle))}."
+            note += f" No axis depends on the command {' '.join(sorted(idle))}."
         return replace(best.model, source=source, note=note)
 
 
-def select_around(
-    problem: Problem, offered: DampingModel, around: Damping, window: float
-) -> tuple[Round, Damping]:
-    """Select around a small model, and fit what was selected."""
-    blocks, lost = replay_blocks(problem, offered, around, window)
-    if len(blocks) < _FEWEST:
-        raise MethodError(
-            f"only {len(blocks)} of {len(blocks) + lost} blocks of the log can be replayed, "
-            f"and a selection needs {_FEWEST}: give a longer log, or check its signs and the "
-            "vehicle's mass and actuators."
-        )
-    held, groups = np.flatnonzero(kept(offered)), drag(offered)
+def select_round(problem: Problem, candidates: DampingModel, present: Damping, window: float) -> tuple[Round, Damping]:
+    """Select a model around the present one, and fit it."""
+    blocks, n_diverged = block_normal_matrices(problem, candidates, present, window)
+    if len(blocks) < MIN_BLOCKS:
+        raise MethodError(f"only {len(blocks)} of {len(blocks) + n_diverged} blocks of the log can be replayed, " f"and a selection needs {MIN_BLOCKS}: give a longer log, or check its signs and the " "vehicle's mass and actuators.")
+    retained, drag = np.flatnonzero(is_retained(candidates)), drag_indices(candidates)
     total = blocks.sum(axis=0)
-    order = forward(total, _MOST, held.tolist())
-    stable = order[frequencies(blocks, held.tolist())[order] >= _OFTEN]
-    pool = [*stable.tolist(), *held.tolist()]
-    for group in groups:  # a term that brakes each axis
+    order = forward_selection(total, _MAX_FORWARD_TERMS, retained.tolist())
+    frequencies = selection_frequencies(blocks, retained.tolist())[order]
+    stable = order[frequencies >= _MIN_SELECTION_FREQUENCY]
+    pool = [*stable.tolist(), *retained.tolist()]
+    for group in drag:  # each axis needs a drag term
         if len(group) and not np.isin(group, pool).any():
             pool.append(int([*order[np.isin(order, group)], *group][0]))
-    sets = nested(total, np.unique(np.array(pool, dtype=np.int64)), held, groups)
-    place, words = sized(blocks, sets)
-    model = picked(offered, sets[place])
-    damping, rms = refit(problem, model, [solved(total, sets[place])], (_SHORT, window))
-    return Round(
-        model, words, rms, max_damping_power(damping, operating_box(problem)).power
-    ), damping
+    start = np.unique(np.array(pool, dtype=np.int64))
+    subsets = backward_elimination(total, start, retained, drag)
+    index, summary = select_size(blocks, subsets)
+    model = submodel(candidates, subsets[index])
+    initial = solve_subset(total, subsets[index])
+    damping, rms = _fit_simulation(problem, model, [initial], (_INITIAL_WINDOW, window))
+    power = max_damping_power(damping, operating_box(problem)).power
+    return Round(model, summary, rms, power), damping
 
 
-def replay_blocks(
-    problem: Problem, model: DampingModel, around: Damping, length: float
-) -> tuple[FloatArray, int]:
-    """Linearise the replay in the coefficients of a large model around a small one.
+def block_normal_matrices(problem: Problem, model: DampingModel, present: Damping, length: float) -> tuple[FloatArray, int]:
+    """Linearise the simulation in a model's coefficients around the present damping.
 
-    Normal matrices of the blocks, shape (n, p + 1, p + 1), and how many blocks cannot be replayed.
+    Returns normal matrices of the blocks (n, p + 1, p + 1) and the number of diverged blocks.
     """
-    search = make_objective(problem, model)
-    windows = search.windows(min(length, problem.duration / _LEAST))
-    guessed = around.onto(model)
-    spread = search.spread(guessed, windows)
-    turn = np.eye(len(guessed) + 1)
-    turn[:-1, -1] = guessed
-    found = windows.normals(guessed, spread, min(_PARTS, len(windows.bounds)))
-    whole = found[:, -1, -1] > 0.0
-    return turn.T @ found[whole] @ turn, int(np.sum(~whole))
+    objective = make_objective(problem, model)
+    windows = objective.windows(min(length, problem.duration / _MIN_WINDOWS))
+    coefficients = present.onto(model)
+    residual_std = objective.residual_std(coefficients, windows)
+    n_blocks = min(MAX_BLOCKS, len(windows.bounds))
+    normals = windows.block_normal_matrices(coefficients, residual_std, n_blocks)
+    total_from_change = np.eye(len(coefficients) + 1)
+    total_from_change[:-1, -1] = coefficients
+    finite = normals[:, -1, -1] > 0.0
+    return total_from_change.T @ normals[finite] @ total_from_change, int(np.sum(~finite))
 
 
-def _first(problem: Problem, offered: DampingModel) -> DampingModel:
-    """Choose a few terms of each axis from the rows of the regression."""
+def _initial_model(problem: Problem, candidates: DampingModel) -> DampingModel:
+    """Select a few terms of each axis by forward selection on the weak form."""
     triangle = WeakRegression().rows(problem).triangle()
-    fixed, brakes, start = kept(offered), drag(offered), 0
-    chosen: list[int] = []
-    for axis, terms in enumerate(offered.terms):
-        part = np.column_stack([triangle.columns(terms), triangle.target(axis)])
-        first = np.flatnonzero(fixed[start : start + len(terms)])
-        order = forward(part.T @ part, len(terms), first.tolist()) + start
-        braking = [*order[np.isin(order, brakes[axis])], *brakes[axis]]
-        chosen += [*(first + start), *order[: len(first) + _FIRST], *braking[:1]]
+    retained, drag, start = is_retained(candidates), drag_indices(candidates), 0
+    indices: list[int] = []
+    for axis, terms in enumerate(candidates.terms):
+        rows = np.column_stack([triangle.columns(terms), triangle.target(axis)])
+        first = np.flatnonzero(retained[start : start + len(terms)])
+        order = forward_selection(rows.T @ rows, len(terms), first.tolist()) + start
+        drag_order = [*order[np.isin(order, drag[axis])], *drag[axis]]
+        indices += [*(first + start), *order[: len(first) + _N_INITIAL_TERMS], *drag_order[:1]]
         start += len(terms)
-    return picked(offered, np.unique(np.array(chosen, dtype=np.int64)))
+    return submodel(candidates, np.unique(np.array(indices, dtype=np.int64)))
 
 
-def refit(
-    problem: Problem, model: DampingModel, first: Sequence[FloatArray], lengths: Sequence[float]
-) -> tuple[Damping, float | None]:
-    """Fit the replay on windows of some lengths, and score that of the whole log."""
-    search = make_objective(problem, model)
-    tried, lengths = (
-        [*first, *initial_candidates(search, model)],
-        admissible_lengths(problem, lengths),
-    )
-    place = continue_over_lengths(search, best_initial_iterate(search, tried, lengths[0]), lengths)
-    damping = Damping(model, place.coefficients)
+def _fit_simulation(problem: Problem, model: DampingModel, initial: Sequence[FloatArray], lengths: Sequence[float],) -> tuple[Damping, float | None]:
+    """Fit a model by output error on windows of some lengths; return the RMS error of a replay."""
+    objective = make_objective(problem, model)
+    initial = [*initial, *initial_candidates(objective, model)]
+    lengths = admissible_lengths(problem, lengths)
+    start = best_initial_iterate(objective, initial, lengths[0])
+    result = continue_over_lengths(objective, start, lengths)
+    damping = Damping(model, result.coefficients)
     return damping, score(replay(problem, damping)).rms
 
 
 def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
-    """Choose among rounds: dissipation first, then the replay, then the size."""
-    finished = [(one.rms, one) for one in rounds if one.rms is not None]
-    if not finished:
-        return rounds[-1], "No selected model replays the training data; this is the last."
-    braking = [(rms, one) for rms, one in finished if one.max_power <= 0.0]
-    ranked = braking or finished
-    least = min(rms for rms, _ in ranked)
-    near = [(one.model.n_coefficients, rms, one) for rms, one in ranked if rms <= _NEAR * least]
-    brakes = "whose damping brakes at all velocities of the log"
-    what = brakes if braking else "that replays the training data"
-    return min(near, key=lambda each: each[:2])[-1], (
-        f"{len(ranked)} of {len(rounds)} rounds gave a model {what}; this one has the fewest "
-        f"coefficients within {100.0 * (_NEAR - 1.0):.0f} % of their lowest RMS on the training "
-        f"data, {least:.3g}."
-    )
+    """Return the best round, by dissipation, then RMS error, then size, and the reason."""
+    finite = [(each.rms, each) for each in rounds if each.rms is not None]
+    if not finite:
+        return rounds[-1], "The replay of every selected model diverges; this is the last one."
+    dissipative = [(rms, each) for rms, each in finite if each.max_power <= 0.0]
+    eligible = dissipative or finite
+    lowest = min(rms for rms, _ in eligible)
+    close = [(each.model.n_coefficients, rms, each) for rms, each in eligible if rms <= _MAX_RMS_RATIO * lowest]
+    property_ = ("that is dissipative over the operating range" if dissipative else "that replays the training data")
+    return min(close, key=lambda key: key[:2])[-1], (f"{len(eligible)} of {len(rounds)} rounds gave a model {property_}; this one has the " f"fewest coefficients within {100.0 * (_MAX_RMS_RATIO - 1.0):.0f} % of the lowest RMS " f"error on the training data, {lowest:.3g}.")
 
 
-def candidates(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> DampingModel:
-    """Return every term that may be chosen: axis by axis those of the paper's models."""
+def candidate_model(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> DampingModel:
+    """Return the candidate terms of every axis: those of the paper's models and of ``models``."""
     commands = {name: log.command(name) for name in log.command_names}
     known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
-    wanted = (2,) if under_way(log.velocity) else (1, 2)
-    paper = [catalog[key] for key in PAPER_MODELS]
-    rows = [
-        [
-            *(
-                term
-                for model in paper
-                for term in model.terms[axis]
-                if degree(term) in wanted and (known or not term.needs_propulsion)
-            ),
-            *(term for model in models for term in model.terms[axis]),
-        ]
-        for axis in range(len(AXES))
-    ]
+    degrees = (2,) if is_under_way(log.velocity) else (1, 2)
+    published = [catalog[key] for key in PAPER_MODELS]
+    rows = [[*(term for model in published for term in model.terms[axis] if velocity_degree(term) in degrees and (known or not term.needs_propulsion)), *(term for model in models for term in model.terms[axis]),] for axis in range(len(AXES))]
     terms = tuple(tuple(dict.fromkeys(row)) for row in rows)
     return DampingModel(SPARSE_KEY, "Sparse", terms).restricted_to(vehicle.axes)
 
 
-def degree(term: Term) -> int:
-    """Return how many velocities a term is a product of; (eta-1) has no unit."""
-    return sum(factor in (*_SIGNED, *_EVEN) for factor in term.factors)
+def velocity_degree(term: Term) -> int:
+    """Return the degree of a term in the velocities; (eta-1) is dimensionless."""
+    return sum(factor in (*_SIGNED_ATOMS, *_NONNEGATIVE_ATOMS) for factor in term.factors)
 
 
-def under_way(velocity: FloatArray) -> bool:
-    """Tell whether surge keeps its sign and never nearly vanishes."""
+def is_under_way(velocity: FloatArray) -> bool:
+    """Return whether surge keeps its sign and stays away from zero."""
     return bool(velocity_box(velocity).min_abs[0] > 0.0)
 
 
-def distinct(problem: Problem, model: DampingModel) -> DampingModel:
-    """Leave out terms that are zero throughout or copy another one."""
-    step = max(problem.n_samples // _SAMPLES, 1)
+def remove_duplicates(problem: Problem, model: DampingModel) -> DampingModel:
+    """Remove terms that are zero throughout or proportional to another one."""
+    step = max(problem.n_samples // _MAX_COMPARED_SAMPLES, 1)
     columns = problem.regressor(step=step)[:, problem.equations.n_known :]
     size = np.linalg.norm(columns, axis=0)
     unit = columns / np.where(size > 0.0, size, 1.0)
-    same = np.abs(unit.T @ unit) > 1.0 - _SAME
-    place = {term: number for number, term in enumerate(problem.equations.basis)}
+    duplicate = np.abs(unit.T @ unit) > _MIN_DUPLICATE_COSINE
+    column = {term: index for index, term in enumerate(problem.equations.basis)}
     rows = []
     for terms in model.terms:
-        chosen: list[Term] = []
-        for term in sorted(terms, key=lambda one: (is_damping_term(one), not _reverses(one))):
-            here = place[term]
-            if size[here] > 0.0 and not same[here, [place[other] for other in chosen]].any():
-                chosen.append(term)
-        rows.append(tuple(chosen))
+        distinct: list[Term] = []
+        for term in sorted(terms, key=lambda term: (is_damping_term(term), not _is_odd(term))):
+            index = column[term]
+            earlier = [column[previous] for previous in distinct]
+            if size[index] > 0.0 and not duplicate[index, earlier].any():
+                distinct.append(term)
+        rows.append(tuple(distinct))
     return replace(model, terms=tuple(rows))
 
 
-def picked(offered: DampingModel, places: IntArray) -> DampingModel:
+def submodel(model: DampingModel, indices: IntArray) -> DampingModel:
     """Return the model of some coefficients of another."""
-    ends = np.cumsum([0, *map(len, offered.terms)])
-    rows = tuple(
-        tuple(terms[place - start] for place in places[(places >= start) & (places < stop)])
-        for terms, start, stop in zip(offered.terms, ends[:-1], ends[1:], strict=True)
-    )
-    return replace(offered, terms=rows)
-
-
-def drag(model: DampingModel) -> tuple[IntArray, ...]:
-    """Return the coefficients that brake an axis, axis by axis."""
-    braking = [brakes(axis, term) for axis, row in enumerate(model.terms) for term in row]
     ends = np.cumsum([0, *map(len, model.terms)])
-    places = np.flatnonzero(braking)
-    return tuple(places[(places >= a) & (places < b)] for a, b in pairwise(ends))
+    rows = tuple(tuple(terms[index - start] for index in indices[(indices >= start) & (indices < stop)]) for terms, (start, stop) in zip(model.terms, pairwise(ends), strict=True))
+    return replace(model, terms=rows)
 
 
-def brakes(axis: int, term: Term) -> bool:
-    """Tell whether a term has the sign of the velocity along an axis."""
-    own = VELOCITY_OF[AXES[axis]]
-    signed = [factor for factor in term.factors if factor not in _EVEN]
-    return len(signed) == 1 and signed[0] in (own, f"V_{own}")
+def drag_indices(model: DampingModel) -> tuple[IntArray, ...]:
+    """Return the indices of the drag coefficients of each axis."""
+    drag = [is_drag(axis, term) for axis, row in enumerate(model.terms) for term in row]
+    ends = np.cumsum([0, *map(len, model.terms)])
+    indices = np.flatnonzero(drag)
+    return tuple(indices[(indices >= a) & (indices < b)] for a, b in pairwise(ends))
 
 
-def _reverses(term: Term) -> bool:
-    return sum(factor in _SIGNED for factor in term.factors) % 2 == 1
+def is_drag(axis: int, term: Term) -> bool:
+    """Return whether a term always has the sign of the velocity of an axis."""
+    velocity = VELOCITY_OF[AXES[axis]]
+    signed = [factor for factor in term.factors if factor not in _NONNEGATIVE_ATOMS]
+    return len(signed) == 1 and signed[0] in (velocity, f"V_{velocity}")
 
 
-def kept(model: DampingModel) -> BoolArray:
-    """Tell which coefficients are no damping and so not for a selection to drop."""
-    return np.array(
-        [
-            not is_damping_term(term) and not term.needs_propulsion
-            for row in model.terms
-            for term in row
-        ],
-        dtype=np.bool_,
-    )
+def _is_odd(term: Term) -> bool:
+    return sum(factor in _SIGNED_ATOMS for factor in term.factors) % 2 == 1
 
 
-def moved(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> DampingModel | None:
-    """Return terms of commands that nothing else takes, on the axes that they move."""
-    given = [model.restricted_to(vehicle.axes) for model in models]
-    taken = {*vehicle.commands, *(name for model in given for name in model.commands)}
-    idle = [name for name in log.command_names if name not in taken]
+def is_retained(model: DampingModel) -> BoolArray:
+    """Return which coefficients are not damping and so not subject to selection."""
+    terms = [term for row in model.terms for term in row]
+    retained = [not is_damping_term(term) and not term.needs_propulsion for term in terms]
+    return np.array(retained, dtype=np.bool_)
+
+
+def select_command_terms(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> DampingModel | None:
+    """Return terms of commands that nothing else uses, on the axes that they affect."""
+    models = [model.restricted_to(vehicle.axes) for model in models]
+    used = {*vehicle.commands, *(name for model in models for name in model.commands)}
+    idle = [name for name in log.command_names if name not in used]
     if log.wrench is not None or not idle:
         return None
-    forms = ("{}", "u|u|*{}") if under_way(log.velocity) else ("{}",)
+    forms = ("{}", "u|u|*{}") if is_under_way(log.velocity) else ("{}",)
     axes = " ".join(vehicle.axes)
-    everything = DampingModel.from_table(
-        {axes: " ".join(form.format(name) for name in idle for form in forms)}, key=SPARSE_KEY
-    )
-    problem = prepare(vehicle, log, [everything, *_PLAIN, *given])
+    candidates = DampingModel.from_table({axes: " ".join(form.format(name) for name in idle for form in forms)}, key=SPARSE_KEY)
+    problem = prepare(vehicle, log, [candidates, *_BASELINE_MODELS, *models])
     triangle = WeakRegression().rows(problem).triangle()
     rows = []
-    for axis, terms in enumerate(everything.terms):
+    for axis, terms in enumerate(candidates.terms):
         known = {term for model in problem.models[1:] for term in model.terms[axis]}
-        part = np.column_stack([triangle.columns([*known, *terms]), triangle.target(axis)])
-        places = moving(part.T @ part, len(known))
-        rows.append(tuple(terms[place - len(known)] for place in places))
-    return replace(everything, terms=tuple(rows))
+        columns = np.column_stack([triangle.columns([*known, *terms]), triangle.target(axis)])
+        indices = select_significant(columns.T @ columns, len(known))
+        rows.append(tuple(terms[index - len(known)] for index in indices))
+    return replace(candidates, terms=tuple(rows))
