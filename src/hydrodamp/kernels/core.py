@@ -1,4 +1,4 @@
-"""Typed wrappers of the C core: regressor, RK4 replay, adaptive identifier, recursive least squares.
+"""Typed wrappers of the C core: regressor, RK4 replay, adaptive identifier, recursive estimator.
 
 Array shapes are checked here, because C cannot.
 """
@@ -209,7 +209,7 @@ class Recursion:
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
         """Return the regressors of an axis's last row, in units, its target, and if it is first."""
         statistics = self.iv_statistics(axis, packed)
-        return statistics.last_row[:-1], float(statistics.last_row[-1]), statistics.count < 2
+        return statistics.last_row[:-1], float(statistics.last_row[-1]), statistics.n_rows < 2
 
     def initial_estimate(self, coefficients: FloatArray) -> Estimate:
         """Return the estimate before any data."""
@@ -228,7 +228,7 @@ N_LAGS: int = C.HD_IV_LAGS
 class IVStatistics(NamedTuple):
     """Instrumental-variable state of one axis."""
 
-    count: int  # rows of the present segment, at most 7
+    n_rows: int  # of the present segment, at most 7
     innovations: FloatArray  # the last four at most, newest first, over the root of 1 + leverage
     lag_products: FloatArray  # (4,), running means of products of innovations
     estimate: FloatArray  # (n,), in units of ``Recursion.unit``
