@@ -38,7 +38,7 @@ static hd_real time[N], velocity[6 * N], down[3 * N], wrench[6 * N], channels[CH
 static hd_real propulsion[2 * N], attitude[4 * N], mass[36], gamma[6 * TERMS], known[6 * TERMS];
 static hd_real matrix[6 * TERMS], moved[6 * N], jacobian[6 * N * (P + 6)], work[200000];
 static hd_real coefficients[TERMS], information[6 * TERMS * TERMS], noise[6], count[6];
-static hd_real witness[9 * TERMS * TERMS];
+static hd_real iv[9 * TERMS * TERMS];
 static hd_real unit[TERMS];
 
 static void make(void)
@@ -103,7 +103,7 @@ int main(void)
     const hd_history none = {0, NULL, NULL, NULL};
     const hd_entries entries = {starts, rows, known};
     const hd_estimate estimate = {unit,        (hd_real)0.02, coefficients,
-                                  information, noise,         count, witness};
+                                  information, noise,         count, iv};
 
     hd_replay(&measured, segments, 2, parameters, P, 1, moved, jacobian, diverged, work);
     report("replay", moved, 6 * N);

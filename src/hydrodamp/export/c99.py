@@ -44,7 +44,14 @@ from hydrodamp.files import save_all
 #: What a vehicle's header stands on, and what is there for the estimators on board.
 SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
 HEADERS = ("batch.h", "onboard.h")
-ON_BOARD = ("adaptive.c", "blocks.c", "identifiers.c", "recursive.c", "steps.c", "witness.c")
+ON_BOARD = (
+    "adaptive.c",
+    "blocks.c",
+    "identifiers.c",
+    "instrumental_variables.c",
+    "recursive.c",
+    "steps.c",
+)
 
 #: The same bits everywhere: no contraction to fused multiply-add, no reordered sums.
 STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

@@ -273,7 +273,7 @@ class AdaptiveIdentifier:
         Parameters
         ----------
         state : State
-            From :meth:`init`, an earlier step, or ``state.restarted(sample)``
+            From :meth:`init`, an earlier step, or ``state.restart(sample)``
             after a gap.
         sample : Sample
             The next one.

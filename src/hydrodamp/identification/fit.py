@@ -1,9 +1,10 @@
-"""What a method returns: a damping model with numbers, and how far to trust it."""
+"""An identified damping model: coefficients, covariance and status; and the method protocol."""
 
 from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -21,12 +22,12 @@ from hydrodamp.simulation.status import Status
 from hydrodamp.text import first_few
 from hydrodamp.vehicle.vehicle import Vehicle
 
-# From here on a median ratio of standard errors is worth a sentence.
-_WIDER = 1.5
+# Median ratio of standard errors, all residuals over noise alone, above which a fit reports it.
+_MODEL_FORM_RATIO = 1.5
 
 
 def critical_value(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
-    """Return how many standard errors an interval reaches to either side."""
+    """Return the quantile of Student's t for a two-sided interval."""
     demand(0.0 < level < 1.0, "level", "between 0 and 1", level)
     demand(degrees_of_freedom > 0.0, "degrees_of_freedom", "positive", degrees_of_freedom)
     return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
@@ -34,24 +35,24 @@ def critical_value(level: float = 0.95, degrees_of_freedom: float = np.inf) -> f
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """How far to trust some coefficients.
+    """Covariance of estimated coefficients, and the confidence intervals that follow from it.
 
     Attributes
     ----------
     covariance : ndarray, shape (n, n)
-        Of the coefficients, from all that the model leaves over.
+        Of the coefficients, from all residuals: noise and model-form error.
     degrees_of_freedom : float
-        How well it is known: intervals use Student's t with this many.
+        Of the covariance estimate: intervals use Student's t with this many.
     method : str
-        How it was found, in words.
+        Name of the covariance estimator, as read in messages.
     noise : ndarray, shape (n, n), or None
-        The same from noise alone; None where the method does not tell them apart.
+        The covariance from noise alone; None where the method does not separate it.
     block : float or None
         Length of the blocks [s]; None where there are none.
     n_blocks : int
-        How many fit side by side.
-    allowance : str
-        What they allow for beyond that, in words; empty for nothing.
+        How many blocks the data hold.
+    bias_allowance : str
+        The bias that the covariance includes, in words; empty for none.
     leverage : ndarray, shape (n,), or None
         Variance of each coefficient for white residuals of variance one: the information of the
         manoeuvres alone. None where the method does not give it.
@@ -64,8 +65,8 @@ class Uncertainty:
 
     Examples
     --------
-    >>> found = Uncertainty(np.diag([4.0, 9.0]), degrees_of_freedom=np.inf, method="by hand")
-    >>> found.standard_errors.tolist(), found.interval([10.0, 20.0])[0].round(2).tolist()
+    >>> known = Uncertainty(np.diag([4.0, 9.0]), degrees_of_freedom=np.inf, method="by hand")
+    >>> known.standard_errors.tolist(), known.interval([10.0, 20.0])[0].round(2).tolist()
     ([2.0, 3.0], [6.08, 13.92])
     """
 
@@ -86,8 +87,8 @@ class Uncertainty:
         freeze(self, MethodError, covariance=(n, n))
         if self.noise is not None:
             freeze(self, MethodError, noise=(n, n))
-        known = self.degrees_of_freedom
-        demand(known > 0.0, "degrees_of_freedom", "positive", known)
+        freedom = self.degrees_of_freedom
+        demand(freedom > 0.0, "degrees_of_freedom", "positive", freedom)
 
     @property
     def standard_errors(self) -> FloatArray:
@@ -95,60 +96,60 @@ class Uncertainty:
         return np.sqrt(np.diag(self.covariance))
 
     def rescale(self, factors: FloatArray) -> Uncertainty:
-        """Return the same with every standard error larger by a factor, correlations kept."""
-        by = factors[:, None] * factors
-        noise = None if self.noise is None else self.noise * by
-        return replace(self, covariance=self.covariance * by, noise=noise)
+        """Multiply every standard error by a factor; correlations are unchanged."""
+        scale = factors[:, None] * factors
+        noise = None if self.noise is None else self.noise * scale
+        return replace(self, covariance=self.covariance * scale, noise=noise)
 
     def inflate(self, shift: FloatArray, allowance: str) -> Uncertainty:
-        """Return the same with room for a shift of all coefficients together.
+        """Add a possible bias of all coefficients to the covariance.
 
-        A shift is found from the same record and scatters, too. What of it the scatter does
-        not account for is added, so that each variance is at least the shift squared.
+        The bias is estimated from the same log and has a variance of its own. Only the excess of
+        its square over the variance is added, so that each variance is at least the bias squared.
 
         Parameters
         ----------
         shift : ndarray, shape (n,)
-            How far they may be off, in one direction or the other.
+            The possible bias, of either sign.
         allowance : str
-            For what, to be read after "They allow for".
+            Its cause, to be read after "They allow for".
 
         Returns
         -------
         uncertainty : Uncertainty
-            Both covariances raised by an outer product; the degrees of freedom stay.
+            Both covariances plus an outer product; the degrees of freedom are unchanged.
 
         Examples
         --------
-        >>> found = Uncertainty(np.diag([9.0, 0.0]), np.inf, "by hand")
-        >>> found.inflate(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
+        >>> known = Uncertainty(np.diag([9.0, 0.0]), np.inf, "by hand")
+        >>> known.inflate(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
         [4.0, 1.0]
         """
         return replace(
             self,
-            covariance=_with_room(self.covariance, shift),
-            noise=None if self.noise is None else _with_room(self.noise, shift),
+            covariance=_add_bias(self.covariance, shift),
+            noise=None if self.noise is None else _add_bias(self.noise, shift),
             bias_allowance=allowance,
         )
 
     @property
     def noise_only(self) -> Uncertainty:
-        """What noise alone makes of the same manoeuvres; itself where that is not known apart."""
+        """Uncertainty from noise alone; the same value where the method does not separate it."""
         if self.noise is None:
             return self
         return replace(self, covariance=self.noise, noise=None)
 
     def critical_value(self, level: float = 0.95) -> float:
-        """Return how many standard errors an interval reaches to either side.
+        """Return the factor from a standard error to half a confidence interval.
 
         Parameters
         ----------
         level : float
-            Share of repetitions in which the interval holds what is sought.
+            Confidence level, 0 to 1.
 
         Returns
         -------
-        reach : float
+        factor : float
             Quantile of Student's t; 1.96 for many degrees of freedom.
 
         Raises
@@ -159,19 +160,19 @@ class Uncertainty:
         return critical_value(level, self.degrees_of_freedom)
 
     def interval(self, coefficients: FloatArray, level: float = 0.95) -> FloatArray:
-        """Return the interval of each coefficient.
+        """Return the confidence interval of each coefficient.
 
         Parameters
         ----------
         coefficients : array_like, shape (n,)
             The estimate.
         level : float
-            As in :meth:`reach`.
+            Confidence level, 0 to 1.
 
         Returns
         -------
         interval : ndarray, shape (n, 2)
-            Lower and upper end.
+            Lower and upper bounds.
 
         Raises
         ------
@@ -183,7 +184,7 @@ class Uncertainty:
         return np.column_stack([centre - half, centre + half])
 
     def __str__(self) -> str:
-        """Return one sentence, or two."""
+        """Describe the covariance estimator in one or two sentences."""
         if self.block is None:
             return f"Standard errors are from {self.method}."
         return (
@@ -196,28 +197,27 @@ class Uncertainty:
     def _misfit(self) -> str:
         if self.noise is None:
             return ""
-        own, noise = np.diag(self.covariance), np.diag(self.noise)
-        known = (own > 0.0) & (noise > 0.0)
-        ratio = float(np.sqrt(np.median(own[known] / noise[known]))) if known.any() else 1.0
-        if ratio < _WIDER:
+        total, noise = np.diag(self.covariance), np.diag(self.noise)
+        known = (total > 0.0) & (noise > 0.0)
+        ratio = float(np.sqrt(np.median(total[known] / noise[known]))) if known.any() else 1.0
+        if ratio < _MODEL_FORM_RATIO:
             return ""
         return (
-            f" They are {ratio:.2g} times those of noise alone: most of the errors are the "
-            "model's form, and other manoeuvres would give other coefficients."
+            f" They are {ratio:.2g} times those of noise alone: model-form error dominates, and "
+            "other manoeuvres would give other coefficients."
         )
 
 
-def _with_room(covariance: FloatArray, shift: FloatArray) -> FloatArray:
-    beyond = np.sqrt(np.maximum(shift**2 - np.diag(covariance), 0.0)) * np.sign(shift)
-    return covariance + np.outer(beyond, beyond)
+def _add_bias(covariance: FloatArray, shift: FloatArray) -> FloatArray:
+    excess = np.sqrt(np.maximum(shift**2 - np.diag(covariance), 0.0)) * np.sign(shift)
+    return covariance + np.outer(excess, excess)
 
 
 def correlation(covariance: FloatArray) -> FloatArray:
-    """Return the correlation of estimates."""
+    """Return the correlation matrix of a covariance."""
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     known = np.where((deviation > 0.0) & np.isfinite(deviation), deviation, np.nan)
-    found: FloatArray = np.clip(covariance / np.outer(known, known), -1.0, 1.0)
-    return found
+    return np.asarray(np.clip(covariance / np.outer(known, known), -1.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -227,31 +227,28 @@ class Fit:
     Attributes
     ----------
     damping : Damping
-        The model with its numbers and, where the method knows it, covariance.
+        The model with its coefficients and, where the method gives one, their covariance.
     method : str
         Key of the method.
     status : Status
-        The outcome in words.
+        The outcome.
     rank : int or None
-        Coefficients that the data can distinguish, summed over axes; None for
-        online methods.
+        Rank of the regression, summed over axes; None for online methods.
     aliased : tuple of tuple of str
-        Labels that the data cannot distinguish, group by group. A group of one
-        is a column that is zero throughout.
+        Groups of labels whose regressors are linearly dependent. The regressor of a group of one
+        is zero at every sample.
     n_samples : int
-        Samples used.
+        Number of samples used.
     provenance : dict of str to str
-        Log, vehicle and settings, in words.
+        Log, segments, vehicle, settings and digest.
     remarks : tuple of str
-        What the method found on its way, in sentences: what it chose, what a
-        constraint costs, what was checked.
+        Messages of the method: chosen settings, cost of a constraint, results of checks.
     uncertainty : Uncertainty or None
         Standard errors and intervals; its covariance is that of the damping. None where
-        the method knows none for coloured noise.
+        the method gives none for coloured noise.
     training_range : dict of str to tuple of float
-        Least and greatest value of each free velocity [m/s, rad/s] in the training log, without
-        1 % of the samples at either end. All but the surge of a vehicle under way count in
-        either direction.
+        Minimum and maximum of each free velocity [m/s, rad/s] in the training log, without 1 % of
+        the samples at either end; symmetric about zero except for the surge of a vehicle under way.
     """
 
     damping: Damping
@@ -270,43 +267,57 @@ class Fit:
         """The model that was identified."""
         return self.damping.model
 
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Speeds near the training range at which the damping injects energy, in sentences."""
+        return tuple(energy_injection_warnings(self.damping, self.training_range))
+
     @property
     def summary_lines(self) -> tuple[str, ...]:
-        """What to read with the numbers: where damping drives, the outcome, remarks, errors."""
-        said = (
-            *energy_injection_warnings(self.damping, self.training_range),
-            self.status.value,
-            *self.remarks,
-        )
+        """Warnings, status, remarks and the covariance estimator, in sentences."""
+        lines = (*self.warnings, self.status.value, *self.remarks)
         if self.uncertainty is not None:
-            return (*said, str(self.uncertainty))
-        return said if self.damping.covariance is None else (*said, WHITE_NOISE_NOTE)
+            return (*lines, str(self.uncertainty))
+        return lines if self.damping.covariance is None else (*lines, WHITE_NOISE_NOTE)
 
     def __str__(self) -> str:
-        """Return the outcome and the coefficients, one screen."""
+        """Return summary and coefficients as text."""
         rank = "" if self.rank is None else f", rank {self.rank}"
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
-        groups = first_few([f"  aliased: {' '.join(one)}" for one in self.aliased], 8, "groups")
-        said = [head, *self.summary_lines, *groups, str(self.damping)]
-        return "\n".join(said)
+        aliased = [f"  aliased: {' '.join(group)}" for group in self.aliased]
+        groups = first_few(aliased, 8, "groups")
+        return "\n".join([head, *self.summary_lines, *groups, str(self.damping)])
 
 
-#: What is said of a covariance that does not allow for coloured noise.
+#: Message for a covariance that does not allow for coloured residuals.
 WHITE_NOISE_NOTE = (
-    "Standard errors take the residuals as white: they are too narrow where these are correlated."
+    "Standard errors assume white residuals: they are too small where residuals are correlated."
 )
 
 
 class Method(Protocol):
-    """A way to identify coefficients: a value with one verb."""
+    """An identification method with its settings."""
 
     @property
     def key(self) -> str:
-        """The key it has on the command line."""
+        """Key on the command line."""
         ...
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Identify the model's coefficients from a prepared problem."""
+        """Identify the coefficients of one model.
+
+        Parameters
+        ----------
+        problem : Problem
+            Prepared for (at least) the model's terms.
+        model : DampingModel
+            The terms; restricted to the vehicle's free axes.
+
+        Returns
+        -------
+        fit : Fit
+            Coefficients, status and, where the method gives it, covariance.
+        """
         ...
 
 
@@ -316,18 +327,18 @@ def identify(model: DampingModel, vehicle: Vehicle, log: Log, method: Method) ->
     Parameters
     ----------
     model : DampingModel
-        Which terms.
+        The terms.
     vehicle : Vehicle
-        Everything known.
+        Mass matrix, restoring wrench and actuators.
     log : Log
-        What was measured.
+        The measurements.
     method : Method
-        How, such as ``LeastSquares()``.
+        Such as ``LeastSquares()``.
 
     Returns
     -------
     fit : Fit
-        Coefficients and how far to trust them.
+        Coefficients, status and covariance.
 
     Raises
     ------
@@ -338,12 +349,12 @@ def identify(model: DampingModel, vehicle: Vehicle, log: Log, method: Method) ->
 
 
 def digest(problem: Problem, model: DampingModel, method: object) -> str:
-    """Return what tells one fit from another: data and vehicle, terms, settings, version."""
+    """Return a hash of all that determines a fit: data, vehicle, terms, settings and version."""
     import hydrodamp
 
     terms = model.restricted_to(problem.vehicle.axes).terms
-    asked = (problem.digest, model.key, terms, repr(method), hydrodamp.__version__)
-    return hashlib.sha256(repr(asked).encode()).hexdigest()[:16]
+    inputs = (problem.digest, model.key, terms, repr(method), hydrodamp.__version__)
+    return hashlib.sha256(repr(inputs).encode()).hexdigest()[:16]
 
 
 def make_fit(
@@ -360,38 +371,38 @@ def make_fit(
     n_samples: int | None = None,
     remarks: tuple[str, ...] = (),
 ) -> Fit:
-    """Put together the fit of a method that came to numbers.
+    """Build the fit of estimated coefficients, with status, vehicle stamp and provenance.
 
     Parameters
     ----------
     problem : Problem
-        What was used.
+        The data that were used.
     model : DampingModel
         Restricted to the free axes.
     method : Method
-        Its key and its settings go into the fit.
+        The fit stores its key and its settings.
     coefficients : ndarray, shape (n_coefficients,)
         In the order of the model's labels.
     covariance : ndarray, shape (n_coefficients, n_coefficients), optional
         Of the coefficients, where there is no uncertainty.
     uncertainty : Uncertainty, optional
-        How far to trust the coefficients.
+        Covariance with degrees of freedom and method.
     rank : int, optional
-        Coefficients that the data can distinguish, summed over axes.
+        Rank of the regression, summed over axes.
     aliased : tuple of tuple of str
-        Labels that the data cannot distinguish, group by group.
+        Groups of labels whose regressors are linearly dependent.
     status : Status, optional
-        ``RANK_DEFICIENT`` where something is aliased, else ``OK``; ``FAILED`` whatever
-        was asked for where a coefficient is not finite.
+        By default ``RANK_DEFICIENT`` where a coefficient is aliased, else ``OK``. Always
+        ``FAILED`` where a coefficient is not finite.
     n_samples : int, optional
-        Samples used; all of the problem by default.
+        Number of samples used; all of the problem by default.
     remarks : tuple of str
-        Sentences.
+        Messages, in sentences.
 
     Returns
     -------
     fit : Fit
-        With the vehicle's stamp and provenance.
+        With vehicle stamp, provenance and training range.
     """
     if not np.all(np.isfinite(coefficients)):
         return empty_fit(problem, model, method.key, Status.FAILED)
@@ -429,10 +440,10 @@ def empty_fit(
     status: Status,
     remarks: tuple[str, ...] = (),
 ) -> Fit:
-    """Return a fit with no number for any coefficient, and a status that says why."""
-    nothing = np.full(model.n_coefficients, np.nan)
+    """Return a fit without coefficients (NaN), with a status that gives the reason."""
+    missing = np.full(model.n_coefficients, np.nan)
     return Fit(
-        damping=Damping(model, nothing, vehicle=vehicle_stamp(problem.vehicle)),
+        damping=Damping(model, missing, vehicle=vehicle_stamp(problem.vehicle)),
         method=method,
         status=status,
         n_samples=problem.n_samples,
@@ -441,16 +452,18 @@ def empty_fit(
 
 
 def check_actuation(problem: Problem, model: DampingModel) -> None:
-    """Refuse a log without motion, and a model that nothing drives though others may be driven."""
+    """Raise if the log has no motion, or neither wrench nor a command that a term uses."""
     if not problem.inputs.velocity.any():
-        raise MethodError("all velocities of the log are zero: give a log of a vehicle that moves")
+        raise MethodError(
+            "all velocities of the log are zero: use a log in which the vehicle moves"
+        )
     free = model.restricted_to(problem.vehicle.axes)
-    if told := missing_actuation(problem.vehicle, problem.log, (free,)):
-        raise MethodError(told)
+    if message := missing_actuation(problem.vehicle, problem.log, (free,)):
+        raise MethodError(message)
 
 
 def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) -> Fit:
-    """Return a method's fit; where it raises, a fit whose status and remark say so."""
+    """Return the fit of a method; where it raises, an empty fit with the message as remark."""
     try:
         check_actuation(problem, model)
         return method.identify(problem, model)

@@ -1,4 +1,9 @@
-"""What a log determines: axes that respond to motion, rank and condition, a grade a coefficient."""
+"""Practical identifiability: excitation of each axis, rank and condition, grade per coefficient.
+
+An axis is excited where the cross-validated R² of its wrench is at least 0.25; a coefficient is
+graded by the half-width of its 95 % confidence interval and the share of its leverage that stems
+from excited velocities.
+"""
 
 from __future__ import annotations
 
@@ -21,27 +26,31 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import TextEnum
 
-#: Least share of the response that must be predicted: a correlation of one half between the
-#: response predicted and the response seen.
+#: Least cross-validated R² of the wrench of an excited axis: a correlation of one half between the
+#: predicted and the measured response.
 MIN_R_SQUARED = 0.25
 
-#: Length of the test functions [s]: some time constants of a small vehicle, so that noise of the
-#: velocities, which dominates accelerations from sample to sample, is averaged out.
+#: s; length of the test functions: some time constants of a small vehicle, to average the noise of
+#: the velocities, which dominates accelerations from sample to sample.
 TEST_FUNCTION_LENGTH = 8.0
 
-#: Shortest fold, in test functions.
-_FOLD = 5.0
+#: Test functions; length of the shortest fold.
+_MIN_FOLD_LENGTH = 5.0
 
-#: Test functions over an instant.
+#: Test functions that overlap at an instant.
 _OVERLAP = 4
 
-#: Folds a long log is divided into.
-_MOST_FOLDS = 10
+#: Folds of a long log.
+_MAX_FOLDS = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """What the motion of a log tells, axis by axis."""
+    """Excitation of each axis.
+
+    ``excited_design`` is the regressor with unexcited velocities held at their mean; ``r_squared``
+    and ``response`` (RMS of the predicted wrench [N, N m]) have shape (6,).
+    """
 
     model: DampingModel
     axes: tuple[str, ...]
@@ -52,92 +61,92 @@ class Excitation:
 
     @property
     def excited(self) -> BoolArray:
-        """On which axes enough of the response is predicted; shape (6,)."""
+        """Whether each axis is excited; shape (6,)."""
         return self.r_squared >= MIN_R_SQUARED
 
 
 def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
-    """Find how much of the motion on each axis equation 1 accounts for."""
+    """Cross-validate the wrench of each axis by the model and by the reference model."""
     free = model.restricted_to(problem.vehicle.axes)
-    rich = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
-    both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
-    wide = problem.extend_to(both)
+    further = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
+    both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in further if terms})
+    extended = problem.extend_to(both)
     equations = WeakRegression(
-        min(TEST_FUNCTION_LENGTH, float(wide.durations.max())), _OVERLAP, windows=()
+        min(TEST_FUNCTION_LENGTH, float(extended.durations.max())), _OVERLAP, windows=()
     )
-    rows = equations.rows(wide)
-    response = equations.rows(_without_momentum(wide)).target
+    rows = equations.rows(extended)
+    response = equations.rows(_without_momentum(extended)).target
     variance = response.var(axis=0)
-    share = _share(rows, (free, both), variance)
-    quiet = equations.rows(_held(wide, share < MIN_R_SQUARED)).design
+    r_squared = _r_squared(rows, (free, both), variance)
+    excited_design = equations.rows(_hold_at_mean(extended, r_squared < MIN_R_SQUARED)).design
     return Excitation(
         model=free,
         axes=problem.vehicle.axes,
         rows=rows,
-        excited_design=quiet,
-        r_squared=frozen(share),
-        response=frozen(np.sqrt(share * variance)),
+        excited_design=excited_design,
+        r_squared=frozen(r_squared),
+        response=frozen(np.sqrt(r_squared * variance)),
     )
 
 
 def _without_momentum(problem: Problem) -> Problem:
-    """Cancel the momentum term by a wrench, so that targets are responses."""
+    """Cancel the Coriolis term by a wrench, so that targets are responses to the motion."""
     inputs = problem.inputs
     momentum = core.coriolis(problem.vehicle.mass_matrix, inputs.velocity)
     wrench = (inputs.wrench - momentum) * problem.vehicle.free
     return replace(problem, inputs=replace(inputs, wrench=wrench))
 
 
-def _held(problem: Problem, held: BoolArray) -> Problem:
-    """Hold some velocities at their mean."""
+def _hold_at_mean(problem: Problem, unexcited: BoolArray) -> Problem:
+    """Replace unexcited velocities by their mean."""
     velocity = problem.inputs.velocity
-    quiet = np.where(held, velocity.mean(axis=0), velocity)
-    return replace(problem, inputs=replace(problem.inputs, velocity=quiet))
+    velocity = np.where(unexcited, velocity.mean(axis=0), velocity)
+    return replace(problem, inputs=replace(problem.inputs, velocity=velocity))
 
 
-def _share(rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray) -> FloatArray:
-    """Cross-validate each axis of each model, and take the better model."""
-    length = sum(np.ptp(rows.time[rows.segment == one]) for one in np.unique(rows.segment))
-    wanted = int(np.clip(length / (_FOLD * TEST_FUNCTION_LENGTH), 2, _MOST_FOLDS))
-    splits = folds(rows, wanted, gap=TEST_FUNCTION_LENGTH).splits(rows)
-    error = np.min([_missed(splits, model) for model in models], axis=0)
-    moved = variance > 0.0
-    return np.where(moved, np.clip(1.0 - error / np.where(moved, variance, 1.0), 0.0, 1.0), 0.0)
+def _r_squared(rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray) -> FloatArray:
+    """Return the cross-validated R² of each axis by the better model."""
+    length = sum(np.ptp(rows.time[rows.segment == k]) for k in np.unique(rows.segment))
+    n_folds = int(np.clip(length / (_MIN_FOLD_LENGTH * TEST_FUNCTION_LENGTH), 2, _MAX_FOLDS))
+    splits = folds(rows, n_folds, gap=TEST_FUNCTION_LENGTH).splits(rows)
+    error = np.min([_prediction_error(splits, model) for model in models], axis=0)
+    varies = variance > 0.0
+    return np.where(varies, np.clip(1.0 - error / np.where(varies, variance, 1.0), 0.0, 1.0), 0.0)
 
 
-def _missed(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
-    """Return the mean square of what each axis leaves of the folds held out."""
+def _prediction_error(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
+    """Return the mean squared prediction error of each axis on held-out folds."""
     squares = np.zeros(6)
     for split in splits:
         for axis, terms in enumerate(model.terms):
-            found = solve_axis(split.train, terms, axis).coefficients
-            left = split.test.target(axis) - split.test.columns(terms) @ found
-            squares[axis] += np.sum(left**2)
+            coefficients = solve_axis(split.train, terms, axis).coefficients
+            error = split.test.target(axis) - split.test.columns(terms) @ coefficients
+            squares[axis] += np.sum(error**2)
     return squares / sum(split.test.n_samples for split in splits)
 
 
-#: A 95 % interval of at most this share of the coefficient to either side determines it: the least
-#: accuracy at which damping coefficients are worth comparing with others.
+#: A coefficient is determined where the half-width of its 95 % interval is at most this share of
+#: it: the least accuracy at which damping coefficients can be compared with others.
 MAX_RELATIVE_HALF_WIDTH = 0.25
 
-#: An interval that is worth at most this share of the axis' response leaves too little open to
-#: matter, whatever the number is.
+#: A coefficient is minor where the half-width, times the RMS of its regressor, is at most this
+#: share of the response of the axis.
 MINOR_CONTRIBUTION = 0.05
 
-#: Least share of the leverage of a coefficient that must come from excited motion: below it, more
-#: than half of what distinguishes its column from the others may be noise, which biases a
-#: coefficient towards zero by that share (Fuller, "Measurement Error Models", 1987,
+#: Least share of the leverage of a coefficient that must come from excited velocities: below it,
+#: more than half of the leverage may be noise, which biases the coefficient towards zero by that
+#: share (Fuller, "Measurement Error Models", 1987,
 #: doi:10.1002/9780470316665, section 1.1).
 MIN_MOTION_LEVERAGE = 0.5
 
-_STAR = (
-    "* the force is not predicted on stretches held out, for want of motion or of\n"
-    "  the right terms; a replay, which sums it over time, may still be near"
+_NOT_EXCITED_NOTE = (
+    f"* poorly excited: the cross-validated R² of the axis force is below {MIN_R_SQUARED}; the\n"
+    "  open-loop replay may still be accurate"
 )
 
 
 class Grade(TextEnum):
-    """How well a coefficient is determined; the value says what to do with it.
+    """How well the data determine a coefficient; the value says how to use it.
 
     Examples
     --------
@@ -145,32 +154,36 @@ class Grade(TextEnum):
     'not determined'
     """
 
-    DETERMINED = "determined: the number can be used."
-    MINOR = (
-        "minor: what its interval leaves open is worth less than "
-        f"{100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its axis; weak where the vehicle "
-        "moves otherwise."
+    DETERMINED = (
+        "determined: the 95 % confidence interval is within "
+        f"±{100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the coefficient."
     )
-    WEAK = "weak: sign and order of magnitude at best; use it with the whole model only."
-    NOT_DETERMINED = "not determined: the data do not tell; take it from elsewhere or leave it out."
+    MINOR = (
+        f"minor: the uncertainty is less than {100.0 * MINOR_CONTRIBUTION:.0f} % of the response "
+        "of the axis; in other manoeuvres the coefficient may matter."
+    )
+    WEAK = "weak: only sign and order of magnitude; use it with the complete model only."
+    NOT_DETERMINED = (
+        "not determined: not identifiable from these data; take it from another source or omit it."
+    )
 
 
 class Cause(TextEnum):
-    """Why a coefficient is not determined, the first that holds; the value says what it means."""
+    """Why a coefficient is not determined: the first cause that applies, with its meaning."""
 
-    ALIASED = "aliased: its column is zero throughout or a sum of others."
+    ALIASED = "aliased: the regressor is zero or a linear combination of others."
     POORLY_EXCITED = (
-        "quiet: too little of the force on its axis is predicted on stretches held out; a replay, "
-        "which sums it over time, may still be near."
+        "poorly excited: the cross-validated R² of the axis force is below "
+        f"{MIN_R_SQUARED}; the open-loop replay may still be accurate."
     )
-    NOISE = "noise: what tells its column from others may be more noise than motion."
-    NOT_SIGNIFICANT = "wide: its interval holds zero, and what it leaves open matters."
-    MODEL_FORM = "model form: residuals persist on its axis, so no interval would hold."
+    NOISE = "noise: more than half of the leverage of the regressor may be measurement noise."
+    NOT_SIGNIFICANT = "not significant: the 95 % confidence interval contains zero."
+    MODEL_FORM = "model form: the residuals of the axis are correlated, so intervals are invalid."
 
 
 @dataclass(frozen=True)
 class AxisIdentifiability:
-    """What a log determines on one axis."""
+    """Identifiability of the coefficients of one axis."""
 
     axis: str
     labels: tuple[str, ...]
@@ -183,11 +196,11 @@ class AxisIdentifiability:
     causes: tuple[Cause | None, ...] = ()
 
     def count(self, grade: Grade) -> int:
-        """Return how many coefficients have a grade."""
+        """Return the number of coefficients of a grade."""
         return self.grades.count(grade)
 
     def __str__(self) -> str:
-        """Return a line for the table."""
+        """Return one row of the table."""
         counts = "".join(f"{self.count(grade):>8}" for grade in Grade)
         return (
             f"{self.axis:<5}{self.rank:>4} of {len(self.labels):<4}{self.condition:>10.3g}"
@@ -197,7 +210,7 @@ class AxisIdentifiability:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Which coefficients of a model a log determines.
+    """Grade of every coefficient of a model from one log.
 
     Attributes
     ----------
@@ -213,51 +226,51 @@ class Identifiability:
     @property
     def grades(self) -> dict[str, Grade]:
         """The grade of every coefficient, by label."""
-        return {k: v for one in self.axes for k, v in zip(one.labels, one.grades, strict=True)}
+        return {k: v for axis in self.axes for k, v in zip(axis.labels, axis.grades, strict=True)}
 
     @property
     def causes(self) -> dict[str, Cause]:
-        """Why each coefficient that is not determined is not, by label."""
-        pairs = (zip(one.labels, one.causes, strict=False) for one in self.axes)
+        """Cause of each coefficient that is not determined, by label."""
+        pairs = (zip(axis.labels, axis.causes, strict=False) for axis in self.axes)
         return {label: cause for label, cause in itertools.chain(*pairs) if cause}
 
     @property
     def summary(self) -> str:
-        """How many coefficients have which grade."""
+        """Number of coefficients per grade, as text."""
         counts = Counter(self.grades.values())
         total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
         return f"{self.model.key}: {total}"
 
     def labels_with(self, grade: Grade) -> tuple[str, ...]:
         """Return the labels of a grade, in the model's order."""
-        return tuple(label for label, given in self.grades.items() if given is grade)
+        return tuple(label for label, each in self.grades.items() if each is grade)
 
     def __str__(self) -> str:
-        """Return a table of the axes."""
+        """Return one row per axis as text."""
         head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
         head += "".join(f"{word:>8}" for word in ("det.", "minor", "weak", "not"))
         lines = [self.summary, head, *map(str, self.axes)]
-        if any(not one.excited for one in self.axes):
-            lines.append(_STAR)
+        if any(not axis.excited for axis in self.axes):
+            lines.append(_NOT_EXCITED_NOTE)
         return "\n".join(lines)
 
 
 def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
-    """Grade how well a log determines each coefficient of a model, whatever the method.
+    """Grade how well a log determines each coefficient of a model, independent of the method.
 
-    A coefficient is *not determined* where it is aliased, where its axis is not excited, where
-    its column lives on velocities that are not, or where its interval tells nothing. It is
-    *determined* where the interval is narrow against the coefficient, *minor* where it is narrow
-    against what matters on the axis, and *weak* where it tells the sign. Coefficients and intervals
-    are those of the weak form, from the noise that the model and the terms of Gertler and Hagen
-    together leave over.
+    A coefficient is *not determined* where it is aliased, where its axis is poorly excited, where
+    its leverage stems from noise, or where its 95 % interval contains zero. It is *determined*
+    where the interval is narrow relative to the coefficient, *minor* where it is narrow relative to
+    the response of the axis, and *weak* where only its sign is known. Coefficients and intervals
+    are those of the weak form, with the noise estimated from the residuals of the model extended by
+    the terms of Gertler and Hagen.
 
     Parameters
     ----------
     problem : Problem
         Vehicle and log.
     model : DampingModel
-        Which terms.
+        The terms.
 
     Returns
     -------
@@ -275,99 +288,97 @@ def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> from hydrodamp.simulation.problem import prepare
     >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
-    >>> found = identifiability(prepare(campaign.vehicle, campaign.train, fossen), fossen)
-    >>> len(found.grades), found.axes[0].rank
+    >>> report = identifiability(prepare(campaign.vehicle, campaign.train, fossen), fossen)
+    >>> len(report.grades), report.axes[0].rank
     (12, 2)
     """
-    return _by_log(analyse_excitation(problem, model))
+    return _grade_by_weak_form(analyse_excitation(problem, model))
 
 
 def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
-    """Grade each coefficient of a fit by the log and by the fit's own interval; the worse holds.
+    """Grade each coefficient of a fit: the worse of the grade by the log and by the fit's interval.
 
-    The noise and the manoeuvres of a log may determine a coefficient that a method, or a model
-    of the wrong form, still gives with a wide interval. And an interval may be narrow where the
-    log cannot tell one column from another, or hardly moved the axis.
+    A method, or a model-form error, may give a wide interval to a coefficient that the log
+    determines. An interval may be narrow although regressors are aliased or the axis is poorly
+    excited.
 
     Parameters
     ----------
     problem : Problem
-        Vehicle and log it was identified from.
+        Vehicle and log that the fit was identified from.
     fit : Fit
-        With numbers.
+        With finite coefficients.
 
     Returns
     -------
     identifiability : Identifiability
-        As of :func:`identifiability`; by the log alone where the fit has no standard errors.
+        As of :func:`identifiability`, which is returned where the fit has no covariance.
 
     Raises
     ------
     MethodError
         If the log is too short.
     """
-    seen = analyse_excitation(problem, fit.model)
-    by_log, damping = _by_log(seen), fit.damping
+    excitation = analyse_excitation(problem, fit.model)
+    by_log, damping = _grade_by_weak_form(excitation), fit.damping
     if damping.covariance is None:
         return by_log
     known = fit.uncertainty or Uncertainty(damping.covariance, np.inf, "the covariance given")
     by_fit = grade_by_excitation(
-        seen, known.critical_value() * known.standard_errors, damping.coefficients
+        excitation, known.critical_value() * known.standard_errors, damping.coefficients
     )
     pairs = zip(by_log.axes, by_fit.axes, strict=True)
-    return replace(by_log, axes=tuple(_worse(one, other) for one, other in pairs))
+    return replace(by_log, axes=tuple(_worse(*pair) for pair in pairs))
 
 
-def _worse(one: AxisIdentifiability, other: AxisIdentifiability) -> AxisIdentifiability:
-    """Take the worse of two grades of each coefficient, with its cause."""
+def _worse(first: AxisIdentifiability, second: AxisIdentifiability) -> AxisIdentifiability:
+    """Return the worse of two grades of each coefficient, with its cause."""
     order = list(Grade)
-    each = [zip(by.grades, by.causes, strict=True) for by in (one, other)]
-    worse = [
-        max(both, key=lambda rate_estimates: order.index(rate_estimates[0]))
-        for both in zip(*each, strict=True)
-    ]
+    graded = [zip(axis.grades, axis.causes, strict=True) for axis in (first, second)]
+    worse = [max(pair, key=lambda each: order.index(each[0])) for pair in zip(*graded, strict=True)]
     grades, causes = zip(*worse, strict=True)
-    return replace(one, grades=grades, causes=causes)
+    return replace(first, grades=grades, causes=causes)
 
 
-def _by_log(seen: Excitation) -> Identifiability:
-    """Grade by the weak form's own numbers and the noise alone."""
-    triangle, rows = seen.rows.triangle(), enumerate(seen.model.terms)
-    solved = [solve_axis(triangle, terms, axis) for axis, terms in rows]
-    grams, rich = HarCovariance.of(seen.rows, triangle), reference_model(seen.axes)
-    known = grams.uncertainty(solved, rich, noisy_terms=True)
+def _grade_by_weak_form(excitation: Excitation) -> Identifiability:
+    """Grade by the coefficients of the weak form and the noise alone."""
+    rows, triangle = excitation.rows, excitation.rows.triangle()
+    solutions = [solve_axis(triangle, terms, i) for i, terms in enumerate(excitation.model.terms)]
+    covariance = HarCovariance.of(rows, triangle)
+    known = covariance.uncertainty(solutions, reference_model(excitation.axes), noisy_terms=True)
     if known is None:
         raise MethodError(
-            f"{seen.rows.n} rows are too few to tell noise from the model's form: give a longer log"
+            f"{rows.n} rows are too few to separate noise from model-form error: use a longer log"
         )
-    return grade_by_excitation(seen, known.critical_value() * known.noise_only.standard_errors)
+    half = known.critical_value() * known.noise_only.standard_errors
+    return grade_by_excitation(excitation, half)
 
 
 def grade_by_excitation(
-    seen: Excitation, half: FloatArray, coefficients: FloatArray | None = None
+    excitation: Excitation, half: FloatArray, coefficients: FloatArray | None = None
 ) -> Identifiability:
     """Grade by half the width of each coefficient's 95 % interval."""
-    model, rows = seen.model, seen.rows
+    model, rows = excitation.model, excitation.rows
     ends = np.cumsum([0, *map(len, model.terms)]).tolist()
     axes = []
     for axis, (start, stop) in enumerate(itertools.pairwise(ends)):
         if start == stop:
             continue
-        labels, part = model.labels[start:stop], slice(start, stop)
+        labels, block = model.labels[start:stop], slice(start, stop)
         columns = [rows.basis.index(term) for term in model.terms[axis]]
         design = rows.design[:, columns]
         span = column_span(design, labels)
-        lost = {label for group in span.aliased for label in group}
+        aliased = {label for group in span.aliased for label in group}
         weights = span.coefficients @ span.directions.T
-        known = weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
-        excited = bool(seen.excited[axis])
+        values = weights @ rows.target[:, axis] if coefficients is None else coefficients[block]
+        excited = bool(excitation.excited[axis])
         grades, causes = grade_coefficients(
-            coefficient=known,
-            half=half[part],
+            coefficient=values,
+            half=half[block],
             size=np.sqrt(np.mean(design**2, axis=0)),
-            sound=np.einsum("mn,nm->m", weights, seen.excited_design[:, columns]),
-            aliased=np.array([label in lost for label in labels]),
-            response=float(seen.response[axis]),
+            sound=np.einsum("mn,nm->m", weights, excitation.excited_design[:, columns]),
+            aliased=np.array([label in aliased for label in labels]),
+            response=float(excitation.response[axis]),
             excited=excited,
         )
         axes.append(
@@ -376,8 +387,8 @@ def grade_by_excitation(
                 labels=labels,
                 grades=grades,
                 rank=span.rank,
-                condition=np.inf if lost else float(span.singular[0] / span.singular[-1]),
-                r_squared=float(seen.r_squared[axis]),
+                condition=np.inf if aliased else float(span.singular[0] / span.singular[-1]),
+                r_squared=float(excitation.r_squared[axis]),
                 excited=excited,
                 groups=span.aliased,
                 causes=causes,
@@ -396,24 +407,22 @@ def grade_coefficients(
     response: float,
     excited: bool,
 ) -> tuple[tuple[Grade, ...], tuple[Cause | None, ...]]:
-    """Return the grade of each coefficient of one axis, and why one is not determined.
+    """Grade the coefficients of one axis, with the cause of each that is not determined.
 
-    By value and half of its interval, root mean square of its column, the share of its leverage
-    that is excited motion, and whether it is aliased; then by the axis's response.
+    ``half`` is half the 95 % interval, ``size`` the RMS of the regressor, ``sound`` the share of
+    its leverage from excited velocities; ``response`` is the RMS of the predicted wrench.
     """
     value = np.abs(coefficient)
-    rungs = np.array(
+    criteria = np.array(
         [
             half <= MAX_RELATIVE_HALF_WIDTH * value,
             half * size <= MINOR_CONTRIBUTION * response,
             half < value,
         ]
     )
-    quiet = np.full(half.shape, not excited)
-    blind = np.array(
-        [aliased | (size == 0.0), quiet, sound < MIN_MOTION_LEVERAGE, ~rungs.any(axis=0)]
-    )
-    words = np.where(blind.any(axis=0), len(rungs), rungs.argmax(axis=0)).tolist()
-    first = np.where(blind.any(axis=0), blind.argmax(axis=0), -1).tolist()
+    conditions = [aliased | (size == 0.0), np.full(half.shape, not excited)]
+    failed = np.array([*conditions, sound < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
+    grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()
+    first = np.where(failed.any(axis=0), failed.argmax(axis=0), -1).tolist()
     causes = (*Cause, None)
-    return tuple(tuple(Grade)[place] for place in words), tuple(causes[place] for place in first)
+    return tuple(tuple(Grade)[k] for k in grades), tuple(causes[k] for k in first)

@@ -96,7 +96,7 @@ def observe(
     if not np.isfinite(sample.values).all():
         raise ProblemError(
             f"every number of a sample must be finite; at {sample.time} s one is not. Leave the "
-            "sample out, and after a longer gap use `state.restarted(sample)`."
+            "sample out, and after a longer gap use `state.restart(sample)`."
         )
     return sample
 

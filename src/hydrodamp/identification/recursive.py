@@ -188,7 +188,7 @@ class RecursiveLeastSquares:
         Parameters
         ----------
         state : RecursiveState
-            From :meth:`init`, an earlier step, or ``state.restarted(sample)``
+            From :meth:`init`, an earlier step, or ``state.restart(sample)``
             after a gap.
         sample : Sample
             The next one.
@@ -277,7 +277,7 @@ def persistent_leverage_share(state: RecursiveState) -> FloatArray:
     recursion, estimate, shares = state.adaptation.recursion, state.estimate, []
     for axis in range(6):
         _, information = recursion.axis_block(axis, estimate.information)
-        *_, crossed = recursion.iv_statistics(axis, estimate.iv_state)
+        crossed = recursion.iv_statistics(axis, estimate.iv_state).moments
         inverse = np.linalg.inv(np.eye(len(information)) + information)
         lasting = inverse @ (0.25 * (crossed + crossed.T)) @ inverse
         shares.append(lasting.diagonal() / inverse.diagonal())
@@ -357,13 +357,13 @@ def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -
     unit = recursion.unit[part]
     values, vectors = np.linalg.eigh(information)
     inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
-    products, instrumented, crossed = recursion.iv_statistics(axis, estimate.iv_state)
-    noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
+    instruments = recursion.iv_statistics(axis, estimate.iv_state)
+    noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ instruments.lag_products))
     found = estimate.coefficients[part]
     moved = np.divide(
         found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0
     )
-    off, pulled = found - unit * instrumented, unit * (inverse @ moved)
+    off, pulled = found - unit * instruments.estimate, unit * (inverse @ moved)
     covariance = noise * np.outer(unit, unit) * inverse
     # Bias that is small in one coefficient by chance is not small in it: all of an axis have at
     # least the same ratio of it to noise (R. Birge, Physical Review 40 (1932) 207).
@@ -374,7 +374,7 @@ def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -
     covariance += np.outer(off, off) + np.outer(pulled, pulled)
     # How far apart both estimates may be by chance: one that is near by chance proves nothing. The
     # correlation of a term over six blocks counts as the square of that over three.
-    moments = np.linalg.inv(np.eye(len(unit)) + crossed)
+    moments = np.linalg.inv(np.eye(len(unit)) + instruments.moments)
     spread = 2.0 * moments @ information @ moments.T - 0.5 * inverse
     covariance += np.diag(noise * unit**2 * np.maximum(0.0, spread.diagonal()))
     return _AxisKnowledge(bound.model.labels[part], values, vectors, inverse, covariance)

@@ -1,6 +1,6 @@
-"""The functions of the compiled library: whole records, the identifiers, single steps.
+"""Typed wrappers of the C core: regressor, RK4 replay, adaptive identifier, recursive estimator.
 
-Shapes are checked here, once, because C cannot.
+Array shapes are checked here, because C cannot.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ def regressor(
     propulsion_speed: FloatArray,
     out: FloatArray | None = None,
 ) -> FloatArray:
-    """Return every term at every sample, shape (n, n_terms), in float64 ``out`` where given."""
+    """Return the value of every term at every sample, shape (n, n_terms)."""
     table = np.ascontiguousarray(factors, dtype=np.int32)
     n, m = len(velocity), np.shape(channels)[-1]
     xi = np.empty((n, len(table)), order="F") if out is None else out
     moving = _floats(velocity, (n, 6), "velocity"), _floats(down, (n, 3), "down")
-    held = _floats(channels, (n, m), "channels")
-    record = struct("hd_record", n, m, None, *moving, None, held)
+    inputs = _floats(channels, (n, m), "channels")
+    record = struct("hd_record", n, m, None, *moving, None, inputs)
     speed = _floats(propulsion_speed, (n,), "propulsion_speed")
     to, (row, column) = ffi.cast("double *", xi.ctypes.data), xi.strides
     work = np.empty(C.hd_atom_count(m) * C.HD_BLOCK)
@@ -140,7 +140,7 @@ class Gains:
 
 
 class AdaptationRun(NamedTuple):
-    """What a run of the adaptive identifier leaves: its last state, and its history."""
+    """Final state and history of a run of the adaptive identifier."""
 
     matrix: FloatArray  # (n_terms, 6)
     error: FloatArray  # (6,), velocity error, estimate minus record
@@ -151,12 +151,12 @@ class AdaptationRun(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """A plant and recursive least squares with directional forgetting for it.
+    """A plant and the settings of recursive least squares with directional forgetting.
 
-    Coefficients move at ``rows`` and ``axes`` of the table of equation 1, axis by axis; ``known``
-    (n_terms, 6) is that table without them. ``unit`` is what each is scaled by (its prior deviation
-    over that of the noise; 0 holds it), ``block`` the length of a block of time [s], and
-    ``forgetting`` the share of what is known along a row that it replaces.
+    Coefficients at ``rows`` and ``axes`` of the table of equation 1 are estimated, axis by axis;
+    ``known`` (n_terms, 6) is that table without them. ``unit`` scales each (its prior standard
+    deviation over that of the noise; 0 fixes it), ``block`` is the length of a block of time [s],
+    and ``forgetting`` the share of the information along a row that the row replaces.
     """
 
     plant: Plant
@@ -174,57 +174,75 @@ class Recursion:
 
     @functools.cached_property
     def starts(self) -> IndexArray:
-        """Where the coefficients of each axis begin among all, and where the last end."""
+        """Index of the first coefficient of each axis, and one past the last of all."""
         return np.cumsum([0, *np.bincount(self.axes, minlength=6)], dtype=np.int32)
 
     def axis_block(self, axis: int, packed: FloatArray) -> tuple[slice, FloatArray]:
-        """Return where the coefficients of an axis stand, and its square matrix of packed ones."""
+        """Return the slice of the coefficients of an axis, and its block of the packed matrices."""
         ends = np.cumsum(np.diff(self.starts) ** 2).tolist()
-        part = slice(*self.starts[axis : axis + 2].tolist())
-        n = part.stop - part.start
-        return part, packed[ends[axis] - n * n : ends[axis]].reshape(n, n)
+        block = slice(*self.starts[axis : axis + 2].tolist())
+        n = block.stop - block.start
+        return block, packed[ends[axis] - n * n : ends[axis]].reshape(n, n)
 
     @functools.cached_property
     def iv_offsets(self) -> list[int]:
-        """Where the witness of each axis begins among all, and where the last ends."""
-        sizes = [C.hd_witness_size(n) for n in np.diff(self.starts).tolist()]
+        """Offset of the instrumental-variable state of each axis, and the total size."""
+        sizes = [C.hd_iv_size(n) for n in np.diff(self.starts).tolist()]
         return [0, *itertools.accumulate(sizes)]
 
-    def iv_statistics(self, axis: int, packed: FloatArray) -> tuple[FloatArray, ...]:
-        """Return products of residuals at their lags; the estimate by instruments, its moments."""
+    def iv_statistics(self, axis: int, packed: FloatArray) -> IVStatistics:
+        """Return the instrumental-variable state of an axis; see ``hd_iv_size`` in onboard.h."""
         n = int(self.starts[axis + 1] - self.starts[axis])
-        witness = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
-        moments = witness[WITNESSED + n :][: n * n].reshape(n, n)
-        return witness[N_LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n], moments
+        state = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
+        products, first = C.HD_IV_PRODUCTS, C.HD_IV_ESTIMATE
+        estimate, moments, rows = np.split(state[first:], [n, n + n * n])
+        count = int(state[0])
+        return IVStatistics(
+            count,
+            state[1 : 1 + min(count, N_LAGS)],
+            state[products : products + N_LAGS],
+            estimate,
+            moments.reshape(n, n),
+            rows[: n + 1],
+        )
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
-        """Return the terms of an axis's last row, in units, their target, and if it is a first."""
-        n = int(self.starts[axis + 1] - self.starts[axis])
-        witness = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
-        row = witness[WITNESSED + n + n * n :][: n + 1]
-        return row[:n], float(row[n]), bool(witness[0] < 2.0)
+        """Return the regressors of an axis's last row, in units, its target, and if it is first."""
+        statistics = self.iv_statistics(axis, packed)
+        return statistics.last_row[:-1], float(statistics.last_row[-1]), statistics.n_rows < 2
 
     def initial_estimate(self, coefficients: FloatArray) -> Estimate:
-        """Return what is known before any data."""
+        """Return the estimate before any data."""
         squares = np.empty(int(np.sum(np.diff(self.starts) ** 2)))
-        witness = np.empty(self.iv_offsets[-1])
+        iv_state = np.empty(self.iv_offsets[-1])
         start = _floats(coefficients, self.rows.shape, "coefficients")
-        made = Estimate(np.empty(len(start)), squares, np.empty(6), np.empty(6), witness)
-        call("hd_recur_start", _entries(self), _moving(self, made), start)
-        return made
+        estimate = Estimate(np.empty(len(start)), squares, np.empty(6), np.empty(6), iv_state)
+        call("hd_recur_start", _entries(self), _estimate_struct(self, estimate), start)
+        return estimate
 
 
-#: Where the lags of an axis's witness stand, and behind them its estimate by instruments.
-N_LAGS, WITNESSED = 5, 9
+#: Lags of the products of innovations.
+N_LAGS: int = C.HD_IV_LAGS
+
+
+class IVStatistics(NamedTuple):
+    """Instrumental-variable state of one axis."""
+
+    n_rows: int  # of the present segment, at most 7
+    innovations: FloatArray  # the last four at most, newest first, over the root of 1 + leverage
+    lag_products: FloatArray  # (4,), running means of products of innovations
+    estimate: FloatArray  # (n,), in units of ``Recursion.unit``
+    moments: FloatArray  # (n, n)
+    last_row: FloatArray  # (n + 1,): regressors in units, and their target
 
 
 class Estimate(NamedTuple):
-    """What recursive least squares knows.
+    """State of recursive least squares.
 
-    ``information`` is what the data tell, one matrix an axis, packed, in the unit of each
-    coefficient, without the prior's identity; ``noise`` the running variance of what rows
-    leave over, [N s]^2 or [N m s]^2, and ``rows`` their number, both by axis.
-    ``witness`` is what ``witness.c`` keeps of each axis.
+    ``information`` is that of the data, one matrix per axis, packed, in the unit of each
+    coefficient, without the prior's identity; ``noise`` the running variance of the normalised
+    innovations, [N s]^2 or [N m s]^2, and ``rows`` their number, both by axis. ``iv_state`` is the
+    packed state of ``instrumental_variables.c``; see :meth:`Recursion.iv_statistics`.
     """
 
     coefficients: FloatArray
@@ -242,31 +260,29 @@ def adapt(
     passes: int = 1,
     every: int = 0,
 ) -> AdaptationRun:
-    """Run the adaptive identifier of eqs. 15-16 over a record: the fold of :func:`adapt_step`.
+    """Run the adaptive identifier of eqs. 15-16 over a record: repeated :func:`adapt_step`.
 
-    The velocity error starts at zero in every segment of every pass. ``every`` > 0 keeps the
-    state after each so many steps.
+    The velocity error starts at zero in every segment of every pass. ``every`` > 0
+    stores the state after every so many steps.
     """
     plant, n_terms, rows = gains.plant, gains.plant.n_terms, _spans(segments, inputs.n)
     estimate, error = _floats(matrix, (n_terms, 6), "matrix").copy(), np.zeros(6)
     stored = passes * int((np.diff(rows) - 1).sum()) // every if every else 0
-    kept = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
-    record, history = record_of(plant, inputs), struct("hd_history", every, *kept)
-    own, work = (
-        (gains.a, gains.gamma, estimate, error),
-        np.zeros(C.hd_step_work(n_terms, plant.n_channels)),
-    )
-    call("hd_adapt_run", plant_of(plant), *own, record, rows, len(rows), passes, history, work)
-    return AdaptationRun(estimate, error, *kept)
+    history_arrays = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
+    record, history = record_of(plant, inputs), struct("hd_history", every, *history_arrays)
+    state, work = (estimate, error), np.zeros(C.hd_step_work(n_terms, plant.n_channels))
+    arguments = gains.a, gains.gamma, *state, record, rows, len(rows), passes, history, work
+    call("hd_adapt_run", plant_of(plant), *arguments)
+    return AdaptationRun(estimate, error, *history_arrays)
 
 
 def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sample) -> FloatArray:
-    """Take the step from the previous sample to the current one.
+    """Advance the adaptive identifier from the previous sample to the current one.
 
-    A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
-    is zero at a segment's first sample. The one returned cannot be written.
+    A state, shape (n_terms + 1, 6), holds the coefficients and, last, the velocity error, which
+    is zero at a segment's first sample. The state returned is read-only.
     """
-    return _stepped(gains, state, previous, current)[0]
+    return _take_step(gains, state, previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -279,39 +295,39 @@ def block_step(
 ) -> tuple[FloatArray, FloatArray | None]:
     """Add the step between two samples to a block; return it, and a row where one is complete.
 
-    The row holds the terms and what they are to explain on each axis, over two blocks.
+    The row holds the regressors and the target of each axis, over two blocks.
     """
-    return _stepped(recursion, block, previous, current)
+    return _take_step(recursion, block, previous, current)
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
-    """Take in one row of :func:`block_step` by recursive least squares."""
+    """Update the estimate with one row of :func:`block_step`."""
     entries, n_terms = _entries(recursion), recursion.plant.n_terms
-    moved, line = _copied(estimate), _floats(row, (n_terms + 6,), "row")
+    result, line = _copy_estimate(estimate), _floats(row, (n_terms + 6,), "row")
     work = np.zeros(C.hd_absorb_work(entries))
-    call("hd_absorb", entries, _moving(recursion, moved), n_terms, line, work)
-    return moved
+    call("hd_absorb", entries, _estimate_struct(recursion, result), n_terms, line, work)
+    return result
 
 
 def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray) -> Estimate:
-    """Run recursive least squares over a record: the fold of ``block_step`` and ``absorb``."""
+    """Run recursive least squares over a record: repeated ``block_step`` and ``absorb``."""
     plant, rows, entries = recursion.plant, _spans(segments, inputs.n), _entries(recursion)
-    moved, record = _copied(estimate), record_of(plant, inputs)
+    result, record = _copy_estimate(estimate), record_of(plant, inputs)
     work = np.zeros(C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
-    own = entries, _moving(recursion, moved), recursion.block
-    call("hd_recur_run", plant_of(plant), *own, record, rows, len(rows), work)
-    return moved
+    settings = entries, _estimate_struct(recursion, result), recursion.block
+    call("hd_recur_run", plant_of(plant), *settings, record, rows, len(rows), work)
+    return result
 
 
 def begin_segment(recursion: Recursion, estimate: Estimate) -> Estimate:
-    """Return an estimate whose next row begins a segment."""
-    moved = _copied(estimate)
-    call("hd_witness_break", _entries(recursion), moved.iv_state)
-    return moved
+    """Return the estimate with the next row marked as the first of a segment."""
+    result = _copy_estimate(estimate)
+    call("hd_iv_begin_segment", _entries(recursion), result.iv_state)
+    return result
 
 
 def buffer_sizes(gains: Gains, recursion: Recursion) -> dict[str, int]:
-    """Return how many numbers the identifiers of ``identifiers.c`` keep and work with."""
+    """Return the sizes of states and workspaces of ``identifiers.c``, in numbers."""
     plant, entries = plant_of(gains.plant), _entries(recursion)
     ai = struct("hd_ai", plant, entries, gains.a, gains.gamma)
     settings = recursion.unit, recursion.forgetting, recursion.block
@@ -326,7 +342,7 @@ def buffer_sizes(gains: Gains, recursion: Recursion) -> dict[str, int]:
     }
 
 
-def _copied(estimate: Estimate) -> Estimate:
+def _copy_estimate(estimate: Estimate) -> Estimate:
     return Estimate(*(array.copy() for array in estimate))
 
 
@@ -335,52 +351,52 @@ def _entries(recursion: Recursion) -> Any:
     return struct("hd_entries", recursion.starts, recursion.rows, recursion.known)
 
 
-def _moving(recursion: Recursion, estimate: Estimate) -> Any:
+def _estimate_struct(recursion: Recursion, estimate: Estimate) -> Any:
     values = recursion.unit, recursion.forgetting, *estimate  # which the caller keeps
     return ffi.new("hd_estimate *", [*map(to_c, values)])
 
 
 class _Online(NamedTuple):
-    """What each online step of one plant and method takes."""
+    """Arguments of every online step of one plant and method."""
 
     settings: Any
     shape: tuple[int, ...]  # of a state
     size: int  # of a packed sample
-    room: int  # of the workspace before a row
+    work_size: int  # of the workspace before a row
     row: int
 
 
 @functools.lru_cache(maxsize=32)
 def _online(bound: Gains | Recursion) -> _Online:
     plant = bound.plant
-    own: tuple[Any, ...] = (bound.a, bound.gamma) if isinstance(bound, Gains) else ()
+    arguments: tuple[Any, ...] = (bound.a, bound.gamma) if isinstance(bound, Gains) else ()
     shape: tuple[int, ...] = (plant.n_terms + 1, 6)
     if isinstance(bound, Recursion):
-        own = None, None, bound.known, bound.block
+        arguments = None, None, bound.known, bound.block
         shape = (C.hd_block_size(plant.n_terms),)
-    room = C.hd_step_work(plant.n_terms, plant.n_channels)
-    made = struct("hd_online", plant_of(plant), *own)
-    return _Online(made, shape, PACKED + plant.n_channels, room, plant.n_terms + 6)
+    work_size = C.hd_step_work(plant.n_terms, plant.n_channels)
+    settings = struct("hd_online", plant_of(plant), *arguments)
+    return _Online(settings, shape, PACKED + plant.n_channels, work_size, plant.n_terms + 6)
 
 
-def _stepped(
+def _take_step(
     bound: Gains | Recursion, state: FloatArray, previous: Sample, current: Sample
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Return the next state, which cannot be written, and the row that a full block leaves."""
-    settings, shape, size, room, row = _online(bound)
+    """Return the next state, read-only, and the row where a block is complete."""
+    settings, shape, size, work_size, row = _online(bound)
     before, now = previous.values, current.values
     if state.shape != shape or not len(before) == len(now) == size:
         got = state.shape, len(before) - PACKED, len(now) - PACKED
         raise ProblemError(
             f"a state must have shape {shape}, a sample {size - PACKED} channels; got {got}"
         )
-    moved, work, doubles = state.copy(), ffi.new(DOUBLES, room + row), ffi.from_buffer
-    first, second, to = doubles(DOUBLES, before), doubles(DOUBLES, now), doubles(DOUBLES, moved)
+    result, work, doubles = state.copy(), ffi.new(DOUBLES, work_size + row), ffi.from_buffer
+    first, second, to = doubles(DOUBLES, before), doubles(DOUBLES, now), doubles(DOUBLES, result)
     outcome = C.hd_online_step(settings, first, second, to, work)
     if not outcome:
         raise ProblemError(
             f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
-            "a new clock use `state.restarted(sample)`."
+            "a new clock use `state.restart(sample)`."
         )
-    moved.setflags(write=False)
-    return moved, np.frombuffer(ffi.buffer(work))[room:] if outcome > 1 else None
+    result.setflags(write=False)
+    return result, np.frombuffer(ffi.buffer(work))[work_size:] if outcome > 1 else None

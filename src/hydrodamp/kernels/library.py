@@ -1,7 +1,4 @@
-"""The compiled library, loaded by its own headers.
-
-cffi reads the two headers beside the C files, so they are the only declarations there are.
-"""
+"""cffi loader of the compiled C core, declared by its two headers."""
 
 from __future__ import annotations
 
@@ -42,12 +39,12 @@ _TYPES = {
     np.dtype(np.int32): ffi.typeof("int32_t[]"),
     np.dtype(np.bool_): ffi.typeof("unsigned char[]"),
 }
-#: C structures, and the arrays that their pointers point to.
-_ALIVE: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
+#: The arrays that each C structure points to, so that they live as long as it does.
+_ARRAYS_OF: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
 def to_c(value: Any) -> Any:
-    """Return a value as C takes it; an array lives while the pointer to it does."""
+    """Convert an argument to its C type; an array becomes a pointer that keeps it alive."""
     if isinstance(value, np.ndarray):
         return ffi.from_buffer(_TYPES[value.dtype], value)
     return ffi.NULL if value is None else value
@@ -55,9 +52,9 @@ def to_c(value: Any) -> Any:
 
 def struct(kind: str, *values: Any) -> Any:
     fields = [*map(to_c, values)]
-    made = ffi.new(f"{kind} *", fields)
-    _ALIVE[made] = fields
-    return made
+    value = ffi.new(f"{kind} *", fields)
+    _ARRAYS_OF[value] = fields
+    return value
 
 
 def call(name: str, *values: Any) -> None:

@@ -1,4 +1,4 @@
-"""The plant of eq. 1 as arrays, which of its coefficients move, and what drives it."""
+"""The plant of equation 1, its recorded inputs, and one packed sample, as arrays for the C core."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ PACKED = 18  # numbers of a packed sample before its channels
 
 @dataclass(frozen=True, eq=False)
 class Plant:
-    """What the equation of motion needs besides its coefficients.
+    """Mass matrix, free axes and terms of the equation of motion, without its coefficients.
 
     The order of atoms that ``factors`` (n_terms, 4) points into, for m channels, is: 0 the
-    constant one, 1-6 u v w p q r, 7-12 their absolute values, 13 U, 14 V, 15 V_v, 16 V_w,
+    constant 1, 1-6 u v w p q r, 7-12 their absolute values, 13 U, 14 V, 15 V_v, 16 V_w,
     17 (eta-1), 18-20 the down vector in the body frame, then m channels, then their m absolute
     values. The mass matrix is rigid body plus added mass, symmetric and
     positive definite on the ``free`` axes; the velocity of a locked one stays zero.
@@ -46,10 +46,10 @@ class Plant:
 class Inputs:
     """Recorded motion and actuation, arrays of one row a sample.
 
-    Time [s] increases strictly within a segment; the wrench stands on the right-hand side;
+    Time [s] increases strictly within a segment; the wrench is on the right-hand side;
     channels are held until the next sample. The two columns of ``propulsion`` are the
-    propeller's surge speed u_c [m/s]: held over the step that begins at the sample, and the one
-    to use where the sample ends a step.
+    propeller's surge speed u_c [m/s]: held over the step that begins at the sample, and the value
+    at the end of a step that ends there.
     """
 
     time: FloatArray  # (n,)
@@ -77,27 +77,25 @@ class Inputs:
         """Return the number of command channels."""
         return int(self.channels.shape[1])
 
-    def select(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
-        """Return some of the samples, with another velocity where one is given."""
-        some = {each.name: getattr(self, each.name)[part] for each in fields(self)}
-        return Inputs(**(some if velocity is None else some | {"velocity": velocity}))
+    def select(self, index: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
+        """Return some of the samples, optionally with another velocity."""
+        arrays = {each.name: getattr(self, each.name)[index] for each in fields(self)}
+        return Inputs(**(arrays if velocity is None else arrays | {"velocity": velocity}))
 
     def sample(self, k: int) -> Sample:
-        """Return sample ``k`` alone, as the online step takes it."""
-        one = {each.name: getattr(self, each.name)[k] for each in fields(self)}
-        return Sample.of(**one)
+        """Return sample ``k``, packed for the online step."""
+        return Sample.of(**{each.name: getattr(self, each.name)[k] for each in fields(self)})
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sample:
-    """One sample, packed into a single array for a quick call.
+    """One sample, packed into a single array for fast calls.
 
     Parameters
     ----------
     values : ndarray, shape (18 + m,)
         Time [s], velocity (6), down (3), wrench (6), propulsion (2) and the m
-        channels, one behind the other; see :class:`Inputs`. Made by
-        :meth:`of`, taken as it is.
+        channels; see :class:`Inputs`. Built by :meth:`of`; not copied or checked.
     """
 
     values: FloatArray
@@ -114,7 +112,7 @@ class Sample:
 
     @property
     def propulsion(self) -> FloatArray:
-        """Return u_c over the step that begins here and where one ends here [m/s]."""
+        """Return u_c over the step that begins here, and at the end of one that ends here [m/s]."""
         return self.values[16:PACKED]
 
     @classmethod
@@ -160,15 +158,15 @@ class Sample:
         >>> Sample.of(time=0.0, velocity=[1, 0, 0, 0, 0, 0]).values.shape
         (18,)
         """
-        held = np.asarray(channels, dtype=np.float64)
-        values = np.empty(PACKED + held.size)
+        channel_values = np.asarray(channels, dtype=np.float64)
+        values = np.empty(PACKED + channel_values.size)
         values[0] = time
         try:
             values[1:7] = velocity
             values[7:10] = down
             values[10:16] = wrench
             values[16:PACKED] = propulsion
-            values[PACKED:] = held
+            values[PACKED:] = channel_values
         except ValueError as error:
             raise ProblemError(f"a sample does not have the shapes required: {error}") from error
         values.setflags(write=False)

@@ -266,7 +266,7 @@ def _compare(
 def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Reference:
     part, information = recursion.axis_block(axis, known.information)
     unit, zero = recursion.unit[part], np.zeros(part.stop - part.start)
-    products, *_ = recursion.iv_statistics(axis, known.iv_state)
+    products = recursion.iv_statistics(axis, known.iv_state).lag_products
     correlation = np.clip(products[0] / known.noise[axis], -_STEADIEST, _STEADIEST)
     return Reference(
         frozen(np.divide(known.coefficients[part], unit, out=zero, where=unit > 0.0)),

@@ -97,12 +97,11 @@ def innovations_of(
 ) -> tuple[float, float]:
     """Return the innovation of an axis's last row, and the mean of those two to four rows before.
 
-    Each over the root of 1 + leverage, as csrc/witness.c keeps them.
+    Each over the root of 1 + leverage.
     """
-    place = recursion.iv_offsets[axis]
-    has_earlier = before.iv_state[place] >= N_LAGS - 1
-    earlier = before.iv_state[place + 2 : place + N_LAGS].mean() if has_earlier else 0.0
-    return float(after.iv_state[place + 1]), float(earlier)
+    previous = recursion.iv_statistics(axis, before.iv_state).innovations
+    earlier = previous[1:].mean() if len(previous) == N_LAGS else 0.0
+    return float(recursion.iv_statistics(axis, after.iv_state).innovations[0]), float(earlier)
 
 
 def restore_evidence(values: list[Any]) -> Evidence:

@@ -1,4 +1,4 @@
-"""What became of a fit or a replay: an outcome in words, never an exception."""
+"""Outcomes of fits and replays, as an enumeration of sentences; outcomes raise no exception."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from enum import Enum
 
 
 class TextEnum(Enum):
-    """Values are sentences that begin with one or two words and a colon."""
+    """Enumeration whose values are sentences, each beginning with a keyword and a colon."""
 
     @property
     def word(self) -> str:
-        """What comes before the colon."""
+        """The keyword before the colon."""
         return str(self.value).split(":", 1)[0]
 
 
 class Status(TextEnum):
-    """An outcome; its value is the sentence to read.
+    """An outcome; its value is the message.
 
     Examples
     --------
@@ -23,42 +23,42 @@ class Status(TextEnum):
     'diverged'
     """
 
-    OK = "ok: the data distinguish all coefficients; grades say how well each is determined."
+    OK = "ok: the regression has full rank; grades give the precision of each coefficient."
     RANK_DEFICIENT = (
-        "rank deficient: the data cannot distinguish some coefficients; their smallest-norm "
-        "split is given and `aliased` names them."
+        "rank deficient: some regressors are linearly dependent; the minimum-norm solution is "
+        "returned and `aliased` lists these coefficients."
     )
-    EMPTY = "empty: the model has no term on the vehicle's free axes; there is nothing to identify."
+    EMPTY = "empty: the model has no term on the vehicle's free axes; nothing was identified."
     TOO_FEW_SAMPLES = (
         "too few samples: an axis has more coefficients than the log has samples; "
         "nothing was identified."
     )
     CONVERGED = (
-        "settled: less than a tenth of each axis's damping wrench is still missing; single "
+        "converged: on each axis the damping wrench is within 10 % of its limit; single "
         "coefficients may be further away."
     )
     NOT_CONVERGED = (
-        "not settled: more than a tenth of an axis's damping wrench is still missing; give a "
-        "longer or richer log, or more passes."
+        "not converged: on an axis the damping wrench is more than 10 % from its limit; use a "
+        "longer log, more excitation, or more passes."
     )
     STOPPED = (
-        "stopped: the search did not come to rest; the best replay met on its way is given. Try a "
+        "stopped: the optimiser stopped before it converged; the best iterate is returned. Try a "
         "longer log or a smaller model."
     )
     BY_PRIOR = (
-        "by prior: the data cannot distinguish some coefficients; there the prior decides and "
-        "`aliased` names them."
+        "by prior: the data do not determine some coefficients; these follow the prior and "
+        "`aliased` lists them."
     )
     REFUSED = (
-        "refused: the method cannot identify this model from this log; nothing was identified, "
-        "and what follows says why."
+        "refused: the method cannot identify this model from this log, for the reason given; "
+        "nothing was identified."
     )
-    FAILED = "failed: the estimate is not finite; look for absurd numbers in the log."
-    DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
+    FAILED = "failed: the estimate is not finite; check the log for outliers."
+    DIVERGED = "diverged: the open-loop replay exceeded the velocity limit; there is no RMS error."
 
     @property
     def usable(self) -> bool:
-        """Whether there are numbers to use."""
+        """Whether the fit has coefficients."""
         return self not in (
             Status.EMPTY,
             Status.TOO_FEW_SAMPLES,

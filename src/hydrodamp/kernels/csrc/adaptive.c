@@ -13,8 +13,8 @@
 #include "onboard.h"
 
 /* force = K xi and stiffness_i = sum_j gamma_ij xi_j^2 in one sweep */
-static void sums(const hd_real *matrix, const hd_real *gamma, const hd_real *xi, size_t n_terms,
-                 hd_real force[6], hd_real stiffness[6])
+static void damping_and_stiffness(const hd_real *matrix, const hd_real *gamma, const hd_real *xi,
+                                  size_t n_terms, hd_real force[6], hd_real stiffness[6])
 {
     hd_real k[6] = {0}, s[6] = {0};
 
@@ -31,30 +31,30 @@ static void sums(const hd_real *matrix, const hd_real *gamma, const hd_real *xi,
     }
 }
 
-/* K -= h gamma o (xi d'); each row is read whole before it is written */
-static void move(hd_real *matrix, const hd_real *gamma, const hd_real *xi, size_t n_terms,
+/* K -= h gamma o (xi d'); each row is read before it is written */
+static void update_matrix(hd_real *matrix, const hd_real *gamma, const hd_real *xi, size_t n_terms,
                  hd_real h, const hd_real d[6])
 {
     for (size_t j = 0; j < n_terms; ++j) {
-        const hd_real reach = h * xi[j];
+        const hd_real step_xi = h * xi[j];
         hd_real row[6];
         for (size_t i = 0; i < 6; ++i)
-            row[i] = matrix[6 * j + i] - gamma[6 * j + i] * (reach * d[i]);
+            row[i] = matrix[6 * j + i] - gamma[6 * j + i] * (step_xi * d[i]);
         for (size_t i = 0; i < 6; ++i)
             matrix[6 * j + i] = row[i];
     }
 }
 
-/* Replace the rows and columns of locked axes by those of the identity. */
-static void lock(const unsigned char free_axes[6], hd_real left[36], hd_real right[6])
+/* Replace rows and columns of locked axes by those of the identity matrix. */
+static void lock(const unsigned char free_axes[6], hd_real lhs[36], hd_real rhs[6])
 {
     for (size_t i = 0; i < 6; ++i) {
         if (free_axes[i])
             continue;
         for (size_t k = 0; k < 6; ++k)
-            left[6 * i + k] = left[6 * k + i] = 0;
-        left[7 * i] = 1;
-        right[i] = 0;
+            lhs[6 * i + k] = lhs[6 * k + i] = 0;
+        lhs[7 * i] = 1;
+        rhs[i] = 0;
     }
 }
 
@@ -62,21 +62,21 @@ void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, h
               hd_real error[6], const hd_step *step)
 {
     const hd_real half = (hd_real)0.5, h = step->length;
-    hd_real moved[6], momentum[6], damping[6], stiffness[6], left[36], d[6];
+    hd_real rate[6], momentum[6], damping[6], stiffness[6], lhs[36], d[6];
 
-    sums(matrix, gamma, step->xi, plant->n_terms, damping, stiffness);
+    damping_and_stiffness(matrix, gamma, step->xi, plant->n_terms, damping, stiffness);
     for (size_t i = 0; i < 6; ++i) /* 2M D/h - M (nu_{k+1} - nu_k)/h, one product */
-        moved[i] = (2 * error[i] - step->change[i]) / h;
-    hd_momentum(plant->mass, moved, momentum);
+        rate[i] = (2 * error[i] - step->change[i]) / h;
+    hd_momentum(plant->mass, rate, momentum);
     for (size_t i = 0; i < 36; ++i)
-        left[i] = 2 / h * plant->mass[i];
+        lhs[i] = 2 / h * plant->mass[i];
     for (size_t i = 0; i < 6; ++i) {
-        left[7 * i] += a[i] + half * h * stiffness[i];
+        lhs[7 * i] += a[i] + half * h * stiffness[i];
         d[i] = momentum[i] + step->forcing[i] + damping[i];
     }
-    lock(plant->free_axes, left, d);
-    hd_cholesky_six(left, d);
-    move(matrix, gamma, step->xi, plant->n_terms, h, d);
+    lock(plant->free_axes, lhs, d);
+    hd_cholesky_six(lhs, d);
+    update_matrix(matrix, gamma, step->xi, plant->n_terms, h, d);
     for (size_t i = 0; i < 6; ++i)
         error[i] = 2 * d[i] - error[i];
 }

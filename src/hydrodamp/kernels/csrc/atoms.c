@@ -1,7 +1,7 @@
 /* Atoms, and terms as their products: one table for every model (eq. 4). */
 #include "onboard.h"
 
-static const hd_real slowest = (hd_real)1e-6; /* m/s; guards the propulsion ratio */
+static const hd_real min_speed = (hd_real)1e-6; /* m/s; guards the propulsion ratio */
 
 static hd_real sign(hd_real x) { return (hd_real)((x > 0) - (x < 0)); }
 
@@ -23,7 +23,7 @@ void hd_atoms(const hd_real velocity[6], const hd_real down[3], const hd_real *c
     atoms[14 * stride] = crossflow;
     atoms[15 * stride] = sign(v) * crossflow;
     atoms[16 * stride] = sign(w) * crossflow;
-    atoms[17 * stride] = propulsion_speed / (speed < slowest ? slowest : speed) - 1;
+    atoms[17 * stride] = propulsion_speed / (speed < min_speed ? min_speed : speed) - 1;
     for (size_t i = 0; i < 3; ++i)
         atoms[(18 + i) * stride] = down[i];
     for (size_t i = 0; i < n_channels; ++i) {

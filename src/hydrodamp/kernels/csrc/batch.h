@@ -1,4 +1,4 @@
-/* hydrodamp at the desk: whole records at a time, derivatives, and steps on packed samples. */
+/* Offline use: whole records, derivatives, and single steps on packed samples. */
 #ifndef HYDRODAMP_BATCH_H
 #define HYDRODAMP_BATCH_H
 
@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-enum { HD_BLOCK = 64 }; /* samples whose terms are filled at a time */
+enum { HD_BLOCK = 64 }; /* samples whose terms are evaluated together */
 
 /* A record of n samples, each array row-major. */
 typedef struct {
@@ -53,8 +53,8 @@ void hd_quaternion_by_itself(const hd_real omega[3], hd_real slope[16]); /* 4 x 
 hd_real hd_normalise(hd_real q[4]);                              /* returns |q| */
 
 /* replay.c ----------------------------------------------------------------- */
-/* What is integrated, and by which inputs: between two samples wrench and down are
- * interpolated, the rest is held. */
+/* The equation of motion and its inputs. Between two samples wrench and down are interpolated
+ * linearly; channels and propulsion speed are held. */
 typedef struct {
     const hd_plant *plant;
     const hd_real *matrix;
@@ -76,7 +76,7 @@ void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segmen
                hd_real *jacobian, int64_t *diverged_at, hd_real *work);
 
 /* runs.c ------------------------------------------------------------------- */
-/* The fold of hd_adapt over a record; error starts at 0 in every segment.
+/* hd_adapt over a record; the velocity error starts at 0 in every segment.
  * every > 0: the state after each every-th step goes to the history. */
 typedef struct {
     size_t every;
@@ -91,7 +91,7 @@ void hd_adapt_run(const hd_plant *plant, const hd_real a[6], const hd_real *gamm
                   const int64_t *segments, size_t n_segments, size_t passes,
                   const hd_history *history, hd_real *work);
 
-/* Rows from blocks of a record, each absorbed; no block spans two segments. */
+/* Recursive least squares over a record; no block spans two segments. */
 size_t hd_recur_work(const hd_entries *entries, size_t n_terms, size_t n_channels);
 void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_estimate *estimate,
                   hd_real length, const hd_record *record, const int64_t *segments,

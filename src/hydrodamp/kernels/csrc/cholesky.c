@@ -2,7 +2,7 @@
 #include "onboard.h"
 
 /* Column j of a = L D L^T and of L y = b. The upper triangle of a becomes D L^T row by row,
- * its diagonal the pivots' reciprocals. With n and j constants the loops are laid out flat. */
+ * its diagonal the pivots' reciprocals. Constant n and j let the compiler unroll the loops. */
 static inline void eliminate(hd_real *a, hd_real *b, size_t n, size_t j)
 {
     const hd_real *from = a + n * j;

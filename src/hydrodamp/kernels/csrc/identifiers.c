@@ -1,9 +1,9 @@
-/* Identifiers at work on board: one array holds all their state.
+/* The identifiers sample by sample, for use on board. One array holds the state:
  *
- * It begins with the last sample, packed; a 0 in place of its length says that no run is under
- * way. Behind it stand the matrix and the error of the adaptive identifier; or the block of
- * time, the coefficients and what else hd_estimate points to. Last stands a spare copy of what
- * the last step replaced, to go back to where its result is not finite.
+ *   the last sample, packed; 0 in place of its length where the next sample begins a run
+ *   adaptive identifier: the matrix and the velocity error
+ *   recursive least squares: the block of time, then the arrays that hd_estimate points to
+ *   a backup of what a step replaces, restored where its result is not finite
  */
 #include "onboard.h"
 
@@ -46,21 +46,21 @@ void hd_run_begins(hd_real *state)
     state[0] = 0;
 }
 
-/* What becomes of a sample: left out, first of a run, or with a step that leads to it. */
-enum { LEFT_OUT, FIRST, NEXT };
+/* How a sample is used: discarded, first of a run, or the end of a step. */
+enum { DISCARDED, FIRST, NEXT };
 
-static int judge(const hd_plant *plant, const hd_sample *sample, hd_real *state)
+static int classify(const hd_plant *plant, const hd_sample *sample, hd_real *state)
 {
     if (!is_finite(plant, sample)) {
         hd_run_begins(state);
-        return LEFT_OUT;
+        return DISCARDED;
     }
     if (!(state[0] > 0))
         return FIRST;
-    return are_finite(&sample->length, 1) && sample->length > 0 ? NEXT : LEFT_OUT;
+    return are_finite(&sample->length, 1) && sample->length > 0 ? NEXT : DISCARDED;
 }
 
-static void remember(const hd_plant *plant, const hd_sample *sample, hd_real *state)
+static void store_sample(const hd_plant *plant, const hd_sample *sample, hd_real *state)
 {
     state[0] = 1;
     copy(state + 1, sample->velocity, 6);
@@ -109,26 +109,26 @@ int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real
     const hd_plant *plant = ai->plant;
     const hd_sample last = hd_unpacked(state, 0);
     hd_real *matrix = state + sample_size(plant), *error = matrix + 6 * plant->n_terms;
-    const int is = judge(plant, sample, state);
+    const int kind = classify(plant, sample, state);
     hd_step step;
 
-    if (is == LEFT_OUT)
+    if (kind == DISCARDED)
         return 0;
-    if (is == FIRST) {
+    if (kind == FIRST) {
         clear(error, 6);
     } else {
-        hd_real *spare = state + hd_ai_lasting(ai);
-        copy(spare, matrix, matrix_size(ai));
+        hd_real *backup = state + hd_ai_lasting(ai);
+        copy(backup, matrix, matrix_size(ai));
         hd_step_between(plant, &last, sample, &step, work);
         hd_adapt(plant, ai->a, ai->gamma, matrix, error, &step);
         if (!are_finite(matrix, matrix_size(ai))) {
-            copy(matrix, spare, matrix_size(ai));
+            copy(matrix, backup, matrix_size(ai));
             hd_run_begins(state);
-            return LEFT_OUT;
+            return DISCARDED;
         }
     }
-    remember(plant, sample, state);
-    return is;
+    store_sample(plant, sample, state);
+    return kind;
 }
 
 void hd_ai_estimate(const hd_ai *ai, const hd_real *state, hd_real *coefficients)
@@ -142,12 +142,12 @@ void hd_ai_estimate(const hd_ai *ai, const hd_real *state, hd_real *coefficients
 }
 
 /* Recursive least squares. */
-static size_t before_estimate(const hd_rls *rls)
+static size_t estimate_offset(const hd_rls *rls)
 {
     return sample_size(rls->plant) + hd_block_size(rls->plant->n_terms);
 }
 
-static size_t squares(const hd_entries *entries)
+static size_t information_size(const hd_entries *entries)
 {
     size_t sum = 0;
 
@@ -158,12 +158,12 @@ static size_t squares(const hd_entries *entries)
     return sum;
 }
 
-/* Where what hd_estimate points to lies in a state. */
+/* The arrays of hd_estimate inside a state. */
 static hd_estimate estimate_in(const hd_rls *rls, hd_real *state)
 {
-    hd_real *coefficients = state + before_estimate(rls);
+    hd_real *coefficients = state + estimate_offset(rls);
     hd_real *information = coefficients + rls->entries->starts[6];
-    hd_real *noise = information + squares(rls->entries);
+    hd_real *noise = information + information_size(rls->entries);
     const hd_estimate estimate = {
         rls->unit, rls->forgetting, coefficients, information, noise, noise + 6, noise + 12,
     };
@@ -173,16 +173,16 @@ static hd_estimate estimate_in(const hd_rls *rls, hd_real *state)
 
 static size_t estimate_size(const hd_entries *entries)
 {
-    size_t size = (size_t)entries->starts[6] + squares(entries) + 12;
+    size_t size = (size_t)entries->starts[6] + information_size(entries) + 12;
 
     for (size_t i = 0; i < 6; ++i)
-        size += hd_witness_size((size_t)(entries->starts[i + 1] - entries->starts[i]));
+        size += hd_iv_size((size_t)(entries->starts[i + 1] - entries->starts[i]));
     return size;
 }
 
 size_t hd_rls_lasting(const hd_rls *rls)
 {
-    return before_estimate(rls) + estimate_size(rls->entries);
+    return estimate_offset(rls) + estimate_size(rls->entries);
 }
 
 size_t hd_rls_size(const hd_rls *rls)
@@ -213,45 +213,45 @@ int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_r
     const hd_estimate estimate = estimate_in(rls, state);
     hd_real *block = state + sample_size(plant);
     hd_real *row = work + hd_step_work(plant->n_terms, plant->n_channels);
-    const int is = judge(plant, sample, state);
-    int moved = 0;
+    const int kind = classify(plant, sample, state);
+    int updated = 0;
     hd_step step;
 
-    if (is == LEFT_OUT)
+    if (kind == DISCARDED)
         return 0;
-    if (is == FIRST) {
+    if (kind == FIRST) {
         clear(block, hd_block_size(plant->n_terms));
-        hd_witness_break(rls->entries, estimate.witness);
+        hd_iv_begin_segment(rls->entries, estimate.iv);
     } else {
         hd_step_between(plant, &last, sample, &step, work);
-        moved = hd_block_add(plant, rls->entries->known, &step, rls->length, block, row);
+        updated = hd_block_add(plant, rls->entries->known, &step, rls->length, block, row);
         if (!are_finite(block, hd_block_size(plant->n_terms))) {
             clear(block, hd_block_size(plant->n_terms));
             hd_run_begins(state);
-            return LEFT_OUT;
+            return DISCARDED;
         }
     }
-    if (moved) {
-        hd_real *known = state + before_estimate(rls), *spare = state + hd_rls_lasting(rls);
+    if (updated) {
+        hd_real *current = state + estimate_offset(rls), *backup = state + hd_rls_lasting(rls);
         const size_t n = estimate_size(rls->entries);
-        copy(spare, known, n);
+        copy(backup, current, n);
         hd_absorb(rls->entries, &estimate, plant->n_terms, row, row + plant->n_terms + 6);
-        if (!are_finite(known, n)) {
-            copy(known, spare, n);
+        if (!are_finite(current, n)) {
+            copy(current, backup, n);
             hd_run_begins(state);
-            return LEFT_OUT;
+            return DISCARDED;
         }
     }
-    remember(plant, sample, state);
-    return 1 + moved;
+    store_sample(plant, sample, state);
+    return 1 + updated;
 }
 
 void hd_rls_estimate(const hd_rls *rls, const hd_real *state, hd_real *coefficients)
 {
-    copy(coefficients, state + before_estimate(rls), (size_t)rls->entries->starts[6]);
+    copy(coefficients, state + estimate_offset(rls), (size_t)rls->entries->starts[6]);
 }
 
-/* FNV-1a, begun with a mark and with the size of a number. */
+/* FNV-1a hash, seeded with the mark and the size of a number. */
 static uint32_t checksum(const unsigned char *bytes, size_t n, uint32_t mark)
 {
     uint32_t sum = (UINT32_C(2166136261) ^ mark ^ (uint32_t)sizeof(hd_real)) * UINT32_C(16777619);
@@ -261,28 +261,28 @@ static uint32_t checksum(const unsigned char *bytes, size_t n, uint32_t mark)
     return sum;
 }
 
-void hd_keep(const hd_real *state, size_t n, uint32_t mark, unsigned char *kept)
+void hd_keep(const hd_real *state, size_t n, uint32_t mark, unsigned char *saved)
 {
     const unsigned char *bytes = (const unsigned char *)state;
     const size_t size = n * sizeof *state;
     const uint32_t sum = checksum(bytes, size, mark);
 
     for (size_t i = 0; i < size; ++i)
-        kept[i] = bytes[i];
+        saved[i] = bytes[i];
     for (size_t i = 0; i < 4; ++i)
-        kept[size + i] = (unsigned char)(sum >> (8 * i));
+        saved[size + i] = (unsigned char)(sum >> (8 * i));
 }
 
-int hd_restore(const unsigned char *kept, size_t n, uint32_t mark, hd_real *state)
+int hd_restore(const unsigned char *saved, size_t n, uint32_t mark, hd_real *state)
 {
     const size_t size = n * sizeof *state;
-    const uint32_t sum = checksum(kept, size, mark);
+    const uint32_t sum = checksum(saved, size, mark);
     unsigned char *bytes = (unsigned char *)state;
 
     for (size_t i = 0; i < 4; ++i)
-        if (kept[size + i] != (unsigned char)(sum >> (8 * i)))
+        if (saved[size + i] != (unsigned char)(sum >> (8 * i)))
             return 0;
     for (size_t i = 0; i < size; ++i)
-        bytes[i] = kept[i];
+        bytes[i] = saved[i];
     return 1;
 }

@@ -1,4 +1,4 @@
-/* hydrodamp on board: equation 1 of a marine vehicle and what estimates it, in C99.
+/* hydrodamp on board: equation 1 of a marine vehicle and its recursive estimators, in C99.
  *
  *   M dnu/dt = H(M nu) nu + K xi(nu) + wrench                        (eq. 1)
  *
@@ -8,9 +8,8 @@
  * with -ffast-math, and every machine gives the same bits.
  *
  * Frames: body x forward, y starboard, z down; wrenches X Y Z [N], K M N [N m]
- * stand on the right-hand side. Matrices are row-major, but for the mass matrix,
- * which lies column by column. A coefficient matrix holds one row a term and the
- * six axes side by side: the transpose of K.
+ * are on the right-hand side. Matrices are row-major, except the mass matrix, which is
+ * column-major. A coefficient matrix has shape (n_terms, 6): the transpose of K.
  *
  * A term is a product of four atoms, given by their numbers (0 where unused):
  *   0        1                       17       (eta-1) = u_c / max(U, 1e-6) - 1
@@ -47,7 +46,10 @@ typedef HD_REAL hd_real;
 
 enum {
     HD_FIXED_ATOMS = 21,
-    HD_PACKED = 18 /* numbers of a packed sample before its channels */
+    HD_PACKED = 18,     /* numbers of a packed sample before its channels */
+    HD_IV_LAGS = 4,     /* rows; lags of the products of innovations */
+    HD_IV_PRODUCTS = 5, /* offset of these products in the state of an axis, behind the count */
+    HD_IV_ESTIMATE = 9  /* offset of the instrumental-variable estimate */
 };
 
 /* The vehicle and its terms. */
@@ -100,17 +102,17 @@ void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wren
 /* inverse[6][6] of the mass matrix on the free axes, zero on the locked ones. */
 void hd_mass_inverse(const hd_plant *plant, hd_real inverse[36]);
 
-/* rate[6] = inverse * (H(M nu) nu + K xi + wrench). Atoms and xi are left in theirs. */
+/* rate[6] = inverse * (H(M nu) nu + K xi + wrench). Atoms and xi are outputs, too. */
 void hd_acceleration(const hd_plant *plant, const hd_real inverse[36], const hd_real *matrix,
                      const hd_real velocity[6], const hd_real down[3], const hd_real wrench[6],
                      const hd_real *channels, hd_real propulsion_speed, hd_real rate[6],
                      hd_real *atoms, hd_real *xi);
 
 /* cholesky.c --------------------------------------------------------------- */
-/* Solve a symmetric positive-definite system in place: matrix is destroyed, right becomes
- * the solution. Only the upper triangle is read. */
+/* Solve a symmetric positive-definite system in place: matrix is overwritten, right
+ * becomes the solution. Only the upper triangle is read. */
 void hd_cholesky_six(hd_real matrix[36], hd_real right[6]);
-/* Of I + S with S >= 0: a pivot that rounding has made much less than 1 counts as 1. */
+/* The same for I + S with S >= 0: a pivot below 0.5, due to rounding, is replaced by 1. */
 void hd_cholesky(hd_real *matrix, size_t n, hd_real *right);
 
 /* steps.c ------------------------------------------------------------------ */
@@ -121,7 +123,7 @@ typedef struct {
     hd_real *xi;
 } hd_end;
 
-/* What a step between two samples needs. */
+/* Averages over the step between two samples. */
 typedef struct {
     hd_real length;     /* h, s */
     hd_real change[6];  /* nu_{k+1} - nu_k on the free axes */
@@ -129,7 +131,7 @@ typedef struct {
     hd_real *xi;        /* mean of xi at both ends, n_terms */
 } hd_step;
 
-/* The step between two samples; its xi lies in the workspace, of hd_step_work numbers. */
+/* The step between two samples; its xi points into the workspace, of hd_step_work numbers. */
 size_t hd_step_work(size_t n_terms, size_t n_channels);
 void hd_step_between(const hd_plant *plant, const hd_sample *previous, const hd_sample *current,
                      hd_step *step, hd_real *work);
@@ -146,68 +148,67 @@ void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, h
               hd_real error[6], const hd_step *step);
 
 /* blocks.c ----------------------------------------------------------------- */
-/* The block of time under way: hd_block_size numbers, all 0 at the start of a segment. */
+/* The current block of time: hd_block_size numbers, all 0 at the start of a segment. */
 size_t hd_block_size(size_t n_terms);
 
-/* Add a step; known as in hd_entries. 1 where that fills a second block: then row holds the
- * terms (n_terms), and behind them what they are to explain on each axis (6), over both. */
+/* Add a step; known as in hd_entries. 1 where it completes a second block: then row holds the
+ * regressors (n_terms) and the target of each axis (6), over both blocks. */
 int hd_block_add(const hd_plant *plant, const hd_real *known, const hd_step *step,
                  hd_real length, hd_real *block, hd_real *row);
 
 /* recursive.c -------------------------------------------------------------- */
-/* The coefficients that move, axis by axis, and the table of those that do not. Axis i has
+/* The coefficients that are estimated, axis by axis, and the table of the fixed ones. Axis i has
  * the coefficients starts[i] .. starts[i + 1] - 1, each a row of the table of terms. */
 typedef struct {
     const int32_t *starts; /* 7 */
     const int32_t *rows;   /* starts[6] */
-    const hd_real *known;  /* n_terms x 6, zero where a coefficient moves */
+    const hd_real *known;  /* n_terms x 6, zero where a coefficient is estimated */
 } hd_entries;
 
 /* Settings and state of recursive least squares with directional forgetting. */
 typedef struct {
-    const hd_real *unit;   /* of each coefficient: its prior deviation over that of a row's
-                              noise; 0 holds it */
-    hd_real forgetting;    /* share of the information along a row that it replaces; < 1 */
+    const hd_real *unit;   /* of each coefficient: prior standard deviation over that of
+                              the noise of a row; 0 fixes it */
+    hd_real forgetting;    /* share of the information along a row that the row replaces; < 1 */
     hd_real *coefficients; /* one an entry */
-    hd_real *information;  /* the data's, n_i x n_i, one behind the other, in those units */
-    hd_real *noise;        /* 6: running variance of what is left over */
-    hd_real *rows;         /* 6: how many rows there were */
-    hd_real *witness;      /* hd_witness_size(n_i) an axis, one behind the other */
+    hd_real *information;  /* of the data, n_i x n_i per axis, in these units */
+    hd_real *noise;        /* 6: running variance of the normalised innovations */
+    hd_real *rows;         /* 6: number of rows */
+    hd_real *iv;      /* hd_iv_size(n_i) per axis */
 } hd_estimate;
 
 /* Start from these coefficients, before any data. */
 void hd_recur_start(const hd_entries *entries, const hd_estimate *estimate,
                     const hd_real *coefficients);
 
-/* Take in one row. Workspace: hd_absorb_work numbers. */
+/* Update the estimate with one row. Workspace: hd_absorb_work numbers. */
 size_t hd_absorb_work(const hd_entries *entries);
 void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_terms,
                const hd_real *row, hd_real *work);
 
-/* witness.c ---------------------------------------------------------------- */
-/* What tells how far an axis with n coefficients may be off: how many of the last 7 rows are of
- * this segment, what the last 4 left over, its products at 4 lags, an estimate by instruments in
- * units (n), its moments (n x n), the last rows (7 x (n + 1)). All 0 but the estimate at first. */
-size_t hd_witness_size(size_t n);
+/* instrumental_variables.c -------------------------------------------------- */
+/* State of an axis with n coefficients: how many of the last 7 rows are of this segment, the last
+ * 4 innovations, their products at 4 lags, the instrumental-variable estimate in units (n), its
+ * moments (n x n), the last rows (7 x (n + 1)). All but the estimate start at 0. */
+size_t hd_iv_size(size_t n);
 
-/* Before any data, at these coefficients in these units. */
-void hd_witness_start(hd_real *witness, size_t n, const hd_real *coefficients,
+/* Initialise before any data with these coefficients. */
+void hd_iv_start(hd_real *iv, size_t n, const hd_real *coefficients,
                       const hd_real *unit);
 
-/* Another segment begins: rows of the one before are no neighbours. */
-void hd_witness_break(const hd_entries *entries, hd_real *witness);
+/* Begin a segment: rows of the one before do not serve as instruments. */
+void hd_iv_begin_segment(const hd_entries *entries, hd_real *iv);
 
-/* Forget along S phi, a part c / (phi'S phi). Workspace: n numbers. */
-void hd_witness_forget(hd_real *witness, size_t n, const hd_real *phi, const hd_real *seen,
-                       hd_real part, hd_real *work);
+/* Forget along phi, given S phi and factor = c / (phi'S phi). Workspace: n numbers. */
+void hd_iv_forget(hd_real *iv, size_t n, const hd_real *phi, const hd_real *s_phi,
+                   hd_real factor, hd_real *work);
 
-/* Take in a row that leaves so much over, which weighs so much. Workspace: n x n + n numbers. */
-void hd_witness_row(hd_real *witness, size_t n, const hd_real *phi, hd_real target, hd_real left,
-                    hd_real weight, hd_real *work);
+/* Update with a row, its normalised innovation and the weight of that. Workspace: n x n + n. */
+void hd_iv_update(hd_real *iv, size_t n, const hd_real *phi, hd_real target,
+                  hd_real innovation, hd_real weight, hd_real *work);
 
 /* identifiers.c ------------------------------------------------------------ */
-/* Identifiers at work, a sample a call. The state, the last sample included, is one array of
- * the caller's. */
+/* The identifiers sample by sample. The caller owns the state, one array. */
 typedef struct {
     const hd_plant *plant;
     const hd_entries *entries;
@@ -222,7 +223,7 @@ typedef struct {
     hd_real length; /* s, of the blocks */
 } hd_rls;
 
-/* Numbers of a state, of its first part, which is to be kept, and of the workspace of a step. */
+/* Size of a state, of the part of it to save, and of the workspace of a step. */
 size_t hd_ai_size(const hd_ai *ai);
 size_t hd_ai_lasting(const hd_ai *ai);
 size_t hd_ai_work(const hd_ai *ai);
@@ -234,12 +235,12 @@ size_t hd_rls_work(const hd_rls *rls);
 void hd_ai_init(const hd_ai *ai, const hd_real *coefficients, hd_real *state);
 void hd_rls_init(const hd_rls *rls, const hd_real *coefficients, hd_real *state);
 
-/* Let the next sample begin a run, as after a gap: no step leads to it. */
+/* Let the next sample begin a run, as after a gap. */
 void hd_run_begins(hd_real *state);
 
-/* Take in a sample. 0 where it is left out: a number is not finite or so large that the state
- * would not stay finite, and the next one begins a run; or its length is not positive, and the
- * run goes on. The estimate stays as it is. 2 where the sample moved it. */
+/* Process a sample. 0 where it is discarded: a number is not finite, or so large that the state
+ * would overflow, and the next sample begins a run; or its length is not positive, and the run
+ * continues. The estimate is then unchanged. 2 where the sample updated it, else 1. */
 int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real *work);
 int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_real *work);
 
@@ -247,10 +248,10 @@ int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_r
 void hd_ai_estimate(const hd_ai *ai, const hd_real *state, hd_real *coefficients);
 void hd_rls_estimate(const hd_rls *rls, const hd_real *state, hd_real *coefficients);
 
-/* A state of n numbers as bytes to keep, n * sizeof(hd_real) + 4, and back; 0 where they are
- * damaged, or of another mark. A mark tells vehicle, model and method. */
-void hd_keep(const hd_real *state, size_t n, uint32_t mark, unsigned char *kept);
-int hd_restore(const unsigned char *kept, size_t n, uint32_t mark, hd_real *state);
+/* Save a state of n numbers as n * sizeof(hd_real) + 4 bytes, and restore it; 0 where the bytes
+ * are damaged or have another mark. The mark identifies vehicle, model and method. */
+void hd_keep(const hd_real *state, size_t n, uint32_t mark, unsigned char *saved);
+int hd_restore(const unsigned char *saved, size_t n, uint32_t mark, hd_real *state);
 
 #ifdef __cplusplus
 }

@@ -1,7 +1,7 @@
 /* Terms at all samples of a record, in blocks that stay in cache. */
 #include "batch.h"
 
-/* One term at `count` samples; atoms lie HD_BLOCK apart. */
+/* One term at `count` samples; consecutive atoms are HD_BLOCK numbers apart. */
 static void term_of_block(const int32_t *f, const hd_real *atoms, size_t count, hd_real *to)
 {
     const hd_real *a = atoms + (size_t)f[0] * HD_BLOCK;
@@ -25,8 +25,8 @@ void hd_regressor(const int32_t *factors, size_t n_terms, const hd_record *recor
     hd_real values[HD_BLOCK];
 
     for (size_t start = 0; start < record->n; start += HD_BLOCK) {
-        const size_t left = record->n - start;
-        const size_t count = left < HD_BLOCK ? left : HD_BLOCK;
+        const size_t remaining = record->n - start;
+        const size_t count = remaining < HD_BLOCK ? remaining : HD_BLOCK;
         for (size_t i = 0; i < count; ++i)
             hd_atoms(record->velocity + 6 * (start + i), record->down + 3 * (start + i),
                      record->channels + m * (start + i), m, propulsion_speed[start + i],

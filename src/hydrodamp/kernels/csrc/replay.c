@@ -12,9 +12,9 @@
  */
 #include "batch.h"
 
-enum { MOST = 10 }; /* states: 6 velocities, and 4 of the quaternion where it is simulated */
+enum { MAX_STATES = 10 }; /* states: 6 velocities, and 4 of the quaternion where it is simulated */
 
-static const hd_real slack = (hd_real)1e-6; /* clocks round: 0.1 s is two steps of 0.05 s */
+static const hd_real slack = (hd_real)1e-6; /* rounding of clocks: 0.1 s is two steps of 0.05 s */
 
 /* Between two samples. */
 typedef struct {
@@ -31,17 +31,17 @@ typedef struct {
     const int32_t *parameters;
     size_t n_parameters;
     hd_real *atoms, *xi, *weights; /* xi: 4 x n_terms, one a stage */
-    hd_real *moved;                /* n_terms x 6: inverse mass times each term's coefficients */
-    hd_real turning[6][36];        /* inverse mass times the slope of H at each unit velocity */
+    hd_real *accelerations; /* n_terms x 6: inverse mass times each term's coefficients */
+    hd_real coriolis_slopes[6][36]; /* inverse mass times the slope of H at each unit velocity */
     hd_real *rows; /* (p + 6) x n: d state / d parameter; NULL without derivatives */
     hd_real *sum;  /* (p + 6) x n: of the rows of a block of samples */
     size_t block;  /* samples */
-} drive;
+} integrator;
 
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
 {
     return 7 * hd_atom_count(plant->n_channels) + 10 * plant->n_terms
-           + 2 * MOST * (n_parameters + 6);
+           + 2 * MAX_STATES * (n_parameters + 6);
 }
 
 static interval interval_after(const hd_motion *motion, size_t k)
@@ -62,24 +62,24 @@ static interval interval_after(const hd_motion *motion, size_t k)
     return between;
 }
 
-static void blend(const hd_real *const ends[2], hd_real fraction, size_t n, hd_real *out)
+static void interpolate(const hd_real *const ends[2], hd_real fraction, size_t n, hd_real *out)
 {
     for (size_t i = 0; i < n; ++i)
         out[i] = ends[0][i] + fraction * (ends[1][i] - ends[0][i]);
 }
 
-/* The rate of a state; its atoms and xi stay in theirs. */
-static void state_rate(const drive *d, const interval *at, const hd_real *state,
+/* The time derivative of a state; its atoms and xi are stored for state_slope. */
+static void state_rate(const integrator *d, const interval *at, const hd_real *state,
                        hd_real fraction, hd_real *rate, hd_real *xi)
 {
     hd_real wrench[6], down[3];
 
-    blend(at->wrench, fraction, 6, wrench);
+    interpolate(at->wrench, fraction, 6, wrench);
     if (d->n > 6) {
         hd_down(state + 6, down);
         hd_quaternion_rate(state + 6, state + 3, rate + 6);
     } else {
-        blend(at->down, fraction, 3, down);
+        interpolate(at->down, fraction, 3, down);
     }
     hd_acceleration(d->motion->plant, d->inverse, d->motion->matrix, state, down, wrench,
                     at->channels, at->propulsion_speed, rate, d->atoms, xi);
@@ -90,7 +90,7 @@ static inline void product(const hd_real *restrict a, size_t a_row, const hd_rea
                            size_t n, size_t l, size_t m, hd_real *restrict out, size_t out_row)
 {
     for (size_t i = 0; i < n; ++i) {
-        hd_real row[MOST] = {0};
+        hd_real row[MAX_STATES] = {0};
         for (size_t k = 0; k < l; ++k)
             for (size_t j = 0; j < m; ++j)
                 row[j] += a[a_row * i + k] * b[m * k + j];
@@ -99,19 +99,20 @@ static inline void product(const hd_real *restrict a, size_t a_row, const hd_rea
     }
 }
 
-/* slope (n x n) = d rate / d state, from the atoms that state_rate left. */
-static void state_slope(const drive *d, const interval *at, const hd_real *state, hd_real *slope)
+/* slope (n x n) = d rate / d state, from the atoms that state_rate stored. */
+static void state_slope(const integrator *d, const interval *at, const hd_real *state,
+                        hd_real *slope)
 {
     const hd_plant *plant = d->motion->plant;
     const size_t n = d->n;
     hd_real columns[36], down[12], by_omega[12], by_itself[16];
 
     hd_atom_weights(plant->factors, plant->n_terms, d->atoms, hd_atom_count(plant->n_channels),
-                    d->moved, d->weights);
+                    d->accelerations, d->weights);
     hd_atom_slopes(state, at->propulsion_speed, d->weights, columns);
     for (size_t l = 0; l < 6; ++l)
         for (size_t i = 0; i < 36; ++i)
-            columns[i] += state[l] * d->turning[l][i];
+            columns[i] += state[l] * d->coriolis_slopes[l][i];
     for (size_t i = 0; i < 6; ++i)
         for (size_t k = 0; k < 6; ++k)
             slope[n * i + k] = columns[6 * k + i];
@@ -137,37 +138,37 @@ static void state_slope(const drive *d, const interval *at, const hd_real *state
 static void normalise_rows(const hd_real q[4], hd_real length, size_t m, hd_real *matrix)
 {
     for (size_t c = 0; c < m; ++c) {
-        hd_real along = 0;
+        hd_real projection = 0;
         for (size_t i = 0; i < 4; ++i)
-            along += q[i] * matrix[m * (6 + i) + c];
+            projection += q[i] * matrix[m * (6 + i) + c];
         for (size_t i = 0; i < 4; ++i)
-            matrix[m * (6 + i) + c] = (matrix[m * (6 + i) + c] - q[i] * along) / length;
+            matrix[m * (6 + i) + c] = (matrix[m * (6 + i) + c] - q[i] * projection) / length;
     }
 }
 
-/* Each row of d->rows by the step: transition is Phi, reach[s] W_s times the inverse mass. */
-static inline void move_rows(const drive *d, size_t n, const hd_real *transition,
-                             hd_real reach[4][6 * MOST])
+/* Propagate each row of d->rows over a step: transition is Phi, gain[s] is W_s M^-1. */
+static inline void propagate_rows(const integrator *d, size_t n, const hd_real *transition,
+                             hd_real gain[4][6 * MAX_STATES])
 {
     const size_t n_terms = d->motion->plant->n_terms;
-    hd_real columns[MOST * MOST], lever[6][4][MOST];
+    hd_real columns[MAX_STATES * MAX_STATES], by_axis[6][4][MAX_STATES];
 
     for (size_t i = 0; i < n; ++i) {
         for (size_t k = 0; k < n; ++k)
             columns[n * k + i] = transition[n * i + k];
         for (size_t s = 0; s < 4; ++s)
             for (size_t axis = 0; axis < 6; ++axis)
-                lever[axis][s][i] = reach[s][6 * i + axis];
+                by_axis[axis][s][i] = gain[s][6 * i + axis];
     }
     for (size_t c = 0; c < d->n_parameters + 6; ++c) {
-        hd_real *row = d->rows + n * c, sum[MOST] = {0};
+        hd_real *row = d->rows + n * c, sum[MAX_STATES] = {0};
         for (size_t k = 0; k < n; ++k)
             for (size_t i = 0; i < n; ++i)
                 sum[i] += columns[n * k + i] * row[k];
         if (c < d->n_parameters)
             for (size_t s = 0; s < 4; ++s) {
                 const hd_real x = d->xi[n_terms * s + (size_t)d->parameters[2 * c]];
-                const hd_real *by = lever[d->parameters[2 * c + 1]][s];
+                const hd_real *by = by_axis[d->parameters[2 * c + 1]][s];
                 for (size_t i = 0; i < n; ++i)
                     sum[i] += by[i] * x;
             }
@@ -178,49 +179,52 @@ static inline void move_rows(const drive *d, size_t n, const hd_real *transition
 
 /* The derivative of the step of length h that ended in the quaternion q, of the length given
  * before its normalisation. */
-static inline void differentiate(const drive *d, size_t n, hd_real h,
-                                 hd_real slopes[4][MOST * MOST], const hd_real *q, hd_real length)
+static inline void differentiate(const integrator *d, size_t n, hd_real h,
+                                 hd_real slopes[4][MAX_STATES * MAX_STATES], const hd_real *q,
+                                 hd_real length)
 {
     static const hd_real share[3] = {1, 2, 2}; /* sixths */
     static const hd_real ahead[3] = {(hd_real)0.5, (hd_real)0.5, 1};
-    hd_real weight[MOST * MOST], acted[MOST * MOST], transition[MOST * MOST];
-    hd_real reach[4][6 * MOST];
+    hd_real weight[MAX_STATES * MAX_STATES], weighted[MAX_STATES * MAX_STATES];
+    hd_real transition[MAX_STATES * MAX_STATES];
+    hd_real gain[4][6 * MAX_STATES];
 
     for (size_t i = 0; i < n * n; ++i) { /* W_4 is h/6 times the unit matrix */
-        acted[i] = h / 6 * slopes[3][i];
-        transition[i] = (hd_real)(i % (n + 1) == 0) + acted[i];
+        weighted[i] = h / 6 * slopes[3][i];
+        transition[i] = (hd_real)(i % (n + 1) == 0) + weighted[i];
     }
     for (size_t i = 0; i < n; ++i)
         for (size_t k = 0; k < 6; ++k)
-            reach[3][6 * i + k] = i < 6 ? h / 6 * d->inverse[6 * i + k] : 0;
+            gain[3][6 * i + k] = i < 6 ? h / 6 * d->inverse[6 * i + k] : 0;
     for (size_t s = 3; s-- > 0;) {
         for (size_t i = 0; i < n * n; ++i)
-            weight[i] = h * (ahead[s] * acted[i]) + (i % (n + 1) == 0 ? h / 6 * share[s] : 0);
-        product(weight, n, slopes[s], n, n, n, acted, n);
-        product(weight, n, d->inverse, n, 6, 6, reach[s], 6);
+            weight[i] = h * (ahead[s] * weighted[i]) + (i % (n + 1) == 0 ? h / 6 * share[s] : 0);
+        product(weight, n, slopes[s], n, n, n, weighted, n);
+        product(weight, n, d->inverse, n, 6, 6, gain[s], 6);
         for (size_t i = 0; i < n * n; ++i)
-            transition[i] += acted[i];
+            transition[i] += weighted[i];
     }
     if (n > 6) {
         normalise_rows(q, length, n, transition);
         for (size_t s = 0; s < 4; ++s)
-            normalise_rows(q, length, 6, reach[s]);
+            normalise_rows(q, length, 6, gain[s]);
     }
-    move_rows(d, n, transition, reach);
+    propagate_rows(d, n, transition, gain);
 }
 
 /* One classical Runge-Kutta step, sub-step `index` of the interval. */
-static void rk4(const drive *d, const interval *at, size_t index, hd_real *state)
+static void rk4(const integrator *d, const interval *at, size_t index, hd_real *state)
 {
-    static const hd_real reach[4] = {0, (hd_real)0.5, (hd_real)0.5, 1};
+    static const hd_real node[4] = {0, (hd_real)0.5, (hd_real)0.5, 1};
     const size_t n = d->n;
     const hd_real h = at->h;
-    hd_real stage[MOST], k[5][MOST] = {{0}}, slopes[4][MOST * MOST], length = 1;
+    hd_real stage[MAX_STATES], k[5][MAX_STATES] = {{0}}, slopes[4][MAX_STATES * MAX_STATES];
+    hd_real length = 1;
 
     for (size_t s = 0; s < 4; ++s) { /* k[0] is none, k[1] to k[4] are the stages' rates */
-        const hd_real fraction = ((hd_real)index + reach[s]) / (hd_real)at->steps;
+        const hd_real fraction = ((hd_real)index + node[s]) / (hd_real)at->steps;
         for (size_t i = 0; i < n; ++i)
-            stage[i] = state[i] + reach[s] * h * k[s][i];
+            stage[i] = state[i] + node[s] * h * k[s][i];
         state_rate(d, at, stage, fraction, k[s + 1], d->xi + d->motion->plant->n_terms * s);
         if (d->rows)
             state_slope(d, at, stage, slopes[s]);
@@ -229,13 +233,13 @@ static void rk4(const drive *d, const interval *at, size_t index, hd_real *state
         state[i] += h / 6 * (k[1][i] + 2 * k[2][i] + 2 * k[3][i] + k[4][i]);
     if (n > 6)
         length = hd_normalise(state + 6);
-    if (d->rows && n == 6) /* the number of states a constant: loops are laid out flat */
+    if (d->rows && n == 6) /* a constant number of states lets the compiler unroll the loops */
         differentiate(d, 6, h, slopes, NULL, length);
     else if (d->rows)
-        differentiate(d, MOST, h, slopes, state + 6, length);
+        differentiate(d, MAX_STATES, h, slopes, state + 6, length);
 }
 
-static void start_at(const drive *d, size_t start, hd_real *state)
+static void start_at(const integrator *d, size_t start, hd_real *state)
 {
     const hd_motion *motion = d->motion;
     const size_t p = d->n_parameters, n = d->n;
@@ -265,8 +269,8 @@ static int diverged(const hd_real velocity[6], hd_real limit)
 }
 
 /* Adds the rows of one sample to their block's sum; the last sample of a block, of `count`
- * samples, sends it to slope[6][p + 6]. */
-static void add_rows(const drive *d, size_t count, int last, hd_real *slope)
+ * samples, writes it to slope[6][p + 6]. */
+static void add_rows(const integrator *d, size_t count, int last, hd_real *slope)
 {
     const size_t width = d->n_parameters + 6, n = d->n;
     const hd_real share = 1 / hd_sqrt((hd_real)count);
@@ -279,11 +283,11 @@ static void add_rows(const drive *d, size_t count, int last, hd_real *slope)
 }
 
 /* Integrate one segment; returns its first bad sample or -1. */
-static int64_t replay_segment(const drive *d, size_t start, size_t stop, hd_real *velocity,
+static int64_t replay_segment(const integrator *d, size_t start, size_t stop, hd_real *velocity,
                               hd_real *jacobian)
 {
     const size_t width = 6 * (d->n_parameters + 6);
-    hd_real state[MOST];
+    hd_real state[MAX_STATES];
 
     start_at(d, start, state);
     for (size_t k = start; k < stop; ++k) {
@@ -310,28 +314,28 @@ void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segmen
 {
     const size_t n_atoms = hd_atom_count(motion->plant->n_channels);
     const size_t width = 6 * (n_parameters + 6);
-    drive d;
+    integrator d;
 
     d.motion = motion;
     hd_mass_inverse(motion->plant, d.inverse);
-    d.n = motion->attitude ? MOST : 6;
+    d.n = motion->attitude ? MAX_STATES : 6;
     d.parameters = parameters;
     d.n_parameters = n_parameters;
     d.atoms = work;
     d.xi = d.atoms + n_atoms;
     d.weights = d.xi + 4 * motion->plant->n_terms;
-    d.moved = d.weights + 6 * n_atoms;
-    d.rows = jacobian ? d.moved + 6 * motion->plant->n_terms : NULL;
+    d.accelerations = d.weights + 6 * n_atoms;
+    d.rows = jacobian ? d.accelerations + 6 * motion->plant->n_terms : NULL;
     d.sum = jacobian ? d.rows + d.n * (n_parameters + 6) : NULL;
     d.block = block;
     for (size_t j = 0; jacobian && j < motion->plant->n_terms; ++j)
-        hd_momentum(d.inverse, motion->matrix + 6 * j, d.moved + 6 * j);
+        hd_momentum(d.inverse, motion->matrix + 6 * j, d.accelerations + 6 * j);
     for (size_t l = 0; jacobian && l < 6; ++l) {
         hd_real unit[6] = {0}, slope[36];
         unit[l] = 1;
         hd_coriolis_slope(motion->plant->mass, unit, slope);
         for (size_t k = 0; k < 6; ++k)
-            hd_momentum(d.inverse, slope + 6 * k, d.turning[l] + 6 * k);
+            hd_momentum(d.inverse, slope + 6 * k, d.coriolis_slopes[l] + 6 * k);
     }
     for (size_t i = 0; i < 6 * motion->record->n; ++i)
         velocity[i] = (hd_real)NAN;

@@ -1,21 +1,21 @@
 /* Estimators over whole records, and one step at a time on packed samples. */
 #include "batch.h"
 
-/* Along the samples of a segment, each evaluated once where nothing held changes. */
+/* Position in a segment. A sample is evaluated once where the held inputs do not change. */
 typedef struct {
     hd_end ends[2];
     hd_step step; /* the one to the last sample */
     hd_real *atoms;
-    int fresh; /* whether ends[0] holds the last sample already */
-} hd_walk;
+    int is_reusable; /* whether ends[0] is valid for the next step */
+} hd_cursor;
 
-static void walk_from(const hd_plant *plant, hd_walk *walk, hd_real *work)
+static void cursor_init(const hd_plant *plant, hd_cursor *cursor, hd_real *work)
 {
-    walk->fresh = 0;
-    walk->atoms = work;
-    walk->ends[0].xi = work + hd_atom_count(plant->n_channels);
-    walk->ends[1].xi = walk->ends[0].xi + plant->n_terms;
-    walk->step.xi = walk->ends[1].xi + plant->n_terms;
+    cursor->is_reusable = 0;
+    cursor->atoms = work;
+    cursor->ends[0].xi = work + hd_atom_count(plant->n_channels);
+    cursor->ends[1].xi = cursor->ends[0].xi + plant->n_terms;
+    cursor->step.xi = cursor->ends[1].xi + plant->n_terms;
 }
 
 static hd_sample sample_at(const hd_record *record, size_t k)
@@ -33,9 +33,10 @@ static hd_sample sample_at(const hd_record *record, size_t k)
     return sample;
 }
 
-/* Whether the step after `current` holds what was held up to it, so that its values there
- * need no second evaluation. */
-static int holds_on(const hd_plant *plant, const hd_sample *previous, const hd_sample *current)
+/* Whether the held inputs are the same before and after `current`: then its terms need no second
+ * evaluation. */
+static int inputs_unchanged(const hd_plant *plant, const hd_sample *previous,
+                            const hd_sample *current)
 {
     for (size_t i = 0; i < plant->n_channels; ++i)
         if (!(previous->channels[i] == current->channels[i]))
@@ -44,29 +45,30 @@ static int holds_on(const hd_plant *plant, const hd_sample *previous, const hd_s
 }
 
 /* Take the step from sample k - 1 of a record to sample k. */
-static void walk_along(const hd_plant *plant, const hd_record *record, size_t k, hd_walk *walk)
+static void cursor_advance(const hd_plant *plant, const hd_record *record, size_t k,
+                           hd_cursor *cursor)
 {
     const hd_sample previous = sample_at(record, k - 1), current = sample_at(record, k);
-    hd_end *first = &walk->ends[0], *second = &walk->ends[1];
+    hd_end *first = &cursor->ends[0], *second = &cursor->ends[1];
 
-    if (!walk->fresh)
-        hd_end_at(plant, &previous, previous.channels, previous.opening, walk->atoms, first);
-    hd_end_at(plant, &current, previous.channels, current.closing, walk->atoms, second);
-    hd_between(plant, first, second, current.length, &walk->step);
+    if (!cursor->is_reusable)
+        hd_end_at(plant, &previous, previous.channels, previous.opening, cursor->atoms, first);
+    hd_end_at(plant, &current, previous.channels, current.closing, cursor->atoms, second);
+    hd_between(plant, first, second, current.length, &cursor->step);
     const hd_end swapped = *first;
     *first = *second;
     *second = swapped;
-    walk->fresh = holds_on(plant, &previous, &current);
+    cursor->is_reusable = inputs_unchanged(plant, &previous, &current);
 }
 
-static void store(const hd_history *history, size_t place, size_t n_terms, hd_real time,
+static void store(const hd_history *history, size_t index, size_t n_terms, hd_real time,
                   const hd_real error[6], const hd_real *matrix)
 {
-    history->time[place] = time;
+    history->time[index] = time;
     for (size_t i = 0; i < 6; ++i)
-        history->error[6 * place + i] = error[i];
+        history->error[6 * index + i] = error[i];
     for (size_t i = 0; i < 6 * n_terms; ++i)
-        history->matrix[6 * n_terms * place + i] = matrix[i];
+        history->matrix[6 * n_terms * index + i] = matrix[i];
 }
 
 void hd_adapt_run(const hd_plant *plant, const hd_real a[6], const hd_real *gamma,
@@ -75,17 +77,17 @@ void hd_adapt_run(const hd_plant *plant, const hd_real a[6], const hd_real *gamm
                   const hd_history *history, hd_real *work)
 {
     size_t count = 0;
-    hd_walk walk;
+    hd_cursor cursor;
 
     for (size_t run = 0; run < passes * n_segments; ++run) {
         const size_t start = (size_t)segments[2 * (run % n_segments)];
         const size_t stop = (size_t)segments[2 * (run % n_segments) + 1];
-        walk_from(plant, &walk, work);
+        cursor_init(plant, &cursor, work);
         for (size_t i = 0; i < 6; ++i)
             error[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {
-            walk_along(plant, record, k, &walk);
-            hd_adapt(plant, a, gamma, matrix, error, &walk.step);
+            cursor_advance(plant, record, k, &cursor);
+            hd_adapt(plant, a, gamma, matrix, error, &cursor.step);
             ++count;
             if (history->every && count % history->every == 0)
                 store(history, count / history->every - 1, plant->n_terms, record->time[k],
@@ -106,19 +108,19 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
 {
     const size_t size = hd_block_size(plant->n_terms);
     hd_real *block = work + hd_step_work(plant->n_terms, plant->n_channels);
-    hd_real *row = block + size, *rest = row + plant->n_terms + 6;
-    hd_walk walk;
+    hd_real *row = block + size, *workspace = row + plant->n_terms + 6;
+    hd_cursor cursor;
 
     for (size_t s = 0; s < n_segments; ++s) {
         const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
-        walk_from(plant, &walk, work);
-        hd_witness_break(entries, estimate->witness);
+        cursor_init(plant, &cursor, work);
+        hd_iv_begin_segment(entries, estimate->iv);
         for (size_t i = 0; i < size; ++i)
             block[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {
-            walk_along(plant, record, k, &walk);
-            if (hd_block_add(plant, entries->known, &walk.step, length, block, row))
-                hd_absorb(entries, estimate, plant->n_terms, row, rest);
+            cursor_advance(plant, record, k, &cursor);
+            if (hd_block_add(plant, entries->known, &cursor.step, length, block, row))
+                hd_absorb(entries, estimate, plant->n_terms, row, workspace);
         }
     }
 }

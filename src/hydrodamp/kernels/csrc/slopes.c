@@ -1,7 +1,7 @@
 /* Derivatives of atoms, of damping and of the moving frame on the velocity. */
 #include "batch.h"
 
-static const hd_real slowest = (hd_real)1e-6; /* m/s; guards the propulsion ratio */
+static const hd_real min_speed = (hd_real)1e-6; /* m/s; guards the propulsion ratio */
 
 static hd_real sign(hd_real x) { return (hd_real)((x > 0) - (x < 0)); }
 
@@ -30,7 +30,7 @@ void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const h
         add_row(sign(velocity[k]), weights + 6 * (7 + k), slope + 6 * k);
     }
     if (speed > 0) { /* dU = nu_1 / U; d(eta-1) = -u_c / U^2 dU */
-        const hd_real ratio = speed > slowest ? -propulsion_speed / (speed * speed) : 0;
+        const hd_real ratio = speed > min_speed ? -propulsion_speed / (speed * speed) : 0;
         for (size_t k = 0; k < 3; ++k) {
             add_row(velocity[k] / speed, weights + 6 * 13, slope + 6 * k);
             add_row(ratio * (velocity[k] / speed), weights + 6 * 17, slope + 6 * k);

@@ -1,4 +1,4 @@
-/* From samples to steps: what the implicit midpoint rule needs between two samples.
+/* The implicit midpoint rule's averages over the step between two samples.
  *
  * Velocity, attitude and a recorded wrench are averaged over a step; channels and the
  * propeller's speed keep the value they have where it begins.
