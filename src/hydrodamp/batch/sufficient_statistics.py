@@ -23,7 +23,14 @@ from hydrodamp.identification.identifiability import Grade, grade_coefficients
 from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS, jackknife
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
 from hydrodamp.identification.operating_range import Ranges, join_ranges, velocity_ranges
-from hydrodamp.identification.qr_factor import (AxisSolution, Triangle, group_labels, merge, solve_axis, update_factor,)
+from hydrodamp.identification.qr_factor import (
+    AxisSolution,
+    Triangle,
+    group_labels,
+    merge,
+    solve_axis,
+    update_factor,
+)
 from hydrodamp.ingest.read import read_log
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -86,7 +93,10 @@ class LogStatistics:
             return self
         places = [*map(own.index, basis), *range(len(own), len(own) + 6)]
         empty = np.zeros((len(places), len(places)))
-        blocks = tuple(Triangle(basis, update_factor(empty, one.r[:, places]), one.n_samples) for one in self.blocks)
+        blocks = tuple(
+            Triangle(basis, update_factor(empty, one.r[:, places]), one.n_samples)
+            for one in self.blocks
+        )
         return replace(self, blocks=blocks)
 
 
@@ -136,7 +146,15 @@ def merge_statistics(folds: Iterable[LogStatistics]) -> LogStatistics:
     if len(blocks) > _KEPT:
         runs = _divide(blocks, _KEPT // 2)
         order, blocks = [order[run.start] for run in runs], [merge(blocks[run]) for run in runs]
-    return LogStatistics(blocks=tuple(blocks), start=min(one.start for one in parts), duration=math.fsum(one.duration for one in parts), n_samples=sum(one.n_samples for one in parts), n_logs=sum(one.n_logs for one in parts), training_range=reduce(join_ranges, (one.training_range for one in parts)), order=tuple(order),)
+    return LogStatistics(
+        blocks=tuple(blocks),
+        start=min(one.start for one in parts),
+        duration=math.fsum(one.duration for one in parts),
+        n_samples=sum(one.n_samples for one in parts),
+        n_logs=sum(one.n_logs for one in parts),
+        training_range=reduce(join_ranges, (one.training_range for one in parts)),
+        order=tuple(order),
+    )
 
 
 def _divide(blocks: Sequence[Triangle], most: int) -> list[slice]:
@@ -159,7 +177,13 @@ def _read_logs(addresses: Sequence[str], mapping: ResolvedMapping | None) -> Log
     return logs[0] if len(logs) == 1 else concatenate(logs)
 
 
-def summarise_address(address: str, vehicle: Vehicle, models: Sequence[DampingModel], method: LeastSquares | WeakForm, mapping: ResolvedMapping | None = None,) -> LogStatistics:
+def summarise_address(
+    address: str,
+    vehicle: Vehicle,
+    models: Sequence[DampingModel],
+    method: LeastSquares | WeakForm,
+    mapping: ResolvedMapping | None = None,
+) -> LogStatistics:
     """Read a log, fill equation 1 with it, and fold its rows."""
     try:
         return summarise_log(_read_logs([address], mapping), vehicle, models, method)
@@ -171,7 +195,12 @@ class _UnusableLogError(ProblemError):
     """A log gives no row, or none that is finite."""
 
 
-def summarise_log(log: Log, vehicle: Vehicle, models: Sequence[DampingModel], method: LeastSquares | WeakForm,) -> LogStatistics:
+def summarise_log(
+    log: Log,
+    vehicle: Vehicle,
+    models: Sequence[DampingModel],
+    method: LeastSquares | WeakForm,
+) -> LogStatistics:
     """Fill equation 1 with a log and fold its rows."""
     with np.errstate(all="ignore"):  # what overflows is refused below
         problem = prepare(vehicle, log, models)
@@ -179,10 +208,15 @@ def summarise_log(log: Log, vehicle: Vehicle, models: Sequence[DampingModel], me
         if not rows.n:
             raise _UnusableLogError(f"{log.duration:.3g} s are too short to make rows of.")
         n = int(np.clip(log.duration / _SHORTEST, 1, min(_OF_A_LOG, rows.n)))
-        blocks = tuple(rows.select(part).triangle() for part in np.array_split(np.arange(rows.n), n))
+        blocks = tuple(
+            rows.select(part).triangle() for part in np.array_split(np.arange(rows.n), n)
+        )
         sizes = [np.square(block.r).sum() for block in blocks]  # covariances are of squares
     if not np.isfinite(sizes).all():
-        raise _UnusableLogError("equation 1 filled with it overflows. Its largest numbers are " f"{_largest_values(log)}: leave such samples out.")
+        raise _UnusableLogError(
+            "equation 1 filled with it overflows. Its largest numbers are "
+            f"{_largest_values(log)}: leave such samples out."
+        )
     ranges = velocity_ranges(problem.inputs.velocity, vehicle.axes)
     return LogStatistics(blocks, float(log.time[0]), log.duration, log.n, 1, ranges)
 
@@ -200,19 +234,34 @@ def read_start(address: str, mapping: ResolvedMapping | None = None) -> float:
     return float(_read_logs([address], mapping).time[0])
 
 
-def identify_logs(addresses: Sequence[str], vehicle: Vehicle, models: Sequence[DampingModel], method: Method, mapping: ResolvedMapping | None = None,) -> tuple[Fit, ...]:
+def identify_logs(
+    addresses: Sequence[str],
+    vehicle: Vehicle,
+    models: Sequence[DampingModel],
+    method: Method,
+    mapping: ResolvedMapping | None = None,
+) -> tuple[Fit, ...]:
     """Identify models from the whole of some logs, by a method that folds nothing."""
     problem = prepare(vehicle, _read_logs(addresses, mapping), models)
     return tuple(identify_or_refuse(method, problem, model) for model in models)
 
 
-def replay_log(address: str, vehicle: Vehicle, fits: Sequence[Fit | None], mapping: ResolvedMapping | None = None,) -> tuple[float | None, ...]:
+def replay_log(
+    address: str,
+    vehicle: Vehicle,
+    fits: Sequence[Fit | None],
+    mapping: ResolvedMapping | None = None,
+) -> tuple[float | None, ...]:
     """Return the error of equation 24 of replays of a log; None where one diverged or is absent."""
     log = _read_logs([address], mapping)
-    return tuple(None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits)
+    return tuple(
+        None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
+    )
 
 
-def solve_model(folded: LogStatistics, vehicle: Vehicle, model: DampingModel, method: Method) -> Fit:
+def solve_model(
+    folded: LogStatistics, vehicle: Vehicle, model: DampingModel, method: Method
+) -> Fit:
     """Solve a model from what was folded, its standard errors by leaving out one block each."""
     free = model.restricted_to(vehicle.axes)
     if not np.isfinite(folded.triangle.r).all():
@@ -228,10 +277,27 @@ def solve_model(folded: LogStatistics, vehicle: Vehicle, model: DampingModel, me
         covariance = known.covariance
     if not (np.isfinite(coefficients).all() and np.isfinite(covariance).all()):
         raise ProblemError(f"the estimate of model '{free.key}' is not finite.")
-    return Fit(damping=Damping(free, coefficients, covariance=covariance, vehicle=vehicle_stamp(vehicle),), method=method.key, status=Status.RANK_DEFICIENT if aliased else Status.OK, rank=sum(one.span.rank for one in found), aliased=aliased, n_samples=folded.n_samples, provenance={"logs": str(folded.n_logs), "vehicle": vehicle.name, "settings": repr(method)}, uncertainty=known, training_range=dict(folded.training_range),)
+    return Fit(
+        damping=Damping(
+            free,
+            coefficients,
+            covariance=covariance,
+            vehicle=vehicle_stamp(vehicle),
+        ),
+        method=method.key,
+        status=Status.RANK_DEFICIENT if aliased else Status.OK,
+        rank=sum(one.span.rank for one in found),
+        aliased=aliased,
+        n_samples=folded.n_samples,
+        provenance={"logs": str(folded.n_logs), "vehicle": vehicle.name, "settings": repr(method)},
+        uncertainty=known,
+        training_range=dict(folded.training_range),
+    )
 
 
-def _jackknifed(folded: LogStatistics, model: DampingModel, found: Sequence[AxisSolution]) -> Uncertainty | None:
+def _jackknifed(
+    folded: LogStatistics, model: DampingModel, found: Sequence[AxisSolution]
+) -> Uncertainty | None:
     """Return how far estimates without one block each lie apart: whatever is alike within one.
 
     With orthonormal columns Q of all blocks, leaving one out moves the amounts of them by
@@ -264,5 +330,13 @@ def grade_statistics(folded: LogStatistics | None, fit: Fit) -> tuple[Grade, ...
     for terms in fit.model.terms:
         part = slice(first, first := first + len(terms))
         design, own = folded.triangle.columns(terms), fit.damping.coefficients[part]
-        found += grade_coefficients(own, half[part], np.linalg.norm(design, axis=0) / root, np.ones(len(terms)), np.array([label in lost for label in fit.model.labels[part]], dtype=np.bool_), response=float(np.linalg.norm(design @ own) / root), excited=True,)[0]
+        found += grade_coefficients(
+            own,
+            half[part],
+            np.linalg.norm(design, axis=0) / root,
+            np.ones(len(terms)),
+            np.array([label in lost for label in fit.model.labels[part]], dtype=np.bool_),
+            response=float(np.linalg.norm(design @ own) / root),
+            excited=True,
+        )[0]
     return tuple(found)

@@ -41,7 +41,9 @@ class Task:
         return [(model.key, method.key) for method in self.methods for model in self.models]
 
 
-def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models, reference: hd.Log | None = None) -> None:
+def check_log(
+    vehicle: hd.Vehicle, log: hd.Log, models: Models, reference: hd.Log | None = None
+) -> None:
     """Refuse a log that cannot serve; say what nothing uses and what looks wrong."""
     from hydrodamp.cli.data_split import warn_quality_issues
     from hydrodamp.simulation import checks
@@ -66,10 +68,19 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
             warnings.warn(f"'{model.key}' is refused: {refusal}", HydrodampWarning, stacklevel=2)
     needed = [max(map(len, model.terms), default=0) for model in free]
     if log.n < min(needed):
-        raise ProblemError(f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every " f"model asked for; the smallest needs {min(needed)}. Give a longer log.")
+        raise ProblemError(
+            f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every "
+            f"model asked for; the smallest needs {min(needed)}. Give a longer log."
+        )
 
 
-def fit_all(problem: hd.Problem, models: Models, methods: Sequence[hd.Method], keep: Callable[[hd.Fit], None] = lambda _: None, finished: Container[Key] = (),) -> tuple[hd.Fit, ...]:
+def fit_all(
+    problem: hd.Problem,
+    models: Models,
+    methods: Sequence[hd.Method],
+    keep: Callable[[hd.Fit], None] = lambda _: None,
+    finished: Container[Key] = (),
+) -> tuple[hd.Fit, ...]:
     """Ask the actuation, and make the fits that are not there, with a bar a method."""
     from hydrodamp.validation.actuator_check import check_gains
 
@@ -108,7 +119,10 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
             print_results(*detail_tables(comparison), *summary_tables(comparison))
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
-        note(f"interrupted: {n_rows} of {n_requested} rows. {suffix} finished fits are kept; the " "same command with `--resume` continues with the others.")
+        note(
+            f"interrupted: {n_rows} of {n_requested} rows. {suffix} finished fits are kept; the "
+            "same command with `--resume` continues with the others."
+        )
         raise typer.Exit(INTERRUPTED)
     if task.out is None:
         note("Nothing is kept: with `--out DIR` come the fits, tables, pictures and a report.")
@@ -116,7 +130,11 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
         write_diagnostics(comparison, task.vehicle, task.train, task.out)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
-        fail(f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs first " "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with " "richer manoeuvres.")
+        fail(
+            f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs first "
+            "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
+            "richer manoeuvres."
+        )
 
 
 def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
@@ -137,7 +155,11 @@ def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Com
         with suppress(KeyboardInterrupt):
             replay_fits(task, fits, replayed)
     rows = tuple(replayed[key] for key in task.rows if key in replayed)
-    words = {**comparison_provenance(fits, task.vehicle, task.test), **provenance, **collected_warnings(),}
+    words = {
+        **comparison_provenance(fits, task.vehicle, task.test),
+        **provenance,
+        **collected_warnings(),
+    }
     if len(rows) < len(task.rows):
         words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
     return hd.Comparison(rows, task.rate_unit, task.attitude, words)
@@ -173,4 +195,12 @@ def replay_fits(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row])
             replayed[row.model, row.method] = row
             step()
 
-        hd.compare(fits, task.vehicle, task.test, attitude=task.attitude, rate_unit=task.rate_unit, horizon=task.horizon, done=keep,)
+        hd.compare(
+            fits,
+            task.vehicle,
+            task.test,
+            attitude=task.attitude,
+            rate_unit=task.rate_unit,
+            horizon=task.horizon,
+            done=keep,
+        )

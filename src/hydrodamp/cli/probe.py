@@ -18,7 +18,19 @@ if TYPE_CHECKING:
     from hydrodamp.ingest.inspection.quality_report import Requirements
 
 
-def probe(logs: options.SomeLogs, vehicle: Annotated[str | None, typer.Option(metavar="V", help=f"Judge the log for it: {options.FLEET}, or a YAML file."),] = None, mapping: options.MappingFile = None, draft: Annotated[Path | None, typer.Option(metavar="FILE", help="Save the draft of a mapping file.")] = None, force: options.Force = False, json: options.Json = False,) -> None:
+def probe(
+    logs: options.SomeLogs,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(metavar="V", help=f"Judge the log for it: {options.FLEET}, or a YAML file."),
+    ] = None,
+    mapping: options.MappingFile = None,
+    draft: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Save the draft of a mapping file.")
+    ] = None,
+    force: options.Force = False,
+    json: options.Json = False,
+) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.files import save_text
     from hydrodamp.ingest.inspection.probe import describe_join, inspect

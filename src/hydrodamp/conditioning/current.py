@@ -42,7 +42,10 @@ def current_warning(log: Log) -> str:
     doubt = np.linalg.norm(current.standard_error, axis=1)
     if not current.determined or float(np.median(sizes - 3 * doubt)) <= _MIN_CURRENT:
         return ""
-    return ("velocities are over ground, in a current of " f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `subtract_current` takes it out.")
+    return (
+        "velocities are over ground, in a current of "
+        f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `subtract_current` takes it out."
+    )
 
 
 def _rows_under_way(log: Log) -> IntArray:
@@ -65,7 +68,9 @@ def _knot_times(log: Log, spacing: float) -> FloatArray:
     return np.asarray(near * (log.elapsed[-1] / count))
 
 
-def _prior_information(n_way: int, sideslip: int, knots: FloatArray, surge: float, drift: float) -> FloatArray:
+def _prior_information(
+    n_way: int, sideslip: int, knots: FloatArray, surge: float, drift: float
+) -> FloatArray:
     """Return what is known before the log is read, as information."""
     k = len(knots)
     information = np.zeros((n_way + 2 * k,) * 2)
@@ -81,7 +86,9 @@ def _prior_information(n_way: int, sideslip: int, knots: FloatArray, surge: floa
     return information
 
 
-def _water_velocity_regressors(log: Log, rows: IntArray, commands: Sequence[str] | None) -> tuple[FloatArray, FloatArray]:
+def _water_velocity_regressors(
+    log: Log, rows: IntArray, commands: Sequence[str] | None
+) -> tuple[FloatArray, FloatArray]:
     """Return what surge and drift through the water may depend on, as columns."""
     names = log.command_names if commands is None else commands
     surge, drift = [np.ones(len(rows))], [np.ones(len(rows))]
@@ -105,7 +112,9 @@ def _current_regressors(log: Log, rows: IntArray, knots: FloatArray) -> sparse.s
     elapsed = log.elapsed[rows]
     shares = [np.interp(elapsed, knots, one) for one in np.eye(len(knots))]
     share = sparse.csr_array(np.column_stack(shares))
-    blocks: Any = [[share * world[:, towards, axis][:, np.newaxis] for towards in (0, 1)] for axis in (0, 1)]
+    blocks: Any = [
+        [share * world[:, towards, axis][:, np.newaxis] for towards in (0, 1)] for axis in (0, 1)
+    ]
     return sparse.block_array(blocks, format="csr")
 
 
@@ -174,7 +183,13 @@ class Current:
         return np.column_stack([np.interp(times, self.time, part) for part in self.velocity.T])
 
 
-def estimate_current(log: Log, *, commands: Sequence[str] | None = None, spacing: float = DRIFT_PERIOD_S, drift: float = 0.05,) -> Current:
+def estimate_current(
+    log: Log,
+    *,
+    commands: Sequence[str] | None = None,
+    spacing: float = DRIFT_PERIOD_S,
+    drift: float = 0.05,
+) -> Current:
     """Estimate the current of a log from the way its vehicle makes over ground.
 
     Parameters
@@ -223,7 +238,9 @@ def estimate_current(log: Log, *, commands: Sequence[str] | None = None, spacing
     prior = _prior_information(n_way, surge.shape[1], knots, usual, drift)
     measured = log.velocity[rows, :2].T
     elapsed = log.elapsed[rows]
-    weight = np.full(measured.shape, 1.0 / np.maximum(np.var(measured, axis=1), _VELOCITY_RESOLUTION**2)[:, None])
+    weight = np.full(
+        measured.shape, 1.0 / np.maximum(np.var(measured, axis=1), _VELOCITY_RESOLUTION**2)[:, None]
+    )
     for _ in range(_IRLS_ITERATIONS):
         weighted = matrix.multiply(weight.reshape(-1, 1))
         information = (matrix.T @ weighted).toarray() + prior
@@ -270,7 +287,12 @@ def subtract_current(log: Log, current: Current | None = None) -> Log:
     given = estimate_current(log) if current is None else current
     if current is None and not given.determined:
         worst = float(given.standard_error.max())
-        fault = (f"the headings of the log do not determine its current: they differ by" f" {given.heading_diversity:.2g} (0 one heading, 1 there and back), a standard error is" f" {worst:.2g} m/s." " Give a `current`, or a log with courses on several headings")
+        fault = (
+            f"the headings of the log do not determine its current: they differ by"
+            f" {given.heading_diversity:.2g} (0 one heading, 1 there and back), a standard error is"
+            f" {worst:.2g} m/s."
+            " Give a `current`, or a log with courses on several headings"
+        )
         raise LogError(fault, source=log.source)
     seen = rotate_to_body(attitude, given.at(log.elapsed))
     recorded = [name in log.velocity_names for name in VELOCITIES[:3]]
@@ -278,11 +300,16 @@ def subtract_current(log: Log, current: Current | None = None) -> Log:
     velocity[:, :3] -= np.where(recorded, seen, 0.0)
     acceleration = log.acceleration
     if acceleration is not None:
-        change = rotate_to_body(attitude, _current_rate(log, given)) - np.cross(log.velocity[:, 3:], seen)
+        change = rotate_to_body(attitude, _current_rate(log, given)) - np.cross(
+            log.velocity[:, 3:], seen
+        )
         acceleration = acceleration.copy()
         acceleration[:, :3] -= np.where(recorded, change, 0.0)
     sizes, known = np.linalg.norm(given.velocity, axis=1), "given" if current else "estimated"
-    note = (f"derived: velocities through the water, less a current {known} of {sizes.min():.3g} to" f" {sizes.max():.3g} m/s (standard error up to {given.standard_error.max():.2g} m/s)")
+    note = (
+        f"derived: velocities through the water, less a current {known} of {sizes.min():.3g} to"
+        f" {sizes.max():.3g} m/s (standard error up to {given.standard_error.max():.2g} m/s)"
+    )
     return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).with_notes(note)
 
 
@@ -300,7 +327,10 @@ def _check_inputs(log: Log, spacing: float, drift: float) -> None:
     why = "a current is estimated from u and v on several headings"
     faults = [f"there is no {what}; {why}" for what in lacking]
     if not (spacing > 0 and np.isfinite(drift) and drift >= 0):
-        faults.append(f"`spacing` must be positive [s] and `drift` zero or positive [m/s]; got {spacing:g}" f" and {drift:g}")
+        faults.append(
+            f"`spacing` must be positive [s] and `drift` zero or positive [m/s]; got {spacing:g}"
+            f" and {drift:g}"
+        )
     if faults:
         raise LogError(faults, source=log.source)
 
@@ -308,8 +338,12 @@ def _check_inputs(log: Log, spacing: float, drift: float) -> None:
 def _robust_weights(rest: FloatArray, elapsed: FloatArray) -> FloatArray:
     """Return Huber's weights over the variance that residuals as long as these have."""
     spread = max(float(mad_std(rest)), _VELOCITY_RESOLUTION)
-    huber = np.minimum(1.0, _HUBER_CONSTANT * spread / np.maximum(np.abs(rest), _VELOCITY_RESOLUTION))
-    length = (max(_block_variance(huber * rest, elapsed, block) for block in _BLOCK_LENGTHS) / spread**2)
+    huber = np.minimum(
+        1.0, _HUBER_CONSTANT * spread / np.maximum(np.abs(rest), _VELOCITY_RESOLUTION)
+    )
+    length = (
+        max(_block_variance(huber * rest, elapsed, block) for block in _BLOCK_LENGTHS) / spread**2
+    )
     return np.asarray(huber / (spread**2 * max(length, 1.0)))
 
 

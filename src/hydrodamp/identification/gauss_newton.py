@@ -26,10 +26,24 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
-from hydrodamp.identification.differentiation import (median_step, noise_variance, regressor_mean_square, smooth_velocity,)
-from hydrodamp.identification.dissipativity import (PowerRows, sample_box as spread_over, velocity_box,)
+from hydrodamp.identification.differentiation import (
+    median_step,
+    noise_variance,
+    regressor_mean_square,
+    smooth_velocity,
+)
+from hydrodamp.identification.dissipativity import (
+    PowerRows,
+    sample_box as spread_over,
+    velocity_box,
+)
 from hydrodamp.identification.har_covariance import Bins
-from hydrodamp.identification.multiple_shooting import (Windows, concatenate_bounds, sample_indices, split_windows,)
+from hydrodamp.identification.multiple_shooting import (
+    Windows,
+    concatenate_bounds,
+    sample_indices,
+    split_windows,
+)
 from hydrodamp.identification.qr_factor import solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
@@ -140,7 +154,9 @@ class ShootingObjective:
         """Return windows of a length [s] with initial states at the smoothed velocity."""
         bounds = split_windows(self.problem, length)
         initial_states = self.velocity[bounds[:, 0]]
-        return Windows(length, self.problem, self.entries, bounds, initial_states, self.initial_state_std)
+        return Windows(
+            length, self.problem, self.entries, bounds, initial_states, self.initial_state_std
+        )
 
     def residual_std(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
         """Return s_i (f,) with the initial states at their prior mean."""
@@ -149,7 +165,9 @@ class ShootingObjective:
     def _std(self, mean_square: FloatArray) -> FloatArray:
         return np.asarray(np.sqrt(np.maximum(mean_square, 0.0) + self.noise_std**2))
 
-    def linearise(self, coefficients: FloatArray, windows: Windows, residual_std: FloatArray) -> Linearisation:
+    def linearise(
+        self, coefficients: FloatArray, windows: Windows, residual_std: FloatArray
+    ) -> Linearisation:
         """Linearise the residuals of all windows at their optimal initial states."""
         normal, mean_square, correction = windows.linearise(coefficients, residual_std)
         return Linearisation(windows, self._std(mean_square), normal, correction)
@@ -162,7 +180,10 @@ class ShootingObjective:
 
     def move(self, iterate: Iterate, coefficients: FloatArray) -> Iterate:
         """Return the iterate at other coefficients, residuals weighted as at the previous one."""
-        linearisations = tuple(self.linearise(coefficients, previous.windows, previous.residual_std) for previous in iterate.linearisations)
+        linearisations = tuple(
+            self.linearise(coefficients, previous.windows, previous.residual_std)
+            for previous in iterate.linearisations
+        )
         return replace(iterate, coefficients=coefficients, linearisations=linearisations)
 
     def cost(self, iterate: Iterate) -> float:
@@ -196,7 +217,9 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     velocity, _, risk = smooth_velocity(problem)
     initial_state_std = np.maximum(np.sqrt(risk / SAMPLES_PER_RESIDUAL)[free], MIN_STD)
     noise_std = np.maximum(NOISE_FLOOR_SHARE * np.sqrt(noise_variance(problem))[free], MIN_STD)
-    acceleration = fit_local_polynomials(inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3).slope
+    acceleration = fit_local_polynomials(
+        inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3
+    ).slope
     inertial = np.sqrt(np.mean((acceleration @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
     force = inertial[axes]
     size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]
@@ -204,7 +227,9 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
     usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
     power_rows = PowerRows(model).rows(spread_over(box)) * scale / usual_power
-    return ShootingObjective(problem, entries, velocity, initial_state_std, noise_std, scale, power_rows)
+    return ShootingObjective(
+        problem, entries, velocity, initial_state_std, noise_std, scale, power_rows
+    )
 
 
 @factorisation("normal matrix of the weak form")
@@ -234,7 +259,9 @@ def initial_candidates(objective: ShootingObjective, model: DampingModel) -> lis
     return candidates
 
 
-def best_initial_iterate(objective: ShootingObjective, candidates: Sequence[FloatArray], length: float) -> Iterate:
+def best_initial_iterate(
+    objective: ShootingObjective, candidates: Sequence[FloatArray], length: float
+) -> Iterate:
     """Return the candidate of the lowest cost on windows of a length [s]."""
     windows = objective.windows(length)
 
@@ -245,7 +272,9 @@ def best_initial_iterate(objective: ShootingObjective, candidates: Sequence[Floa
     return objective.add_length(Iterate(min(candidates, key=cost), ()), windows)
 
 
-def continue_over_lengths(objective: ShootingObjective, start: Iterate, lengths: Sequence[float]) -> Iterate:
+def continue_over_lengths(
+    objective: ShootingObjective, start: Iterate, lengths: Sequence[float]
+) -> Iterate:
     """Minimise over windows of the first length, then with one length more in each stage."""
     iterate = start
     for stage, length in enumerate(lengths, start=1):
@@ -265,7 +294,12 @@ def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float
 
 
 @factorisation("normal matrix of the windows")
-def minimise(objective: ShootingObjective, iterate: Iterate, tolerance: float, max_iterations: int = MAX_ITERATIONS,) -> Iterate:
+def minimise(
+    objective: ShootingObjective,
+    iterate: Iterate,
+    tolerance: float,
+    max_iterations: int = MAX_ITERATIONS,
+) -> Iterate:
     """Minimise J by Levenberg-Marquardt steps with Nielsen's damping update (1999)."""
     p, damping, converged = len(objective.scale), iterate.damping, False
     cost = objective.cost(iterate)

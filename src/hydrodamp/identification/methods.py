@@ -19,9 +19,19 @@ if TYPE_CHECKING:
     from hydrodamp.models.model import DampingModel
     from hydrodamp.simulation.problem import Problem
 
-_WEAK = ("D. A. Messenger, D. M. Bortz: Weak SINDy: Galerkin-Based Data-Driven Model Selection. " "Multiscale Modeling & Simulation, 2021. doi:10.1137/20M1343166")
-_TRUNCATED = ("M. Farina, L. Piroddi: An Iterative Algorithm for Simulation Error Based Identification of " "Polynomial Input-Output Models Using Multi-Step Prediction. International Journal of " "Control, 2010. doi:10.1080/00207171003793262")
-_RIDGE = ("A. E. Hoerl, R. W. Kennard: Ridge Regression: Biased Estimation for Nonorthogonal Problems. " "Technometrics, 1970. doi:10.1080/00401706.1970.10488634")
+_WEAK = (
+    "D. A. Messenger, D. M. Bortz: Weak SINDy: Galerkin-Based Data-Driven Model Selection. "
+    "Multiscale Modeling & Simulation, 2021. doi:10.1137/20M1343166"
+)
+_TRUNCATED = (
+    "M. Farina, L. Piroddi: An Iterative Algorithm for Simulation Error Based Identification of "
+    "Polynomial Input-Output Models Using Multi-Step Prediction. International Journal of "
+    "Control, 2010. doi:10.1080/00207171003793262"
+)
+_RIDGE = (
+    "A. E. Hoerl, R. W. Kennard: Ridge Regression: Biased Estimation for Nonorthogonal Problems. "
+    "Technometrics, 1970. doi:10.1080/00401706.1970.10488634"
+)
 
 
 @dataclass(frozen=True)
@@ -50,7 +60,17 @@ class MethodEntry:
 
 
 #: The methods by the keys they have on the command line.
-METHODS = {"recommended": MethodEntry("output_error.Recommended", (_WEAK, _TRUNCATED)), "ls": MethodEntry("least_squares.LeastSquares", paper_column="ls"), "weak": MethodEntry("least_squares.WeakForm", (_WEAK,)), "ridge": MethodEntry("least_squares.Ridge", (_WEAK, _RIDGE)), "dissipative": MethodEntry("dissipative.Dissipative", (_WEAK,)), "oe": MethodEntry("output_error.OutputError", (_WEAK, _TRUNCATED)), "ai": MethodEntry("adaptive.AdaptiveIdentifier", paper_column="ai"), "ai-scaled": MethodEntry("adaptive.scaled_identifier"), "rls": MethodEntry("recursive.RecursiveLeastSquares"),}
+METHODS = {
+    "recommended": MethodEntry("output_error.Recommended", (_WEAK, _TRUNCATED)),
+    "ls": MethodEntry("least_squares.LeastSquares", paper_column="ls"),
+    "weak": MethodEntry("least_squares.WeakForm", (_WEAK,)),
+    "ridge": MethodEntry("least_squares.Ridge", (_WEAK, _RIDGE)),
+    "dissipative": MethodEntry("dissipative.Dissipative", (_WEAK,)),
+    "oe": MethodEntry("output_error.OutputError", (_WEAK, _TRUNCATED)),
+    "ai": MethodEntry("adaptive.AdaptiveIdentifier", paper_column="ai"),
+    "ai-scaled": MethodEntry("adaptive.scaled_identifier"),
+    "rls": MethodEntry("recursive.RecursiveLeastSquares"),
+}
 
 
 def find_method(key: str) -> Method:
@@ -81,7 +101,12 @@ def find_method(key: str) -> Method:
     return METHODS[key].make()
 
 
-def identify_all(problem: Problem, models: Iterable[DampingModel], method: Method, done: Callable[[Fit], None] = lambda _: None,) -> tuple[Fit, ...]:
+def identify_all(
+    problem: Problem,
+    models: Iterable[DampingModel],
+    method: Method,
+    done: Callable[[Fit], None] = lambda _: None,
+) -> tuple[Fit, ...]:
     """Identify several models by one method, on all cores.
 
     A method that shares work between models does it once, such as the triangle of least

@@ -16,8 +16,24 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, make_fit
-from hydrodamp.identification.gauss_newton import (FINAL_TOLERANCE, MIN_DAMPING, Iterate, ShootingObjective, admissible_lengths, best_initial_iterate, continue_over_lengths, initial_candidates, make_objective, minimise,)
-from hydrodamp.identification.jackknife import (MAX_BLOCKS, MIN_BLOCKS, jackknife, leave_one_out_sums,)
+from hydrodamp.identification.gauss_newton import (
+    FINAL_TOLERANCE,
+    MIN_DAMPING,
+    Iterate,
+    ShootingObjective,
+    admissible_lengths,
+    best_initial_iterate,
+    continue_over_lengths,
+    initial_candidates,
+    make_objective,
+    minimise,
+)
+from hydrodamp.identification.jackknife import (
+    MAX_BLOCKS,
+    MIN_BLOCKS,
+    jackknife,
+    leave_one_out_sums,
+)
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -98,7 +114,9 @@ class OutputError:
         result = continue_over_lengths(objective, start, lengths)
         return self._make_fit(objective, model, start, result)
 
-    def _make_fit(self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate) -> Fit:
+    def _make_fit(
+        self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
+    ) -> Fit:
         return build_fit(objective, model, self, start, result)
 
 
@@ -133,7 +151,9 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         """The key on the command line."""
         return "recommended"
 
-    def _make_fit(self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate) -> Fit:
+    def _make_fit(
+        self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
+    ) -> Fit:
         excess, half_difference = _cross_validate(objective, model, result)
         if _is_significant(excess):
             result = start
@@ -146,7 +166,9 @@ def _is_significant(excess: FloatArray) -> bool:
     return bool(excess.mean() > SIGNIFICANCE * standard_error)
 
 
-def _cross_validate(objective: ShootingObjective, model: DampingModel, result: Iterate) -> tuple[FloatArray, FloatArray]:
+def _cross_validate(
+    objective: ShootingObjective, model: DampingModel, result: Iterate
+) -> tuple[FloatArray, FloatArray]:
     """Return the excess replay error over the weak form on test blocks, and half the difference.
 
     The excess (n_blocks,) is of mean square errors over the variance of each velocity, each error
@@ -161,7 +183,10 @@ def _cross_validate(objective: ShootingObjective, model: DampingModel, result: I
         windows = [training.windows(length) for length in result.window_lengths]
         candidates = initial_candidates(training, model)
         weak_form = best_initial_iterate(training, candidates, windows[0].length)
-        linearisations = tuple(previous._replace(windows=training_windows) for previous, training_windows in zip(result.linearisations, windows, strict=True))
+        linearisations = tuple(
+            previous._replace(windows=training_windows)
+            for previous, training_windows in zip(result.linearisations, windows, strict=True)
+        )
         iterate = replace(result, linearisations=linearisations, damping=MIN_DAMPING)
         iterate = training.move(iterate, result.coefficients)
         iterate = minimise(training, iterate, FINAL_TOLERANCE, max_iterations=1)
@@ -190,12 +215,28 @@ def _split_blocks(problem: Problem) -> IntArray:
 def _remark(start: Iterate, result: Iterate) -> str:
     """Return a sentence on the window lengths and the prior of the result."""
     if result is start:
-        return ("This is the weak-form estimate: the output-error estimate has a larger " "cross-validated replay error.")
-    lengths = ", ".join("entire segments" if np.isinf(length) else f"{length:g} s" for length in result.window_lengths)
-    return (f"The minimisation started from the weak form; window lengths: {lengths}; prior strength " f"relative to the residuals: {result.prior_strength:.2g}.")
+        return (
+            "This is the weak-form estimate: the output-error estimate has a larger "
+            "cross-validated replay error."
+        )
+    lengths = ", ".join(
+        "entire segments" if np.isinf(length) else f"{length:g} s"
+        for length in result.window_lengths
+    )
+    return (
+        f"The minimisation started from the weak form; window lengths: {lengths}; prior strength "
+        f"relative to the residuals: {result.prior_strength:.2g}."
+    )
 
 
-def build_fit(objective: ShootingObjective, model: DampingModel, method: Method, start: Iterate, result: Iterate, half_difference: FloatArray | None = None,) -> Fit:
+def build_fit(
+    objective: ShootingObjective,
+    model: DampingModel,
+    method: Method,
+    start: Iterate,
+    result: Iterate,
+    half_difference: FloatArray | None = None,
+) -> Fit:
     """Build the fit of an iterate; intervals allow for its shift and the difference of halves."""
     problem, coefficients = objective.problem, result.coefficients
     windows, residual_std, *_ = result.linearisations[0]
@@ -206,11 +247,22 @@ def build_fit(objective: ShootingObjective, model: DampingModel, method: Method,
         axes = objective.entries[1]
         uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
     if uncertainty is not None and start is not result:
-        uncertainty = uncertainty.inflate(coefficients - start.coefficients, "the shift from the weak-form to this estimate")
+        uncertainty = uncertainty.inflate(
+            coefficients - start.coefficients, "the shift from the weak-form to this estimate"
+        )
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    return make_fit(problem, model, method, # exactly zero, not the solver's 1e-17
- np.where([label in idle for label in model.labels], 0.0, coefficients), uncertainty=uncertainty, rank=span.rank, aliased=span.aliased, status=status if result.converged or result is start else Status.STOPPED, remarks=(_remark(start, result),),)
+    return make_fit(
+        problem,
+        model,
+        method,  # exactly zero, not the solver's 1e-17
+        np.where([label in idle for label in model.labels], 0.0, coefficients),
+        uncertainty=uncertainty,
+        rank=span.rank,
+        aliased=span.aliased,
+        status=status if result.converged or result is start else Status.STOPPED,
+        remarks=(_remark(start, result),),
+    )
 
 
 def _inflation(uncertainty: Uncertainty, half_difference: FloatArray, axes: IntArray) -> FloatArray:

@@ -21,9 +21,27 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.backward_elimination import (backward_elimination, forward_selection, select_significant, select_size, selection_frequencies, solve_subset,)
-from hydrodamp.identification.dissipativity import (is_damping_term, max_damping_power, operating_box, velocity_box,)
-from hydrodamp.identification.gauss_newton import (admissible_lengths, best_initial_iterate, continue_over_lengths, initial_candidates, make_objective,)
+from hydrodamp.identification.backward_elimination import (
+    backward_elimination,
+    forward_selection,
+    select_significant,
+    select_size,
+    selection_frequencies,
+    solve_subset,
+)
+from hydrodamp.identification.dissipativity import (
+    is_damping_term,
+    max_damping_power,
+    operating_box,
+    velocity_box,
+)
+from hydrodamp.identification.gauss_newton import (
+    admissible_lengths,
+    best_initial_iterate,
+    continue_over_lengths,
+    initial_candidates,
+    make_objective,
+)
 from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
@@ -101,7 +119,13 @@ class StepwiseSelection:
         fits = len(self.windows) > 0 and all(0.0 < window < np.inf for window in self.windows)
         demand(fits, "windows", "positive lengths [s]", self.windows)
 
-    def select(self, vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = (), done: Callable[[Round], None] | None = None,) -> DampingModel:
+    def select(
+        self,
+        vehicle: Vehicle,
+        log: Log,
+        models: Iterable[DampingModel] = (),
+        done: Callable[[Round], None] | None = None,
+    ) -> DampingModel:
         """Return the selected model.
 
         Parameters
@@ -134,7 +158,9 @@ class StepwiseSelection:
         candidates = candidate_model(vehicle, log, models)
         candidates = remove_duplicates(prepare(vehicle, log, candidates), candidates)
         problem = prepare(vehicle, log, candidates)
-        damping, _ = _fit_simulation(problem, _initial_model(problem, candidates), (), (_INITIAL_WINDOW,))
+        damping, _ = _fit_simulation(
+            problem, _initial_model(problem, candidates), (), (_INITIAL_WINDOW,)
+        )
         rounds: list[Round] = []
         for window in self.windows:
             result, damping = select_round(problem, candidates, damping, window)
@@ -150,11 +176,17 @@ class StepwiseSelection:
         return replace(best.model, source=source, note=note)
 
 
-def select_round(problem: Problem, candidates: DampingModel, present: Damping, window: float) -> tuple[Round, Damping]:
+def select_round(
+    problem: Problem, candidates: DampingModel, present: Damping, window: float
+) -> tuple[Round, Damping]:
     """Select a model around the present one, and fit it."""
     blocks, n_diverged = block_normal_matrices(problem, candidates, present, window)
     if len(blocks) < MIN_BLOCKS:
-        raise MethodError(f"only {len(blocks)} of {len(blocks) + n_diverged} blocks of the log can be replayed, " f"and a selection needs {MIN_BLOCKS}: give a longer log, or check its signs and the " "vehicle's mass and actuators.")
+        raise MethodError(
+            f"only {len(blocks)} of {len(blocks) + n_diverged} blocks of the log can be replayed, "
+            f"and a selection needs {MIN_BLOCKS}: give a longer log, or check its signs and the "
+            "vehicle's mass and actuators."
+        )
     retained, drag = np.flatnonzero(is_retained(candidates)), drag_indices(candidates)
     total = blocks.sum(axis=0)
     order = forward_selection(total, _MAX_FORWARD_TERMS, retained.tolist())
@@ -174,7 +206,9 @@ def select_round(problem: Problem, candidates: DampingModel, present: Damping, w
     return Round(model, summary, rms, power), damping
 
 
-def block_normal_matrices(problem: Problem, model: DampingModel, present: Damping, length: float) -> tuple[FloatArray, int]:
+def block_normal_matrices(
+    problem: Problem, model: DampingModel, present: Damping, length: float
+) -> tuple[FloatArray, int]:
     """Linearise the simulation in a model's coefficients around the present damping.
 
     Returns normal matrices of the blocks (n, p + 1, p + 1) and the number of diverged blocks.
@@ -206,7 +240,12 @@ def _initial_model(problem: Problem, candidates: DampingModel) -> DampingModel:
     return submodel(candidates, np.unique(np.array(indices, dtype=np.int64)))
 
 
-def _fit_simulation(problem: Problem, model: DampingModel, initial: Sequence[FloatArray], lengths: Sequence[float],) -> tuple[Damping, float | None]:
+def _fit_simulation(
+    problem: Problem,
+    model: DampingModel,
+    initial: Sequence[FloatArray],
+    lengths: Sequence[float],
+) -> tuple[Damping, float | None]:
     """Fit a model by output error on windows of some lengths; return the RMS error of a replay."""
     objective = make_objective(problem, model)
     initial = [*initial, *initial_candidates(objective, model)]
@@ -225,18 +264,43 @@ def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
     dissipative = [(rms, each) for rms, each in finite if each.max_power <= 0.0]
     eligible = dissipative or finite
     lowest = min(rms for rms, _ in eligible)
-    close = [(each.model.n_coefficients, rms, each) for rms, each in eligible if rms <= _MAX_RMS_RATIO * lowest]
-    property_ = ("that is dissipative over the operating range" if dissipative else "that replays the training data")
-    return min(close, key=lambda key: key[:2])[-1], (f"{len(eligible)} of {len(rounds)} rounds gave a model {property_}; this one has the " f"fewest coefficients within {100.0 * (_MAX_RMS_RATIO - 1.0):.0f} % of the lowest RMS " f"error on the training data, {lowest:.3g}.")
+    close = [
+        (each.model.n_coefficients, rms, each)
+        for rms, each in eligible
+        if rms <= _MAX_RMS_RATIO * lowest
+    ]
+    property_ = (
+        "that is dissipative over the operating range"
+        if dissipative
+        else "that replays the training data"
+    )
+    return min(close, key=lambda key: key[:2])[-1], (
+        f"{len(eligible)} of {len(rounds)} rounds gave a model {property_}; this one has the "
+        f"fewest coefficients within {100.0 * (_MAX_RMS_RATIO - 1.0):.0f} % of the lowest RMS "
+        f"error on the training data, {lowest:.3g}."
+    )
 
 
-def candidate_model(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> DampingModel:
+def candidate_model(
+    vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()
+) -> DampingModel:
     """Return the candidate terms of every axis: those of the paper's models and of ``models``."""
     commands = {name: log.command(name) for name in log.command_names}
     known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
     degrees = (2,) if is_under_way(log.velocity) else (1, 2)
     published = [catalog[key] for key in PAPER_MODELS]
-    rows = [[*(term for model in published for term in model.terms[axis] if velocity_degree(term) in degrees and (known or not term.needs_propulsion)), *(term for model in models for term in model.terms[axis]),] for axis in range(len(AXES))]
+    rows = [
+        [
+            *(
+                term
+                for model in published
+                for term in model.terms[axis]
+                if velocity_degree(term) in degrees and (known or not term.needs_propulsion)
+            ),
+            *(term for model in models for term in model.terms[axis]),
+        ]
+        for axis in range(len(AXES))
+    ]
     terms = tuple(tuple(dict.fromkeys(row)) for row in rows)
     return DampingModel(SPARSE_KEY, "Sparse", terms).restricted_to(vehicle.axes)
 
@@ -274,7 +338,10 @@ def remove_duplicates(problem: Problem, model: DampingModel) -> DampingModel:
 def submodel(model: DampingModel, indices: IntArray) -> DampingModel:
     """Return the model of some coefficients of another."""
     ends = np.cumsum([0, *map(len, model.terms)])
-    rows = tuple(tuple(terms[index - start] for index in indices[(indices >= start) & (indices < stop)]) for terms, (start, stop) in zip(model.terms, pairwise(ends), strict=True))
+    rows = tuple(
+        tuple(terms[index - start] for index in indices[(indices >= start) & (indices < stop)])
+        for terms, (start, stop) in zip(model.terms, pairwise(ends), strict=True)
+    )
     return replace(model, terms=rows)
 
 
@@ -304,7 +371,9 @@ def is_retained(model: DampingModel) -> BoolArray:
     return np.array(retained, dtype=np.bool_)
 
 
-def select_command_terms(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> DampingModel | None:
+def select_command_terms(
+    vehicle: Vehicle, log: Log, models: Iterable[DampingModel]
+) -> DampingModel | None:
     """Return terms of commands that nothing else uses, on the axes that they affect."""
     models = [model.restricted_to(vehicle.axes) for model in models]
     used = {*vehicle.commands, *(name for model in models for name in model.commands)}
@@ -313,7 +382,9 @@ def select_command_terms(vehicle: Vehicle, log: Log, models: Iterable[DampingMod
         return None
     forms = ("{}", "u|u|*{}") if is_under_way(log.velocity) else ("{}",)
     axes = " ".join(vehicle.axes)
-    candidates = DampingModel.from_table({axes: " ".join(form.format(name) for name in idle for form in forms)}, key=SPARSE_KEY)
+    candidates = DampingModel.from_table(
+        {axes: " ".join(form.format(name) for name in idle for form in forms)}, key=SPARSE_KEY
+    )
     problem = prepare(vehicle, log, [candidates, *_BASELINE_MODELS, *models])
     triangle = WeakRegression().rows(problem).triangle()
     rows = []

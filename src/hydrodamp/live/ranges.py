@@ -63,13 +63,17 @@ def _ranges(columns: EquationTable) -> Ranges:
     return Ranges(names, largest, ordinary)
 
 
-def _command_range(vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str) -> tuple[float, float]:
+def _command_range(
+    vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str
+) -> tuple[float, float]:
     if not any(name in actuator.commands for actuator in actuators):
         return _LARGEST_FIELD, 0.0
     magnitudes = np.append(0.0, _GRID)
     commands = {other: np.zeros(len(magnitudes)) for other in vehicle.commands}
     commands[name] = magnitudes
-    wrench = vehicle.known_wrench(np.tile(TYPICAL_VELOCITY, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands)
+    wrench = vehicle.known_wrench(
+        np.tile(TYPICAL_VELOCITY, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands
+    )
     effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
     speed = vehicle.propulsion_speed(commands)
     is_too_fast = np.zeros(len(magnitudes)) if speed is None else np.abs(speed) > MAX_VELOCITY

@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import (BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator,)
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+)
 
 from hydrodamp.arrays import MAX_MAGNITUDE, FloatArray
 from hydrodamp.basis.atoms import AXES
@@ -43,7 +50,10 @@ def _text(given: object) -> object:
 Text = Annotated[str, BeforeValidator(_text)]
 Terms = dict[Text, Annotated[list[str], BeforeValidator(_spellings)]]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | None
-Coefficient = (Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)] | None)
+Coefficient = (
+    Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)]
+    | None
+)
 
 
 class _Model(BaseModel):
@@ -66,7 +76,9 @@ class ModelEntry(_Model):
     @field_validator("terms")
     @classmethod
     def _terms_once(cls, terms: Terms) -> Terms:
-        given = Counter((axis, word) for axes, row in terms.items() for axis in axes.split() for word in row)
+        given = Counter(
+            (axis, word) for axes, row in terms.items() for axis in axes.split() for word in row
+        )
         twice = [f"`{word}` on {axis}" for (axis, word), count in given.items() if count > 1]
         if twice:
             raise ValueError(f"must name each term of an axis once; given twice: {twice[0]}")
@@ -81,9 +93,15 @@ class ModelEntry(_Model):
         if not self.extends:
             return own
         if self.extends == "sparse":
-            raise ModelError("`sparse` is selected from each log and cannot be extended: leave `extends` out " "and name this model and sparse, as in `--models FILE,sparse`. Terms of yours with " "commands, weight or a constant are kept in the selection, others offered to it.")
+            raise ModelError(
+                "`sparse` is selected from each log and cannot be extended: leave `extends` out "
+                "and name this model and sparse, as in `--models FILE,sparse`. Terms of yours with "
+                "commands, weight or a constant are kept in the selection, others offered to it."
+            )
         if self.extends not in known:
-            raise ModelError(f"there is no model '{self.extends}' to extend.{did_you_mean(self.extends, known)}")
+            raise ModelError(
+                f"there is no model '{self.extends}' to extend.{did_you_mean(self.extends, known)}"
+            )
         parent = known[self.extends]
         source = self.source or f"Extends {parent.key}. {parent.source}".strip()
         return replace(own, terms=parent.with_terms(self.terms).terms, source=source)
@@ -118,9 +136,17 @@ class DampingDocument(BaseModel):
     version: Literal[1] = 1
     frame: str = "FRD body axes: x forward, y starboard, z down; SI units, radians."
     reference_point: str = "Origin of the body frame of the vehicle file."
-    sign_convention: str = ("The wrench stands on the right-hand side of M dnu/dt = H(M nu) nu + K xi(nu) + G + u: " "negative along the motion where it dissipates.")
-    eta: str = ("eta = u_c/U: u_c is the steady surge speed that the present propeller speed gives in " "straight level motion, U the present speed; terms carry (eta-1).")
-    content: str = ("Viscous remainder: H(M nu) nu with the full M (rigid body and added mass) is not in it.")
+    sign_convention: str = (
+        "The wrench stands on the right-hand side of M dnu/dt = H(M nu) nu + K xi(nu) + G + u: "
+        "negative along the motion where it dissipates."
+    )
+    eta: str = (
+        "eta = u_c/U: u_c is the steady surge speed that the present propeller speed gives in "
+        "straight level motion, U the present speed; terms carry (eta-1)."
+    )
+    content: str = (
+        "Viscous remainder: H(M nu) nu with the full M (rigid body and added mass) is not in it."
+    )
     model: ModelDocument
     coefficients: dict[str, Coefficient]
     units: dict[str, str] = {}
@@ -131,7 +157,9 @@ class DampingDocument(BaseModel):
 
     def damping(self) -> Damping:
         """Return the numbers with their model."""
-        model = DampingModel.from_table(self.model.terms, **self.model.model_dump(exclude={"terms"}))
+        model = DampingModel.from_table(
+            self.model.terms, **self.model.model_dump(exclude={"terms"})
+        )
         model.check_labels(self.coefficients)
         values = [self.coefficients[label] for label in model.labels]
         covariance = None if self.covariance is None else self.covariance.of(model.labels)
@@ -165,11 +193,17 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
     if other := wrong_kind_message(content, str(path), "models"):
         raise ModelError(other)
     if not isinstance(content, Mapping):
-        raise ModelError(f"{path}: a model file must be keys and values ({' '.join(ModelEntry.model_fields)}); " "several models go under `models:`, as a list.")
+        raise ModelError(
+            f"{path}: a model file must be keys and values ({' '.join(ModelEntry.model_fields)}); "
+            "several models go under `models:`, as a list."
+        )
     several = "models" in content
     entries = content["models"] if several else [content]
     if several and (len(content) > 1 or not isinstance(entries, list) or not entries):
-        raise ModelError(f"{path}: `models` must be a list of at least one model, and nothing may stand beside " f"it; got {' '.join(map(str, content))}.")
+        raise ModelError(
+            f"{path}: `models` must be a list of at least one model, and nothing may stand beside "
+            f"it; got {' '.join(map(str, content))}."
+        )
     faults: list[str] = []
     models: dict[str, DampingModel] = {}
     for place, entry in enumerate(entries):
@@ -206,7 +240,9 @@ def write_model(model: DampingModel, path: str | os.PathLike[str]) -> None:
     """
     import yaml
 
-    terms = {" ".join(axes): " ".join(map(str, row)) for row, axes in group_axes(model).items() if row}
+    terms = {
+        " ".join(axes): " ".join(map(str, row)) for row, axes in group_axes(model).items() if row
+    }
     words = {"name": model.key, "title": model.title, "source": model.source, "note": model.note}
     document = {**{name: text for name, text in words.items() if text}, "terms": terms}
     save_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=88), path)
@@ -258,7 +294,10 @@ def read_damping(path: str | os.PathLike[str]) -> Damping:
     is_yaml = Path(path).suffix.lower() in (".yaml", ".yml")
     damping = damping_from_document(load_yaml(path) if is_yaml else load_json(path), str(path))
     if damping.coefficients.size and not np.isfinite(damping.coefficients).any():
-        raise ModelError(f"{path}: no coefficient has a number: the fit that it comes from was refused or" " failed, and its `fit` says why. Give a fit that succeeded.")
+        raise ModelError(
+            f"{path}: no coefficient has a number: the fit that it comes from was refused or"
+            " failed, and its `fit` says why. Give a fit that succeeded."
+        )
     return damping
 
 
@@ -266,7 +305,22 @@ def damping_document(damping: Damping) -> dict[str, Any]:
     """Return a damping as what its JSON file holds; for embedding in larger files."""
     model, covariance = damping.model, damping.covariance
     terms = {axis: [*map(str, row)] for axis, row in zip(AXES, model.terms, strict=True)}
-    return DampingDocument(model=ModelDocument(key=model.key, title=model.title, source=model.source, note=model.note, terms=terms), coefficients={label: finite(value) for label, value in damping.as_dict().items()}, units={label: coefficient_unit(*read_label(label)) for label in model.labels}, covariance=None if covariance is None else CovarianceDocument(order=[*model.labels], matrix=[[finite(value) for value in row] for row in covariance.tolist()],), vehicle=damping.vehicle, source=damping.source, note=damping.note,).model_dump(mode="json")
+    return DampingDocument(
+        model=ModelDocument(
+            key=model.key, title=model.title, source=model.source, note=model.note, terms=terms
+        ),
+        coefficients={label: finite(value) for label, value in damping.as_dict().items()},
+        units={label: coefficient_unit(*read_label(label)) for label in model.labels},
+        covariance=None
+        if covariance is None
+        else CovarianceDocument(
+            order=[*model.labels],
+            matrix=[[finite(value) for value in row] for row in covariance.tolist()],
+        ),
+        vehicle=damping.vehicle,
+        source=damping.source,
+        note=damping.note,
+    ).model_dump(mode="json")
 
 
 def damping_from_document(document: object, source: str = "damping") -> Damping:

@@ -22,7 +22,13 @@ from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability
 from hydrodamp.report.comparison_tables import detail_tables, score_table, summary_tables
-from hydrodamp.report.documents import (ComparisonDocument, comparison_document, fit_document, names_of, read_fit,)
+from hydrodamp.report.documents import (
+    ComparisonDocument,
+    comparison_document,
+    fit_document,
+    names_of,
+    read_fit,
+)
 from hydrodamp.report.narrative import RESUMED, UNFINISHED
 from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.results import remove_results, save_results
@@ -115,7 +121,14 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     remove_results(home, (COMPARISON, REPORT, GRADES, BAND, *_PICTURES))
     if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
         remove_results(home, (_FITS,), keep=fits)
-    texts = {**{path: as_json(fit_document(fit)) for path, fit in fits.items()}, home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n", home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n", home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n", home / "table.csv": to_csv(score_table(comparison, comparison.rows)), home / COMPARISON: as_json(comparison_document(comparison)),}
+    texts = {
+        **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
+        home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
+        home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n",
+        home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n",
+        home / "table.csv": to_csv(score_table(comparison, comparison.rows)),
+        home / COMPARISON: as_json(comparison_document(comparison)),
+    }
     contents = {home / REPLAYS: _replays(comparison)}
     contents |= {path: text.encode("utf-8") for path, text in texts.items()}
     save_results(contents, home)
@@ -174,7 +187,9 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
 
 def is_result(path: Path, folder: Path) -> bool:
     """Tell whether a comparison written to a folder may replace a file."""
-    return folder in path.parents and any(fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS)
+    return folder in path.parents and any(
+        fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS
+    )
 
 
 def _named_fits(comparison: Comparison) -> dict[str, Fit]:
@@ -189,7 +204,13 @@ def _replays(comparison: Comparison) -> bytes:
         if row.trajectory is None:
             continue
         log = row.trajectory.log
-        arrays |= {"time": log.time, "measured": log.velocity, "segment_names": np.array([segment.name for segment in log.segments]), "segment_bounds": log.bounds, f"{_SIMULATED}{name}": row.trajectory.velocity,}
+        arrays |= {
+            "time": log.time,
+            "measured": log.velocity,
+            "segment_names": np.array([segment.name for segment in log.segments]),
+            "segment_bounds": log.bounds,
+            f"{_SIMULATED}{name}": row.trajectory.velocity,
+        }
     return _npz(arrays)
 
 
@@ -201,7 +222,11 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     named = zip(arrays["segment_names"], arrays["segment_bounds"].tolist(), strict=True)
     segments = tuple(Segment(str(name), *bounds) for name, bounds in named)
     log = Log(arrays["time"], arrays["measured"], segments=segments, source=source)
-    return log, {name.removeprefix(_SIMULATED): values for name, values in arrays.items() if name.startswith(_SIMULATED)}
+    return log, {
+        name.removeprefix(_SIMULATED): values
+        for name, values in arrays.items()
+        if name.startswith(_SIMULATED)
+    }
 
 
 def write_findings(findings: Findings, home: Path) -> None:

@@ -10,23 +10,51 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.identifiability import (MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION, Cause, Grade, Identifiability,)
+from hydrodamp.identification.identifiability import (
+    MAX_RELATIVE_HALF_WIDTH,
+    MINOR_CONTRIBUTION,
+    Cause,
+    Grade,
+    Identifiability,
+)
 from hydrodamp.identification.stepwise import SPARSE_KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
 from hydrodamp.text import first_few
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
-_RULE = (f"grade: determined within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the number; minor where " f"the interval leaves less open than {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its " "axis; weak where the sign is known; not determined for a cause.")
+_RULE = (
+    f"grade: determined within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the number; minor where "
+    f"the interval leaves less open than {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its "
+    "axis; weak where the sign is known; not determined for a cause."
+)
 _TIED = 0.9  # correlation of two coefficients from which one may stand for the other
 #: The model that has no terms before there is a log, as a document.
-SPARSE: dict[str, Any] = {"model": SPARSE_KEY, "title": "Selected from a log", "n_coefficients": None, "terms": None, "commands": [], "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419", "note": f"{SPARSE_KEY} comes with a log: its terms are selected from the training data by what " "they do to the replay, out of those of the paper's models, of models beside it, and of " "commands that no actuator takes. Ask for it by " f"`hydrodamp identify LOG --model {SPARSE_KEY}`, or by " f"`hydrodamp compare LOG ... --models {SPARSE_KEY}` and `validate`.",}
+SPARSE: dict[str, Any] = {
+    "model": SPARSE_KEY,
+    "title": "Selected from a log",
+    "n_coefficients": None,
+    "terms": None,
+    "commands": [],
+    "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419",
+    "note": f"{SPARSE_KEY} comes with a log: its terms are selected from the training data by what "
+    "they do to the replay, out of those of the paper's models, of models beside it, and of "
+    "commands that no actuator takes. Ask for it by "
+    f"`hydrodamp identify LOG --model {SPARSE_KEY}`, or by "
+    f"`hydrodamp compare LOG ... --models {SPARSE_KEY}` and `validate`.",
+}
 
 
 def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     """Return the coefficients of a fit, how sure they are, and which are aliased."""
     model, known = fit.model, grade_words(fit, grades)
-    columns = [Column("coefficient", number=False), Column("value", form=coefficient), Column("std. error", form=coefficient), Column("± 95 %", form=coefficient), Column("unit", number=False),]
+    columns = [
+        Column("coefficient", number=False),
+        Column("value", form=coefficient),
+        Column("std. error", form=coefficient),
+        Column("± 95 %", form=coefficient),
+        Column("unit", number=False),
+    ]
     if known:
         columns.append(Column("aliased" if grades is None else "grade", number=False))
     units = [coefficient_unit(*read_label(label)) for label in model.labels]
@@ -34,7 +62,13 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     rows = zip(model.labels, *numbers, units, *([known] if known else []), strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     graded = () if grades is None else (grades.summary + ".", _RULE, *_causes(fit, grades))
-    return Table(title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, " f"{fit.n_samples} samples", columns=tuple(columns), rows=tuple(rows), notes=(*fit.summary_lines, *_aliased(fit), *graded),)
+    return Table(
+        title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
+        f"{fit.n_samples} samples",
+        columns=tuple(columns),
+        rows=tuple(rows),
+        notes=(*fit.summary_lines, *_aliased(fit), *graded),
+    )
 
 
 def standard_errors(fit: Fit) -> FloatArray:
@@ -69,25 +103,44 @@ def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
     if fit.damping.covariance is None:
         return
     errors, axes = standard_errors(fit), np.array([label[0] for label in fit.model.labels])
-    vague = [grade is Grade.WEAK or grades.causes.get(label) is Cause.NOT_SIGNIFICANT for label, grade in grades.grades.items()]
+    vague = [
+        grade is Grade.WEAK or grades.causes.get(label) is Cause.NOT_SIGNIFICANT
+        for label, grade in grades.grades.items()
+    ]
     with np.errstate(divide="ignore", invalid="ignore"):
         tied = np.abs(fit.damping.covariance / np.outer(errors, errors)) >= _TIED
     tied &= np.logical_or.outer(vague, vague) & (axes[:, None] == axes)
-    pairs = [" with ".join(fit.model.labels[index] for index in pair) for pair in np.argwhere(np.triu(tied, 1)).tolist()]
+    pairs = [
+        " with ".join(fit.model.labels[index] for index in pair)
+        for pair in np.argwhere(np.triu(tied, 1)).tolist()
+    ]
     if pairs:
         few = ", ".join(first_few(pairs, _GROUPS, "such pairs"))
         yield f"Correlated by {_TIED} and more, so known together rather than alone: {few}."
 
 
 def _aliased(fit: Fit) -> list[str]:
-    groups = [f"{group[0]} is not determined: its column is zero throughout or a sum of others" if len(group) == 1 else f"aliased, so that only a combination is determined: {' '.join(group)}" for group in fit.aliased]
+    groups = [
+        f"{group[0]} is not determined: its column is zero throughout or a sum of others"
+        if len(group) == 1
+        else f"aliased, so that only a combination is determined: {' '.join(group)}"
+        for group in fit.aliased
+    ]
     return first_few(groups, _GROUPS, "such groups")
 
 
 def model_document(model: DampingModel) -> dict[str, Any]:
     """Return a model as a document."""
     terms = zip(AXES, model.terms, strict=True)
-    return {"model": model.key, "title": model.title, "n_coefficients": model.n_coefficients, "terms": {axis: [str(term) for term in row] for axis, row in terms}, "commands": list(model.commands), "source": model.source, "note": model.note,}
+    return {
+        "model": model.key,
+        "title": model.title,
+        "n_coefficients": model.n_coefficients,
+        "terms": {axis: [str(term) for term in row] for axis, row in terms},
+        "commands": list(model.commands),
+        "source": model.source,
+        "note": model.note,
+    }
 
 
 def model_table(models: Iterable[Mapping[str, Any]], command: str) -> Table:
@@ -96,6 +149,10 @@ def model_table(models: Iterable[Mapping[str, Any]], command: str) -> Table:
     for document in models:
         if document["terms"] is None:
             notes.insert(0, document["note"])
-        counts = ([None] * len(AXES) if document["terms"] is None else map(len, document["terms"].values()))
+        counts = (
+            [None] * len(AXES)
+            if document["terms"] is None
+            else map(len, document["terms"].values())
+        )
         rows.append((document["model"], document["n_coefficients"], *counts, document["title"]))
     return Table.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)
