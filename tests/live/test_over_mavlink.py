@@ -71,5 +71,5 @@ def test_an_address_says_whom_to_listen_to(sent):
         open_source("mavlink://:0", None, allow=False, paced=False, say=print)
     with pytest.raises(ProblemError, match="`system` of"):
         open_source("mavlink://:0?system=x", MAPPING, allow=False, paced=False, say=print)
-    with pytest.raises(ProblemError, match="--allow"):
+    with pytest.raises(ProblemError, match="--allow-remote"):
         open_source("mavlink://0.0.0.0:0", MAPPING, allow=False, paced=False, say=print)

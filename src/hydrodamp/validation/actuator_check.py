@@ -77,5 +77,5 @@ def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Quality
             f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the "
             "damping takes up the difference",
             remedy="check its units and signs and the thrust of the actuators, or let the gains be "
-            "identified too with `--free-gains`",
+            "identified too with `--estimate-actuator-gains`",
         )
