@@ -1,12 +1,12 @@
-"""``python -m hydrodamp`` is the command ``hydrodamp``."""
+"""Entry point of ``hydrodamp`` and ``python -m hydrodamp``."""
 
 import os
 
-INTERRUPTED = 130  # exit status, as of a shell
+INTERRUPTED = 130  # exit status after SIGINT, 128 + 2
 
 
 def main() -> None:
-    """Load and run the command line; Ctrl-C ends it by its status while it loads too."""
+    """Run the command line; Ctrl-C while modules load also exits with status 130."""
     try:
         from hydrodamp.cli.main import main as run
 

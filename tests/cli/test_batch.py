@@ -7,7 +7,10 @@ from dataclasses import replace
 
 import hydrodamp as hd
 
-LINE = "batch {} --vehicle planar.yaml --model linear --method ls --by {} --out season --workers 1"
+LINE = (
+    "batch {} --vehicle planar.yaml --model linear --method ls --group-by {} --out season "
+    "--workers 1"
+)
 
 
 def write(folder, name, log="a.csv"):

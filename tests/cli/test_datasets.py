@@ -46,14 +46,14 @@ def test_nothing_is_downloaded_without_consent(call):
 
 @pytest.mark.usefixtures("mine")
 def test_yes_downloads_what_is_not_there(call):
-    told = json.loads(call("datasets mine --yes --json --folder here").stdout)
+    told = json.loads(call("datasets mine --yes --json --out here").stdout)
     assert told["downloaded"] == told["unchecked"] == ["a.dat", "b.dat"]
     assert (told["folder"], told["mapping"], told["lacking"]) == ("here", "avl690", [])
     Path("here/b.dat").unlink()
-    done = call("datasets mine --folder here")
+    done = call("datasets mine --out here")
     assert "1 of 2 files taken as they are: no checksum is known" in done.stderr
     assert "1 of 2 files not there" in done.stderr
-    done = call("datasets mine --folder here --yes")
+    done = call("datasets mine --out here --yes")
     assert "1 of 2 files downloaded" in done.stderr
     assert done.stdout == "here\n"
     assert Path("here/b.dat").read_text(encoding="utf-8") == CONTENT["b.dat"]

@@ -8,7 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.fit import empty_fit
-from hydrodamp.report.files import Findings, Picture, write_pictures
+from hydrodamp.report.files import Picture, ReportContent, write_pictures
 from hydrodamp.results import MANIFEST
 
 LINE = "identify a.csv --vehicle planar.yaml --model linear --method ls"
@@ -18,13 +18,13 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")
 
-    def warned(*given, **more):
+    def warn(*arguments, **options):
         warnings.warn("the sea was rough", hd.HydrodampWarning, stacklevel=1)
         raise hd.MethodError("too rough to ask")
 
-    monkeypatch.setattr(hd, "vehicle_sensitivity", warned)
-    done = call(f"{LINE} --out d.v2")
-    for word in ("std. error", "grade", "Not answered, a wrong vehicle: too rough to ask"):
+    monkeypatch.setattr(hd, "vehicle_sensitivity", warn)
+    done = call(f"{LINE} --out d.v2 --sensitivity")
+    for word in ("std. error", "grade", "not known: too rough to ask"):
         assert word in done.stdout
     assert "written to d.v2\nwritten to d.v2.figures\nwritten to d.v2.report.html" in done.stderr
     damping = hd.read_damping("d.v2")
@@ -37,7 +37,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() in text
     for words in (
         *("<dt>command</dt>", "<dt>versions</dt>", "share all 400 samples"),
-        *("the sea was rough", "Not answered, a wrong vehicle"),
+        *("the sea was rough", "not known: too rough to ask"),
     ):
         assert words in text
     axes = "rank         condition"  # in the report alone
@@ -58,13 +58,13 @@ def test_json_is_the_damping_file(folder, call):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder, call):
-    assert "the motion asks for" not in call(LINE).stderr
+    assert "the motion asks for" not in call(f"{LINE} --check-actuators").stderr
     right = (folder / "planar.yaml").read_text("utf-8")
     (folder / "planar.yaml").write_text(right.replace("[[10,", "[[30,"), "utf-8")
-    said = " ".join(call(f"{LINE} --json").stderr.split())
+    said = " ".join(call(f"{LINE} --check-actuators --json").stderr.split())
     words = "the motion asks for 0.33 (0.33 to 0.33) times the wrench of the actuators"
     assert f"warning: suspicion: `X` is not what acts: {words}" in said
-    done = call(f"{LINE} --method weak --free-gains --out d.json")
+    done = call(f"{LINE} --check-actuators --method weak --estimate-actuator-gains --out d.json")
     assert "the motion asks for" not in done.stderr
     damping = hd.read_damping(folder / "d.json")
     assert damping["X_actuation_X"] == pytest.approx(-2.0 / 3.0, abs=0.01)
@@ -78,7 +78,7 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
 @pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 130), (RuntimeError, 1)])
 def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(folder, call, monkeypatch, error, status):
     figures = folder / "d.figures"
-    write_pictures(Findings(pictures=(Picture("power", "", 1, 1, b"old"),)), figures, figures)
+    write_pictures(ReportContent(pictures=(Picture("power", "", 1, 1, b"old"),)), figures, figures)
     assert (figures / "power.svg").read_bytes() == b"old"
     mine = figures / "mine.svg"
     for path in (folder / "d.json", folder / "d.report.html", mine):
@@ -87,7 +87,7 @@ def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(folder, call, monkeypa
     def fail(*args):
         raise error
 
-    monkeypatch.setattr("hydrodamp.cli.report.examine_chosen", fail)
+    monkeypatch.setattr("hydrodamp.cli.report.draw_diagnostics", fail)
     assert "d.json: exists already" in call(f"{LINE} --json --out d.json", 2).stderr
     assert (folder / "d.json").read_text("utf-8") == "old"
     call(f"{LINE} --json --out d.json --force", status)
@@ -146,3 +146,14 @@ def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
     damping = hd.read_damping("d.json")
     assert damping["X_ahead"] > 0.0
     assert damping["N_turn"] > 0.0
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_neither_a_dive_nor_another_vehicle_is_computed_unless_requested(folder, call, monkeypatch):
+    for name in ("vehicle_sensitivity", "plan"):
+        monkeypatch.setattr(hd, name, lambda *_: pytest.fail("not requested"))
+    monkeypatch.setattr(
+        "hydrodamp.validation.actuator_check.doubts", lambda *_: pytest.fail("not requested")
+    )
+    call(LINE)
+    assert "determined" in call(f"{LINE} --next-dive").stderr

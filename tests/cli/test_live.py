@@ -20,7 +20,7 @@ START = "live --vehicle planar.yaml --model linear"
 
 
 def test_a_log_is_told_as_the_batch_fit(folder, call):
-    done = call(f"{START} --source b.csv --state s.json")
+    done = call(f"{START} --source b.csv --checkpoint s.json")
     line = json.loads(done.stdout.splitlines()[-1])
     told = {label: one["value"] for label, one in line["coefficients"].items()}
     problem = hd.prepare(hd.read_vehicle("planar.yaml"), hd.read_log("b.csv"), hd.catalog["linear"])
@@ -28,7 +28,7 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
         problem, hd.catalog["linear"]
     )
     assert told == fit.damping.as_dict()
-    again = call(f"{START} --source b.csv --state s.json")
+    again = call(f"{START} --source b.csv --checkpoint s.json")
     assert [json.loads(again.stdout)] == [line]
     assert "goes on behind sample" in again.stderr
 
@@ -37,20 +37,26 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
     ("line", "sentence"),
     [
         (START, "`--source` is missing"),
-        (f"{START} --source b.csv --every 0", "must be positive"),
-        (f"{START} --source b.csv --state-every nan", "must be zero or more seconds; got nan"),
-        (f"{START} --source b.csv --state-every -1", "must be zero or more seconds; got -1"),
+        (f"{START} --source b.csv --output-interval 0", "must be positive"),
+        (
+            f"{START} --source b.csv --checkpoint-interval nan",
+            "must be zero or more seconds; got nan",
+        ),
+        (
+            f"{START} --source b.csv --checkpoint-interval -1",
+            "must be zero or more seconds; got -1",
+        ),
         (f"{START} --source tcp://127.0.0.1:1", "`--source tcp://127.0.0.1:1` is not supported"),
         (f"{START} --source stdin://", "name `stdin`"),
         (f"{START} --source b.csv --method ls", "rls, ai; got 'ls'"),
-        (f"{START} --source b.csv --state no/s.json", "there is no folder"),
+        (f"{START} --source b.csv --checkpoint no/s.json", "there is no folder"),
         ("live --vehicle planar.yaml --model sparse --source b.csv", "a whole log"),
         (f"{START} --source stdin --mapping avl690", "work on a whole log"),
         (f"{START} --source mavlink://:0", "needs `--mapping`"),
         (f"{START} --source udp://here", "must be udp://HOST:PORT"),
         (f"{START} --source udp://127.0.0.1:99999", "must be udp://HOST:PORT"),
-        (f"{START} --source udp://0.0.0.0:0", "Say `--allow`"),
-        (f"{START} --source udp://192.0.2.1:0 --allow", "cannot be bound"),
+        (f"{START} --source udp://0.0.0.0:0", "Say `--allow-remote`"),
+        (f"{START} --source udp://192.0.2.1:0 --allow-remote", "cannot be bound"),
     ],
 )
 def test_what_cannot_run_is_refused_in_a_sentence(folder, call, line, sentence):
@@ -65,7 +71,7 @@ def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
         "-m",
         "hydrodamp",
         *START.split(),
-        *["--source", "stdin", "--state", "s.json"],
+        *["--source", "stdin", "--checkpoint", "s.json"],
     ]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen(line, **pipes) as run:
@@ -84,9 +90,9 @@ def test_a_run_that_is_killed_goes_on_bit_for_bit(folder, call):
     """Killed at random moments: no state is half, and the last line is the same."""
     whole = call(f"{START} --source a.csv").stdout.splitlines()[-1]
     words = [sys.executable, "-m", "hydrodamp", *START.split(), "--source", "a.csv"]
-    words += ["--state", "s.json", "--state-every", "0"]
+    words += ["--checkpoint", "s.json", "--checkpoint-interval", "0"]
     begun = monotonic()
-    subprocess.run([*words, "--every", "1e9"], check=True, capture_output=True)
+    subprocess.run([*words, "--output-interval", "1e9"], check=True, capture_output=True)
     length, random = monotonic() - begun, Random(1)
     (folder / "s.json").unlink()
     for _ in range(KILLS):
@@ -107,9 +113,9 @@ def words(*more):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 def test_a_full_disk_under_standard_output_ends_nothing(folder, call):
-    call(f"{START} --source a.csv --state whole.json")
+    call(f"{START} --source a.csv --checkpoint whole.json")
     with open("/dev/full", "w") as full:
-        run = words("--source", "a.csv", "--state", "s.json")
+        run = words("--source", "a.csv", "--checkpoint", "s.json")
         done = subprocess.run(run, stdout=full, stderr=subprocess.PIPE, text=True, check=True)
     assert done.stderr.count("lines cannot be written") == 1
     assert (folder / "s.json").read_text() == (folder / "whole.json").read_text()
@@ -117,7 +123,7 @@ def test_a_full_disk_under_standard_output_ends_nothing(folder, call):
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such pipes")
 def test_a_closed_pipe_ends_the_run_with_its_state(folder):
-    run = words("--source", "a.csv", "--state", "s.json")
+    run = words("--source", "a.csv", "--checkpoint", "s.json")
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(run, **pipes) as process:
         process.stdout.close()
@@ -133,7 +139,9 @@ def test_a_signal_ends_a_pause_of_a_paced_log(folder):
     time, rest = lines[1].split(",", 1)
     later = f"{float(time) + 3600.0!r},{rest}"
     (folder / "gap.csv").write_text("\n".join([head, *lines[:2], later, ""]))
-    run = words("--source", "gap.csv", "--paced", "--state", "s.json", "--state-every", "0")
+    run = words(
+        "--source", "gap.csv", "--real-time", "--checkpoint", "s.json", "--checkpoint-interval", "0"
+    )
     with subprocess.Popen(run, stdout=subprocess.PIPE) as process:
         while not (folder / "s.json").exists() and process.poll() is None:
             pass
@@ -142,21 +150,21 @@ def test_a_signal_ends_a_pause_of_a_paced_log(folder):
 
 
 def test_a_second_run_with_the_same_state_is_refused(folder, call):
-    run = words("--source", "stdin", "--state", "s.json")
+    run = words("--source", "stdin", "--checkpoint", "s.json")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen(run, **pipes) as process:
         process.stdin.write((folder / "b.csv").read_text())
         process.stdin.flush()
         process.stdout.readline()
-        said = call(f"{START} --source b.csv --state s.json", status=2).stderr
+        said = call(f"{START} --source b.csv --checkpoint s.json", status=2).stderr
         assert f"another run of `hydrodamp live` (process {process.pid})" in said
         process.kill()
-    call(f"{START} --source b.csv --state s.json")
+    call(f"{START} --source b.csv --checkpoint s.json")
 
 
 def test_a_state_file_that_is_none_is_refused(folder, call):
     text = (folder / "planar.yaml").read_text()
-    said = call(f"{START} --source b.csv --state planar.yaml", status=2).stderr
+    said = call(f"{START} --source b.csv --checkpoint planar.yaml", status=2).stderr
     assert "planar.yaml: is not a state" in said
     assert (folder / "planar.yaml").read_text() == text
 

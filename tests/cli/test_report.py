@@ -5,7 +5,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hydrodamp.cli.main import app
-from hydrodamp.report import examine as examining, page as pages
+from hydrodamp.report import page as pages, pictures as drawing
 
 LINE = (
     "compare ab.csv --vehicle planar.yaml --train one --test two --models linear --methods ls "
@@ -70,7 +70,7 @@ def test_without_the_extra_all_else_is_done_and_a_note_says_how_to_get_it(
 ):
     with monkeypatch.context() as bare:
         bare.setattr(pages, "find_spec", lambda _: None)
-        bare.setattr(examining, "find_spec", lambda _: None)
+        bare.setattr(drawing, "find_spec", lambda _: None)
         done = call(LINE)
         alone = call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
     assert {name for name in BARE if (folder / "out" / name).exists()} == set(BARE)

@@ -1,7 +1,8 @@
 """Rows of a log, seeded and mutated: numbers, types, order and size.
 
 ``python tests/live/mutator.py 1000000 | hydrodamp live --vehicle vt690 --model prestero
---source stdin --state s.json --every 1e4`` must end with status 0 and a finite estimate.
+--source stdin --checkpoint s.json --output-interval 1e4`` must end with
+status 0 and a finite estimate.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def test_an_address_says_whom_to_listen_to(sent):
         open_source(
             "mavlink://:0?system=x", MAPPING, allow_remote=False, real_time=False, on_message=print
         )
-    with pytest.raises(ProblemError, match="--allow"):
+    with pytest.raises(ProblemError, match="--allow-remote"):
         open_source(
             "mavlink://0.0.0.0:0", MAPPING, allow_remote=False, real_time=False, on_message=print
         )

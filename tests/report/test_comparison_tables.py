@@ -129,5 +129,5 @@ def test_a_choice_that_is_worse_than_no_model_is_told(comparison):
         row = replace(best, score=score)
         return " ".join(summary_tables(replace(comparison, rows=(row,)))[-1].notes)
 
-    assert "The chosen model replays u worse than no model" in told(-3.0)
+    assert "worse than the mean of the test data" in told(-3.0)
     assert "worse than no model" not in told(0.0)

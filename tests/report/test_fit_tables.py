@@ -37,7 +37,7 @@ def test_aliased_groups_are_named(comparison):
     grid = fit_table(comparison.rows[2].fit)
     aliased = dict(zip(column(grid, "coefficient"), column(grid, "aliased"), strict=True))
     assert (aliased["X_u^2"], aliased["Y_v|v|"]) == ("yes", "no")
-    assert "aliased, so that only a combination is determined: X_u X_u^2" in grid.notes
+    assert "aliased, only a combination is determined: X_u X_u^2" in grid.notes
     assert any(note.startswith("K_p is not determined") for note in grid.notes)
 
 
@@ -51,7 +51,7 @@ def test_without_covariance_there_is_no_error(comparison):
 def test_the_rule_of_grades_stands_below_them(fit):
     grid = fit_table(fit, grades(fit, Grade.MINOR))
     assert set(column(grid, "grade")) == {"minor"}
-    assert grid.notes[-1].startswith("grade: determined within 25 % of the number")
+    assert grid.notes[-1].startswith("grade: determined, interval within 25 %")
 
 
 def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
@@ -64,7 +64,7 @@ def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
     words = ("not determined: wide", "not determined: noise", "not determined")
     assert column(grid, "grade")[:3] == words
     assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.NOT_SIGNIFICANT.value)
-    assert grid.notes[-1].endswith("together rather than alone: X_u with X_w.")
+    assert grid.notes[-1].endswith("in combination: X_u with X_w.")
 
 
 def test_intervals_use_the_degrees_of_freedom_there_are(fit):

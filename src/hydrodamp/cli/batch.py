@@ -1,4 +1,4 @@
-"""``hydrodamp batch``: many logs, a fit for each group, and what changed between them."""
+"""``hydrodamp batch``: identify models from groups of logs and detect changes between them."""
 
 from __future__ import annotations
 
@@ -12,36 +12,44 @@ import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import WORK_FAILED, emit, note, print_results
 
-_LOGS = "Logs: files, folders with all logs beneath them, patterns, and URLs such as s3://…"
-_MODELS = "Models by name, YAML files of models, or FILE:NAME, with commas. [required]"
-_BY = "Group by vehicle, day, month, folder or patterns of the path, with commas."
-_VEHICLES = "As for identify; several, with commas: each log's path names one. [required]"
-_MAPPING = "As for identify; one for all logs."
-_OUT = "Write the table, a damping file for each group, pictures, a page, and the folds of logs."
-_SCHEDULER = "Work on the cluster of a Dask scheduler, such as tcp://10.0.0.1:8786."
+EXECUTION = "Execution"
+_LOGS = "Log files, folders (searched recursively), glob patterns, or URLs such as s3://…"
+_MODELS = "Comma-separated model names, YAML files of models, or FILE:NAME. [required]"
+_GROUP_BY = "Comma-separated: vehicle, day, month, folder, or regular expressions of the path."
+_VEHICLES = "Comma-separated; each log is assigned by the vehicle name in its path. [required]"
+_MAPPING = "Mapping file or preset, the same for all logs."
+_OUT = "Folder for tables, damping files of the groups, pictures, the report and the cache."
+_SCHEDULER = "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."
 
 
 def batch(
     logs: Annotated[list[str], typer.Argument(metavar="LOG", help=_LOGS)],
-    out: Annotated[Path, typer.Option(metavar="DIR", help=_OUT)],
-    vehicle: Annotated[str, typer.Option(metavar="V", help=_VEHICLES, show_default=False)] = "",
-    model: Annotated[str, typer.Option(metavar="LIST", help=_MODELS, show_default=False)] = "",
+    out: Annotated[Path, options.out_option("DIR", _OUT)],
+    vehicle: Annotated[str, options.vehicle_option(_VEHICLES)] = "",
+    model: Annotated[str, options.model_option(_MODELS, metavar="LIST")] = "",
     method: Annotated[
-        str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}. weak and ls fold each log.")
+        str, options.method_option(f"Identification method: {options.KEYS}.")
     ] = "weak",
-    by: Annotated[str, typer.Option(metavar="LIST", help=_BY)] = "day",
-    mapping: Annotated[list[str] | None, typer.Option(metavar="M", help=_MAPPING)] = None,
-    workers: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")
+    group_by: Annotated[
+        str, typer.Option(metavar="LIST", help=_GROUP_BY, rich_help_panel=options.DATA)
+    ] = "day",
+    mapping: Annotated[
+        list[str] | None, typer.Option(metavar="M", help=_MAPPING, rich_help_panel=options.DATA)
     ] = None,
-    scheduler: Annotated[str | None, typer.Option(metavar="URL", help=_SCHEDULER)] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Worker processes.", rich_help_panel=EXECUTION),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="URL", help=_SCHEDULER, rich_help_panel=EXECUTION)
+    ] = None,
     timeout: Annotated[
-        float, typer.Option(metavar="S", help="Longest work on one log [s], from its start.")
+        float, typer.Option(metavar="S", help="Time limit per log [s].", rich_help_panel=EXECUTION)
     ] = 3600.0,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Identify models from many logs, group by group, and say what changed between them."""
+    """Identify models from many logs, one fit per group, and detect changes between groups."""
     from hydrodamp.report.batch_report import (
         RESULT_FILES,
         coefficient_table,
@@ -51,20 +59,20 @@ def batch(
     from hydrodamp.results import check_results
 
     check_results(out, RESULT_FILES, force)
-    crafts = [resolve.find_vehicle(name) for name in vehicle.split(",")]
+    vehicles = [resolve.find_vehicle(name) for name in vehicle.split(",")]
     models = _models(model)
     if mapping and len(mapping) > 1:
         raise hd.MethodError(
-            f"one mapping serves all logs, got {len(mapping)}: run `batch` for the logs of each, "
-            "with an `--out` of its own."
+            f"`--mapping` must be given once, got {len(mapping)}: run `batch` separately "
+            "for the logs of each mapping."
         )
     with nullcontext() if scheduler is None else _cluster(scheduler) as client:
-        season = hd.batch(
+        result = hd.batch(
             logs,
-            crafts,
+            vehicles,
             models,
             method,
-            by=[key.strip() for key in by.split(",") if key.strip()],
+            by=[key.strip() for key in group_by.split(",") if key.strip()],
             mapping=mapping[0] if mapping else None,
             client=client,
             workers=workers,
@@ -72,30 +80,30 @@ def batch(
             timeout=timeout,
             exclude=out,
         )
-    write_batch(season, out)
+    write_batch(result, out)
     if json:
-        table = coefficient_table(season)
+        table = coefficient_table(result)
         names = [column.name for column in table.columns]
         rows = [dict(zip(names, row, strict=True)) for row in table.rows]
-        emit({"coefficients": rows, "failed": season.failed})
+        emit({"coefficients": rows, "failed": result.failed})
     else:
-        print_results(*summary_tables(season))
-    for log, duplicate_of in season.duplicates.items():
-        note(f"{log} has the content of {duplicate_of} and counts once.")
-    if season.n_cached:
-        note(f"{season.n_cached} logs had been folded before.")
+        print_results(*summary_tables(result))
+    for log, duplicate_of in result.duplicates.items():
+        note(f"{log} is a duplicate of {duplicate_of} and is used once.")
+    if result.n_cached:
+        note(f"{result.n_cached} logs were read from the cache.")
     note(f"written to {out}")
-    if season.failed:
-        n = len(season.failed)
-        note(f"{n} log{'s' * (n > 1)} could not be used; the fits are of the others.")
+    if result.failed:
+        n = len(result.failed)
+        note(f"{n} log{'s' * (n > 1)} could not be used and are not part of the fits.")
         raise typer.Exit(WORK_FAILED)
 
 
 def _models(listed: str) -> tuple[hd.DampingModel, ...]:
     if not listed:
-        raise hd.ModelError("`--model` is missing: name models, or YAML files of models.")
+        raise hd.ModelError("`--model` is missing: give model names or YAML files of models.")
     if resolve.selects_terms(listed):
-        raise hd.ModelError("`sparse` is selected from one log: name models with terms.")
+        raise hd.ModelError("`--model sparse` needs a single log: give models with terms.")
     return resolve.list_models(listed)
 
 
@@ -107,7 +115,7 @@ def _cluster(address: str) -> Any:
     try:
         return Client(address, timeout="10s")  # type: ignore[no-untyped-call]
     except OSError as error:
-        raise hd.MethodError(f"`--scheduler {address}` does not answer: {error}") from error
+        raise hd.MethodError(f"`--scheduler {address}` does not respond: {error}") from error
     except Exception as error:  # an address that distributed cannot parse, or a foreign server
         raise hd.MethodError(
             f"`--scheduler` must be the address of a Dask scheduler, such as tcp://10.0.0.1:8786; "

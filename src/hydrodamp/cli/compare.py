@@ -1,4 +1,4 @@
-"""``hydrodamp compare``: every model by every method, on data they have not seen."""
+"""``hydrodamp compare``: identify models by several methods and rank them on test data."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def compare(
     models: options.Models = None,
     methods: options.Methods = options.DEFAULT_METHOD,
     mapping: options.MappingFile = None,
-    free_gains: options.FreeGains = False,
+    estimate_gains: options.EstimateGains = False,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
     horizon: options.Horizon = None,
@@ -24,7 +24,7 @@ def compare(
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Identify models on one part of the data, replay them on another, rank them."""
+    """Identify models on training data, replay them on test data and rank them by RMS error."""
     from hydrodamp.cli.comparison_run import Task, check_log, check_training, run_comparison
     from hydrodamp.cli.provenance import check_out_folder, run_provenance
 
@@ -38,28 +38,30 @@ def compare(
     check_out_folder(out, inputs, resume, force)
     vehicle_model, chosen = resolve.find_vehicle(vehicle), resolve.list_models(models)
     method_list, provenance = resolve.list_methods(methods), run_provenance(inputs)
-    learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
+    train_log, test_log, overlap = train_and_test(logs or (), train or (), test or (), mapping)
     ends = (
-        (held_out.time[segment.start], held_out.time[segment.stop - 1])
-        for segment in held_out.segments
+        (test_log.time[segment.start], test_log.time[segment.stop - 1])
+        for segment in test_log.segments
     )
     longest = max(stop - start for start, stop in ends)
     if horizon is not None and not 0.0 < horizon <= longest:
         raise ProblemError(
-            "`--horizon` must be more than 0 s and no more than the longest run of the test data, "
-            f"{longest:.4g} s; got {horizon:g}."
+            f"`--horizon` must be positive and at most {longest:.4g} s, the longest segment of "
+            f"the test data; got {horizon:g}."
         )
     check_training(
-        vehicle_model, learn, resolve.with_selectable_terms(models, vehicle_model, learn, chosen)
+        vehicle_model,
+        train_log,
+        resolve.with_selectable_terms(models, vehicle_model, train_log, chosen),
     )
     check_log(
         vehicle_model,
-        held_out,
-        resolve.with_selectable_terms(models, vehicle_model, held_out, chosen),
-        learn,
+        test_log,
+        resolve.with_selectable_terms(models, vehicle_model, test_log, chosen),
+        train_log,
     )
-    chosen = resolve.complete_models(models, vehicle_model, learn, chosen, free_gains)
+    chosen = resolve.complete_models(models, vehicle_model, train_log, chosen, estimate_gains)
     task = Task(
-        vehicle_model, learn, held_out, chosen, method_list, out, attitude, rate_unit, horizon
+        vehicle_model, train_log, test_log, chosen, method_list, out, attitude, rate_unit, horizon
     )
-    run_comparison(task, shared | provenance, resume, json)
+    run_comparison(task, overlap | provenance, resume, json)

@@ -1,4 +1,4 @@
-"""The work of compare and demo: fits, each kept as it comes, then replays."""
+"""Run of compare and demo: fits, each saved when it is finished, then replays."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Key = tuple[str, str]
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be compared, and where results go."""
+    """Input, settings and output folder of a comparison."""
 
     vehicle: hd.Vehicle
     train: hd.Log
@@ -37,14 +37,14 @@ class Task:
 
     @property
     def rows(self) -> list[Key]:
-        """Model and method of each row that there shall be."""
+        """Model and method of each requested row."""
         return [(model.key, method.key) for method in self.methods for model in self.models]
 
 
 def check_log(
     vehicle: hd.Vehicle, log: hd.Log, models: Models, reference: hd.Log | None = None
 ) -> None:
-    """Refuse a log that cannot serve; say what nothing uses and what looks wrong."""
+    """Raise on an unsuitable log; warn of unused commands and of quality issues."""
     from hydrodamp.cli.data_split import warn_quality_issues
     from hydrodamp.simulation import checks
 
@@ -55,7 +55,7 @@ def check_log(
 
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
-    """Check a log as any, name models that nothing drives, refuse too few samples for all."""
+    """Check a log; warn of models that it cannot excite; raise if it is too short for all."""
     from hydrodamp.conditioning.current import current_warning
     from hydrodamp.simulation.checks import missing_actuation
 
@@ -69,8 +69,8 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     needed = [max(map(len, model.terms), default=0) for model in free]
     if log.n < min(needed):
         raise ProblemError(
-            f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every "
-            f"model asked for; the smallest needs {min(needed)}. Give a longer log."
+            f"{log.source or 'log'}: {log.n} samples are fewer than the terms of an axis; the "
+            f"smallest model needs {min(needed)}. Use a longer log."
         )
 
 
@@ -78,14 +78,10 @@ def fit_all(
     problem: hd.Problem,
     models: Models,
     methods: Sequence[hd.Method],
-    keep: Callable[[hd.Fit], None] = lambda _: None,
+    save: Callable[[hd.Fit], None] = lambda _: None,
     finished: Container[Key] = (),
 ) -> tuple[hd.Fit, ...]:
-    """Ask the actuation, and make the fits that are not there, with a bar a method."""
-    from hydrodamp.validation.actuator_check import check_gains
-
-    for doubt in check_gains(problem, models):
-        warnings.warn(str(doubt), HydrodampWarning, stacklevel=2)
+    """Compute the missing fits, with a progress bar per method."""
     fits: tuple[hd.Fit, ...] = ()
     for number, method in enumerate(methods, start=1):
         missing = [model for model in models if (model.key, method.key) not in finished]
@@ -93,7 +89,7 @@ def fit_all(
         with progress(f"identifying by {method.key}{counter}", len(missing)) as step:
 
             def record_fit(fit: hd.Fit, step: Callable[..., None] = step) -> None:
-                keep(fit)
+                save(fit)
                 step()
 
             fits += hd.identify_all(problem, missing, method, record_fit) if missing else ()
@@ -101,13 +97,13 @@ def fit_all(
 
 
 def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: bool) -> None:
-    """Identify, replay, write and print; after Ctrl-C with what is finished and status 130."""
+    """Identify, replay, write and print; after Ctrl-C with the finished rows and status 130."""
     from hydrodamp.report.comparison_tables import detail_tables, summary_tables
     from hydrodamp.report.documents import comparison_document
 
     if task.out is not None and (task.out / "comparison.json").is_file():
-        suffix = "; finished fits stay" if resume else ""
-        note(f"{task.out} holds an earlier comparison, which this one replaces{suffix}.")
+        suffix = "; finished fits are reused" if resume else ""
+        note(f"{task.out} contains an earlier comparison, which is overwritten{suffix}.")
     comparison = compare_task(task, provenance, resume)
     n_rows, n_requested = len(comparison.rows), len(task.rows)
     if n_rows:
@@ -125,20 +121,20 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
         )
         raise typer.Exit(INTERRUPTED)
     if task.out is None:
-        note("Nothing is kept: with `--out DIR` come the fits, tables, pictures and a report.")
+        note("Use `--out DIR` to write fits, tables, pictures and a report.")
     else:
         write_diagnostics(comparison, task.vehicle, task.train, task.out)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
         fail(
-            f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs first "
+            f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs "
             "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
-            "richer manoeuvres."
+            "richer excitation."
         )
 
 
 def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
-    """Return the comparison, or after Ctrl-C the rows that are finished."""
+    """Return the comparison; after Ctrl-C only the finished rows."""
     from hydrodamp.report.narrative import RESUMED, UNFINISHED
     from hydrodamp.validation.compare import comparison_provenance
 
@@ -147,9 +143,9 @@ def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Com
     try:
         earlier = fit_missing(task, fits_by_key, resume)
         if resume:
-            provenance[RESUMED] = f"{earlier} of {len(task.rows)} fits are of an earlier run"
+            provenance[RESUMED] = f"{earlier} of {len(task.rows)} fits from an earlier run"
     except KeyboardInterrupt:
-        note(f"interrupted with {len(fits_by_key)} of {len(task.rows)} fits: replaying those.")
+        note(f"interrupted with {len(fits_by_key)} of {len(task.rows)} fits, which are replayed.")
     fits = [fits_by_key[key] for key in task.rows if key in fits_by_key]
     if fits:
         with suppress(KeyboardInterrupt):
@@ -165,8 +161,8 @@ def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Com
     return hd.Comparison(rows, task.rate_unit, task.attitude, words)
 
 
-def fit_missing(task: Task, made: dict[Key, hd.Fit], resume: bool) -> int:
-    """Make the fits that are missing; return how many an earlier run had made."""
+def fit_missing(task: Task, fits_by_key: dict[Key, hd.Fit], resume: bool) -> int:
+    """Compute the missing fits; return the number of reused ones."""
     from hydrodamp.identification.fit import digest
     from hydrodamp.report.files import read_finished_fit, write_fit
 
@@ -176,22 +172,22 @@ def fit_missing(task: Task, made: dict[Key, hd.Fit], resume: bool) -> int:
             for model in task.models:
                 name = model.key, method.key, digest(problem, model, method)
                 if earlier_fit := read_finished_fit(task.out, *name):
-                    made[model.key, method.key] = earlier_fit
-    n_kept = len(made)
+                    fits_by_key[model.key, method.key] = earlier_fit
+    n_reused = len(fits_by_key)
 
-    def keep(fit: hd.Fit) -> None:
-        made[fit.model.key, fit.method] = fit
+    def save(fit: hd.Fit) -> None:
+        fits_by_key[fit.model.key, fit.method] = fit
         if task.out is not None and fit.status.usable:
             write_fit(fit, task.out)
 
-    fit_all(problem, task.models, task.methods, keep, tuple(made))
-    return n_kept
+    fit_all(problem, task.models, task.methods, save, tuple(fits_by_key))
+    return n_reused
 
 
 def replay_fits(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row]) -> None:
     with progress("replaying", len(fits)) as step:
 
-        def keep(row: hd.Row) -> None:
+        def collect(row: hd.Row) -> None:
             replayed[row.model, row.method] = row
             step()
 
@@ -202,5 +198,5 @@ def replay_fits(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row])
             attitude=task.attitude,
             rate_unit=task.rate_unit,
             horizon=task.horizon,
-            done=keep,
+            done=collect,
         )

@@ -1,11 +1,9 @@
-"""``hydrodamp convert``: any log to the canonical form."""
+"""``hydrodamp convert``: convert a log of any format to the canonical form."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Annotated
-
-import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
@@ -15,11 +13,11 @@ from hydrodamp.cli.output import note, print_results
 
 def convert(
     logs: options.SomeLogs,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="A .csv or .parquet file.")],
+    out: Annotated[Path, options.out_option("FILE", "Canonical log, a .csv or .parquet file.")],
     mapping: options.MappingFile = None,
     force: options.Force = False,
 ) -> None:
-    """Bring a log of any format onto one clock, do the mapping's steps, and write it."""
+    """Convert a log to the canonical form: one clock, SI units, steps of the mapping applied."""
     from hydrodamp.cli.provenance import check_out_log
 
     check_out_log(out, (*logs, mapping), force)

@@ -1,4 +1,4 @@
-"""From LOG, --train and --test to the logs to identify and to replay on."""
+"""Training and test data from LOG, --train and --test."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from hydrodamp.cli.output import note
 from hydrodamp.errors import HydrodampWarning, ProblemError
 
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
-CLOCK_TOLERANCE = 1.0  # s, by which the ends of a clock may be copied wrongly
+CLOCK_TOLERANCE = 1.0  # s; rounding of times copied from output
 _SPAN = re.compile(rf"({_NUMBER}):({_NUMBER})")
 
 
 def read_logs(paths: Sequence[str], mapping: str | None) -> hd.Log:
-    """Return the logs of some files, one after another."""
+    """Return the concatenated logs of files."""
     once = tuple(dict.fromkeys(paths))
     return hd.read_log(once[0], mapping) if len(once) == 1 else hd.read_logs(once, mapping)
 
 
 def warn_quality_issues(
-    log: hd.Log, length: float | None = None, after: hd.Log | None = None
+    log: hd.Log, length: float | None = None, reference: hd.Log | None = None
 ) -> None:
-    """Say what looks wrong about a log, and was not said of the one before it."""
-    earlier_issues = () if after is None else hd.check_quality(after, length)
+    """Warn of quality issues of a log that a reference log does not have."""
+    earlier_issues = () if reference is None else hd.check_quality(reference, length)
     known = {(issue.channel, issue.problem) for issue in earlier_issues}
     for issue in hd.check_quality(log, length):
-        # Of commands, the vehicle says what they are.
+        # The vehicle check covers commands.
         is_new = issue.where or (issue.channel, issue.problem) not in known
         if is_new and issue.channel not in log.command_names:
             warnings.warn(f"{log.source or 'log'}: {issue}", HydrodampWarning, stacklevel=2)
 
 
 def training_log(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> hd.Log:
-    """Return the log to identify on: all of LOG unless --train says less."""
+    """Return the training data: LOG, or the data of --train."""
     if not logs and not train:
-        raise ProblemError("there is nothing to identify on: name a LOG.")
+        raise ProblemError("there are no training data: name a LOG.")
     log = read_logs(logs, mapping) if logs else None
     return log if log is not None and not train else select_data("--train", train, log, mapping)
 
@@ -47,31 +47,31 @@ def training_log(logs: Sequence[str], train: Sequence[str], mapping: str | None)
 def train_and_test(
     logs: Sequence[str], train: Sequence[str], test: Sequence[str], mapping: str | None
 ) -> tuple[hd.Log, hd.Log, dict[str, str]]:
-    """Return the log to identify on, the one to replay, and what both share, for provenance."""
-    asked = {"--train": train, "--test": test}
-    for option, values in asked.items():
+    """Return training data, test data and their overlap, for provenance."""
+    data_names = {"--train": train, "--test": test}
+    for option, values in data_names.items():
         if not values:
             raise ProblemError(
-                f"`{option}` is missing: name files, START:END seconds of LOG, or its segments."
+                f"`{option}` is missing: give files, START:END in seconds of LOG, or its segments."
             )
     log = read_logs(logs, mapping) if logs else None
-    learn, held_out = (
-        select_data(option, values, log, mapping) for option, values in asked.items()
+    train_log, test_log = (
+        select_data(option, values, log, mapping) for option, values in data_names.items()
     )
-    shared = _shared_files(train, test) if log is None else _shared_time(train, test, log)
-    if shared:
+    overlap = _overlap_files(train, test) if log is None else _overlap_time(train, test, log)
+    if overlap:
         warnings.warn(
-            f"training and test data share {shared}: errors on data that were fitted say little.",
+            f"training and test data share {overlap}: errors on training data are optimistic.",
             HydrodampWarning,
             stacklevel=2,
         )
-    return learn, held_out, {"overlap": shared} if shared else {}
+    return train_log, test_log, {"overlap": overlap} if overlap else {}
 
 
 def select_data(
     option: str, values: Sequence[str], whole: hd.Log | None, mapping: str | None
 ) -> hd.Log:
-    """Return what one option names."""
+    """Return the data that an option names."""
     if whole is not None:
         return hd.concatenate(
             select_segment(option, value, whole) for value in dict.fromkeys(values)
@@ -79,18 +79,18 @@ def select_data(
     for value in values:
         if not _is_file(value):
             raise ProblemError(
-                f"`{option} {value}` is no file, and there is no LOG to take a span or a segment "
-                "from: name the LOG first, or give files."
+                f"`{option} {value}` is not a file, and there is no LOG to select it from: name a "
+                "LOG, or give files."
             )
     return read_logs(values, mapping)
 
 
 def select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
-    """Return a segment or a span of LOG."""
+    """Return a segment or a time span of LOG."""
     is_segment = value in {segment.name for segment in whole.segments}
     if not is_segment and _is_file(value):
         raise ProblemError(
-            f"`{option} {value}` is a file, and LOG is given too: leave LOG out, or name START:END "
+            f"`{option} {value}` is a file, but LOG is given too: omit LOG, or give START:END in "
             "seconds or segments of it."
         )
     if is_segment or ":" not in value:
@@ -98,12 +98,12 @@ def select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
     match = _SPAN.fullmatch(value.strip())
     if not match or not float(match[1]) < float(match[2]):
         raise ProblemError(
-            "a span must be START:END in seconds from the first sample of LOG, or by its clock, "
-            f"with START before END and neither negative, such as 0:900; got '{value}'."
+            "a time span must be START:END in seconds from the first sample of LOG, or by its "
+            f"clock, with 0 <= START < END, such as 0:900; got '{value}'."
         )
     start, end = float(match[1]), float(match[2])
     shift = _shift(start, end, whole)
-    if shift and option:  # once, and not where what both parts share is looked for
+    if shift and option:
         note(
             f"`{option} {value}` is by the clock of the log: {start + shift:.10g}:"
             f"{end + shift:.10g} in seconds from its first sample."
@@ -112,7 +112,7 @@ def select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
 
 
 def _shift(start: float, end: float, log: hd.Log) -> float:
-    """Return what turns a span into seconds from the first sample, where it is by the clock."""
+    """Return the offset of a time span by the clock of the log; 0 if it is in seconds."""
     if end <= log.elapsed[-1] + CLOCK_TOLERANCE:
         return 0.0
     shifts = (log.elapsed - log.time).round(3)
@@ -132,18 +132,20 @@ def _is_file(value: str) -> bool:
     return Path(value).exists() or any(suffix in form.suffixes for form in FORMATS)
 
 
-def _shared_files(train: Sequence[str], test: Sequence[str]) -> str:
-    learnt = {Path(name).resolve() for name in train}
-    return ", ".join(dict.fromkeys(name for name in test if Path(name).resolve() in learnt))
+def _overlap_files(train: Sequence[str], test: Sequence[str]) -> str:
+    train_paths = {Path(name).resolve() for name in train}
+    return ", ".join(dict.fromkeys(name for name in test if Path(name).resolve() in train_paths))
 
 
-def _shared_time(train: Sequence[str], test: Sequence[str], log: hd.Log) -> str:
-    """Return the spans of LOG that stand in both parts [s from its first sample]."""
+def _overlap_time(train: Sequence[str], test: Sequence[str], log: hd.Log) -> str:
+    """Return the time spans of LOG in both training and test data [s]."""
     import numpy as np
 
     index = np.arange(log.n, dtype=float)
-    numbered = replace(log, commands=index[:, None], command_names=("place",))
-    learnt, held_out = (select_data("", each, numbered, None).commands for each in (train, test))
-    both = np.isin(index, learnt) & np.isin(index, held_out)
+    numbered = replace(log, commands=index[:, None], command_names=("index",))
+    train_paths, held_out = (
+        select_data("", each, numbered, None).commands for each in (train, test)
+    )
+    both = np.isin(index, train_paths) & np.isin(index, held_out)
     edges = np.flatnonzero(np.diff(both, prepend=False, append=False)).reshape(-1, 2)
     return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g}" for a, b in edges)

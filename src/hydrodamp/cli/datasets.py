@@ -1,4 +1,4 @@
-"""``hydrodamp datasets``: public logs by name."""
+"""``hydrodamp datasets``: list and download public logs."""
 
 from __future__ import annotations
 
@@ -16,45 +16,50 @@ from hydrodamp.errors import FileError
 
 def datasets(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Which to fetch; all are listed if none.")
+        str | None,
+        typer.Argument(
+            metavar="NAME",
+            help="Dataset to download; without it, all are listed.",
+            autocompletion=options.complete_datasets,
+        ),
     ] = None,
-    folder: Annotated[
+    out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Where its files are kept. [default: datasets/NAME]"),
+        options.out_option("DIR", "Folder of the files. [default: datasets/NAME]"),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Accept the licence, and download what is not there.")
+        bool, typer.Option("--yes", help="Accept the licence and download missing files.")
     ] = False,
     json: options.Json = False,
 ) -> None:
-    """List public logs, or fetch one: licence first, each file checked."""
+    """List public logs, or download one with checksums verified."""
     from hydrodamp.ingest.datasets import look
 
     if name is None:
         _list(json)
         return
     dataset = hd.find_dataset(name)
-    target = folder or Path("datasets", name)
+    target = out or Path("datasets", name)
     present = look(dataset, target)
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
-    here = hd.fetch(dataset, target) if yes else present
-    if len(here.lacking) == len(dataset.files):
+    files = hd.fetch(dataset, target) if yes else present
+    if len(files.lacking) == len(dataset.files):
         raise FileError(
-            f"{target}: holds none of the {len(dataset.files)} files of '{name}', such as"
-            f" {dataset.files[0].name}. They come from {dataset.page}; --yes accepts the licence"
-            " and downloads those that have an address."
+            f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"
+            f" {dataset.files[0].name}. Source: {dataset.page}. Use --yes to accept the licence and"
+            " download the files that have a URL."
         )
-    downloaded = [file for file in present.lacking if file not in here.lacking]
+    downloaded = [file for file in present.lacking if file not in files.lacking]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
-        emit(asdict(here) | document | {"folder": str(target)})
+        emit(asdict(files) | document | {"folder": str(target)})
         return
     for names, state in (
         (downloaded, "downloaded"),
-        (here.verified, "with the checksum that hydrodamp knows"),
-        (here.unchecked, "taken as they are: no checksum is known"),
-        (here.lacking, "not there"),
+        (files.verified, "verified by checksum"),
+        (files.unchecked, "not verified: no checksum is known"),
+        (files.lacking, "missing"),
     ):
         if names:
             note(f"{len(names)} of {len(dataset.files)} files {state}")
@@ -63,17 +68,17 @@ def datasets(
 
 
 def _list(json: bool) -> None:
-    from hydrodamp.ingest.datasets import datasets as known
+    from hydrodamp.ingest.datasets import datasets as known_datasets
     from hydrodamp.report.table import Table
 
-    listed = tuple(known().values())
+    available = tuple(known_datasets().values())
     if json:
-        emit({"datasets": [asdict(dataset) for dataset in listed]})
+        emit({"datasets": [asdict(dataset) for dataset in available]})
         return
     rows = tuple(
         (dataset.name, str(len(dataset.files)), dataset.mapping, dataset.title)
-        for dataset in listed
+        for dataset in available
     )
-    notes = ("Fetch one: hydrodamp datasets NAME. None is part of hydrodamp; mind the licences.",)
+    notes = ("Download: hydrodamp datasets NAME --yes. Check the licence of each dataset.",)
     header = ("name", "files", "mapping", "title")
     print_results(Table.of_words("Public logs", header, "lrll", rows, notes))

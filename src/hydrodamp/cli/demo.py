@@ -1,4 +1,4 @@
-"""``hydrodamp demo``: the paper's experiment, re-enacted."""
+"""``hydrodamp demo``: re-enact the experiment of the paper in simulation."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from hydrodamp.cli.output import print_results
 from hydrodamp.cli.resolve import list_methods, list_models
 
 _TRUTH = (
-    "The simulated vehicle's hydrodynamics: as published, or with strip-theory crossflow, farther "
-    "from all eight models."
+    "Hydrodynamics of the simulated vehicle: as published, or with strip-theory crossflow drag, "
+    "which none of the eight models represents."
 )
 
 
 def demo(
     out: options.OutFolder = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Of the sensor noise.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensor noise.")] = 0,
     truth: Annotated[str, typer.Option(metavar="[sname|crossflow]", help=_TRUTH)] = "sname",
     resume: options.Resume = False,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
+    """Simulate the experiment of the paper, identify all models and print Table I."""
     from hydrodamp.cli.comparison_run import Task, run_comparison
     from hydrodamp.cli.provenance import check_out_folder, run_provenance
 

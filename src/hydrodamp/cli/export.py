@@ -1,4 +1,4 @@
-"""``hydrodamp export``: damping into files that a simulator or a controller reads."""
+"""``hydrodamp export``: write a damping model as code or files for a simulator or controller."""
 
 from __future__ import annotations
 
@@ -16,19 +16,27 @@ from hydrodamp.cli.output import emit, fail, note, print_results
 from hydrodamp.cli.resolve import find_vehicle
 from hydrodamp.errors import MethodError
 
-_FILES = 6  # that are named
-_TARGET = f"What to write for: {options.TARGETS}."
-_SET = "A setting of the target, such as precision=float. Repeatable."
+MAX_FILES = 6  # names in the message
+_TARGET = f"Target: {options.TARGETS}."
+_SET = "Setting of the target, such as precision=float. Repeatable."
 
 
 def export(
-    target: Annotated[str, typer.Argument(metavar="TARGET", help=_TARGET)],
-    damping: Annotated[str, typer.Argument(metavar="JSON", help="A damping file.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
+    target: Annotated[
+        str, typer.Argument(metavar="TARGET", help=_TARGET, autocompletion=options.complete_targets)
+    ],
+    damping: Annotated[
+        str, typer.Argument(metavar="JSON", help="Damping file, as written by identify.")
+    ],
+    out: Annotated[Path, options.out_option("DIR", "Folder of the exported files.")],
     vehicle: options.VehicleName = "",
     log: Annotated[
         list[str] | None,
-        typer.Option(metavar="LOG", help="Run what was written with this log. Repeatable."),
+        typer.Option(
+            metavar="LOG",
+            help="Replay this log with the exported files. Repeatable.",
+            rich_help_panel=options.DATA,
+        ),
     ] = None,
     mapping: options.MappingFile = None,
     settings: Annotated[
@@ -38,12 +46,13 @@ def export(
         bool,
         typer.Option(
             "--force",
-            help="Replace an earlier export; keep one that is worse than none or diverges.",
+            help="Overwrite an earlier export; also write one that is inaccurate or diverges.",
+            rich_help_panel=options.OUTPUT,
         ),
     ] = False,
     json: options.Json = False,
 ) -> None:
-    """Write damping for a simulator or a controller, run it, and say how faithful it is."""
+    """Export a damping model to a simulator or controller and verify the exported files."""
     from hydrodamp.export.folder import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
@@ -57,35 +66,35 @@ def export(
         numbers, craft, form, out, log=driven, box=operating_box_of(Path(damping)), force=force
     )
     page, document = write_fidelity_page(out), read_card(out)
-    note(f"written to {out}: {', '.join(first_few(sorted(document['files']), _FILES, 'files'))}")
+    note(f"written to {out}: {', '.join(first_few(sorted(document['files']), MAX_FILES, 'files'))}")
     if json:
         emit(document)
     else:
         print_results(Table("", (), (), tuple(str(card).splitlines())))
     if card.run_error:
-        fail(f"what was written does not run here: {card.run_error}")
-    replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"
-    note(f"next: {page} is the card in full{replayed}")
+        fail(f"the exported files do not run here: {card.run_error}")
+    replayed = "" if log else "; use `--log LOG --force` to verify it with a log"
+    note(f"see {page} for the fidelity card{replayed}")
 
 
-def with_settings(form: hd.Target, given: Mapping[str, str]) -> hd.Target:
-    """Return a target with some settings as a user spells them."""
+def with_settings(target: hd.Target, texts: Mapping[str, str]) -> hd.Target:
+    """Return a target with settings given as text."""
     from pydantic import TypeAdapter
 
-    kinds = {each.name: type(getattr(form, each.name)) for each in fields(form)}
+    types = {setting.name: type(getattr(target, setting.name)) for setting in fields(target)}
     values = {}
-    for name, text in given.items():
-        if name not in kinds:
-            has = ", ".join(kinds) or "none"
-            raise MethodError(f"'{form.key}' has no setting '{name}'; it has: {has}.")
+    for name, text in texts.items():
+        if name not in types:
+            has = ", ".join(types) or "none"
+            raise MethodError(f"'{target.key}' has no setting '{name}'; its settings are: {has}.")
         try:
-            values[name] = TypeAdapter(kinds[name]).validate_strings(text)
+            values[name] = TypeAdapter(types[name]).validate_strings(text)
         except ValueError as error:
             raise MethodError(
-                f"setting '{name}' of '{form.key}' must be like "
-                f"{getattr(form, name)!r}; got '{text}'."
+                f"setting '{name}' of '{target.key}' must be like "
+                f"{getattr(target, name)!r}; got '{text}'."
             ) from error
-    return replace(form, **values)
+    return replace(target, **values)
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -96,7 +105,7 @@ def _pair(text: str) -> tuple[str, str]:
 
 
 def operating_box_of(damping: Path) -> hd.OperatingBox | None:
-    """Return the velocities that the coefficients were identified at, where a file says them."""
+    """Return the range of training velocities that a damping file holds, if any."""
     import numpy as np
 
     from hydrodamp.report.documents import trained_on

@@ -1,8 +1,8 @@
-"""``hydrodamp identify``: one model by one method, to a damping file."""
+"""``hydrodamp identify``: estimate one model by one method and write its damping file."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -14,32 +14,40 @@ from hydrodamp.cli import options, resolve
 from hydrodamp.cli.data_split import training_log
 from hydrodamp.cli.output import emit, fail, note, print_results
 from hydrodamp.cli.report import report_paths, write_fit_report
-from hydrodamp.progress import count_items
 
-_MODEL = (
-    "A model by name, a YAML file of one, or FILE:NAME; `sparse` selects one from the log. "
-    "[required]"
-)
+CHECKS = "Checks of the fit"
+_NEXT_DIVE = "Estimate what a planned dive of 600 s would add to the data."
+_SENSITIVITY = "Refit with modified vehicle parameters and report the change."
+_ACTUATORS = "First compare the known actuator wrench with the motion (a weak-form fit)."
 
 
 def identify(
     vehicle: options.VehicleName = "",
-    model: Annotated[str, typer.Option(metavar="M", help=_MODEL, show_default=False)] = "",
+    model: options.OneModel = "",
     logs: options.Logs = None,
     method: Annotated[
-        str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}.")
+        str, options.method_option(f"Identification method: {options.KEYS}.")
     ] = options.DEFAULT_METHOD,
     train: options.Train = None,
     mapping: options.MappingFile = None,
-    free_gains: options.FreeGains = False,
+    estimate_gains: options.EstimateGains = False,
+    check_actuators: Annotated[
+        bool, typer.Option("--check-actuators", help=_ACTUATORS, rich_help_panel=CHECKS)
+    ] = False,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help=_SENSITIVITY, rich_help_panel=CHECKS)
+    ] = False,
+    next_dive: Annotated[
+        bool, typer.Option("--next-dive", help=_NEXT_DIVE, rich_help_panel=CHECKS)
+    ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write a damping file, pictures and a report beside it."),
+        options.out_option("FILE", "Damping file; pictures and a report are written next to it."),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Identify one model, say how far to trust it, and write its damping file."""
+    """Identify one model from a log, grade its coefficients and write a damping file."""
     from hydrodamp.cli.comparison_run import check_training, fit_all
     from hydrodamp.cli.provenance import check_out_file, run_provenance
     from hydrodamp.files import save_json
@@ -54,59 +62,66 @@ def identify(
         for path in (out, page):
             check_out_file(path, inputs, force)
         check_results(figures, PICTURES, force)
-    vehicle_model, named = resolve.find_vehicle(vehicle), resolve.find_model(model)
-    way, said = hd.find_method(method), run_provenance(inputs)
+    vehicle_model, listed = resolve.find_vehicle(vehicle), resolve.find_model(model)
+    estimator, provenance = hd.find_method(method), run_provenance(inputs)
     log = training_log(logs or (), train or (), mapping)
     check_training(
-        vehicle_model, log, resolve.with_selectable_terms(model, vehicle_model, log, named)
+        vehicle_model, log, resolve.with_selectable_terms(model, vehicle_model, log, listed)
     )
-    chosen = resolve.complete_models(model, vehicle_model, log, named, free_gains)
-    (fit,) = fit_all(hd.prepare(vehicle_model, log, chosen), chosen, (way,))
-    is_asked = fit.status.usable and not json
-    grades, words, shown = assess_fit(vehicle_model, log, fit) if is_asked else (None, [], [])
+    models = resolve.complete_models(model, vehicle_model, log, listed, estimate_gains)
+    problem = hd.prepare(vehicle_model, log, models)
+    if check_actuators:
+        from hydrodamp.validation.actuator_check import check_gains
+
+        for issue in check_gains(problem, models):
+            warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
+    (fit,) = fit_all(problem, models, (estimator,))
     if out is not None and fit.status.usable:
         page.unlink(missing_ok=True)
         remove_results(figures, PICTURES)
         save_json(fit_document(fit), out)
         note(f"written to {out}")
+    grades: hd.Identifiability | None = None
+    extra: list[str] = []
+    if fit.status.usable and not json:
+        try:
+            grades = hd.grade_fit(problem, fit)
+        except hd.HydrodampError as error:
+            extra.append(f"Coefficients are not graded: {error}")
+        if sensitivity:
+            extra.append(describe_sensitivity(vehicle_model, log, fit))
     if json:
         emit(fit_document(fit))
     else:
-        print_results(fit_table(replace(fit, remarks=()), grades), *shown)
+        print_results(fit_table(replace(fit, remarks=()), grades), *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:
-        write_fit_report(
-            replace(fit, remarks=(*fit.remarks, *words)), vehicle_model, log, said, out
-        )
-    elif shown:
-        note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
-    if grades is not None:
+        details = [] if json else describe_diagnostics(problem, fit, grades)
+        reported = replace(fit, remarks=(*fit.remarks, *details, *extra))
+        write_fit_report(reported, vehicle_model, log, provenance, out)
+    elif not json:
+        note("Use `--out FILE` to write the damping file and a report with all diagnostics.")
+    if next_dive and grades is not None:
         from hydrodamp.experiment_design.outlook import expected_gain
 
-        if told := expected_gain(hd.prepare(vehicle_model, log, fit.model), fit, grades):
-            note(told)
+        note(expected_gain(problem, fit, grades) or "All coefficients are determined.")
 
 
-def assess_fit(
-    vehicle: hd.Vehicle, log: hd.Log, fit: hd.Fit
-) -> tuple[hd.Identifiability | None, list[str], list[str]]:
-    """Return grades, what is answered to questions of trust, and those answers for the screen."""
-    problem, model = hd.prepare(vehicle, log, fit.model), fit.model
-    questions: dict[str, Callable[[], object]] = {
-        "what the log determines": lambda: hd.grade_fit(problem, fit),
-        "the residuals": lambda: "\n".join(hd.diagnose(problem, fit.damping)),
-        # By a quick method, whatever the fit is by.
-        "a wrong vehicle": lambda: hd.vehicle_sensitivity(vehicle, log, log, model, hd.WeakForm()),
-    }
-    answers: list[object] = []
-    unanswered: list[str] = []
-    for what, ask in count_items(questions.items(), "asking", len(questions)):
-        try:
-            answers.append(ask())
-        except hd.HydrodampError as error:
-            unanswered.append(f"Not answered, {what}: {error}")
-            answers.append(unanswered[-1])
-    grades, said = answers[0], [text for text in map(str, answers) if text]
-    shown = dict.fromkeys((*unanswered, said[-1]))  # axes and residuals are for the report
-    return grades if isinstance(grades, hd.Identifiability) else None, said, [*shown]
+def describe_diagnostics(
+    problem: hd.Problem, fit: hd.Fit, grades: hd.Identifiability | None
+) -> list[str]:
+    """Return identifiability by axis and the tests of the residuals, for the report."""
+    try:
+        tests = "\n".join(hd.diagnose(problem, fit.damping))
+    except hd.HydrodampError as error:
+        tests = f"The residuals are not tested: {error}"
+    return [text for text in (str(grades or ""), tests) if text]
+
+
+def describe_sensitivity(vehicle: hd.Vehicle, log: hd.Log, fit: hd.Fit) -> str:
+    """Return the sensitivity to vehicle parameters, by the weak form, or why there is none."""
+    try:
+        return str(hd.vehicle_sensitivity(vehicle, log, log, fit.model, hd.WeakForm()))
+    except hd.HydrodampError as error:
+        return f"The sensitivity to vehicle parameters is not known: {error}"

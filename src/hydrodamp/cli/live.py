@@ -1,4 +1,4 @@
-"""``hydrodamp live``: the identifier on board, from samples to estimates."""
+"""``hydrodamp live``: recursive identification from a stream of samples."""
 
 from __future__ import annotations
 
@@ -22,36 +22,58 @@ from hydrodamp.errors import ProblemError
 if TYPE_CHECKING:
     from hydrodamp.live.runner import LiveRun
 
-Said = TypeVar("Said")
+Message = TypeVar("Message")
 
-_MODEL = "A model by name, a YAML file of one, or FILE:NAME. [required]"
+CHECKPOINT, NETWORK = "Checkpoint", "Network"
+_MODEL = "Model name, YAML file of one model, or FILE:NAME. [required]"
 _SOURCE = (
     "`stdin` (JSON lines or a table), udp://HOST:PORT (JSON), mavlink://HOST:PORT, `ros2`, or a"
     " log. [required]"
 )
-_STATE = "Keep the state here, and go on with what is there."
-_INTERVAL = "Write the state each so many seconds; at the end anyway."
-_EVERY = "Print a line each so many seconds of samples."
-_FOXGLOVE = "Show it to Foxglove at this port of the machine; 0 takes a free one."
-_ALLOW = "Let an address be bound that other machines reach."
+_CHECKPOINT = "File of the estimator's state; an existing one is resumed."
+_CHECKPOINT_INTERVAL = "Interval of checkpoints [s]; the last is written at the end."
+_OUTPUT_INTERVAL = "Interval of the printed estimates [s], in time of the samples."
+_FOXGLOVE = "Port of a Foxglove WebSocket server on this machine; 0 for any free port."
+_ALLOW_REMOTE = "Allow an address that other machines can reach (no authentication)."
 
 
 def live(
     vehicle: options.VehicleName = "",
-    model: Annotated[str, typer.Option(metavar="M", help=_MODEL, show_default=False)] = "",
-    source: Annotated[str, typer.Option(metavar="S", help=_SOURCE, show_default=False)] = "",
+    model: Annotated[str, options.model_option(_MODEL)] = "",
+    source: Annotated[
+        str,
+        typer.Option(metavar="S", help=_SOURCE, show_default=False, rich_help_panel=options.DATA),
+    ] = "",
     method: Annotated[
-        str, typer.Option(metavar="KEY", help="How: rls, or ai with the paper's gains.")
+        str,
+        options.method_option("Method: rls (recursive least squares) or ai (adaptive identifier)."),
     ] = "rls",
     mapping: options.MappingFile = None,
-    state: Annotated[Path | None, typer.Option(metavar="FILE", help=_STATE)] = None,
-    state_every: Annotated[float, typer.Option(metavar="S", help=_INTERVAL)] = 10.0,
-    every: Annotated[float, typer.Option(metavar="S", help=_EVERY)] = 1.0,
-    paced: Annotated[bool, typer.Option("--paced", help="Read a log at its own pace.")] = False,
-    foxglove: Annotated[int | None, typer.Option(metavar="PORT", help=_FOXGLOVE)] = None,
-    allow: Annotated[bool, typer.Option("--allow", help=_ALLOW)] = False,
+    real_time: Annotated[
+        bool,
+        typer.Option(
+            "--real-time",
+            help="Read a log at the rate of its time stamps.",
+            rich_help_panel=options.DATA,
+        ),
+    ] = False,
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help=_CHECKPOINT, rich_help_panel=CHECKPOINT)
+    ] = None,
+    checkpoint_interval: Annotated[
+        float, typer.Option(metavar="S", help=_CHECKPOINT_INTERVAL, rich_help_panel=CHECKPOINT)
+    ] = 10.0,
+    output_interval: Annotated[
+        float, typer.Option(metavar="S", help=_OUTPUT_INTERVAL, rich_help_panel=options.OUTPUT)
+    ] = 1.0,
+    foxglove: Annotated[
+        int | None, typer.Option(metavar="PORT", help=_FOXGLOVE, rich_help_panel=NETWORK)
+    ] = None,
+    allow_remote: Annotated[
+        bool, typer.Option("--allow-remote", help=_ALLOW_REMOTE, rich_help_panel=NETWORK)
+    ] = False,
 ) -> None:
-    """Identify on board, sample by sample: JSON lines of estimates on standard output."""
+    """Identify recursively from live samples; print estimates as JSON lines."""
     from hydrodamp.files import check_file
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
@@ -60,30 +82,38 @@ def live(
     from hydrodamp.live.sources import SourceError
 
     if not source:
-        raise ProblemError(f"`--source` is missing. It is {_SOURCE.removesuffix(' [required]')}")
-    if not every > 0.0:
-        raise ProblemError(f"`--every` must be positive; got {every:g}.")
-    if not state_every >= 0.0:
-        raise ProblemError(f"`--state-every` must be zero or more seconds; got {state_every:g}.")
+        raise ProblemError(f"`--source` is missing: {_SOURCE.removesuffix(' [required]')}")
+    if not output_interval > 0.0:
+        raise ProblemError(f"`--output-interval` must be positive; got {output_interval:g}.")
+    if not checkpoint_interval >= 0.0:
+        raise ProblemError(
+            f"`--checkpoint-interval` must not be negative; got {checkpoint_interval:g}."
+        )
     if method not in METHODS:
         raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
-    if state is not None:
-        check_file(state)
-    craft, named = resolve.find_vehicle(vehicle), resolve.find_model(model)
-    if not named:
-        raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
+    if checkpoint is not None:
+        check_file(checkpoint)
+    vehicle_model, models = resolve.find_vehicle(vehicle), resolve.find_model(model)
+    if not models:
+        raise ProblemError("`--model sparse` needs a whole log: give a model with terms.")
     with ExitStack() as ends:
         printer = Printer()
-        tell: Callable[[dict[str, Any]], None] = printer
-        say: Callable[[str], None] = note
+        emit_line: Callable[[dict[str, Any]], None] = printer
+        report: Callable[[str], None] = note
         if foxglove is not None:
             display = Display(foxglove)
             ends.callback(display.close)
-            note(f"Foxglove finds it at {display.address}; its layout is {LAYOUT}")
-            tell, say = _both(printer, display.show_estimate), _both(note, display.show_message)
-        samples = open_source(source, mapping, allow_remote=allow, real_time=paced, on_message=say)
+            note(f"Foxglove server at {display.address}; layout file {LAYOUT}")
+            emit_line, report = (
+                _both(printer, display.show_estimate),
+                _both(note, display.show_message),
+            )
+        samples = open_source(
+            source, mapping, allow_remote=allow_remote, real_time=real_time, on_message=report
+        )
         ends.callback(samples.close)
-        run = LiveRun(craft, named[0], method, tell, say, every, state, state_every)
+        intervals = output_interval, checkpoint, checkpoint_interval
+        run = LiveRun(vehicle_model, models[0], method, emit_line, report, *intervals)
         run.log, run.source_counts, run.skip_to = samples.log, samples.counts, samples.skip_to
         printer.run = run
         ends.enter_context(_stopped_by_signals(run))
@@ -93,23 +123,25 @@ def live(
             fail(f"{source}: {error}", WORK_FAILED)
 
 
-def _both(one: Callable[[Said], None], other: Callable[[Said], None]) -> Callable[[Said], None]:
-    def say(what: Said) -> None:
-        one(what)
-        other(what)
+def _both(
+    first: Callable[[Message], None], second: Callable[[Message], None]
+) -> Callable[[Message], None]:
+    def call_both(message: Message) -> None:
+        first(message)
+        second(message)
 
-    return say
+    return call_both
 
 
 class Printer:
-    """Writes lines of JSON on standard output, each whole and at once.
+    """Writes JSON lines to standard output without buffering.
 
-    A full disk is reported once and ends nothing. A closed pipe ends the run like a signal:
-    whoever read the lines wants no more of them.
+    A write error, such as a full disk, is reported once and the run continues. A closed pipe ends
+    the run like a signal.
     """
 
     run: LiveRun | None = None
-    has_failed = False  # and said so
+    has_failed = False  # a write error was reported
     is_closed = False
     is_torn = False  # half a line was written
 
@@ -122,40 +154,40 @@ class Printer:
             self._write(text.encode())
         except BrokenPipeError:
             self.is_closed = True
-            note("whoever read standard output is gone, so the run ends.")
+            note("standard output was closed: the run ends.")
             if self.run is not None:
                 self.run.is_stopped = True
         except OSError as error:
             if not self.has_failed:
                 self.has_failed = True
-                note(f"lines cannot be written: {error.strerror}; the run goes on.")
+                note(f"lines cannot be written: {error.strerror}; the run continues.")
 
     def _write(self, data: bytes) -> None:
-        """Write past Python's buffer, which would keep what it cannot write."""
+        """Write without Python's buffer, which keeps data after a write error."""
         try:
             descriptor = sys.stdout.fileno()
         except io.UnsupportedOperation:
             sys.stdout.write(data.decode())
             return
-        rest = b"\n" * self.is_torn + data
-        while rest:
-            done = os.write(descriptor, rest)
-            rest = rest[done:]
-            self.is_torn = bool(rest)
+        remaining = b"\n" * self.is_torn + data
+        while remaining:
+            n_written = os.write(descriptor, remaining)
+            remaining = remaining[n_written:]
+            self.is_torn = bool(remaining)
 
 
 @contextmanager
 def _stopped_by_signals(run: LiveRun) -> Iterator[None]:
-    """End a run after the sample under way at a signal, its state kept."""
+    """End a run after the present sample at a signal, with a last checkpoint."""
 
     def stop(*_: object) -> None:
         run.is_stopped = True
 
     names = ("SIGINT", "SIGTERM", "SIGHUP")
-    there = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    before = {one: signal.signal(one, stop) for one in there}
+    signals = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {number: signal.signal(number, stop) for number in signals}
     try:
         yield
     finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,4 +1,4 @@
-"""The command ``hydrodamp``."""
+"""Command ``hydrodamp``: its subcommands and options."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from hydrodamp.cli.convert import convert
 from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.demo import demo
 from hydrodamp.cli.export import export
+from hydrodamp.cli.help import HelpCommand
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
 from hydrodamp.cli.models import models
@@ -27,15 +28,15 @@ from hydrodamp.cli.vehicle import new
 
 app = typer.Typer(
     name="hydrodamp",
-    help="From a vehicle's log to a hydrodynamic damping model that can be trusted.",
-    epilog="Start with: hydrodamp demo. Exit status: 0 done, 1 the work failed, 2 the call or "
-    "the input is wrong, 130 interrupted.",
+    help="Identify hydrodynamic damping models of marine vehicles from logs.",
+    epilog="Start with: hydrodamp demo. Exit status: 0 success, 1 failure, 2 wrong usage or input, "
+    "130 interrupted.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
+vehicle_app = typer.Typer(help="Create vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
 COMMANDS = (
     *(demo, models, datasets, probe, convert, compare, validate, identify, simulate, report),
@@ -45,13 +46,13 @@ COMMANDS = (
     batch,
 )
 for command in COMMANDS:
-    app.command()(handle_errors(command))
-vehicle_app.command()(handle_errors(new))
+    app.command(cls=HelpCommand)(handle_errors(command))
+vehicle_app.command(cls=HelpCommand)(handle_errors(new))
 app.add_typer(vehicle_app, name="vehicle")
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         import hydrodamp
 
         typer.echo(f"hydrodamp {hydrodamp.__version__}")
@@ -67,15 +68,15 @@ def hydrodamp_command(
         ),
     ] = False,
 ) -> None:
-    """From a vehicle's log to a hydrodynamic damping model that can be trusted."""
+    """Identify hydrodynamic damping models of marine vehicles from logs."""
 
 
 def main() -> None:
-    """Run the command line; ``hydrodamp.__main__`` calls this."""
+    """Run the command line."""
     try:
         app()
-    except SystemExit as end:
-        if end.code == INTERRUPTED:
+    except SystemExit as error:
+        if error.code == INTERRUPTED:
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(INTERRUPTED)

@@ -1,4 +1,4 @@
-"""``hydrodamp models``: the catalogue."""
+"""``hydrodamp models``: list the damping models of the catalogue."""
 
 from __future__ import annotations
 
@@ -14,17 +14,21 @@ from hydrodamp.cli.output import emit, print_results
 def models(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="NAME", help="A model of the catalogue, a YAML file, or FILE:NAME."),
+        typer.Argument(
+            metavar="NAME",
+            help="Model of the catalogue, YAML file, or FILE:NAME.",
+            autocompletion=options.complete_models,
+        ),
     ] = None,
     json: options.Json = False,
 ) -> None:
-    """List the damping models, or show one: terms, counts, source, note."""
+    """List the damping models, or show the terms and the source of one."""
     from hydrodamp.report.fit_tables import SPARSE, model_document, model_table
 
     named = [SPARSE] if name == resolve.SPARSE else []
     chosen = [*(resolve.read_named_models(name) if name and not named else hd.catalog.values())]
     documents = named or [model_document(model) for model in chosen]
-    selected = [] if name else [SPARSE]  # the catalogue has one more, which comes with a log
+    selected = [] if name else [SPARSE]
     if name and len(documents) == 1:
         emit(documents[0]) if json else print_results(SPARSE["note"] if named else str(chosen[0]))
     elif json:

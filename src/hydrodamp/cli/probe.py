@@ -1,4 +1,4 @@
-"""``hydrodamp probe``: what is in a log, and is it fit for the job."""
+"""``hydrodamp probe``: inspect a log and check that it suits identification."""
 
 from __future__ import annotations
 
@@ -22,21 +22,28 @@ def probe(
     logs: options.SomeLogs,
     vehicle: Annotated[
         str | None,
-        typer.Option(metavar="V", help=f"Judge the log for it: {options.FLEET}, or a YAML file."),
+        options.vehicle_option(
+            f"Check the log against this vehicle ({options.FLEET}, or a YAML file)."
+        ),
     ] = None,
     mapping: options.MappingFile = None,
     draft: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Save the draft of a mapping file.")
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the drafted mapping to this file.",
+            rich_help_panel=options.OUTPUT,
+        ),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Look through a log: what is in it, what is missing, is it fit for the job."""
+    """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
     from hydrodamp.files import save_text
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
-    needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
+    requirements = None if vehicle is None else partial(_requirements, hd.find_vehicle(vehicle))
     if draft is not None:
         from hydrodamp.results import check_new_file
 
@@ -44,26 +51,28 @@ def probe(
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     if message := describe_join(recordings):
         note(message)
-    with progress("looking through it"):
+    with progress("inspecting"):
         result = hd.probe(*recordings)
-        judged = inspect(result, recordings, mapping, needs)
+        judged = inspect(result, recordings, mapping, requirements)
     if draft is not None:
         save_text(result.draft.text, draft)
-        note(f"wrote {draft}")
+        note(f"written to {draft}")
     if json:
         emit(probe_document(result, judged))
     else:
         print_results(*probe_tables(result, judged))
         if judged.report is not None and judged.report.is_poorly_excited:
-            note("`hydrodamp plan --vehicle V --model M --duration 600` says what to sail instead.")
+            note("`hydrodamp plan` designs a dive with sufficient excitation.")
 
 
-def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
-    """Return what a vehicle needs of a log, and which wrench of its the motion contradicts."""
+def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
+    """Return the requirements of a vehicle, and axes whose wrench contradicts the motion."""
     from hydrodamp.simulation.checks import log_requirements, missing_actuation
     from hydrodamp.validation.actuator_check import check_gains
 
-    needs, model = log_requirements(vehicle, log), hd.catalog["fossen"]
-    if needs.missing or missing_actuation(vehicle, log):
-        return needs
-    return replace(needs, suspicions=tuple(check_gains(hd.prepare(vehicle, log, model), [model])))
+    requirements, model = log_requirements(vehicle, log), hd.catalog["fossen"]
+    if requirements.missing or missing_actuation(vehicle, log):
+        return requirements
+    return replace(
+        requirements, suspicions=tuple(check_gains(hd.prepare(vehicle, log, model), [model]))
+    )

@@ -1,4 +1,4 @@
-"""What a run reads and writes: ``--out`` is checked before work, inputs are put on record."""
+"""Checks of ``--out`` before a run, and the provenance of its results."""
 
 from __future__ import annotations
 
@@ -19,43 +19,38 @@ Inputs = Iterable[str | None]
 
 
 def check_out_file(out: Path | None, inputs: Inputs, force: bool) -> None:
-    """Refuse a file that cannot be written, that would replace an input, or exists already."""
+    """Raise if a file cannot be written, would replace an input, or exists."""
     if out is None:
         return
     for path in _files(inputs):
         if out.exists() and out.samefile(path):
-            raise FileError(
-                f"`--out {out}` is one of the inputs and would be replaced: name another file."
-            )
+            raise FileError(f"`--out {out}` is one of the inputs: give another file.")
     check_new_file(out, force)
 
 
 def check_out_log(out: Path | None, inputs: Inputs, force: bool) -> None:
-    """Refuse also a file whose suffix is none of a log."""
+    """Raise also if the suffix is not that of a log."""
     check_out_file(out, inputs, force)
     if out is not None:
         check_log_file(out)
 
 
 def check_out_folder(out: Path | None, inputs: Inputs, resume: bool, force: bool) -> None:
-    """Refuse a folder that cannot be written, or where files would be replaced."""
+    """Raise if a folder cannot be written or files in it would be replaced."""
     if out is None:
         if resume:
             raise ProblemError(
-                "`--resume` goes on with the fits that an interrupted run left in a folder: name "
-                "it with `--out DIR`."
+                "`--resume` reuses fits of an interrupted run: give its folder with `--out DIR`."
             )
         return
     for path in _files(inputs):
         if is_result(path.resolve(), out.resolve()):
-            raise FileError(
-                f"`--out {out}` would replace the input {path}: name a folder of its own."
-            )
+            raise FileError(f"`--out {out}` would replace the input {path}: give another folder.")
     check_results(out, RESULTS, force or resume)
 
 
 def run_provenance(inputs: Inputs) -> dict[str, str]:
-    """Return the command line, the files with their hashes and the versions, for provenance."""
+    """Return the command line, input files with hashes, and versions."""
     import numpy
     import scipy
 
@@ -73,14 +68,14 @@ def _files(inputs: Inputs) -> list[Path]:
 
 
 def _paths(inputs: Inputs) -> list[Path]:
-    """Return the files and folders that a command names, each once."""
+    """Return the distinct input files and folders."""
     return [*dict.fromkeys(path for name in inputs if name for path in apart(name))]
 
 
 def _all_files(inputs: Inputs) -> Iterator[Path]:
     for path in _paths(inputs):
         if path.is_dir():
-            yield from sorted(each for each in path.rglob("*") if each.is_file())
+            yield from sorted(file for file in path.rglob("*") if file.is_file())
         elif path.is_file():
             yield path
 

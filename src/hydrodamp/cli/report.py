@@ -1,4 +1,4 @@
-"""``hydrodamp report``: the report of a folder of results, without fitting again."""
+"""``hydrodamp report``: write the HTML report of existing results."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from hydrodamp.cli import options
 from hydrodamp.cli.output import collected_warnings, note
 
 if TYPE_CHECKING:
-    from hydrodamp.report.files import Findings
+    from hydrodamp.report.files import ReportContent
 
 
 def report(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="DIR", help="A folder that compare, demo or export wrote."),
+        typer.Argument(metavar="DIR", help="Folder written by compare, demo or export."),
     ],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The file to write. [default: DIR/report.html]"),
+        options.out_option("FILE", "HTML file. [default: DIR/report.html]"),
     ] = None,
     force: options.Force = False,
 ) -> None:
-    """Make the report of a folder of results again, without fitting again."""
+    """Write the HTML report of a folder of results without fitting again."""
     from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.report.fidelity_page import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import REPORT
@@ -38,73 +38,72 @@ def report(
         note(f"written to {write_fidelity_page(folder, out)}")
         return
     if not (folder / "comparison.json").is_file():
-        lacks = (
-            "there is no comparison.json in it" if folder.is_dir() else "there is no such folder"
-        )
+        problem = "has no comparison.json" if folder.is_dir() else "does not exist"
         raise hd.FileError(
-            f"{folder}: {lacks}; name one that `compare`, `demo` or `export` wrote with `--out`."
+            f"{folder}: the folder {problem}; give one that `compare`, `demo` or `export` wrote."
         )
     default_path = folder / REPORT
     inputs = (str(path) for path in folder.rglob("*") if path != default_path)
     check_out_file(out or default_path, inputs, force)
-    write_report_or_explain(folder, out or default_path)
+    note(f"written to {hd.write_report(folder, out or default_path)}")
 
 
 def write_report_or_explain(
-    results: hd.Comparison | Path, path: Path, findings: Findings | None = None
+    results: hd.Comparison, path: Path, content: ReportContent | None = None
 ) -> None:
-    """Write a report, or say how to get it where what it needs is not installed."""
-    from hydrodamp.report.page import MISSING, installed
+    """Write a report, or name the package that it lacks."""
+    from hydrodamp.report.page import NEEDS_JINJA, installed
 
     if installed():
-        hd.write_report(results, path, findings)
+        hd.write_report(results, path, content)
         note(f"written to {path}")
     else:
-        note(f"{MISSING}, then run the command again; for a folder, `hydrodamp report DIR`.")
+        note(f"{path} is not written: {NEEDS_JINJA}.")
 
 
 def write_diagnostics(
     comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, home: Path
 ) -> None:
     """Write grades, pictures and the report of a comparison into its folder."""
-    from hydrodamp.report.files import REPORT, write_findings
+    from hydrodamp.report.files import REPORT, write_content
 
-    findings = examine_chosen(comparison, vehicle, train)
-    write_findings(findings, home)
+    content = draw_diagnostics(comparison, vehicle, train)
+    write_content(content, home)
     note(f"written to {home}")
-    write_report_or_explain(comparison, home / REPORT, findings)
+    write_report_or_explain(comparison, home / REPORT, content)
 
 
-def examine_chosen(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log) -> Findings:
-    """Grade and draw the chosen row, and say which pictures there are not."""
-    from hydrodamp.report.examine import examine
+def draw_diagnostics(
+    comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log
+) -> ReportContent:
+    """Grade and draw the selected row; print the reason for each missing picture."""
+    from hydrodamp.report.pictures import illustrate
 
-    findings = examine(comparison, vehicle, train)
-    for sentence in findings.not_shown:
-        note(sentence)
-    return findings
+    content = illustrate(comparison, vehicle, train)
+    for reason in content.not_shown:
+        note(reason)
+    return content
 
 
 def report_paths(damping: Path) -> tuple[Path, Path]:
-    """Return the folder of pictures and the report that lie beside a damping file."""
+    """Return the folder of pictures and the report that belong to a damping file."""
     stem = str(damping).removesuffix(".json")
     return Path(f"{stem}.figures"), Path(f"{stem}.report.html")
 
 
 def write_fit_report(
-    fit: hd.Fit, vehicle: hd.Vehicle, log: hd.Log, said: Mapping[str, str], damping: Path
+    fit: hd.Fit, vehicle: hd.Vehicle, log: hd.Log, provenance: Mapping[str, str], damping: Path
 ) -> None:
-    """Write report and pictures of a fit beside its damping file."""
+    """Write the report and the pictures of a fit next to its damping file."""
     from hydrodamp.report.files import write_pictures
 
     figures, page = report_paths(damping)
-    alone = hd.compare((fit,), vehicle, log)
-    origin = {**alone.provenance, "overlap": f"all {log.n} samples", **said}
-    alone = replace(alone, provenance=origin)
-    findings = examine_chosen(alone, vehicle, log)
-    if findings.pictures:
-        write_pictures(findings, figures, figures)
+    comparison = hd.compare((fit,), vehicle, log)
+    origin = {**comparison.provenance, "overlap": f"all {log.n} samples", **provenance}
+    comparison = replace(comparison, provenance=origin)
+    content = draw_diagnostics(comparison, vehicle, log)
+    if content.pictures:
+        write_pictures(content, figures, figures)
         note(f"written to {figures}")
-    write_report_or_explain(
-        replace(alone, provenance=origin | collected_warnings()), page, findings
-    )
+    comparison = replace(comparison, provenance=origin | collected_warnings())
+    write_report_or_explain(comparison, page, content)

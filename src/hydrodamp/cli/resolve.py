@@ -1,4 +1,4 @@
-"""From names on the command line to a vehicle, models and methods."""
+"""Vehicle, models and methods from their names on the command line."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from hydrodamp.cli.output import note
 from hydrodamp.errors import MethodError, ModelError, VehicleError, no_such
 from hydrodamp.progress import progress
 
-#: The model that is selected from the training log.
+#: Model whose terms are selected from the training data.
 SPARSE = "sparse"
 
 
 def find_vehicle(name: str) -> hd.Vehicle:
-    """Return the vehicle of a name or a file."""
+    """Return a vehicle by name or file."""
     if not name:
         raise VehicleError(
-            f"`--vehicle` is missing: name one of the fleet ({FLEET}), or a YAML file of your own; "
+            f"`--vehicle` is missing: give a vehicle of the fleet ({FLEET}) or a YAML file; "
             "`hydrodamp vehicle new` writes one."
         )
     return hd.find_vehicle(name)
 
 
 def selects_terms(listed: str | None) -> bool:
-    """Tell whether a list of models asks for one to be selected from the log."""
+    """Return whether a list of models contains the one that is selected from the log."""
     return listed is not None and SPARSE in split_names(listed)
 
 
 def with_selectable_terms(
     listed: str | None, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
 ) -> tuple[hd.DampingModel, ...]:
-    """Return models, and for the one to be selected one with every command it may take."""
+    """Return models, and one with the candidate commands of the selection."""
     if not selects_terms(listed):
         return models
-    strange = [name for name in log.command_names if name not in vehicle.commands]
-    offered = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(strange)}, key=SPARSE)
-    return (*models, offered)
+    unassigned = [name for name in log.command_names if name not in vehicle.commands]
+    candidate = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(unassigned)}, key=SPARSE)
+    return (*models, candidate)
 
 
 def complete_models(
@@ -45,9 +45,9 @@ def complete_models(
     vehicle: hd.Vehicle,
     log: hd.Log,
     models: tuple[hd.DampingModel, ...],
-    free_gains: bool = False,
+    estimate_gains: bool = False,
 ) -> tuple[hd.DampingModel, ...]:
-    """Return models with the one selected from a log and gains of its wrench, where asked for."""
+    """Return models with the selected one and with actuator gains, if requested."""
     from hydrodamp.simulation.actuation import with_gains
 
     if selects_terms(listed):
@@ -56,29 +56,31 @@ def complete_models(
             selected = selection.select(vehicle, log, models, lambda *_: step())
         note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
         models = (*models, selected)
-    return tuple(with_gains(vehicle, log, model) for model in models) if free_gains else models
+    return tuple(with_gains(vehicle, log, model) for model in models) if estimate_gains else models
 
 
 def list_models(listed: str | None) -> tuple[hd.DampingModel, ...]:
-    """Return the models of a list with commas, without the one that comes with a log."""
-    asked = hd.PAPER_MODELS if listed is None else split_names(listed)
-    if not asked:
+    """Return the models of a comma-separated list, without the selected one."""
+    requested = hd.PAPER_MODELS if listed is None else split_names(listed)
+    if not requested:
         raise ModelError("`--models` must name at least one model; got an empty list.")
-    chosen: dict[str, hd.DampingModel] = {}
-    for model in (model for name in asked if name != SPARSE for model in read_named_models(name)):
+    models: dict[str, hd.DampingModel] = {}
+    for model in (
+        model for name in requested if name != SPARSE for model in read_named_models(name)
+    ):
         key = model.key.casefold()  # not all file systems distinguish A.json from a.json
-        there = chosen.setdefault(key, model)
-        same = (there.key, there.terms) == (model.key, model.terms)
+        first = models.setdefault(key, model)
+        same = (first.key, first.terms) == (model.key, model.terms)
         if not same or (key == SPARSE and selects_terms(listed)):
             raise ModelError(
-                f"two different models are called '{model.key}', whatever their capitals: rename "
-                "the one in your file."
+                f"two different models are called '{model.key}' (case-insensitive): rename the "
+                "one in your file."
             )
-    return tuple(chosen.values())
+    return tuple(models.values())
 
 
 def read_named_models(name: str) -> tuple[hd.DampingModel, ...]:
-    """Return the model of a name or of ``FILE:NAME``, or those of a file."""
+    """Return a model by name or ``FILE:NAME``, or all models of a file."""
     file = model_file(name)
     if file != name:
         key, file_models = name.removeprefix(f"{file}:").strip(), hd.read_models(file)
@@ -102,29 +104,29 @@ def _is_yaml(name: str) -> bool:
 
 
 def find_model(name: str) -> tuple[hd.DampingModel, ...]:
-    """Return the one model of a name or of a file; none where it is to be selected."""
+    """Return a single model by name or file; none if it is selected from the log."""
     if not name:
         raise ModelError(
-            "`--model` is missing: name one of `hydrodamp models`, a YAML file of your own, or "
-            "`sparse`, which is selected from the log."
+            "`--model` is missing: give a model of `hydrodamp models`, a YAML file, or `sparse`, "
+            "which is selected from the log."
         )
     models = list_models(name)
     if len(models) + selects_terms(name) != 1:
         keys = ", ".join(model.key for model in models)
         raise ModelError(
-            f"`--model {name}` names several models: {keys}. Identify takes one model, such as "
-            "FILE:NAME of a file; `hydrodamp compare --models` takes several."
+            f"`--model {name}` names several models: {keys}. Give one, such as FILE:NAME; "
+            "`hydrodamp compare --models` takes several."
         )
     return models
 
 
 def list_methods(listed: str) -> tuple[hd.Method, ...]:
-    """Return the methods of a list with commas."""
+    """Return the methods of a comma-separated list."""
     if not split_names(listed):
         raise MethodError("`--methods` must name at least one method; got an empty list.")
     return tuple(hd.find_method(name) for name in split_names(listed))
 
 
 def split_names(listed: str) -> tuple[str, ...]:
-    """Return the names of a list with commas, each once."""
+    """Return the distinct names of a comma-separated list."""
     return tuple(dict.fromkeys(name.strip() for name in listed.split(",") if name.strip()))

@@ -1,4 +1,4 @@
-"""``hydrodamp simulate``: replay one log with one damping file."""
+"""``hydrodamp simulate``: replay a log with a damping file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,12 @@ from hydrodamp.progress import progress
 def simulate(
     logs: options.SomeLogs,
     damping: Annotated[
-        str, typer.Option(metavar="JSON", help="A damping file, as identify writes.")
+        str,
+        typer.Option(
+            metavar="JSON",
+            help="Damping file, as written by identify.",
+            rich_help_panel=options.MODEL,
+        ),
     ],
     vehicle: options.VehicleName = "",
     mapping: options.MappingFile = None,
@@ -27,12 +32,12 @@ def simulate(
     rate_unit: options.Rates = "deg",
     out: Annotated[
         Path | None,
-        typer.Option(metavar="CSV", help="Write the simulated log in canonical form."),
+        options.out_option("FILE", "Simulated log in canonical form, a .csv or .parquet file."),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Replay a log open loop with identified damping and score it."""
+    """Replay a log open loop with an identified model and report the RMS error."""
     from hydrodamp.cli.provenance import check_out_log
     from hydrodamp.errors import ModelError
     from hydrodamp.identification.operating_range import (
@@ -48,13 +53,13 @@ def simulate(
     from hydrodamp.simulation.problem import vehicle_stamp
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
-    craft, numbers = find_vehicle(vehicle), hd.read_damping(damping)
-    if message := foreign_to(numbers, vehicle_stamp(craft)):
+    vehicle_model, numbers = find_vehicle(vehicle), hd.read_damping(damping)
+    if message := foreign_to(numbers, vehicle_stamp(vehicle_model)):
         raise ModelError(message)
     log = read_logs(logs, mapping)
-    warn_quality_issues(log, estimate_length(craft))
+    warn_quality_issues(log, estimate_length(vehicle_model))
     with progress("replaying"):
-        trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
+        trajectory = hd.simulate(vehicle_model, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
     if out is not None and not scored.diverged:
         hd.write_log(simulated_log(trajectory), out)
@@ -64,7 +69,7 @@ def simulate(
     else:
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
         print_results(replay_table(title, scored))
-    trained, driven = trained_on(Path(damping)), velocity_ranges(log.velocity, craft.axes)
+    trained, driven = trained_on(Path(damping)), velocity_ranges(log.velocity, vehicle_model.axes)
     for sentence in (
         *range_exceedance_warnings(trained, driven),
         *energy_injection_warnings(numbers, join_ranges(trained, driven)),
@@ -72,13 +77,13 @@ def simulate(
         note(sentence)
     if scored.diverged:
         fail(
-            f"the replay diverged in {scored.divergence_text}; there is no RMS error, nothing is "
-            "written."
+            f"the replay diverged in {scored.divergence_text}: there is no RMS error, and no file "
+            "is written."
         )
 
 
 def simulated_log(trajectory: hd.Trajectory) -> hd.Log:
-    """Return the log with its actuation and the simulated velocities."""
+    """Return the log with simulated instead of measured velocities."""
     from hydrodamp.basis.atoms import VELOCITY_OF
 
     log = trajectory.log

@@ -1,4 +1,4 @@
-"""``hydrodamp validate``: which model, by leaving out each segment in turn."""
+"""``hydrodamp validate``: cross-validate models over the segments of a log."""
 
 from __future__ import annotations
 
@@ -22,17 +22,22 @@ def validate(
     mapping: options.MappingFile = None,
     folds: Annotated[
         int | None,
-        typer.Option(min=2, help="How many. [default: one a segment, ten at most; five blocks]"),
+        typer.Option(
+            min=2,
+            metavar="N",
+            help="Number of folds. [default: one per segment, at most 10; 5 blocks of one segment]",
+            rich_help_panel=options.DATA,
+        ),
     ] = None,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write what --json prints.")
+        Path | None, options.out_option("FILE", "JSON file of the results, as printed by --json.")
     ] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Cross-validate models over the segments of a log, and score them at several horizons."""
+    """Cross-validate models over the segments of a log; report errors by prediction horizon."""
     from hydrodamp.cli.comparison_run import check_training, fit_all
     from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.files import save_json
@@ -51,7 +56,7 @@ def validate(
     count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()
     full_fit: tuple[Any, ...] = ((), ())
     try:
-        with progress("leaving out in turn", count * len(method_list) * len(chosen)) as done:
+        with progress("cross-validating", count * len(method_list) * len(chosen)) as done:
             hd.cross_validate(
                 vehicle_model,
                 log,
@@ -71,7 +76,7 @@ def validate(
             )
             if fit.status.usable
             else None
-            for fit in count_items(fits, "replaying from many places", len(fits))
+            for fit in count_items(fits, "replaying windows", len(fits))
         ]
         full_fit = fits, scores
     except KeyboardInterrupt:
@@ -89,4 +94,4 @@ def validate(
         message = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
         fail(message, INTERRUPTED)
     if all(row.rms_of_completed is None for row in tables[-1].rows):
-        fail("no model has an error on any fold: give a longer log or smaller models.")
+        fail("no model has an error on any fold: use a longer log or models with fewer terms.")

@@ -1,4 +1,4 @@
-"""``hydrodamp vehicle new``: a commented vehicle file to fill in."""
+"""``hydrodamp vehicle new``: write a vehicle file from main dimensions or a known vehicle."""
 
 from __future__ import annotations
 
@@ -10,28 +10,33 @@ import typer
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note
 
-Size = Annotated[float | None, typer.Option(metavar="METRES", help="Of the hull [m].")]
+Size = Annotated[float | None, typer.Option(metavar="M", help="Dimension of the hull [m].")]
 
-_UNRIGHTED = (
-    "it lacks a righting moment, so that nothing turns the vehicle upright in roll and pitch. Give "
-    "`center_of_gravity` and `center_of_buoyancy` where these axes are free; the rest is estimated."
+NO_RESTORING_MOMENT = (
+    "it has no restoring moment in roll and pitch. Give `center_of_gravity` and "
+    "`center_of_buoyancy` if these axes are free; all else is estimated."
 )
 
 
 def new(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The YAML file to write.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML file to write.")],
     length: Size = None,
     diameter: Size = None,
     mass: Annotated[
-        float | None, typer.Option(metavar="KG", help="With flooded spaces [kg].")
+        float | None, typer.Option(metavar="KG", help="Mass with flooded spaces [kg].")
     ] = None,
     like: Annotated[
-        str | None, typer.Option(metavar="V", help=f"Start from one of the fleet: {options.FLEET}.")
+        str | None,
+        typer.Option(
+            metavar="V",
+            help=f"Copy a vehicle of the fleet: {options.FLEET}.",
+            autocompletion=options.complete_vehicles,
+        ),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Write a commented vehicle file to fill in."""
+    """Write a commented vehicle file from main dimensions or a known vehicle."""
     from hydrodamp.arrays import MAX_MAGNITUDE
     from hydrodamp.errors import VehicleError
     from hydrodamp.files import save_text
@@ -49,9 +54,7 @@ def new(
     if like is None:
         text = vehicle_template(file.stem, **sizes)
     elif any(size is not None for size in sizes.values()):
-        raise VehicleError(
-            "`--like` copies a known vehicle: leave out --length, --diameter, --mass"
-        )
+        raise VehicleError("`--like` cannot be combined with --length, --diameter or --mass.")
     else:
         text = copied(fleet_text(like), file.stem)
     check_new_file(file, force)
@@ -59,5 +62,5 @@ def new(
     if json:
         emit({"path": str(file), "complete": complete})
     else:
-        state = "ready to use" if like is not None else _UNRIGHTED
-        note(f"written to {file}: {state if complete else 'fill in its numbers'}")
+        state = "ready to use" if like is not None else NO_RESTORING_MOMENT
+        note(f"written to {file}: {state if complete else 'fill in the missing numbers'}")

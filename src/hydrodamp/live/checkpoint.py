@@ -46,7 +46,7 @@ def locked(path: Path | None) -> Iterator[None]:
             stream.seek(0)
             raise FileError(
                 f"{path}: another run of `hydrodamp live` (process {stream.read(20) or 'unknown'})"
-                " keeps its state there. End that one, or give this one another `--state`."
+                " keeps its state there. End that one, or give this one another `--checkpoint`."
             )
         stream.truncate(0)
         stream.write(str(os.getpid()))
@@ -85,7 +85,7 @@ def _check_kind(path: Path) -> None:
     if head.strip(b"\0 \r\n") and not head.startswith(_HEAD):
         raise FileError(
             f"{path}: is not a state of `hydrodamp live`, and would be replaced by one. Give"
-            " `--state` the name of a new file, or move this one away."
+            " `--checkpoint` the name of a new file, or move this one away."
         )
 
 

@@ -220,8 +220,8 @@ def check_host(host: str, allow: bool) -> None:
     if not allow and host not in ("127.0.0.1", "::1", "localhost"):
         raise ProblemError(
             f"{host} is no address of this machine alone: whoever reaches it can send samples, "
-            "without a password, and so spoil the estimate. Say `--allow` if only those whom you "
-            "trust can reach it, or bind to 127.0.0.1."
+            "without a password, and so spoil the estimate. Say `--allow-remote` if only those "
+            "whom you trust can reach it, or bind to 127.0.0.1."
         )
 
 

@@ -22,7 +22,7 @@ from hydrodamp.report.documents import fit_document
 from hydrodamp.report.figures.axes import coefficient_symbol
 from hydrodamp.report.figures.style import colour_of, figure_bytes, stacked_panels, with_style
 from hydrodamp.report.fit_tables import half_widths, standard_errors
-from hydrodamp.report.page import installed, template, text_of
+from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.status import Status
@@ -222,21 +222,18 @@ def render_batch_page(season: BatchResult, pictures: dict[str, bytes]) -> str:
 
     n_logs = {one.group: one.n_logs for one in season.fits}
     counted = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(season.failed)} left out."
-    content = {
-        "title": "A season of logs",
-        "under": "A fit for each group, and what has changed between them",
-        "text": " ".join((counted, *_verdicts(season))),
-        "grids": summary_tables(season)[::-1],
-        "pictures": [(_CAPTION.format(name), one) for name, one in pictures.items()],
-        "facts_title": "How",
-        "facts": {
+    return render_page(
+        "Damping of groups of logs",
+        "One fit per group, and the changes between groups",
+        [" ".join((counted, *_verdicts(season)))],
+        summary_tables(season)[::-1],
+        [(_CAPTION.format(name), picture) for name, picture in pictures.items()],
+        {
             "grouped by": ", ".join(season.by),
             "method": season.fits[0].fit.method,
             "made by": f"hydrodamp {hydrodamp.__version__}",
         },
-        "styles": text_of("report.css"),
-    }
-    return template("sheet.html.j2").render(content)
+    )
 
 
 @with_style

@@ -8,7 +8,7 @@ from typing import Any
 
 from hydrodamp.errors import FileError
 from hydrodamp.files import load_json, save_text
-from hydrodamp.report.page import template, text_of
+from hydrodamp.report.page import render_page
 from hydrodamp.report.table import NOTHING, Table
 
 CARD, PAGE = "fidelity.json", "fidelity.html"
@@ -30,10 +30,11 @@ def read_card(folder: Path) -> dict[str, Any]:
 def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
     """Write the page of an export's card, into its folder unless told otherwise."""
     document = read_card(folder)
-    title = f"{document['vehicle']} for {document['target']}"
-    content = {"title": title, "text": document["text"], "styles": text_of("report.css")}
-    grids = {"grids": [*_grids(document)], "origin": _origin(document)}
-    save_text(template("fidelity.html.j2").render({**content, **grids}), path or folder / PAGE)
+    title, subtitle = f"{document['vehicle']} for {document['target']}", "Fidelity of the export"
+    content = render_page(
+        title, subtitle, [document["text"]], [*_grids(document)], facts=_origin(document)
+    )
+    save_text(content, path or folder / PAGE)
     return path or folder / PAGE
 
 

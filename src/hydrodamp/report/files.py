@@ -35,6 +35,7 @@ from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.diagnostics import find_selected_row
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
@@ -64,7 +65,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Findings:
+class ReportContent:
     """What is found out about the chosen row after the fits."""
 
     identifiability: Identifiability | None = None
@@ -87,14 +88,6 @@ class _Index(BaseModel):
 
     pictures: tuple[Picture, ...]
     not_shown: tuple[str, ...] = ()
-
-
-def chosen_row(comparison: Comparison) -> Row | None:
-    """Return the row that is looked at more closely."""
-    if all(row.rms is None for row in comparison.rows):
-        alone = len(comparison.rows) == 1 and comparison.rows[0].fit.status.usable
-        return comparison.rows[0] if alone else None
-    return comparison.select().row
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
@@ -229,7 +222,7 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     }
 
 
-def write_findings(findings: Findings, home: Path) -> None:
+def write_content(findings: ReportContent, home: Path) -> None:
     """Write grades, band and pictures into the folder of a comparison that was just written."""
     contents: dict[Path, bytes] = {}
     if (identifiability := findings.identifiability) is not None:
@@ -242,7 +235,7 @@ def write_findings(findings: Findings, home: Path) -> None:
     write_pictures(findings, home / FIGURES, home)
 
 
-def write_pictures(findings: Findings, folder: Path, home: Path) -> None:
+def write_pictures(findings: ReportContent, folder: Path, home: Path) -> None:
     """Write pictures and their words into a folder, listed in the manifest of another above it."""
     words = _Index(pictures=findings.pictures, not_shown=findings.not_shown)
     contents = {folder / f"{picture.name}.svg": picture.svg for picture in findings.pictures}
@@ -250,9 +243,9 @@ def write_pictures(findings: Findings, folder: Path, home: Path) -> None:
     save_results(contents, home)
 
 
-def read_findings(home: Path, comparison: Comparison) -> Findings:
-    """Read what :func:`write_findings` wrote; a picture that was deleted since is named."""
-    row, grades, band = chosen_row(comparison), None, None
+def read_content(home: Path, comparison: Comparison) -> ReportContent:
+    """Read what :func:`write_content` wrote; a picture that was deleted since is named."""
+    row, grades, band = find_selected_row(comparison), None, None
     pictures: list[Picture] = []
     not_shown: list[str] = []
     if (home / FIGURES / INDEX).is_file():
@@ -271,7 +264,7 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
         run, ends = row.trajectory, _read_npz(home / BAND)
         level = float(ends["level"])
         band = PredictionBand(run.log, run.velocity, ends["lower"], ends["upper"], level)
-    return Findings(grades, band, tuple(pictures), tuple(not_shown))
+    return ReportContent(grades, band, tuple(pictures), tuple(not_shown))
 
 
 def _read_index(folder: Path) -> _Index:

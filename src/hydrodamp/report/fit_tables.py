@@ -21,15 +21,16 @@ from hydrodamp.identification.stepwise import SPARSE_KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
 from hydrodamp.text import first_few
+from hydrodamp.validation.diagnostics import correlated_pairs
 
-_GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
-_RULE = (
-    f"grade: determined within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the number; minor where "
-    f"the interval leaves less open than {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its "
-    "axis; weak where the sign is known; not determined for a cause."
+MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all
+GRADE_DEFINITIONS = (
+    f"grade: determined, interval within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the value; "
+    f"minor, its uncertainty is below {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its "
+    "axis; weak, only the sign is known; not determined, for the cause given."
 )
-_TIED = 0.9  # correlation of two coefficients from which one may stand for the other
-#: The model that has no terms before there is a log, as a document.
+MIN_CORRELATION = 0.9  # of two coefficients that are listed as known in combination only
+#: Document of the model whose terms are selected from a log.
 SPARSE: dict[str, Any] = {
     "model": SPARSE_KEY,
     "title": "Selected from a log",
@@ -37,16 +38,15 @@ SPARSE: dict[str, Any] = {
     "terms": None,
     "commands": [],
     "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419",
-    "note": f"{SPARSE_KEY} comes with a log: its terms are selected from the training data by what "
-    "they do to the replay, out of those of the paper's models, of models beside it, and of "
-    "commands that no actuator takes. Ask for it by "
-    f"`hydrodamp identify LOG --model {SPARSE_KEY}`, or by "
-    f"`hydrodamp compare LOG ... --models {SPARSE_KEY}` and `validate`.",
+    "note": f"{SPARSE_KEY}: stepwise selection of terms from the training data by simulation "
+    "error. Candidates are the terms of the paper's models, of the other models requested, and of "
+    f"commands without an actuator. Use `hydrodamp identify LOG --model {SPARSE_KEY}`, or "
+    f"`--models {SPARSE_KEY}` of `compare` and `validate`.",
 }
 
 
 def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
-    """Return the coefficients of a fit, how sure they are, and which are aliased."""
+    """Return the coefficients of a fit with their uncertainty, grades and aliases."""
     model, known = fit.model, grade_words(fit, grades)
     columns = [
         Column("coefficient", number=False),
@@ -61,7 +61,9 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
     rows = zip(model.labels, *numbers, units, *([known] if known else []), strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
-    graded = () if grades is None else (grades.summary + ".", _RULE, *_causes(fit, grades))
+    graded = (
+        () if grades is None else (grades.summary + ".", GRADE_DEFINITIONS, *_causes(fit, grades))
+    )
     return Table(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
         f"{fit.n_samples} samples",
@@ -97,36 +99,27 @@ def grade_words(fit: Fit, grades: Identifiability | None) -> list[str]:
 
 
 def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
-    """Yield what each cause means, and what those of wide intervals are better known with."""
+    """Yield the meaning of each cause, and which open coefficients are strongly correlated."""
     causes = set(grades.causes.values())
     yield from (cause.value for cause in Cause if cause in causes)
-    if fit.damping.covariance is None:
-        return
-    errors, axes = standard_errors(fit), np.array([label[0] for label in fit.model.labels])
-    vague = [
+    is_open = [
         grade is Grade.WEAK or grades.causes.get(label) is Cause.NOT_SIGNIFICANT
         for label, grade in grades.grades.items()
     ]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        tied = np.abs(fit.damping.covariance / np.outer(errors, errors)) >= _TIED
-    tied &= np.logical_or.outer(vague, vague) & (axes[:, None] == axes)
-    pairs = [
-        " with ".join(fit.model.labels[index] for index in pair)
-        for pair in np.argwhere(np.triu(tied, 1)).tolist()
-    ]
+    pairs = [" with ".join(pair) for pair in correlated_pairs(fit, is_open, MIN_CORRELATION)]
     if pairs:
-        few = ", ".join(first_few(pairs, _GROUPS, "such pairs"))
-        yield f"Correlated by {_TIED} and more, so known together rather than alone: {few}."
+        few = ", ".join(first_few(pairs, MAX_GROUPS, "such pairs"))
+        yield f"Correlation of at least {MIN_CORRELATION}, so only known in combination: {few}."
 
 
 def _aliased(fit: Fit) -> list[str]:
     groups = [
-        f"{group[0]} is not determined: its column is zero throughout or a sum of others"
+        f"{group[0]} is not determined: its regressor is zero or a combination of others"
         if len(group) == 1
-        else f"aliased, so that only a combination is determined: {' '.join(group)}"
+        else f"aliased, only a combination is determined: {' '.join(group)}"
         for group in fit.aliased
     ]
-    return first_few(groups, _GROUPS, "such groups")
+    return first_few(groups, MAX_GROUPS, "such groups")
 
 
 def model_document(model: DampingModel) -> dict[str, Any]:
@@ -145,7 +138,7 @@ def model_document(model: DampingModel) -> dict[str, Any]:
 
 def model_table(models: Iterable[Mapping[str, Any]], command: str) -> Table:
     """Return documents of models with how many terms they have on which axis."""
-    rows, notes = [], [f"`{command}` shows the terms of one."]
+    rows, notes = [], [f"`{command}` shows the terms of a model."]
     for document in models:
         if document["terms"] is None:
             notes.insert(0, document["note"])

@@ -1,4 +1,4 @@
-"""What is said of a comparison in sentences: the verdict, and remarks beside the numbers."""
+"""Verdict and remarks on a comparison in plain sentences: the answer first, then the evidence."""
 
 from __future__ import annotations
 
@@ -7,137 +7,110 @@ from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.identifiability import Grade, Identifiability
-from hydrodamp.identification.operating_range import (
-    energy_injection_warnings,
-    join_ranges,
-    range_exceedance_warnings,
-    velocity_ranges,
-)
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
+from hydrodamp.validation.diagnostics import replay_warnings
 
-#: Key in the provenance of a comparison that lacks rows; its value says how many.
+#: Key in the provenance of an incomplete comparison; its value says how many rows there are.
 UNFINISHED = "unfinished"
 
-#: Key in the provenance of a comparison that goes on with fits of an earlier run; how many.
+#: Key in the provenance of a comparison that reuses fits of an earlier run; how many.
 RESUMED = "resumed"
 
-_NAMED = 8  # coefficients that are named; of more, the number by axis
+MAX_LABELS = 8  # coefficients listed by name; beyond, their number by axis
 
 
 def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, ...]:
-    """Return which fit to take, how good it is, and which coefficients are not known."""
+    """Return which fit to use, its accuracy, and which coefficients are determined."""
     if all(row.rms is None for row in comparison.rows):
         outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
         return (
-            f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; "
-            f"the outcomes are: {outcomes}.",
-            "Try models with fewer terms, another method, or a log with richer manoeuvres.",
+            f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error "
+            f"(outcomes: {outcomes}).",
+            "Try models with fewer terms, another method, or a log with richer excitation.",
         )
     choice = comparison.select()
-    which = str(choice) if len(comparison.rows) == 1 else f"Take {choice}"
-    how_known = (
-        f"How well the log determines the {choice.row.n_coefficients} coefficients was not graded; "
-        "the tables have their standard errors, where there are any."
+    identifiability = (
+        f"Identifiability of the {choice.row.n_coefficients} coefficients was not graded; the "
+        "tables give standard errors where they are known."
     )
     if grades is not None:
-        how_known = f"{'; '.join(describe_grades(grades))}."
-    return (which, describe_accuracy(comparison, choice.row), how_known)
+        identifiability = f"{'; '.join(describe_grades(grades))}."
+    selected = str(choice) if len(comparison.rows) == 1 else f"Use {choice}"
+    return (selected, describe_accuracy(comparison, choice.row), identifiability)
 
 
 def describe_accuracy(comparison: Comparison, row: Row) -> str:
+    """Return the RMS error of a row and the range of its fit percentages."""
     shares = {name: value for name, value in row.score.fit_by_axis.items() if value is not None}
-    shared = comparison.provenance.get("overlap")
-    unseen = (
-        f"data that share {shared} with the training data" if shared else "data it has not seen"
-    )
-    words = (
-        f"Replayed open loop on {unseen}, it errs by {row.rms:.3g} "
-        f"(RMS of m/s and {comparison.rate_unit}/s together)"
+    overlap = comparison.provenance.get("overlap")
+    data = f"data that share {overlap} with the training data" if overlap else "test data"
+    error = (
+        f"RMS error {row.rms:.3g} (m/s and {comparison.rate_unit}/s mixed) in open-loop replay of "
+        f"{data}"
     )
     if not shares:
-        return f"{words}."
+        return f"{error}."
     worst, best = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
     return (
-        f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % "
-        f"for {best} at best, where 100 % is exact and 0 % no better than the mean."
+        f"{error}; fit between {shares[worst]:.0f} % ({worst}) and {shares[best]:.0f} % ({best}), "
+        "where 100 % is exact and 0 % is as good as the mean of the data."
     )
 
 
-def describe_grades(found: Identifiability) -> Iterator[str]:
-    """Say how many coefficients are determined, and which are not."""
-    n, sure = len(found.grades), len(found.labels_with(Grade.DETERMINED))
-    if sure == n:
-        yield f"The log determined all {n} coefficients of this model"
-        return
-    yield f"The log determined {sure or 'none'} of its {n} coefficients"
+def describe_grades(identifiability: Identifiability) -> Iterator[str]:
+    """Yield how many coefficients are determined, and which are not."""
+    n = len(identifiability.grades)
+    n_determined = len(identifiability.labels_with(Grade.DETERMINED))
+    yield f"The data determine {n_determined or 'none'} of {n} coefficients"
     for grade in tuple(Grade)[1:]:
-        if labels := list(found.labels_with(grade)):
-            yield f"{len(labels)} {grade.word}{list_labels(labels)}"
-    quiet = [
-        f"{axis.axis} {100.0 * axis.r_squared:.0f} %" for axis in found.axes if not axis.excited
-    ]
-    if quiet:
+        if labels := list(identifiability.labels_with(grade)):
+            yield f"{len(labels)} {grade.word} ({list_labels(labels)})"
+    poor = [axis for axis in identifiability.axes if not axis.excited]
+    if poor:
+        shares = ", ".join(f"{axis.axis} {100.0 * axis.r_squared:.0f} %" for axis in poor)
         yield (
-            "axes whose force is not predicted at each moment, for want of motion or of the right "
-            f"terms, whatever the replay sums up to (share): {', '.join(quiet)}"
+            "poorly predicted axes (cross-validated share of the response), for lack of "
+            f"excitation or of terms: {shares}"
         )
 
 
 def list_labels(labels: list[str]) -> str:
-    """Name a few; of more, say how many stand on each axis."""
-    if len(labels) <= _NAMED:
-        return f" ({', '.join(labels)})"
+    """Return a few labels; of more, their number by axis."""
+    if len(labels) <= MAX_LABELS:
+        return ", ".join(labels)
     count = Counter(label.partition("_")[0] for label in labels)
-    return f" ({', '.join(f'{axis} {count[axis]}' for axis in AXES if count[axis])})"
+    return ", ".join(f"{axis} {count[axis]}" for axis in AXES if count[axis])
 
 
 def remarks(comparison: Comparison) -> Iterator[str]:
-    """Yield the sentences that stand below the table of a comparison."""
-    given = comparison.provenance
-    if lacking := given.get(UNFINISHED):
-        yield f"Unfinished, {lacking}. What is missing may be better than what is here."
-    if shared := given.get("overlap"):
-        yield f"Training and test data share {shared}: errors on data that were fitted say little."
+    """Yield the notes below the table of a comparison."""
+    provenance = comparison.provenance
+    if missing := provenance.get(UNFINISHED):
+        yield f"Incomplete comparison ({missing}): a missing row may be better than these."
+    if overlap := provenance.get("overlap"):
+        yield f"Training and test data share {overlap}: errors on training data are optimistic."
     if is_paper_campaign(comparison):
-        yield "paper: Table I as printed; the paper's own log was never published."
-    yield from replay_remarks(comparison)
+        yield "paper: Table I as printed; the paper's log was never published."
+    yield from replay_warnings(comparison)
     yield from status_remarks(comparison)
-    yield from _worse_than_none(comparison)
+    yield from _axes_worse_than_mean(comparison)
     yield f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}."
 
 
-def _worse_than_none(comparison: Comparison) -> Iterator[str]:
+def _axes_worse_than_mean(comparison: Comparison) -> Iterator[str]:
     if all(row.rms is None for row in comparison.rows):
         return
     fits = comparison.select().row.score.fit_by_axis
     if worse := [name for name, fit in fits.items() if fit is not None and fit < 0.0]:
         yield (
-            f"The chosen model replays {' '.join(worse)} worse than no model: its fit there is "
-            "below 0 %, that of the mean of the test data."
+            f"The selected model predicts {' '.join(worse)} worse than the mean of the test data "
+            "(fit below 0 %)."
         )
 
 
-def replay_remarks(comparison: Comparison) -> Iterator[str]:
-    """Say where the test goes beyond the training, where replays diverged, and what damping fed."""
-    scored = any(row.rms is not None for row in comparison.rows)
-    chosen = comparison.select().row if scored else None
-    tested: dict[str, tuple[float, float]] = {}
-    for row in comparison.rows:
-        if not tested and (run := row.trajectory) is not None:
-            tested = velocity_ranges(run.log.velocity, run.axes)
-            yield from range_exceedance_warnings(row.fit.training_range, tested)
-        name = f"{row.model} by {row.method}"
-        ranges = join_ranges(row.fit.training_range, tested)
-        if row.score.divergence_text:
-            feeds = energy_injection_warnings(row.fit.damping, ranges, "Its")
-            yield " ".join((f"{name} diverged in {row.score.divergence_text}.", *feeds))
-        elif row is chosen:
-            yield from energy_injection_warnings(row.fit.damping, ranges, f"{name}: its")
-
-
 def status_remarks(comparison: Comparison) -> Iterator[str]:
-    """Say every other outcome in its sentence, with the rows that have it."""
+    """Yield every outcome but success and divergence, with its rows."""
     for status in Status:
         if status in (Status.OK, Status.DIVERGED):
             continue
@@ -150,11 +123,11 @@ def status_remarks(comparison: Comparison) -> Iterator[str]:
 
 
 def describe_rows(comparison: Comparison, rows: list[Row]) -> str:
-    """Return models by method; all models of a method in two words."""
-    all_of, of = (Counter(row.method for row in each) for each in (comparison.rows, rows))
-    words = []
-    for method, count in of.items():
-        every = count > 1 and count == all_of[method]
+    """Return models by method; "every model" where a method has no other row."""
+    total, matching = (Counter(row.method for row in group) for group in (comparison.rows, rows))
+    texts = []
+    for method, count in matching.items():
         models = ", ".join(row.model for row in rows if row.method == method)
-        words.append(f"{method}: {'every model' if every else models}")
-    return f"[{'; '.join(words)}]"
+        is_every = count > 1 and count == total[method]
+        texts.append(f"{method}: {'every model' if is_every else models}")
+    return f"[{'; '.join(texts)}]"

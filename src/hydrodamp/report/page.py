@@ -1,4 +1,4 @@
-"""The report of a comparison: one HTML file with its styles, scripts and data in it."""
+"""HTML pages, one self-contained file each; among them the report of a comparison."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import base64
 import hashlib
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -19,23 +19,23 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.report.comparison_tables import score_table
 from hydrodamp.report.documents import provenance_of
-from hydrodamp.report.examine import said_of_band
 from hydrodamp.report.figures.axes import Bins, clock, shown_velocities, velocity_unit
 from hydrodamp.report.figures.style import colour_of, line_styles
-from hydrodamp.report.files import Findings, chosen_row, read_comparison, read_findings
+from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.narrative import remarks, verdict
+from hydrodamp.report.pictures import band_caption
 from hydrodamp.report.table import Table
 from hydrodamp.results import save_result
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.diagnostics import find_selected_row
 from hydrodamp.validation.selection import rms_or_infinity
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-#: What is missing where there is no report.
-MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
+NEEDS_JINJA = 'HTML reports need the package jinja2: pip install "hydrodamp[report]"'
 
 MAX_REPLAYS = 32  # replays drawn; those with the lowest errors where there are more
 _VALUES, _FINEST = 750_000, 20_000  # of all series together (2 MB as text), and points of one
@@ -46,14 +46,14 @@ _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
 
 def installed() -> bool:
-    """Tell whether what a report needs is installed."""
+    """Return whether the packages of a report are installed."""
     return find_spec("jinja2") is not None
 
 
 def write_report(
     results: Comparison | str | os.PathLike[str],
     path: str | os.PathLike[str],
-    findings: Findings | None = None,
+    content: ReportContent | None = None,
 ) -> Path:
     """Write one HTML file that shows a comparison, without any network.
 
@@ -63,7 +63,7 @@ def write_report(
         A comparison, or the folder it was written to. Nothing is fitted again.
     path : str or path
         The file; written whole or not at all.
-    findings : Findings, optional
+    content : ReportContent, optional
         Grades, band and pictures of the chosen row; by default those in the folder, if any.
 
     Returns
@@ -79,26 +79,32 @@ def write_report(
         If jinja2 is not installed.
     """
     comparison = results if isinstance(results, Comparison) else read_comparison(results)
-    if findings is None and not isinstance(results, Comparison):
-        findings = read_findings(Path(results), comparison)
-    save_result(comparison_page(comparison, findings), Path(path))
+    if content is None and not isinstance(results, Comparison):
+        content = read_content(Path(results), comparison)
+    save_result(comparison_page(comparison, content), Path(path))
     return Path(path)
 
 
-def comparison_page(comparison: Comparison, findings: Findings | None = None) -> str:
+def comparison_page(comparison: Comparison, content: ReportContent | None = None) -> str:
     """Return the report of a comparison."""
-    return template("report.html.j2").render(_content(comparison, findings or Findings()))
+    return _template("report.html.j2").render(_variables(comparison, content or ReportContent()))
 
 
-def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
-    """Return what the page holds beside its words."""
-    chosen, grades, unit = chosen_row(comparison), findings.identifiability, comparison.rate_unit
+def _variables(comparison: Comparison, content: ReportContent) -> dict[str, object]:
+    """Return the variables of the template."""
+    chosen, grades, unit = (
+        find_selected_row(comparison),
+        content.identifiability,
+        comparison.rate_unit,
+    )
     by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
-    drawn = series(comparison, order, findings.band)
+    drawn = series(comparison, order, content.band)
     warnings = comparison.provenance.get("warnings", "").splitlines()
+    segments = comparison.provenance.get("test_segments")
     return {
         "comparison": comparison,
+        "subtitle": f"Replayed on {segments}" if segments else "",
         "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
         "methods": {
             method: (f"m{index}", colour_of(method))
@@ -119,8 +125,8 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
             for row in order
             if row.fit.status.usable
         ],
-        "pictures": findings.pictures,
-        "not_shown": findings.not_shown,
+        "pictures": content.pictures,
+        "not_shown": content.not_shown,
         "origin": _origin(comparison),
         "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]],
         "styles": text_of("report.css"),
@@ -129,10 +135,31 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     }
 
 
-def template(name: str) -> Template:
-    """Return a template of a page."""
+def render_page(
+    title: str,
+    subtitle: str,
+    notes: Iterable[str],
+    tables: Iterable[Table],
+    figures: Iterable[tuple[str, bytes]] = (),
+    facts: Mapping[str, str] | None = None,
+    facts_title: str = "Provenance",
+) -> str:
+    """Return a page of a verdict, tables, captioned SVG figures and a list of facts."""
+    return _template("page.html.j2").render(
+        title=title,
+        subtitle=subtitle,
+        notes=notes,
+        tables=tables,
+        figures=figures,
+        facts=facts or {},
+        facts_title=facts_title,
+        styles=text_of("report.css"),
+    )
+
+
+def _template(name: str) -> Template:
     if not installed():
-        raise MethodError(MISSING)
+        raise MethodError(NEEDS_JINJA)
     return _environment().get_template(name)
 
 
@@ -184,7 +211,7 @@ def series(
     runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
     if not runs:
         return None
-    drawn, log, chosen = runs[:MAX_REPLAYS], runs[0][1].log, chosen_row(comparison)
+    drawn, log, chosen = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
     names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
     n_series = len(names) * (1 + len(drawn) + 2 * (band is not None))
     bins, time = Bins.over(log.bounds, min(_VALUES // n_series, _FINEST)), clock(log)
@@ -200,7 +227,7 @@ def series(
             "method": chosen.method,
             "colour": colour_of(chosen.method),
         }
-        caption = said_of_band(chosen)
+        caption = band_caption(chosen)
         edges = [packed(band.lower), packed(band.upper)]
     document = {
         "velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names],
@@ -224,7 +251,7 @@ def series(
     }
     return {
         "document": document,
-        "said_of_band": caption,
+        "band_caption": caption,
         "left_out": len(runs) - len(drawn),
         "is_thinned": not bins.is_exact,
     }

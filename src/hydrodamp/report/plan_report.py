@@ -22,7 +22,7 @@ from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.figures.plan import orders_figure, prediction_figure, track_figure
 from hydrodamp.report.figures.style import figure_bytes
-from hydrodamp.report.page import installed, template, text_of
+from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import register_results, remove_results, save_result, save_results
 
@@ -159,18 +159,17 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
 
 def page(plan: DivePlan, pictures: dict[str, bytes]) -> str:
     """Return the page of a plan."""
-    content = {
-        "title": f"The next dive of {plan.vehicle.name}",
-        "under": f"By {plan.mode}: what to sail, and what it will determine",
-        "text": str(plan),
-        "grids": [prediction_table(plan), segment_table(plan)],
-        "pictures": [(_FIGURES[name][1], picture) for name, picture in pictures.items()],
-        "facts_title": "Envelope",
-        "facts": {
-            key.replace("_", " "): str(value)
-            for key, value in plan.envelope.model_dump(mode="json").items()
-            if value not in (None, {})
-        },
-        "styles": text_of("report.css"),
+    facts = {
+        key.replace("_", " "): str(value)
+        for key, value in plan.envelope.model_dump(mode="json").items()
+        if value not in (None, {})
     }
-    return template("sheet.html.j2").render(content)
+    return render_page(
+        f"The next dive of {plan.vehicle.name}",
+        f"Executed by {plan.mode}",
+        [str(plan)],
+        [prediction_table(plan), segment_table(plan)],
+        [(_FIGURES[name][1], picture) for name, picture in pictures.items()],
+        facts,
+        "Envelope",
+    )

@@ -77,5 +77,5 @@ def check_gains(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Qu
             f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the "
             "damping takes up the difference",
             remedy="check its units and signs and the thrust of the actuators, or let the gains be "
-            "identified too with `--free-gains`",
+            "identified too with `--estimate-actuator-gains`",
         )

@@ -10,8 +10,8 @@ import hydrodamp as hd
 
 pytest.importorskip("matplotlib", reason="pictures need the extra hydrodamp[report]")
 
-from hydrodamp.report.examine import examine
-from hydrodamp.report.files import Findings
+from hydrodamp.report.files import ReportContent
+from hydrodamp.report.pictures import illustrate
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Examined:
     vehicle: hd.Vehicle
     train: hd.Log
     table: hd.Comparison
-    findings: Findings
+    findings: ReportContent
 
 
 @pytest.fixture(scope="session")
 def examined(sailed):
     """Three models by two methods on runs of 20 s."""
-    findings = examine(sailed.table, sailed.vehicle, sailed.train)
+    findings = illustrate(sailed.table, sailed.vehicle, sailed.train)
     return Examined(sailed.vehicle, sailed.train, sailed.table, findings)

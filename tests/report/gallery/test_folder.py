@@ -1,4 +1,4 @@
-"""Findings and the report they make: written, read, made again."""
+"""ReportContent and the report they make: written, read, made again."""
 
 import json
 from dataclasses import replace
@@ -8,10 +8,10 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report.files import (
-    Findings,
+    ReportContent,
     is_result,
-    read_findings,
-    write_findings,
+    read_content,
+    write_content,
     write_pictures,
 )
 from hydrodamp.report.narrative import verdict
@@ -22,13 +22,13 @@ from hydrodamp.results import MANIFEST, save_result
 def home(examined, tmp_path):
     """A folder of results with findings."""
     hd.write_comparison(examined.table, tmp_path)
-    write_findings(examined.findings, tmp_path)
+    write_content(examined.findings, tmp_path)
     return tmp_path
 
 
 def test_findings_read_back_as_they_were(examined, home):
     table, before = hd.read_comparison(home), examined.findings
-    found = read_findings(home, table)
+    found = read_content(home, table)
     assert found.pictures == before.pictures
     assert found.identifiability == before.identifiability
     np.testing.assert_array_equal(found.band.lower, before.band.lower)
@@ -54,8 +54,8 @@ def test_a_condition_without_bound_reads_back(examined, home):
     first, *others = found.axes
     first = replace(first, condition=float("inf"))
     endless = replace(found, axes=(first, *others))
-    write_findings(Findings(endless), home)
-    assert read_findings(home, hd.read_comparison(home)).identifiability == endless
+    write_content(ReportContent(endless), home)
+    assert read_content(home, hd.read_comparison(home)).identifiability == endless
 
 
 @pytest.mark.parametrize(
@@ -71,12 +71,12 @@ def test_spoilt_files_are_refused(home, path, old, new, words):
     assert old in text
     (home / path).write_text(text.replace(old, new), "utf-8")
     with pytest.raises(hd.FileError, match=words):
-        read_findings(home, hd.read_comparison(home))
+        read_content(home, hd.read_comparison(home))
 
 
 def test_a_picture_that_was_deleted_is_left_out_with_a_sentence(home):
     (home / "figures" / "excitation.svg").unlink()
-    found = read_findings(home, hd.read_comparison(home))
+    found = read_content(home, hd.read_comparison(home))
     assert "excitation" not in [one.name for one in found.pictures]
     assert found.not_shown == ("excitation.svg is not there any more.",)
 
@@ -85,7 +85,7 @@ def test_a_picture_that_was_deleted_is_left_out_with_a_sentence(home):
 def test_a_damaged_band_is_refused(home, content):
     (home / "band.npz").write_bytes(content)
     with pytest.raises(hd.FileError, match=r"band\.npz: cannot be read"):
-        read_findings(home, hd.read_comparison(home))
+        read_content(home, hd.read_comparison(home))
 
 
 def test_pictures_stand_alone_beside_a_damping_file(examined, tmp_path):
@@ -95,4 +95,4 @@ def test_pictures_stand_alone_beside_a_damping_file(examined, tmp_path):
     assert {*listed} == {f"{home.name}/{path.name}" for path in home.iterdir()}
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(hd.FileError, match="cannot be"):
-        write_pictures(Findings(), tmp_path / "file", tmp_path)
+        write_pictures(ReportContent(), tmp_path / "file", tmp_path)

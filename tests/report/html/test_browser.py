@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from hydrodamp.data.log import Segment
-from hydrodamp.report.files import Findings
+from hydrodamp.report.files import ReportContent
 from hydrodamp.report.page import write_report
 
 from .conftest import make_band, make_comparison, make_log
@@ -48,7 +48,7 @@ def report(browser, tmp_path):
     hostile = Segment(HOSTILE, first.start, first.stop)
     log = replace(log, segments=(hostile, second), source=f"{HOSTILE}.csv")
     comparison = make_comparison(log, ("linear", "prestero", "fossen"), ("weak", "recommended"))
-    findings = Findings(band=make_band(comparison))
+    findings = ReportContent(band=make_band(comparison))
     path = write_report(comparison, tmp_path / "report.html", findings)
     assert path.stat().st_size < 5_000_000
     context = browser.new_context(viewport={"width": 1280, "height": 900}, color_scheme="light")

@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report import page as pages
-from hydrodamp.report.files import Findings
+from hydrodamp.report.files import ReportContent
 from hydrodamp.report.page import comparison_page
 
 from .conftest import make_band, make_comparison, make_log, take_apart
@@ -131,7 +131,7 @@ def test_rows_come_sorted_with_keys_to_sort_by(comparison):
 
 def test_lines_are_told_apart_by_samples_and_the_band_by_words():
     comparison = make_comparison(make_log(60.0, 10.0), ("linear", "fossen"), ("ls", "weak"))
-    found = take_apart(comparison_page(comparison, Findings(band=make_band(comparison))))
+    found = take_apart(comparison_page(comparison, ReportContent(band=make_band(comparison))))
     boxes = found.all("input", type="checkbox")
     assert [each.attributes.get("value") for each in boxes] == ["0", None, "1", "2", "3", "4"]
     labels = [each.text.strip() for each in found.all("label")]
@@ -142,7 +142,7 @@ def test_lines_are_told_apart_by_samples_and_the_band_by_words():
     ]
     band = found.one("input", id="band")
     told = found.one("p", id=band.attributes["aria-describedby"]).text
-    assert told.startswith("Shaded, of linear by ls:")
+    assert told.startswith("Shaded: 95 % band of linear by ls")
     plain = take_apart(made(comparison))
     assert not plain.all("input", id="band")
     assert not plain.all("p", id="band-words")

@@ -2,7 +2,7 @@
 
 import base64
 
-from hydrodamp.report.files import Findings, Picture
+from hydrodamp.report.files import Picture, ReportContent
 from hydrodamp.report.page import comparison_page
 
 from .conftest import take_apart
@@ -12,7 +12,7 @@ PLAIN = Picture("power", "Takes power.", 336, 240, SVG)
 
 
 def test_a_picture_is_an_image_with_words_and_a_size(comparison):
-    findings = Findings(pictures=(PLAIN,))
+    findings = ReportContent(pictures=(PLAIN,))
     found = take_apart(comparison_page(comparison, findings))
     image = found.one("img")
     assert image.attributes["alt"].startswith("Figure: Power.")

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report import examine as examining
-from hydrodamp.report.examine import examine
-from hydrodamp.report.files import chosen_row
+from hydrodamp.report import pictures as drawing
+from hydrodamp.report.pictures import illustrate, residual_caption
+from hydrodamp.validation import diagnostics
+from hydrodamp.validation.diagnostics import find_selected_row
 
 OF_LOGS = ["estimation-velocities", "estimation-actuation"]
 
@@ -17,7 +18,7 @@ OF_LOGS = ["estimation-velocities", "estimation-actuation"]
 @pytest.fixture
 def undrawn(monkeypatch):
     """Make figures, but spend no time on drawing them."""
-    monkeypatch.setattr(examining, "figure_bytes", lambda *_: b"<svg>")
+    monkeypatch.setattr(drawing, "figure_bytes", lambda *_: b"<svg>")
 
 
 def names(found):
@@ -48,22 +49,21 @@ def test_everything_is_drawn_with_its_words(examined):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(examined, monkeypatch):
+def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(examined):
     row = examined.table.row("fossen", "weak")
     problem = hd.prepare(examined.vehicle, examined.train, row.fit.model)
     wrong = {label: 50.0 * (label == "Y_v") for label in row.fit.model.labels}
     bad = replace(row.fit, damping=hd.Damping.from_dict(row.fit.model, wrong))
     for fit, driven in ((row.fit, False), (bad, True)):
-        found = examine(with_row(examined.table, row, fit=fit), examined.vehicle, examined.train)
+        found = illustrate(with_row(examined.table, row, fit=fit), examined.vehicle, examined.train)
         said = {one.name: one.caption for one in found.pictures}
         assert said["residuals"].startswith(hd.diagnose(problem, fit.damping)[0])
-        assert ("The damping drives the vehicle above zero" in said["power"]) == driven
+        assert ("injects energy" in said["power"]) == driven
         power, velocity = hd.max_damping_power(fit.damping, hd.operating_box(problem))
         assert (f"{power:.3g} W at most" in said["power"]) == driven
         assert (f"v {velocity[1]:.2g}" in said["power"]) == driven
-    monkeypatch.setattr(examining, "diagnose", lambda *_: ("Many residuals are spikes.",))
-    said = examining._said_of_residuals(problem, row.fit)
-    assert said.startswith("Residuals are white, as far as a test sees. Many residuals")
+    caption = residual_caption(("Many residuals are outliers.",))
+    assert "white" in caption.partition("Many residuals")[0]
 
 
 def test_the_band_is_that_of_the_covariance_with_its_degrees_of_freedom(examined):
@@ -74,18 +74,18 @@ def test_the_band_is_that_of_the_covariance_with_its_degrees_of_freedom(examined
     np.testing.assert_array_equal(band.upper, direct.upper)
     np.testing.assert_allclose(band.velocity, row.trajectory.velocity, atol=1e-9)
     (replays,) = (one for one in examined.findings.pictures if one.name == "replays")
-    assert f"Shaded, of {row.model} by {row.method}: where 95 % of the replays" in replays.caption
+    assert f"95 % band of {row.model} by {row.method}" in replays.caption
 
 
 def test_without_covariance_or_time_there_is_no_band(examined, monkeypatch):
     row = examined.table.row("fossen", "weak")
-    assert examining._band(examined.vehicle, row) is not None
+    assert diagnostics.replay_band(examined.vehicle, row) is not None
     bare = replace(row.fit, damping=replace(row.fit.damping, covariance=None))
     own = replace(row.trajectory, attitude="simulated")
     for changes in ({"fit": bare}, {"trajectory": own}, {"trajectory": None}):
-        assert examining._band(examined.vehicle, replace(row, **changes)) is None
-    monkeypatch.setattr(examining, "_WORK", 1.0)
-    assert examining._band(examined.vehicle, row) is None
+        assert diagnostics.replay_band(examined.vehicle, replace(row, **changes)) is None
+    monkeypatch.setattr(diagnostics, "MAX_BAND_WORK", 1.0)
+    assert diagnostics.replay_band(examined.vehicle, row) is None
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -93,16 +93,16 @@ def test_without_a_score_the_data_alone_are_drawn(examined):
     rows = examined.table.rows[:2]
     lost = tuple(replace(row, score=replace(row.score, rms=None)) for row in rows)
     table = replace(examined.table, rows=lost)
-    found = examine(table, examined.vehicle, examined.train)
+    found = illustrate(table, examined.vehicle, examined.train)
     assert found.identifiability is None
     assert names(found) == OF_LOGS
-    assert chosen_row(table) is None
-    assert chosen_row(replace(table, rows=lost[:1])) is lost[0]
+    assert find_selected_row(table) is None
+    assert find_selected_row(replace(table, rows=lost[:1])) is lost[0]
 
 
 def test_without_matplotlib_there_are_grades_alone(examined, monkeypatch):
-    monkeypatch.setattr(examining, "find_spec", lambda _: None)
-    found = examine(examined.table, examined.vehicle, examined.train)
+    monkeypatch.setattr(drawing, "find_spec", lambda _: None)
+    found = illustrate(examined.table, examined.vehicle, examined.train)
     assert found.pictures == ()
     assert 'pip install "hydrodamp[report]"' in found.not_shown[0]
     assert found.identifiability.grades == examined.findings.identifiability.grades
@@ -112,10 +112,10 @@ def test_without_matplotlib_there_are_grades_alone(examined, monkeypatch):
 def test_what_cannot_be_graded_or_drawn_says_why(examined):
     row = examined.table.row("linear", "ai")
     short = examined.train.between(0.0, 0.5)
-    found = examine(with_row(examined.table, row), examined.vehicle, short)
+    found = illustrate(with_row(examined.table, row), examined.vehicle, short)
     assert found.identifiability is None
     assert "estimation-velocities" in names(found)
     said = "\n".join(found.not_shown)
     assert "Correlation: 'linear' by 'ai' has no covariance" in said
     assert "use a method that gives one.\n" in said
-    assert "What the log determines is not known: " in said
+    assert "Coefficients are not graded: " in said

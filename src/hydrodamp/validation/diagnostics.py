@@ -1,0 +1,169 @@
+"""Diagnostics of the selected fit: identifiability, residual whiteness, passivity and prediction.
+
+Of the row that a comparison selects: grades of its coefficients, confidence band of its replay, RMS
+error by prediction horizon, tests of its residuals and the maximum damping power νᵀτ(ν).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+
+from hydrodamp.data.log import Log
+from hydrodamp.errors import HydrodampError
+from hydrodamp.identification.dissipativity import (
+    OperatingBox,
+    PowerMaximum,
+    max_damping_power,
+    operating_box,
+)
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.identifiability import Identifiability, grade_fit
+from hydrodamp.identification.operating_range import (
+    energy_injection_warnings,
+    join_ranges,
+    range_exceedance_warnings,
+    velocity_ranges,
+)
+from hydrodamp.identification.residuals import diagnose
+from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.replay import HorizonScore, horizon_scores
+from hydrodamp.validation.bands import PredictionBand, prediction_band
+from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.selection import rms_or_infinity
+from hydrodamp.vehicle.vehicle import Vehicle
+
+T = TypeVar("T")
+
+MAX_BAND_STEP = 0.05  # s; longest integration step of the replays of a prediction band
+MAX_BAND_WORK = 4e6  # steps times coefficients; about 1 s of work on one core
+MAX_METHODS = 4  # replays in one figure
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Diagnostics of one row; `failures` maps a diagnostic that is missing to the reason."""
+
+    row: Row | None = None
+    problem: Problem | None = None
+    rows: tuple[Row, ...] = ()  # the selected row, and the best row of each other method
+    identifiability: Identifiability | None = None
+    band: PredictionBand | None = None
+    horizons: Mapping[tuple[str, str], Sequence[HorizonScore]] = field(default_factory=dict)
+    residual_tests: tuple[str, ...] = ()
+    box: OperatingBox | None = None
+    power: PowerMaximum | None = None
+    failures: Mapping[str, str] = field(default_factory=dict)
+
+
+def find_selected_row(comparison: Comparison) -> Row | None:
+    """Return the row that diagnostics describe: the selected one, or the only usable one."""
+    if any(row.rms is not None for row in comparison.rows):
+        return comparison.select().row
+    is_single = len(comparison.rows) == 1 and comparison.rows[0].fit.status.usable
+    return comparison.rows[0] if is_single else None
+
+
+def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
+    """Compute all diagnostics of the selected row."""
+    row = find_selected_row(comparison)
+    if row is None:
+        return Findings()
+    fit, failures = row.fit, dict[str, str]()
+    problem = prepare(vehicle, train, fit.model)
+
+    def attempt(name: str, compute: Callable[[], T]) -> T | None:
+        try:
+            return compute()
+        except HydrodampError as error:
+            failures[name] = str(error)
+            return None
+
+    rows, run, box = best_by_method(comparison, row), row.trajectory, operating_box(problem)
+    has_terms = bool(row.n_coefficients)
+    return Findings(
+        row,
+        problem,
+        rows,
+        attempt("grades", lambda: grade_fit(problem, fit)) if has_terms else None,
+        replay_band(vehicle, row),
+        (attempt("horizons", lambda: _horizon_errors(comparison, vehicle, rows)) or {})
+        if run is not None
+        else {},
+        attempt("residuals", lambda: diagnose(problem, fit.damping)) or (),
+        box,
+        attempt("power", lambda: max_damping_power(fit.damping, box)),
+        failures,
+    )
+
+
+def best_by_method(comparison: Comparison, selected: Row) -> tuple[Row, ...]:
+    """Return a row, then the row with the lowest error of every other method."""
+    best = {selected.method: selected}
+    for row in sorted(comparison.rows, key=rms_or_infinity):
+        if row.rms is not None:
+            best.setdefault(row.method, row)
+    return tuple(best.values())[:MAX_METHODS]
+
+
+def _horizon_errors(
+    comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]
+) -> dict[tuple[str, str], tuple[HorizonScore, ...]]:
+    run = rows[0].trajectory
+    assert run is not None
+    unit = comparison.rate_unit
+    return {
+        (row.model, row.method): tuple(
+            horizon_scores(vehicle, row.fit.damping, run.log, attitude=run.attitude, rate_unit=unit)
+        )
+        for row in rows
+    }
+
+
+def replay_band(vehicle: Vehicle, row: Row) -> PredictionBand | None:
+    """Return the 95 % band of a replay; None without standard errors or if it takes too long."""
+    run, covariance = row.trajectory, row.fit.damping.covariance
+    if run is None or run.attitude != "measured" or covariance is None:
+        return None
+    work = max(run.log.n, run.log.duration / MAX_BAND_STEP) * len(covariance)
+    if not 0.0 < work <= MAX_BAND_WORK or not np.isfinite(covariance).all():
+        return None
+    uncertainty = row.fit.uncertainty
+    freedom = np.inf if uncertainty is None else uncertainty.degrees_of_freedom
+    problem = prepare(vehicle, run.log, row.fit.model)
+    with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
+        return prediction_band(problem, row.fit.damping, degrees_of_freedom=freedom)
+
+
+def replay_warnings(comparison: Comparison) -> Iterator[str]:
+    """Yield warnings of extrapolation, of divergence and of energy injection near the log."""
+    is_scored = any(row.rms is not None for row in comparison.rows)
+    selected = comparison.select().row if is_scored else None
+    tested: dict[str, tuple[float, float]] = {}
+    for row in comparison.rows:
+        if not tested and (run := row.trajectory) is not None:
+            tested = velocity_ranges(run.log.velocity, run.axes)
+            yield from range_exceedance_warnings(row.fit.training_range, tested)
+        name = f"{row.model} by {row.method}"
+        ranges = join_ranges(row.fit.training_range, tested)
+        if row.score.divergence_text:
+            warnings = energy_injection_warnings(row.fit.damping, ranges, "Its")
+            yield " ".join((f"{name} diverged in {row.score.divergence_text}.", *warnings))
+        elif row is selected:
+            yield from energy_injection_warnings(row.fit.damping, ranges, f"{name}: its")
+
+
+def correlated_pairs(fit: Fit, is_open: Sequence[bool], threshold: float) -> list[tuple[str, str]]:
+    """Return pairs of coefficients of one axis whose estimates are correlated, one of them open."""
+    covariance, labels = fit.damping.covariance, fit.model.labels
+    if covariance is None:
+        return []
+    axes = np.array([label[0] for label in labels])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        errors = np.sqrt(covariance.diagonal())
+        high = np.abs(covariance / np.outer(errors, errors)) >= threshold
+    high &= np.logical_or.outer(is_open, is_open) & (axes[:, None] == axes)
+    return [(labels[i], labels[j]) for i, j in np.argwhere(np.triu(high, 1)).tolist()]
