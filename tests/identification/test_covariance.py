@@ -74,7 +74,7 @@ def test_first_order_noise_has_the_variance_of_theory(a):
 def test_the_correlation_time_is_that_of_theory():
     """The integral of the autocorrelation a^|k| is (1 + a) / (1 - a) steps."""
     noise = first_order(2000, 0.9, seed=7, columns=60)
-    bins = Bins.of(*clock(1000, 1000, step=0.2), most=2048)
+    bins = Bins.of(*clock(1000, 1000, step=0.2), max_bins=2048)
     found = bins.correlation_time(bins.sums(noise))
     assert found == pytest.approx(0.2 * 1.9 / 0.1, rel=0.1)
 

@@ -1,7 +1,11 @@
-"""Covariance of linear estimates under coloured noise, from Gram matrices of stretches of time.
+"""HAR covariance: standard errors of linear estimates under autocorrelated residuals.
 
-Rows are made orthonormal by the triangle first, so that Gram matrices lose no digits that
-matter; they serve covariances only and are never solved from.
+The scores ``z = Φᵀε`` are summed over bins of time. Their long-run covariance is the sum of
+outer products over overlapping blocks weighted by a half sine, Σ_b (zᵀw_b)(zᵀw_b)ᵀ, with a block
+length from the integrated autocorrelation time (heteroskedasticity and autocorrelation robust;
+Lazarus et al. 2018). Instrumental variables, means of the regressors at a time lag, correct for
+noise in the regressors (errors-in-variables bias). Regressors are made orthonormal first, so Gram
+matrices keep their digits; they serve covariances only and are never solved from.
 """
 
 from __future__ import annotations
@@ -24,129 +28,129 @@ from hydrodamp.identification.regression_rows import Rows
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
 
-# Bins of time that a log is divided into, at most.
-_BINS = 256
+# Bins of time of a log.
+_MAX_BINS = 256
 
-# Lags are summed up to this many correlation times: A. Sokal, "Monte Carlo Methods in Statistical
-# Mechanics" (1997), doi:10.1007/978-1-4899-0319-8_6, section 3.
-_TIMES = 5.0
+# Autocorrelations are summed up to this many correlation times: A. Sokal, "Monte Carlo Methods in
+# Statistical Mechanics" (1997), doi:10.1007/978-1-4899-0319-8_6, section 3.
+_SUMMED_CORRELATION_TIMES = 5.0
 
-# Degrees of freedom wanted of T independent parts, over T^(2/3): E. Lazarus et al., "HAR
-# Inference" (2018), doi:10.1080/07350015.2018.1506926, section 1. Those of a half sine are the
-# duration over this roughness and the length of a block.
-_FREEDOM, _ROUGHNESS = 0.4, 0.5866
+# Degrees of freedom of T independent residuals, over T^(2/3): E. Lazarus et al., "HAR Inference"
+# (2018), doi:10.1080/07350015.2018.1506926, section 1. Those of a half sine are the duration over
+# this roughness and the length of a block.
+_FREEDOM_FACTOR, _HALF_SINE_ROUGHNESS = 0.4, 0.5866
 
-# Blocks that cover an instant, and as many where the loss of a fit is computed.
-_OVERLAP, _COARSE = 8, 4
+# Blocks that overlap at an instant, and as many for the leverage of the fit.
+_N_OVERLAPPING, _N_OVERLAPPING_COARSE = 8, 4
 
-# A direction of which the fit took more than the rest of this is taken to have lost so much.
-_LEAST_LEFT = 0.1
+# Least residual share 1 - leverage [1] of a direction.
+_MIN_RESIDUAL_SHARE = 0.1
 
-# A direction that lies outside others by less than this share is within them.
-_OUTSIDE = 1e-6
+# Sine [1] of the angle to a span from which a column adds a direction.
+_MIN_SINE = 1e-6
 
-# How far the instruments are [s]: longer than the noise of a sensor stays correlated, and no longer
-# than a vehicle takes to change its motion. So many rows are enough,
-# taken so many at a time.
-_LAG, _INSTRUMENTED, _CHUNK = 1.5, 16_384, 1024
+# Time lag of the instruments [s]: longer than the noise of a sensor is correlated, shorter than a
+# vehicle takes to change its motion. Rows used at most, and rows in memory at once.
+_INSTRUMENT_LAG, _MAX_INSTRUMENTED_ROWS, _CHUNK_ROWS = 1.5, 16_384, 1024
 
-# What the clock of the rows may be off [s].
-_CLOCK = 1e-6
+# Rounding of the clock of the rows [s].
+_CLOCK_TOLERANCE = 1e-6
 
-# Eigenvalues of moments below this share of the largest are rounding.
-_ROUNDING = 1e-10
+# Relative eigenvalue [1] of the moments below which a direction is rounding.
+_EIGENVALUE_TOLERANCE = 1e-10
 
-_NOISY_TERMS = f"noise in the terms themselves, by instruments {_LAG:g} s away"
+_REGRESSOR_NOISE = f"noise in the regressors, by instruments {_INSTRUMENT_LAG:g} s away"
 
 
 @dataclass(frozen=True, eq=False)
 class Bins:
-    """Bins of nearly equal time, none across a join: first rows, and how many a segment has."""
+    """Bins of nearly equal time, none across segments: first rows, and the count per segment."""
 
     starts: IntArray
     counts: IntArray
     duration: float
 
     @classmethod
-    def of(cls, segment: IntArray, time: FloatArray, most: int = _BINS) -> Bins:
+    def of(cls, segment: IntArray, time: FloatArray, max_bins: int = _MAX_BINS) -> Bins:
         """Divide rows into bins."""
         first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
         ends = np.append(first[1:], len(time))
         spans = time[ends - 1] - time[first]
         spans = spans + (spans.sum() / max(len(time) - len(first), 1) or 1.0)
-        width = spans.sum() / min(len(time), most)
-        parts = []
+        width = spans.sum() / min(len(time), max_bins)
+        starts = []
         for start, end, span in zip(first.tolist(), ends.tolist(), spans.tolist(), strict=True):
             n = max(round(span / width), 1)
             edges = time[start] + span * (np.arange(n) - 1e-6) / n
-            first_rows = start + np.searchsorted(time[start:end], edges)
-            parts.append(np.unique(np.minimum(first_rows, end - 1)))  # the clock may be uneven
-        counts = np.array([len(part) for part in parts])
-        return cls(np.concatenate(parts), counts, float(spans.sum()))
+            rows = start + np.searchsorted(time[start:end], edges)
+            starts.append(np.unique(np.minimum(rows, end - 1)))  # the clock may be irregular
+        counts = np.array([len(rows) for rows in starts])
+        return cls(np.concatenate(starts), counts, float(spans.sum()))
 
     @property
     def n(self) -> int:
-        """How many bins there are."""
+        """Number of bins."""
         return len(self.starts)
 
     def merge(self, size: int) -> Bins:
-        """Return bins of so many bins."""
+        """Return bins of ``size`` bins each."""
         counts = -(-self.counts // size)
         starts = np.concatenate([[0], np.cumsum(self.sizes(size))[:-1]])
         return Bins(starts, counts, self.duration)
 
     def sizes(self, size: int) -> IntArray:
-        """Return how many bins are merged into each of so many; fewer at a segment's end."""
+        """Return how many bins each merged bin has; fewer at the end of a segment."""
         sizes = [np.minimum(count - np.arange(0, count, size), size) for count in self.counts]
         return np.concatenate(sizes)
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Return the sum of values over each bin."""
-        found: FloatArray = np.add.reduceat(values, self.starts, axis=0)
-        return found
+        sums: FloatArray = np.add.reduceat(values, self.starts, axis=0)
+        return sums
 
     def correlation_time(self, sums: FloatArray) -> float:
-        """Return the time over which sums of bins are correlated: integrated autocorrelation."""
+        """Return the integrated autocorrelation time [s] of sums over bins."""
         width = self.duration / self.n
         size = next_fast_len(2 * int(self.counts.max()), real=True)
         covariance = np.zeros((size, sums.shape[1]))
-        for part in np.split(sums, np.cumsum(self.counts)[:-1]):
-            covariance += irfft(np.abs(rfft(part, size, axis=0)) ** 2, size, axis=0)
+        for segment in np.split(sums, np.cumsum(self.counts)[:-1]):
+            covariance += irfft(np.abs(rfft(segment, size, axis=0)) ** 2, size, axis=0)
         covariance = covariance[: size // 4 + 1]
-        kept = covariance[0] > 0.0
-        if not kept.any():
+        nonzero = covariance[0] > 0.0
+        if not nonzero.any():
             return width
-        correlation = np.mean(covariance[:, kept] / covariance[0, kept], axis=1)
+        correlation = np.mean(covariance[:, nonzero] / covariance[0, nonzero], axis=1)
         times = 1.0 + 2.0 * np.cumsum(correlation[1:])
-        enough = np.flatnonzero(np.arange(1, len(times) + 1) >= _TIMES * times)
-        last = times[enough[0]] if len(enough) else times.max(initial=1.0)
-        return width * max(float(last), 1.0)
+        lags = np.arange(1, len(times) + 1)
+        enough = np.flatnonzero(lags >= _SUMMED_CORRELATION_TIMES * times)
+        steps = times[enough[0]] if len(enough) else times.max(initial=1.0)
+        return width * max(float(steps), 1.0)
 
     def block_stride(self, sums: FloatArray) -> int:
-        """Return how many bins apart blocks should start."""
-        parts = self.duration / self.correlation_time(sums)
-        freedom: float = max(_FREEDOM * parts ** (2.0 / 3.0), 1.0)
-        return max(round(self.n / (freedom * _ROUGHNESS * _OVERLAP)), 1)
+        """Return the number of bins from the start of one block to the next."""
+        n_independent = self.duration / self.correlation_time(sums)
+        freedom: float = max(_FREEDOM_FACTOR * n_independent ** (2.0 / 3.0), 1.0)
+        return max(round(self.n / (freedom * _HALF_SINE_ROUGHNESS * _N_OVERLAPPING)), 1)
 
-    def taper_weights(self, overlap: int = _OVERLAP) -> FloatArray:
-        """Return blocks of so many bins that fade as half sines, one a row, none across a join."""
-        taper = np.sin(np.pi * (np.arange(overlap) + 0.5) / overlap)
+    def taper_weights(self, length: int = _N_OVERLAPPING) -> FloatArray:
+        """Return half-sine weights of overlapping blocks of some bins, (n_blocks, n)."""
+        taper = np.sin(np.pi * (np.arange(length) + 0.5) / length)
         taper /= np.linalg.norm(taper)
         blocks = []
         for count in self.counts.tolist():
-            place = np.arange(count + overlap - 1)[:, None] - np.arange(count)
-            inside = (place >= 0) & (place < overlap)
-            blocks.append(np.where(inside, taper[np.clip(place, 0, overlap - 1)], 0.0))
-        made: FloatArray = block_diag(*blocks)
-        return made
+            index = np.arange(count + length - 1)[:, None] - np.arange(count)
+            inside = (index >= 0) & (index < length)
+            blocks.append(np.where(inside, taper[np.clip(index, 0, length - 1)], 0.0))
+        weights: FloatArray = block_diag(*blocks)
+        return weights
 
 
-def long_run_covariance(bins: Bins, sums: FloatArray, hop: int | None = None) -> Uncertainty:
+def long_run_covariance(bins: Bins, sums: FloatArray, stride: int | None = None) -> Uncertainty:
     """Return the covariance of the sum of correlated scores from their sums over bins."""
-    coarse = bins.merge(hop or bins.block_stride(sums))
-    tapers = coarse.taper_weights()
-    blocks, overlaps = tapers @ coarse.sums(sums), tapers @ tapers.T
-    length = bins.duration / coarse.n * _OVERLAP
+    coarse = bins.merge(stride or bins.block_stride(sums))
+    weights = coarse.taper_weights()
+    blocks, overlaps = weights @ coarse.sums(sums), weights @ weights.T
+    length = bins.duration / coarse.n * _N_OVERLAPPING
     return Uncertainty(
         covariance=blocks.T @ blocks,
         degrees_of_freedom=float(np.trace(overlaps) ** 2 / np.sum(overlaps**2)),
@@ -158,22 +162,22 @@ def long_run_covariance(bins: Bins, sums: FloatArray, hop: int | None = None) ->
 
 @cache
 def reference_model(axes: tuple[str, ...]) -> DampingModel:
-    """Return Gertler and Hagen's terms without (eta-1): what they leave over too is noise."""
-    full = catalog["gertler-hagen"].restricted_to(axes)
-    rows = tuple(tuple(t for t in terms if not t.needs_propulsion) for terms in full.terms)
-    return replace(full, terms=rows)
+    """Return Gertler and Hagen's model without (eta-1), whose residuals count as noise."""
+    model = catalog["gertler-hagen"].restricted_to(axes)
+    rows = tuple(tuple(t for t in terms if not t.needs_propulsion) for terms in model.terms)
+    return replace(model, terms=rows)
 
 
-# Directions of each axis, orthonormal in the coordinates of all columns.
-Fits = list[FloatArray]
+# Arrays of each axis: orthonormal directions in the coordinates of all columns, or scores.
+AxisArrays = list[FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
 class HarCovariance:
-    """What some rows tell of coloured noise: orthonormal columns, their Gram matrix in each bin.
+    """Gram matrices of orthonormal columns in bins of time, for covariances of linear estimates.
 
-    ``gram`` (bins, rank, rank) and ``cross`` (bins, rank, 6) are with themselves and the target;
-    ``moments`` are those of instruments, columns and target side by side.
+    ``gram`` (bins, rank, rank) and ``cross`` (bins, rank, 6) are of the columns with themselves
+    and with the target; ``moments`` are of [instruments, columns, target].
     """
 
     triangle: Triangle
@@ -183,11 +187,11 @@ class HarCovariance:
     cross: FloatArray
     moments: FloatArray
     n_instrumented: int
-    _tapered: dict[int, FloatArray] = field(default_factory=dict)
+    _tapered_grams: dict[int, FloatArray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, rows: Rows, triangle: Triangle) -> HarCovariance:
-        """Go through rows once, after they were folded into a triangle."""
+        """Accumulate the Gram matrices of rows whose R factor is ``triangle``."""
         columns = range(len(rows.basis))
         span = column_span(triangle.r[:, : len(columns)], columns)
         unit = rows.design @ span.coefficients
@@ -195,141 +199,151 @@ class HarCovariance:
         gram = np.empty((bins.n, span.rank, span.rank))
         cross = np.empty((bins.n, span.rank, 6))
         edges = np.append(bins.starts, rows.n).tolist()
-        for place, (start, stop) in enumerate(pairwise(edges)):
-            part = unit[start:stop]
-            np.matmul(part.T, part, out=gram[place])
-            np.matmul(part.T, rows.target[start:stop], out=cross[place])
-        moments, n = _moments(rows, unit)
+        for index, (start, stop) in enumerate(pairwise(edges)):
+            bin_rows = unit[start:stop]
+            np.matmul(bin_rows.T, bin_rows, out=gram[index])
+            np.matmul(bin_rows.T, rows.target[start:stop], out=cross[index])
+        moments, n = _instrument_moments(rows, unit)
         return cls(triangle, span, bins, gram, cross, moments, n)
 
     def uncertainty(
         self, solved: Sequence[AxisSolution], rich: DampingModel, *, noisy_terms: bool = False
     ) -> Uncertainty | None:
-        """Return the covariance of a linear estimate, all axes together; None for too few rows.
+        """Return the joint covariance of a linear estimate of all axes; None for too few rows.
 
-        That of all the estimate leaves over, and of what richer terms leave over too: noise alone.
-        Noisy terms widen it by how far the estimate moves where only what instruments predict of
-        the terms counts.
+        ``covariance`` is from the residuals of the model, ``noise`` from those of the model
+        augmented by the terms of ``rich``. With ``noisy_terms``, both are inflated by the
+        difference between the instrumental-variables and the least-squares estimate.
         """
-        if not self.span.rank or not any(one.span.rank for one in solved):
+        if not self.span.rank or not any(solution.span.rank for solution in solved):
             raise MethodError(
-                "the log determines no coefficient: nothing that a term depends on changes, or"
+                "the log determines no coefficient: every regressor is zero or constant, or"
                 " `time` is not in seconds"
             )
-        axes = [axis for axis, one in enumerate(solved) if len(one.coefficients)]
+        axes = [axis for axis, solution in enumerate(solved) if len(solution.coefficients)]
         keys = [id(solved[axis].span) for axis in axes]  # axes with the same terms share work
         spans = {key: solved[axis].span for key, axis in zip(keys, axes, strict=True)}
-        found = {key: self.span.directions.T @ span.directions for key, span in spans.items()}
-        own = [found[key] for key in keys]
-        wide = [self._wider(one, rich.terms[axis]) for axis, one in zip(axes, own, strict=True)]
-        if self.triangle.n_samples <= max(one.shape[1] for one in wide):
+        basis_of = {key: self.span.directions.T @ span.directions for key, span in spans.items()}
+        bases = [basis_of[key] for key in keys]
+        augmented = [
+            self._augment(basis_of[k], rich.terms[axis]) for k, axis in zip(keys, axes, strict=True)
+        ]
+        if self.triangle.n_samples <= max(basis.shape[1] for basis in augmented):
             return None
-        scores = self._scores(axes, own, (own, wide))
-        hop = self.bins.block_stride(np.hstack(scores[0]))
-        made = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
-        shared = {key: self._blocks(one, hop) for key, one in found.items()}
-        blocks = [shared[key] for key in keys]
-        whole, noise = (
-            self._covariance(*each, made, blocks, hop)
-            for each in zip(scores, (own, wide), strict=True)
+        scores = self._scores(axes, bases, (bases, augmented))
+        stride = self.bins.block_stride(np.hstack(scores[0]))
+        transforms = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
+        tapered = {key: self._tapered_gram(basis, stride) for key, basis in basis_of.items()}
+        grams = [tapered[key] for key in keys]
+        total, noise = (
+            self._covariance(*fit, transforms, grams, stride)
+            for fit in zip(scores, (bases, augmented), strict=True)
         )
-        uncertainty = replace(whole, noise=noise.covariance)
+        uncertainty = replace(total, noise=noise.covariance)
         if not noisy_terms:
             return uncertainty
-        moves = {key: spans[key].coefficients @ self._two_stage(one) for key, one in found.items()}
+        two_stage = {key: self._two_stage(basis) for key, basis in basis_of.items()}
+        shifts = {key: span.coefficients @ two_stage[key] for key, span in spans.items()}
         target = self.moments[:-6, -6:]
-        parts = zip(keys, axes, strict=True)
-        shift = np.concatenate([moves[key] @ target[:, axis] for key, axis in parts])
-        return uncertainty.inflate(shift, _NOISY_TERMS)
+        shift = [shifts[key] @ target[:, axis] for key, axis in zip(keys, axes, strict=True)]
+        return uncertainty.inflate(np.concatenate(shift), _REGRESSOR_NOISE)
 
     @factorisation("design matrix")
-    def _wider(self, own: FloatArray, terms: Sequence[Term]) -> FloatArray:
-        """Return orthonormal directions of an estimate and of some terms together."""
+    def _augment(self, basis: FloatArray, terms: Sequence[Term]) -> FloatArray:
+        """Return an orthonormal basis of a basis and some terms."""
         columns = self.span.directions.T @ self.triangle.columns(terms)
         columns /= np.maximum(np.linalg.norm(columns, axis=0), np.finfo(np.float64).tiny)
-        rest = columns - own @ (own.T @ columns)
-        left, singular, _ = np.linalg.svd(rest, full_matrices=False)
-        return np.hstack([own, left[:, singular > _OUTSIDE]])
+        orthogonal = columns - basis @ (basis.T @ columns)
+        directions, singular, _ = np.linalg.svd(orthogonal, full_matrices=False)
+        return np.hstack([basis, directions[:, singular > _MIN_SINE]])
 
     def _scores(
-        self, axes: list[int], own: Fits, fitted: Sequence[Fits]
-    ) -> tuple[list[FloatArray], ...]:
-        """Return the scores of directions in each bin, residuals being those of some fits."""
+        self, axes: list[int], bases: AxisArrays, fitted: Sequence[AxisArrays]
+    ) -> tuple[AxisArrays, ...]:
+        """Return the scores of bases in each bin, with the residuals of each fitted basis."""
         target = self.span.directions.T @ self.triangle.r[:, -6:][:, axes]
-        amounts = [f @ (f.T @ t) for each in fitted for f, t in zip(each, target.T, strict=True)]
+        fits = [b @ (b.T @ t) for each in fitted for b, t in zip(each, target.T, strict=True)]
         shape = (self.bins.n, self.span.rank, len(fitted), len(axes))
         gram = self.gram.reshape(-1, self.span.rank)
-        left = self.cross[:, :, None, axes] - (gram @ np.column_stack(amounts)).reshape(shape)
+        scores = self.cross[:, :, None, axes] - (gram @ np.column_stack(fits)).reshape(shape)
         return tuple(
-            [left[:, :, number, place] @ one for place, one in enumerate(own)]
-            for number in range(len(fitted))
+            [scores[:, :, fit, index] @ basis for index, basis in enumerate(bases)]
+            for fit in range(len(fitted))
         )
 
-    def _blocks(self, own: FloatArray, hop: int) -> FloatArray:
-        """Return what directions share with all columns in each of some coarse blocks."""
-        if hop not in self._tapered:
-            size = hop * _OVERLAP // _COARSE
-            tapers = self.bins.merge(size).taper_weights(_COARSE)
-            every = np.repeat(tapers, self.bins.sizes(size), axis=1)
-            self._tapered[hop] = every @ self.gram.reshape(self.bins.n, -1)
-        tapered = self._tapered[hop].reshape(-1, self.span.rank, self.span.rank)
-        return (tapered @ own).transpose(2, 0, 1)
+    def _tapered_gram(self, basis: FloatArray, stride: int) -> FloatArray:
+        """Return the Gram matrix of a basis with all columns in each of some coarse blocks."""
+        if stride not in self._tapered_grams:
+            size = stride * _N_OVERLAPPING // _N_OVERLAPPING_COARSE
+            weights = self.bins.merge(size).taper_weights(_N_OVERLAPPING_COARSE)
+            weights = np.repeat(weights, self.bins.sizes(size), axis=1)
+            self._tapered_grams[stride] = weights @ self.gram.reshape(self.bins.n, -1)
+        tapered = self._tapered_grams[stride].reshape(-1, self.span.rank, self.span.rank)
+        return (tapered @ basis).transpose(2, 0, 1)
 
     @factorisation("covariance of the rows")
     def _covariance(
-        self, scores: Fits, fitted: Fits, made: Fits, blocks: Fits, hop: int
+        self,
+        scores: AxisArrays,
+        fitted: AxisArrays,
+        transforms: AxisArrays,
+        grams: AxisArrays,
+        stride: int,
     ) -> Uncertainty:
-        """Return that of coefficients; a fit takes some variance from its residuals' scores."""
+        """Return the covariance of coefficients, with scores corrected for the fit's leverage."""
         sums = []
-        for z, one, back, shares in zip(scores, fitted, made, blocks, strict=True):
-            taken = (shares @ one).reshape(len(shares), shares.shape[1] * one.shape[1])
-            lost, axes = np.linalg.eigh(taken @ taken.T)
-            left = np.sqrt(np.maximum(1.0 - lost, _LEAST_LEFT))
-            sums.append(z @ (back @ (axes / left) @ axes.T).T)
-        return long_run_covariance(self.bins, np.hstack(sums), hop)
+        for z, basis, transform, gram in zip(scores, fitted, transforms, grams, strict=True):
+            projection = (gram @ basis).reshape(len(gram), gram.shape[1] * basis.shape[1])
+            leverage, axes = np.linalg.eigh(projection @ projection.T)
+            scale = np.sqrt(np.maximum(1.0 - leverage, _MIN_RESIDUAL_SHARE))
+            sums.append(z @ (transform @ (axes / scale) @ axes.T).T)
+        return long_run_covariance(self.bins, np.hstack(sums), stride)
 
-    def _two_stage(self, own: FloatArray) -> FloatArray:
-        """Return what takes moments with a target to two-stage less ordinary least squares."""
-        rank, size = own.shape[1], self.span.rank
+    def _two_stage(self, basis: FloatArray) -> FloatArray:
+        """Return the map of moments to the two-stage minus the ordinary least-squares estimate."""
+        rank, size = basis.shape[1], self.span.rank
         if not 0 < 2 * rank < self.n_instrumented:
             return np.zeros((rank, 3 * size))
-        half = self.moments[:-6, :-6].reshape(-1, size) @ own
-        found = (own.T @ half.reshape(3, size, -1)).reshape(3 * rank, 3 * rank)
-        near, both = found[: 2 * rank, : 2 * rank], found[: 2 * rank, 2 * rank :]
-        predicting = both.T @ _inverse(near)
-        two_stage = _inverse(predicting @ both) @ predicting
-        difference = np.hstack([two_stage, -_inverse(found[2 * rank :, 2 * rank :])])
-        moves: FloatArray = (difference.reshape(rank, 3, rank) @ own.T).reshape(rank, -1)
-        return moves
+        projected = (self.moments[:-6, :-6].reshape(-1, size) @ basis).reshape(3, size, -1)
+        moments = (basis.T @ projected).reshape(3 * rank, 3 * rank)
+        instruments, cross = moments[: 2 * rank, : 2 * rank], moments[: 2 * rank, 2 * rank :]
+        first_stage = cross.T @ _inverse(instruments)
+        second_stage = _inverse(first_stage @ cross) @ first_stage
+        difference = np.hstack([second_stage, -_inverse(moments[2 * rank :, 2 * rank :])])
+        result: FloatArray = (difference.reshape(rank, 3, rank) @ basis.T).reshape(rank, -1)
+        return result
 
 
 def _inverse(moments: FloatArray) -> FloatArray:
-    return np.asarray(pinvh(moments, rtol=_ROUNDING), dtype=np.float64)
+    return np.asarray(pinvh(moments, rtol=_EIGENVALUE_TOLERANCE), dtype=np.float64)
 
 
-def _moments(rows: Rows, unit: FloatArray) -> tuple[FloatArray, int]:
-    """Return moments of (instruments, columns, target), and the rows that have instruments.
+def _instrument_moments(rows: Rows, unit: FloatArray) -> tuple[FloatArray, int]:
+    """Return the moments of [instruments, columns, target], and the number of rows used.
 
-    Instruments are means of the columns of the rows next beyond a lag before and after, and of
-    those beyond two.
+    The instruments of a row are the means of the columns one lag before and after it, and the
+    same of two lags.
     """
     rank = unit.shape[1]
     moments, n = np.zeros((3 * rank + 6, 3 * rank + 6)), 0
-    stride, reach = -(-rows.n // _INSTRUMENTED), 2.0 * _LAG - _CLOCK
+    stride = -(-rows.n // _MAX_INSTRUMENTED_ROWS)
+    margin = 2.0 * _INSTRUMENT_LAG - _CLOCK_TOLERANCE
     first = np.concatenate([[0], np.flatnonzero(np.diff(rows.segment)) + 1, [rows.n]]).tolist()
     for start, stop in pairwise(first):
-        time, part, target = (one[start:stop] for one in (rows.time, unit, rows.target))
-        inner = (time >= time[0] + reach) & (time <= time[-1] - reach)
-        chosen = np.flatnonzero(inner)[::stride]
-        for here in np.split(chosen, range(_CHUNK, len(chosen), _CHUNK)):
-            table = np.empty((len(here), len(moments)))
-            for place, lag in enumerate((_LAG, 2.0 * _LAG)):
-                before = np.searchsorted(time, time[here] - lag + _CLOCK, "right") - 1
-                after = np.searchsorted(time, time[here] + lag - _CLOCK)
-                near = table[:, place * rank : (place + 1) * rank]
-                np.add(part[before], part[after], out=near)
-                near *= 0.5
-            table[:, 2 * rank : -6], table[:, -6:] = part[here], target[here]
+        time, columns = rows.time[start:stop], unit[start:stop]
+        inner = (time >= time[0] + margin) & (time <= time[-1] - margin)
+        used = np.flatnonzero(inner)[::stride]
+        for chunk in np.split(used, range(_CHUNK_ROWS, len(used), _CHUNK_ROWS)):
+            table = np.empty((len(chunk), len(moments)))
+            for number, lag in enumerate((_INSTRUMENT_LAG, 2.0 * _INSTRUMENT_LAG)):
+                earliest = time[chunk] - lag + _CLOCK_TOLERANCE
+                before = np.searchsorted(time, earliest, "right") - 1
+                after = np.searchsorted(time, time[chunk] + lag - _CLOCK_TOLERANCE)
+                instrument = table[:, number * rank : (number + 1) * rank]
+                np.add(columns[before], columns[after], out=instrument)
+                instrument *= 0.5
+            table[:, 2 * rank : -6] = columns[chunk]
+            table[:, -6:] = rows.target[start:stop][chunk]
             moments += table.T @ table
-            n += len(here)
+            n += len(chunk)
     return moments, n
