@@ -183,7 +183,7 @@ def _of_fit(
 def _said_of_residuals(problem: Problem, fit: Fit) -> str:
     """Return whether residuals are coloured, and what to see in their picture."""
     said = diagnose(problem, fit.damping)
-    if not any("correlated in time" in one for one in said):
+    if not any("autocorrelated" in one for one in said):
         said = ("Residuals are white, as far as a test sees.", *said)
     seen = "White ones stay in the grey band; where they leave it, the model lacks something."
     return " ".join((*said, seen))
