@@ -58,9 +58,9 @@ def test_a_replay_beyond_the_training_is_told(folder, call):
     (folder / "wild.json").write_text(json.dumps(document), "utf-8")
     done = call("simulate b.csv --vehicle planar.yaml --damping wild.json", 1)
     told = done.stderr.splitlines()
-    assert told[0].startswith("Beyond the training data: r reaches ")
+    assert told[0].startswith("Extrapolation beyond the training data: r ")
     assert told[0].endswith(" in the test, 0.1 in training.")
-    assert "feeds energy into r beyond 0.1 rad/s" in told[1]
+    assert "injects energy into r beyond 0.1 rad/s" in told[1]
     assert "error: the replay diverged in segment 1 after" in told[-1]
 
 

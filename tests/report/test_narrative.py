@@ -51,13 +51,16 @@ def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(compar
     )
     rows = (replace(row, fit=fit) for row, fit in zip((chosen, lost, other), fits, strict=True))
     said = [*remarks(Comparison(tuple(rows)))]
-    assert "Beyond the training data: q reaches 28 rad/s in the test, 2 in training." in said
-    assert [sentence for sentence in said if "feeds" in sentence] == [
+    assert (
+        "Extrapolation beyond the training data: q reaches 28 rad/s in the test, 2 in training."
+        in said
+    )
+    assert [sentence for sentence in said if "injects" in sentence] == [
         "fossen by ls diverged in segment dive after 12.3 s, segment turn after 0.1 s. Its damping "
-        "feeds energy into q beyond 9 rad/s: a replay may run away there."
+        "injects energy into q beyond 9 rad/s: a replay may diverge there."
     ]
     alone = [*remarks(Comparison((replace(other, fit=fits[2]),)))]
-    assert alone[0].startswith("uncoupled by ls: its damping feeds energy into u ")
+    assert alone[0].startswith("uncoupled by ls: its damping injects energy into u ")
 
 
 @pytest.mark.parametrize(

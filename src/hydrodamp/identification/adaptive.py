@@ -1,4 +1,9 @@
-"""Section IV: the adaptive identifier, which needs no acceleration, and its gains."""
+"""Adaptive identifier (section IV of the paper): estimation without acceleration.
+
+The state estimate follows ``M Δν̇ = −a Δν + (K̂ − K) ξ(ν)`` with the velocity error Δν = ν̂ − ν, and
+the coefficients the gradient law ``dK̂_ij/dt = −γ_ij Δν_i ξ_j``. The error gains a scale with the
+signal-to-noise ratio of each velocity, the adaptation gains γ with the mean square of each term.
+"""
 
 from __future__ import annotations
 
@@ -27,15 +32,15 @@ from hydrodamp.simulation.status import Status
 class NoiseScaledGain:
     """Error gains ``a_i = share · SNR_i · M_ii``, SNR_i of the velocity on axis i.
 
-    Noise of a measured velocity stands in the error and in the terms alike, and
-    the bias that this correlation leaves in the coefficients is some ``a_i``
-    over SNR_i. A clean velocity is therefore followed fast, a noisy one slowly:
-    ``share`` bounds the bias, as a share of ``M_ii`` per second.
+    Noise of a measured velocity enters both the error and the terms. The bias of the
+    coefficients from this correlation is about ``a_i / SNR_i``. The gain is therefore large
+    for a clean velocity and small for a noisy one: ``share`` bounds the bias, relative to
+    ``M_ii``, per second.
 
     Parameters
     ----------
     share : float
-        Bandwidth over signal-to-noise ratio (of powers) [1/s].
+        Bandwidth over signal-to-noise ratio (of variances) [1/s].
 
     Raises
     ------
@@ -46,7 +51,7 @@ class NoiseScaledGain:
     share: float = 0.02
 
     def __post_init__(self) -> None:
-        """Refuse what the proof does not cover."""
+        """Check the gain."""
         axis_gains(self.share, "share")
 
 
@@ -54,15 +59,14 @@ class NoiseScaledGain:
 class TermScaledGain:
     """Adaptation gains ``γ_ij = a_i / (settling · n_i mean ξ_j²)``, n_i terms on axis i.
 
-    Every coefficient moves at a like pace, whatever its unit, the inertia of its
-    axis and the size of the model: a well excited one settles in some
-    ``settling`` seconds. The proof of the paper holds for any positive diagonal
-    gains.
+    All coefficients converge at a similar rate, independent of their units, the inertia of
+    their axis and the size of the model: a well excited one settles in about ``settling``
+    seconds. The proof of the paper holds for any positive diagonal gains.
 
     Parameters
     ----------
     settling : float
-        How long a coefficient takes [s].
+        Settling time of a coefficient [s].
 
     Raises
     ------
@@ -73,7 +77,7 @@ class TermScaledGain:
     settling: float = 100.0
 
     def __post_init__(self) -> None:
-        """Refuse what the proof does not cover."""
+        """Check the gain."""
         axis_gains(self.settling, "settling")
 
 
@@ -82,20 +86,20 @@ AxisGains = float | tuple[float, ...]
 
 
 def axis_gains(gain: AxisGains, name: str) -> FloatArray:
-    """Return six positive gains from one or six."""
+    """Return the positive gains of six axes from one gain or six."""
     gains = np.asarray(gain, dtype=np.float64)
     fits = gains.shape in ((), (6,)) and bool(np.all((gains > 0.0) & (gains < np.inf)))
     demand(fits, name, "one positive number or six, one an axis X Y Z K M N", gain)
     return np.broadcast_to(gains, (6,)).copy()
 
 
-#: Share of an axis's damping wrench that may still be missing from settled coefficients.
-SETTLED = 0.1
+#: Share [1] of the damping wrench of an axis that the residuals of a converged estimate contain.
+MAX_RESIDUAL_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class History:
-    """How the estimate came about, at every ``every``-th step.
+    """Estimates over time, at every ``every``-th step.
 
     Attributes
     ----------
@@ -116,7 +120,7 @@ class History:
 
 
 class Adaptation(NamedTuple):
-    """The identifier bound to a plant and a model: all that a step needs."""
+    """The identifier bound to a plant and a model: constants of a step."""
 
     columns: EquationTable
     model: DampingModel
@@ -124,12 +128,12 @@ class Adaptation(NamedTuple):
     gains: core.Gains
 
     def start(self) -> FloatArray:
-        """Return the table to start from."""
+        """Return the initial coefficients of equation 1."""
         return self.columns.with_unknown(self.entries, initial_coefficients(self.model))
 
 
 class State(NamedTuple):
-    """Where an adaptive identifier stands.
+    """State of an adaptive identifier.
 
     Attributes
     ----------
@@ -139,7 +143,7 @@ class State(NamedTuple):
         All coefficients of equation 1, in the paper K-hat, transposed; the last row is the
         velocity error.
     last : Sample
-        The sample it was made with.
+        The sample of the last step.
     """
 
     adaptation: Adaptation
@@ -159,24 +163,24 @@ class State(NamedTuple):
 
     @property
     def damping(self) -> Damping:
-        """The present estimate, with the vehicle it belongs to."""
+        """The present estimate, with a stamp of its vehicle."""
         bound = self.adaptation
         return Damping(
             bound.model, self.matrix[bound.entries], vehicle=vehicle_stamp(bound.columns.vehicle)
         )
 
     def restart(self, sample: Sample) -> State:
-        """Return the state at the first sample after a gap: no error, same coefficients.
+        """Return the state at the first sample after a gap: zero error, same coefficients.
 
         Parameters
         ----------
         sample : Sample
-            The first one after the gap.
+            First sample after the gap.
 
         Returns
         -------
         state : State
-            A new one.
+            With the coefficients of this state.
         """
         return State(self.adaptation, frozen(np.vstack([self.matrix, np.zeros(6)])), sample)
 
@@ -188,17 +192,17 @@ class AdaptiveIdentifier:
     Parameters
     ----------
     a : float, tuple of 6 floats or NoiseScaledGain
-        Error gain, one or one an axis X Y Z K M N; 20 in the paper, whose
+        Error gain, common or one for each axis X Y Z K M N; 20 in the paper, whose
         section V calls it alpha.
     gamma : float, tuple of 6 floats or TermScaledGain
-        Adaptation gain, one, one an axis or by term; 20 in the paper.
+        Adaptation gain, common, one for each axis, or scaled by term; 20 in the paper.
     passes : int
-        How often the log is gone through.
+        Number of passes over the log.
 
     Raises
     ------
     MethodError
-        If a gain is not positive or there is no pass.
+        If a gain is not positive or ``passes`` is less than one.
 
     Examples
     --------
@@ -213,7 +217,7 @@ class AdaptiveIdentifier:
     passes: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse gains the proof does not cover."""
+        """Check the gains."""
         if not isinstance(self.a, NoiseScaledGain):
             axis_gains(self.a, "a")
         if not isinstance(self.gamma, TermScaledGain):
@@ -248,16 +252,16 @@ class AdaptiveIdentifier:
         return Adaptation(columns, free, entries, gains)
 
     def init(self, source: Problem | EquationTable, model: DampingModel, sample: Sample) -> State:
-        """Start online at the first sample of a run.
+        """Return the state at the first sample.
 
         Parameters
         ----------
-        source : Problem or Columns
-            Equation 1 as one table; gains by noise or term need a problem.
+        source : Problem or EquationTable
+            Equation 1; scaled gains need a problem.
         model : DampingModel
-            Which terms.
+            Damping model to identify.
         sample : Sample
-            The first one; see :func:`hydrodamp.identification.online.observe`.
+            First sample; see :func:`hydrodamp.identification.online.observe`.
 
         Returns
         -------
@@ -268,20 +272,19 @@ class AdaptiveIdentifier:
         return State(bound, frozen(np.vstack([bound.start(), np.zeros(6)])), sample)
 
     def step(self, state: State, sample: Sample) -> State:
-        """Return the state one sample later; the given one stays as it is.
+        """Return the state one sample later.
 
         Parameters
         ----------
         state : State
-            From :meth:`init`, an earlier step, or ``state.restart(sample)``
-            after a gap.
+            From :meth:`init`, an earlier step, or ``state.restart(sample)`` after a gap.
         sample : Sample
-            The next one.
+            Next sample.
 
         Returns
         -------
         state : State
-            Made in a few microseconds by the compiled core.
+            The given state is unchanged.
 
         Raises
         ------
@@ -292,20 +295,20 @@ class AdaptiveIdentifier:
         return State(bound, core.adapt_step(bound.gains, table, last, sample), sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Go through the log and return the last estimate.
+        """Process the log and return the last estimate.
 
         Parameters
         ----------
         problem : Problem
             Prepared for (at least) the model's terms.
         model : DampingModel
-            Which terms.
+            Damping model to identify.
 
         Returns
         -------
         fit : Fit
-            ``NOT_CONVERGED`` where the terms still find more than a tenth of the damping wrench
-            of an axis in what the coefficients leave of the steps.
+            ``NOT_CONVERGED`` if the terms explain residuals of more than a tenth of the damping
+            wrench of an axis.
         """
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
@@ -314,21 +317,21 @@ class AdaptiveIdentifier:
         coefficients = matrix[bound.entries]
         if not np.all(np.isfinite(coefficients)):
             return empty_fit(problem, bound.model, self.key, Status.FAILED)
-        settled = np.all(_missing_share(problem, bound, matrix) <= SETTLED)
-        status = Status.CONVERGED if settled else Status.NOT_CONVERGED
+        converged = np.all(_residual_share(problem, bound, matrix) <= MAX_RESIDUAL_SHARE)
+        status = Status.CONVERGED if converged else Status.NOT_CONVERGED
         return make_fit(problem, bound.model, self, coefficients, status=status)
 
     def history(self, problem: Problem, model: DampingModel, every: int = 1) -> History:
-        """Go through the log and return how the estimate came about.
+        """Process the log and return the estimates over time.
 
         Parameters
         ----------
         problem : Problem
             Prepared for (at least) the model's terms.
         model : DampingModel
-            Which terms.
+            Damping model to identify.
         every : int
-            Keep one step in this many.
+            Interval of the stored steps.
 
         Returns
         -------
@@ -361,20 +364,20 @@ def scaled_identifier() -> AdaptiveIdentifier:
     return AdaptiveIdentifier(a=NoiseScaledGain(), gamma=TermScaledGain(), passes=30)
 
 
-def _missing_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> FloatArray:
-    """Return the share of each axis's damping wrench that the terms find in the step residuals."""
+def _residual_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> FloatArray:
+    """Return the part of the residuals that the terms explain, over the damping wrench, by axis."""
     unknown, share = matrix[problem.equations.n_known :], np.zeros(6)
 
-    def left() -> Iterator[FloatArray]:
+    def residual_rows() -> Iterator[FloatArray]:
         for start, stop in problem.segments.tolist():
             for first in range(start, stop - 1, BLOCK):
                 end = min(first + BLOCK, stop - 1) + 1
                 design, target = step_equations(problem, first, end, problem.inputs.velocity)
                 yield np.hstack([design, target - design @ unknown])
 
-    triangle = Triangle.of(problem.equations.basis, left())
+    triangle = Triangle.of(problem.equations.basis, residual_rows())
     for axis, terms in enumerate(bound.model.terms):
-        missing = np.linalg.norm(triangle.span(terms).directions.T @ triangle.target(axis))
+        explained = np.linalg.norm(triangle.span(terms).directions.T @ triangle.target(axis))
         size = np.linalg.norm(triangle.r[:, :-6] @ unknown[:, axis])
-        share[axis] = missing / size if size > 0.0 else missing > 0.0
+        share[axis] = explained / size if size > 0.0 else explained > 0.0
     return share

@@ -117,7 +117,7 @@ def squared_error(normal: FloatArray, subset: IntArray, coefficients: FloatArray
     return float(normal[-1, -1] + coefficients @ inner)
 
 
-def select_size(blocks: FloatArray, subsets: Sequence[IntArray]) -> tuple[int, str]:
+def select_size(blocks: FloatArray, subsets: Sequence[IntArray]) -> tuple[IntArray, str]:
     """Select the smallest subset by the one-standard-error rule on paired differences of blocks."""
     block_errors = cross_validated_errors(blocks, subsets)
     errors = block_errors.sum(axis=1)
@@ -125,9 +125,9 @@ def select_size(blocks: FloatArray, subsets: Sequence[IntArray]) -> tuple[int, s
     # Paired: the error of a block depends on its motion more than on the subset.
     difference = block_errors - block_errors[best]
     standard_error = difference.std(axis=1, ddof=1) * np.sqrt(len(blocks))
-    index = int(np.flatnonzero(errors - errors[best] <= standard_error)[-1])
-    return index, (
-        f"{len(subsets[index])} coefficients, the smallest of {len(subsets)} nested models whose "
+    subset = subsets[np.flatnonzero(errors - errors[best] <= standard_error)[-1]]
+    return subset, (
+        f"{len(subset)} coefficients, the smallest of {len(subsets)} nested models whose "
         "cross-validated error exceeds the lowest one "
         f"(that of {len(subsets[best])}) by no more than one standard error of the difference."
     )

@@ -1,4 +1,9 @@
-"""What measured velocities tell by themselves: their slopes, their noise, and the size of terms."""
+"""Acceleration, noise variance and smoothing of measured velocities.
+
+Numerical differentiation by finite differences or Savitzky-Golay filters; the white-noise variance
+from fourth differences, ``σ² = mad_std(Δ⁴ν)² / 70``; and local quadratics whose window minimises
+Stein's unbiased risk estimate.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +19,19 @@ from hydrodamp.data.record import unrecorded_columns
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.simulation.problem import Problem
 
-# From times (n,) and values (n, k) of one segment to slopes (n, k).
+# Times (n,) and values (n, k) of one segment -> derivatives (n, k).
 Slopes = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 class Derivative(ABC):
-    """A way to an acceleration: slopes of the velocities, segment by segment."""
+    """Numerical differentiation of the velocities, segment by segment."""
 
     @abstractmethod
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the slopes of the values of one segment."""
+        """Return the derivatives of the values of one segment."""
 
     def acceleration(self, problem: Problem) -> FloatArray:
-        """Return the slopes of the velocities.
+        """Return the derivatives of the velocities.
 
         Parameters
         ----------
@@ -36,28 +41,28 @@ class Derivative(ABC):
         Returns
         -------
         acceleration : ndarray, shape (n, 6)
-            Linear [m/s^2] and angular [rad/s^2], never across a join.
+            Linear [m/s^2] and angular [rad/s^2]; no segment boundary is crossed.
         """
         return _by_segment(problem, problem.inputs.velocity, self._slopes)
 
     def filter_held_inputs(self, problem: Problem) -> Problem:
-        """Return the problem with held inputs as these slopes see them."""
+        """Return the problem with sample-and-hold inputs filtered like the derivative."""
         inputs = problem.inputs
-        turning = problem.propulsion_known and problem.log.propulsion_ratio is None
-        held = np.hstack([inputs.channels, inputs.propulsion[:, : int(turning)]])
-        if not held.size:
+        n_propulsion = int(problem.propulsion_known and problem.log.propulsion_ratio is None)
+        values = np.hstack([inputs.channels, inputs.propulsion[:, :n_propulsion]])
+        if not values.size:
             return problem
-        # A velocity is the integral of what is held, so its slope sees the slope of that integral.
-        seen = _by_segment(problem, held, lambda t, rows: self._slopes(t, _integral(t, rows)))
+        # A velocity integrates its inputs: differentiate their integral by the same filter.
+        filtered = _by_segment(problem, values, lambda t, rows: self._slopes(t, _integral(t, rows)))
         propulsion = inputs.propulsion.copy()
-        propulsion[:, : int(turning)] = seen[:, inputs.n_channels :]
-        channels = seen[:, : inputs.n_channels]
+        propulsion[:, :n_propulsion] = filtered[:, inputs.n_channels :]
+        channels = filtered[:, : inputs.n_channels]
         return replace(problem, inputs=replace(inputs, channels=channels, propulsion=propulsion))
 
 
 @dataclass(frozen=True)
 class FiniteDifference(Derivative):
-    """Central differences of second order, as in the paper; one-sided at a segment's ends."""
+    """Central differences of second order, as in the paper; one-sided at the ends of a segment."""
 
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
         return np.gradient(values, time, axis=0, edge_order=2 if len(time) > 2 else 1)
@@ -65,10 +70,10 @@ class FiniteDifference(Derivative):
 
 @dataclass(frozen=True)
 class RecordedAcceleration(FiniteDifference):
-    """The acceleration columns ``du … dr`` of the log; differences where one is absent."""
+    """The acceleration columns ``du … dr`` of the log; finite differences for absent ones."""
 
     def acceleration(self, problem: Problem) -> FloatArray:
-        """Return what was recorded, and differences of the velocities for the rest.
+        """Return recorded accelerations, and differences of the velocities for absent ones.
 
         Parameters
         ----------
@@ -97,13 +102,13 @@ class RecordedAcceleration(FiniteDifference):
         return recorded if free.all() else np.where(free, recorded, 0.0)  # a long log is not copied
 
     def filter_held_inputs(self, problem: Problem) -> Problem:
-        """Return the problem itself, but for axes that are differenced as differences see it."""
+        """Filter the inputs of the axes without a recorded acceleration."""
         if not (absent := _unrecorded(problem)).any():
             return problem
-        seen, known = super().filter_held_inputs(problem), slice(problem.equations.n_known)
-        held = (problem.regressor() - seen.regressor())[:, known] @ problem.equations.known
-        wrench = problem.inputs.wrench + np.where(absent, 0.0, held)
-        return replace(seen, inputs=replace(seen.inputs, wrench=wrench))
+        filtered, known = super().filter_held_inputs(problem), slice(problem.equations.n_known)
+        change = (problem.regressor() - filtered.regressor())[:, known] @ problem.equations.known
+        wrench = problem.inputs.wrench + np.where(absent, 0.0, change)
+        return replace(filtered, inputs=replace(filtered.inputs, wrench=wrench))
 
 
 def _unrecorded(problem: Problem) -> BoolArray:
@@ -113,12 +118,12 @@ def _unrecorded(problem: Problem) -> BoolArray:
 
 @dataclass(frozen=True)
 class SavitzkyGolay(Derivative):
-    """The slope of a polynomial fitted to a window around each sample.
+    """The derivative of a polynomial fitted to a window around each sample.
 
     Parameters
     ----------
     window : float
-        Length of the window [s]; at least ``order + 2`` samples are taken.
+        Length of the window [s]; it has at least ``order + 2`` samples.
     order : int
         Degree of the polynomial.
 
@@ -132,21 +137,21 @@ class SavitzkyGolay(Derivative):
     order: int = 3
 
     def __post_init__(self) -> None:
-        """Refuse settings that make no filter."""
+        """Check the settings."""
         demand(self.window > 0.0, "window", "positive [s]", self.window)
         demand(1 <= self.order <= 5, "order", "1 to 5", self.order)
 
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
         order = min(self.order, len(time) - 1)
         half = max(round(self.window / float(np.median(np.diff(time))) / 2.0), order // 2 + 1)
-        whole = np.array([[0, len(time)]])
+        bounds, window = np.array([[0, len(time)]]), 2 * half + 1
         return fit_local_polynomials(
-            time, whole, differences_from_centre(values), 2 * half + 1, degree=order
+            time, bounds, differences_from_centre(values), window, degree=order
         ).slope
 
 
 def default_derivative(problem: Problem) -> Derivative:
-    """Return what key ``ls`` uses: the record where there is one, else differences."""
+    """Return the derivative of method ``ls``: recorded accelerations, else finite differences."""
     if problem.log.acceleration is not None:
         return RecordedAcceleration()
     return FiniteDifference()
@@ -159,30 +164,33 @@ def _by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatAr
     return result
 
 
-def _integral(time: FloatArray, held: FloatArray) -> FloatArray:
+def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
     steps = np.diff(time)[:, None]
-    return np.vstack([np.zeros((1, held.shape[1])), np.cumsum(held[:-1] * steps, axis=0)])
+    return np.vstack([np.zeros((1, values.shape[1])), np.cumsum(values[:-1] * steps, axis=0)])
 
 
-# Samples whose terms are held at once.
-_BLOCK = 4096
+# Samples whose regressors are in memory at once.
+_CHUNK_SAMPLES = 4096
 
 
 def median_step(problem: Problem) -> float:
-    """Return the median step between samples of one segment [s]; one second where there is none."""
-    steps = [np.diff(problem.inputs.time[start:stop]) for start, stop in problem.segments]
-    every = np.concatenate(steps)
-    return float(np.median(every)) if len(every) else 1.0
+    """Return the median sampling step [s] within segments; 1 s if no segment has two samples."""
+    time = problem.inputs.time
+    steps = np.concatenate([np.diff(time[start:stop]) for start, stop in problem.segments])
+    return float(np.median(steps)) if len(steps) else 1.0
 
 
 def signal_to_noise(problem: Problem) -> FloatArray:
-    """Return variance over white noise of each velocity, from its fourth differences.
+    """Return the variance of each velocity over that of its white noise, from fourth differences.
 
-    Their median counts, not their mean square: it takes no turn of a fin for noise.
+    A robust scale of the differences keeps fin movements out of the noise.
     """
     velocity = problem.inputs.velocity
-    left = [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
-    differences = np.concatenate([part for part in left if len(part)] or [np.zeros((1, 6))])
+    differences = np.concatenate(
+        [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
+    )
+    if not len(differences):
+        differences = np.zeros((1, 6))
     deviation = np.median(np.abs(differences), axis=0) / 0.6745  # of a normal distribution
     noise = deviation**2 / 70.0  # 70 = 1 + 16 + 36 + 16 + 1
     signal = velocity.var(axis=0)
@@ -198,44 +206,44 @@ def noise_variance(problem: Problem) -> FloatArray:
 
 
 def regressor_mean_square(problem: Problem) -> FloatArray:
-    """Return the mean square of every unknown column over a log."""
+    """Return the mean square of every regressor of an unknown coefficient."""
     total = np.zeros(len(problem.equations.basis))
-    for start in range(0, problem.n_samples, _BLOCK):
-        stop = min(start + _BLOCK, problem.n_samples)
+    for start in range(0, problem.n_samples, _CHUNK_SAMPLES):
+        stop = min(start + _CHUNK_SAMPLES, problem.n_samples)
         xi = problem.regressor(start, stop)[:, problem.equations.n_known :]
         total += np.einsum("nj,nj->j", xi, xi)
     return total / problem.n_samples
 
 
-#: Lengths of local quadratics offered to each velocity [samples].
+#: Windows of local quadratics that smooth velocities [samples].
 SMOOTHING_WINDOWS = (5, 7, 9, 11, 15, 21, 31)
 
 
 def smooth_velocity(
     problem: Problem, windows: Sequence[int] = SMOOTHING_WINDOWS
 ) -> tuple[FloatArray, tuple[int, ...], FloatArray]:
-    """Return velocities by local quadratics, each over the window of the least risk.
+    """Return smoothed velocities, the window of each [samples], and the risk of each.
 
-    The windows chosen [samples] come with them, one where a velocity is best as measured, and the
-    risks: Stein's estimate of the mean square error under white noise.
+    Local quadratics over the window of the least risk, Stein's unbiased estimate of the mean square
+    error under white noise. A window of 1 leaves a velocity as measured.
     """
     from scipy.ndimage import correlate1d  # takes long to import
 
     measured, noise = problem.inputs.velocity, noise_variance(problem)
-    best, velocity, chosen = noise.copy(), measured.copy(), np.ones(6, dtype=int)
+    least, velocity, selected = noise.copy(), measured.copy(), np.ones(6, dtype=int)
     for window in windows:
         half = window // 2
         span = np.linalg.qr(np.vander(np.arange(window) - half, 3))[0]
-        hat = span @ span.T  # what a quadratic makes of the samples of a window, each its row
-        own, trial = float(hat[half, half]), correlate1d(measured, hat[half], axis=0)
+        hat = span @ span.T  # hat matrix of a quadratic
+        leverage, trial = float(hat[half, half]), correlate1d(measured, hat[half], axis=0)
         for start, stop in problem.segments.tolist():
             if stop - start < window:
                 trial[start:stop] = measured[start:stop]
                 continue
             trial[start : start + half] = hat[:half] @ measured[start : start + window]
             trial[stop - half : stop] = hat[half + 1 :] @ measured[stop - window : stop]
-        risk = np.mean((trial - measured) ** 2, axis=0) + (2.0 * own - 1.0) * noise
-        better = risk < best
-        velocity[:, better], chosen[better] = trial[:, better], window
-        best = np.minimum(best, risk)
-    return velocity, tuple(chosen.tolist()), np.maximum(best, 0.0)
+        risk = np.mean((trial - measured) ** 2, axis=0) + (2.0 * leverage - 1.0) * noise
+        better = risk < least
+        velocity[:, better], selected[better] = trial[:, better], window
+        least = np.minimum(least, risk)
+    return velocity, tuple(selected.tolist()), np.maximum(least, 0.0)

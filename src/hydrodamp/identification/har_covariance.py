@@ -232,11 +232,11 @@ class HarCovariance:
             return None
         scores = self._scores(axes, bases, (bases, augmented))
         stride = self.bins.block_stride(np.hstack(scores[0]))
-        transforms = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
+        maps = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
         tapered = {key: self._tapered_gram(basis, stride) for key, basis in basis_of.items()}
         grams = [tapered[key] for key in keys]
         total, noise = (
-            self._covariance(*fit, transforms, grams, stride)
+            self._covariance(*fit, maps, grams, stride)
             for fit in zip(scores, (bases, augmented), strict=True)
         )
         uncertainty = replace(total, noise=noise.covariance)
@@ -286,17 +286,17 @@ class HarCovariance:
         self,
         scores: AxisArrays,
         fitted: AxisArrays,
-        transforms: AxisArrays,
+        maps: AxisArrays,
         grams: AxisArrays,
         stride: int,
     ) -> Uncertainty:
         """Return the covariance of coefficients, with scores corrected for the fit's leverage."""
         sums = []
-        for z, basis, transform, gram in zip(scores, fitted, transforms, grams, strict=True):
+        for z, basis, mapping, gram in zip(scores, fitted, maps, grams, strict=True):
             projection = (gram @ basis).reshape(len(gram), gram.shape[1] * basis.shape[1])
             leverage, axes = np.linalg.eigh(projection @ projection.T)
             scale = np.sqrt(np.maximum(1.0 - leverage, _MIN_RESIDUAL_SHARE))
-            sums.append(z @ (transform @ (axes / scale) @ axes.T).T)
+            sums.append(z @ (mapping @ (axes / scale) @ axes.T).T)
         return long_run_covariance(self.bins, np.hstack(sums), stride)
 
     def _two_stage(self, basis: FloatArray) -> FloatArray:

@@ -8,7 +8,6 @@ state correction δ is eliminated window by window (Schur complement).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -75,7 +74,6 @@ class LinearisedResiduals(NamedTuple):
     ``edges`` are the first rows of the windows and the end; ``simulated`` is their simulation.
     """
 
-    windows: Windows
     jacobian: FloatArray
     residuals: FloatArray
     edges: IntArray
@@ -151,7 +149,8 @@ class Windows:
         """Return the normal matrices of [A ε] of successive blocks, (n_blocks, p + 1, p + 1)."""
         p, n, first = len(coefficients), len(self.bounds), 0
         normals = np.zeros((n_blocks, p + 1, p + 1))
-        for linearised in self._linearised(coefficients, residual_std):
+        for windows in self.chunks:
+            linearised = windows._linearise_chunk(coefficients, residual_std)
             window_normals = self._window_normals(linearised)[0]
             block = (first + np.arange(len(window_normals))) * n_blocks // n
             np.add.at(normals, block, window_normals)
@@ -162,8 +161,9 @@ class Windows:
         """Return the normal equations of the coefficients at optimal initial states."""
         p, free = len(coefficients), self.free
         normal, square, correction = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
-        for linearised in self._linearised(coefficients, residual_std):
-            windows, jacobian, residuals, edges, simulated = linearised
+        for windows in self.chunks:
+            linearised = windows._linearise_chunk(coefficients, residual_std)
+            jacobian, residuals, edges, simulated = linearised
             window_normals, gain = self._window_normals(linearised)
             normal += window_normals.sum(axis=0)
             shift = gain[:, :, p]
@@ -178,7 +178,7 @@ class Windows:
 
     def _window_normals(self, linearised: LinearisedResiduals) -> tuple[FloatArray, FloatArray]:
         """Return the normal matrix of [A ε] of each window, and the gain of its initial state."""
-        _, jacobian, residuals, edges, _ = linearised
+        jacobian, residuals, edges, _ = linearised
         p = jacobian.shape[1] - 6
         rows = np.column_stack([jacobian[:, p + self.free], jacobian[:, :p], residuals])
         normals = [rows[start:stop].T @ rows[start:stop] for start, stop in pairwise(edges)]
@@ -188,16 +188,10 @@ class Windows:
         """Return the R factor of [A ε] with fixed initial states; it keeps more digits."""
         p = len(coefficients)
         factor: FloatArray = np.zeros((p + 1, p + 1))
-        for _, jacobian, residuals, *_ in self._linearised(coefficients, residual_std):
+        for windows in self.chunks:
+            jacobian, residuals, *_ = windows._linearise_chunk(coefficients, residual_std)
             factor = update_factor(factor, np.column_stack([jacobian[:, :p], residuals]))
         return factor
-
-    def _linearised(
-        self, coefficients: FloatArray, residual_std: FloatArray
-    ) -> Iterator[LinearisedResiduals]:
-        """Linearise the residuals chunk by chunk."""
-        for windows in self.chunks:
-            yield windows._linearise_chunk(coefficients, residual_std)
 
     def _linearise_chunk(
         self, coefficients: FloatArray, residual_std: FloatArray
@@ -235,7 +229,7 @@ class Windows:
             rows = slice(edges[window], edges[window + 1])
             residuals[rows] = jacobian[rows] = 0.0
         jacobian = jacobian.reshape(-1, p + 6)
-        return LinearisedResiduals(self, jacobian, residuals.ravel(), 6 * edges, simulated)
+        return LinearisedResiduals(jacobian, residuals.ravel(), 6 * edges, simulated)
 
 
 def split_windows(problem: Problem, length: float) -> IntArray:

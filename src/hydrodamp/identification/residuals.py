@@ -1,4 +1,4 @@
-"""What a regression leaves over: white or correlated in time, and how many outliers."""
+"""Residual analysis of a weak-form regression: autocorrelation and share of outliers."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from hydrodamp.identification.weak_form import WeakRegression, select_support
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 
-#: Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones.
+#: Robust standard deviations beyond which a residual is an outlier: 6 in 100 000 of normal ones.
 OUTLIER_THRESHOLD = 4.0
 
-#: Share of outliers worth a sentence: more than 100 times that of normal residuals.
+#: Share of outliers [1] that is reported: more than 100 times that of normal residuals.
 MAX_OUTLIER_SHARE = 0.01
 
-# Neighbours of white residuals are less correlated, but for 1 % of the series.
-_WHITE = 2.58
+# Quantile of |√n r₁| [1] for white residuals: two-sided test at the 1 % level.
+_WHITE_QUANTILE = 2.58
 
-# Lags of a drawn correlation at most, and the share of a segment that they reach to.
-_LAGS, _SHARE = 40, 4
+# Lags of an autocorrelation at most, and residuals of a segment for each lag.
+_MAX_LAGS, _RESIDUALS_PER_LAG = 40, 4
 
 
 def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
-    """Examine what a damping leaves of a log.
+    """Test the residuals of a damping for autocorrelation and outliers.
 
-    Residuals are those of the weak form under test functions that follow each other and
-    share no sample, so that no correlation is of their making.
+    Residuals are those of the weak form with adjacent test functions that share no sample, so the
+    test functions do not correlate them.
 
     Parameters
     ----------
     problem : Problem
         Vehicle and log, prepared for the terms of the damping.
     damping : Damping
-        Whose residuals to examine.
+        Damping whose residuals are tested.
 
     Returns
     -------
     remarks : tuple of str
-        What to know and to do, a sentence a kind of trouble: correlation, outliers.
+        One sentence for significant autocorrelation, one for outliers.
 
     Examples
     --------
@@ -52,31 +52,35 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     >>> from hydrodamp.simulation.problem import prepare
     >>> campaign = reenact(duration=60.0)
     >>> problem = prepare(campaign.vehicle, campaign.train, catalog["fossen"])
-    >>> print(diagnose(problem, Damping(catalog["fossen"], [-1.0] * 12))[0][:39])
-    Residuals are correlated in time on X (
+    >>> print(diagnose(problem, Damping(catalog["fossen"], [-1.0] * 12))[0][:35])
+    Residuals are autocorrelated on X (
     """
     free = damping.model.restricted_to(problem.vehicle.axes)
     rows, length = residual_rows(problem)
-    left, coloured, spiked = residuals(rows, Damping(free, damping.onto(free))), [], []
-    for axis, terms, values in zip(AXES, free.terms, left.T, strict=True):
-        near = float(autocorrelation(values, rows.segment, 1)[1])
-        if terms and abs(near) * np.sqrt(rows.n) > _WHITE:
-            coloured.append(f"{axis} ({near:.2f})")
+    columns = residuals(rows, Damping(free, damping.onto(free))).T
+    correlated, outlying = [], []
+    for axis, terms, values in zip(AXES, free.terms, columns, strict=True):
+        first = float(autocorrelation(values, rows.segment, 1)[1])
+        if terms and abs(first) * np.sqrt(rows.n) > _WHITE_QUANTILE:
+            correlated.append(f"{axis} ({first:.2f})")
         if terms and (share := outlier_share(values)) > MAX_OUTLIER_SHARE:
-            spiked.append(f"{axis} ({100.0 * share:.1f} %)")
-    white = (
-        f"Residuals are correlated in time on {', '.join(coloured)}, those {length:.2g} s apart: "
-        "intervals for white residuals would be wrong."
-    )
-    outlying = (
-        f"Many residuals are beyond {OUTLIER_THRESHOLD:g} robust standard deviations on "
-        f"{', '.join(spiked)}: what the model lacks shows there, or what the log has wrong."
-    )
-    return (*([white] if coloured else []), *([outlying] if spiked else []))
+            outlying.append(f"{axis} ({100.0 * share:.1f} %)")
+    remarks = []
+    if correlated:
+        remarks.append(
+            f"Residuals are autocorrelated on {', '.join(correlated)} at a lag of {length:.2g} s: "
+            "confidence intervals for white residuals would be too narrow."
+        )
+    if outlying:
+        remarks.append(
+            f"Many residuals are outliers, beyond {OUTLIER_THRESHOLD:g} robust standard "
+            f"deviations, on {', '.join(outlying)}: the model lacks terms, or the log has errors."
+        )
+    return tuple(remarks)
 
 
 def residual_rows(problem: Problem) -> tuple[Rows, float]:
-    """Return rows of the weak form that share no sample, and how far apart they are [s]."""
+    """Return weak-form rows that share no sample, and their distance [s]."""
     length = select_support(problem)[0]
     return WeakRegression(length, overlap=1, windows=()).rows(problem), length
 
@@ -85,40 +89,43 @@ def outlier_share(series: FloatArray) -> float:
     """Return the share of residuals beyond four robust standard deviations."""
     if not len(series):
         return 0.0
-    distance = np.abs(series - np.median(series))
-    return float(np.mean(distance > OUTLIER_THRESHOLD * mad_std(distance)))
+    deviations = series - np.median(series)
+    outlying = np.abs(deviations) > OUTLIER_THRESHOLD * mad_std(deviations)
+    return float(np.mean(outlying))
 
 
 def autocorrelations(
     problem: Problem, dampings: Sequence[Damping]
 ) -> tuple[FloatArray, float, list[dict[str, FloatArray]]]:
-    """Return lags [s], how large a correlation white residuals reach, and those of each damping.
+    """Return lags [s], the 95 % bound of white residuals, and the autocorrelation of each damping.
 
-    By axes of its terms. White residuals stay below at nineteen lags of twenty.
+    Autocorrelations are by axis, for the axes with terms.
     """
     rows, length = residual_rows(problem)
     longest = int(np.bincount(rows.segment).max(initial=0))
-    if longest < _SHARE:
+    if longest < _RESIDUALS_PER_LAG:
         raise MethodError(
-            f"at least {_SHARE} residuals of one segment are needed for a correlation; got "
-            f"{longest}: give a longer log"
+            f"at least {_RESIDUALS_PER_LAG} residuals of one segment are needed for a "
+            f"correlation; got {longest}: give a longer log"
         )
-    most = min(_LAGS, longest // _SHARE)
-    found = [
-        {
-            axis: autocorrelation(left, rows.segment, most)
-            for axis, terms, left in zip(AXES, one.model.terms, residuals(rows, one).T, strict=True)
-            if terms
-        }
-        for one in dampings
-    ]
-    return length * np.arange(most + 1.0), 1.96 / float(np.sqrt(rows.n)), found
+    n_lags = min(_MAX_LAGS, longest // _RESIDUALS_PER_LAG)
+    correlations = []
+    for damping in dampings:
+        columns = zip(AXES, damping.model.terms, residuals(rows, damping).T, strict=True)
+        correlations.append(
+            {
+                axis: autocorrelation(values, rows.segment, n_lags)
+                for axis, terms, values in columns
+                if terms
+            }
+        )
+    return length * np.arange(n_lags + 1.0), 1.96 / float(np.sqrt(rows.n)), correlations
 
 
-def autocorrelation(series: FloatArray, segment: IntArray, most: int) -> FloatArray:
-    """Return the autocorrelation at lags 0 to ``most``, never across a join."""
-    products = np.zeros(most + 1)
-    for part in np.split(series, np.flatnonzero(np.diff(segment)) + 1):
-        for lag in range(min(most + 1, len(part))):
-            products[lag] += part[lag:] @ part[: len(part) - lag]
+def autocorrelation(series: FloatArray, segment: IntArray, max_lag: int) -> FloatArray:
+    """Return the autocorrelation at lags 0 to ``max_lag``, within segments."""
+    products = np.zeros(max_lag + 1)
+    for values in np.split(series, np.flatnonzero(np.diff(segment)) + 1):
+        for lag in range(min(max_lag + 1, len(values))):
+            products[lag] += values[lag:] @ values[: len(values) - lag]
     return np.asarray(products / (products[0] or 1.0))

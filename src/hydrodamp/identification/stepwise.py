@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -152,15 +151,14 @@ class StepwiseSelection:
         MethodError
             If the log is too short to select from.
         """
-        models = tuple(models)
-        command_model = select_command_terms(vehicle, log, models)
-        models = models if command_model is None else (*models, command_model)
+        models = [*models]
+        if command_terms := select_command_terms(vehicle, log, models):
+            models.append(command_terms)
         candidates = candidate_model(vehicle, log, models)
         candidates = remove_duplicates(prepare(vehicle, log, candidates), candidates)
         problem = prepare(vehicle, log, candidates)
-        damping, _ = _fit_simulation(
-            problem, _initial_model(problem, candidates), (), (_INITIAL_WINDOW,)
-        )
+        initial = _initial_model(problem, candidates)
+        damping, _ = _fit_simulation(problem, initial, (), (_INITIAL_WINDOW,))
         rounds: list[Round] = []
         for window in self.windows:
             result, damping = select_round(problem, candidates, damping, window)
@@ -197,11 +195,9 @@ def select_round(
         if len(group) and not np.isin(group, pool).any():
             pool.append(int([*order[np.isin(order, group)], *group][0]))
     start = np.unique(np.array(pool, dtype=np.int64))
-    subsets = backward_elimination(total, start, retained, drag)
-    index, summary = select_size(blocks, subsets)
-    model = submodel(candidates, subsets[index])
-    initial = solve_subset(total, subsets[index])
-    damping, rms = _fit_simulation(problem, model, [initial], (_INITIAL_WINDOW, window))
+    subset, summary = select_size(blocks, backward_elimination(total, start, retained, drag))
+    model, initial = submodel(candidates, subset), [solve_subset(total, subset)]
+    damping, rms = _fit_simulation(problem, model, initial, (_INITIAL_WINDOW, window))
     power = max_damping_power(damping, operating_box(problem)).power
     return Round(model, summary, rms, power), damping
 
@@ -264,18 +260,11 @@ def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
     dissipative = [(rms, each) for rms, each in finite if each.max_power <= 0.0]
     eligible = dissipative or finite
     lowest = min(rms for rms, _ in eligible)
-    close = [
-        (each.model.n_coefficients, rms, each)
-        for rms, each in eligible
-        if rms <= _MAX_RMS_RATIO * lowest
-    ]
-    property_ = (
-        "that is dissipative over the operating range"
-        if dissipative
-        else "that replays the training data"
-    )
-    return min(close, key=lambda key: key[:2])[-1], (
-        f"{len(eligible)} of {len(rounds)} rounds gave a model {property_}; this one has the "
+    close = [(rms, each) for rms, each in eligible if rms <= _MAX_RMS_RATIO * lowest]
+    _, best = min(close, key=lambda pair: (pair[1].model.n_coefficients, pair[0]))
+    criterion = "is dissipative over the operating range" if dissipative else "can be replayed"
+    return best, (
+        f"{len(eligible)} of {len(rounds)} rounds gave a model that {criterion}; this one has the "
         f"fewest coefficients within {100.0 * (_MAX_RMS_RATIO - 1.0):.0f} % of the lowest RMS "
         f"error on the training data, {lowest:.3g}."
     )
@@ -288,19 +277,14 @@ def candidate_model(
     commands = {name: log.command(name) for name in log.command_names}
     known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
     degrees = (2,) if is_under_way(log.velocity) else (1, 2)
-    published = [catalog[key] for key in PAPER_MODELS]
-    rows = [
-        [
-            *(
-                term
-                for model in published
-                for term in model.terms[axis]
-                if velocity_degree(term) in degrees and (known or not term.needs_propulsion)
-            ),
-            *(term for model in models for term in model.terms[axis]),
-        ]
-        for axis in range(len(AXES))
-    ]
+
+    def is_candidate(term: Term) -> bool:
+        return velocity_degree(term) in degrees and (known or not term.needs_propulsion)
+
+    published, models, rows = [catalog[key] for key in PAPER_MODELS], [*models], []
+    for axis in range(len(AXES)):
+        row = filter(is_candidate, (term for model in published for term in model.terms[axis]))
+        rows.append([*row, *(term for model in models for term in model.terms[axis])])
     terms = tuple(tuple(dict.fromkeys(row)) for row in rows)
     return DampingModel(SPARSE_KEY, "Sparse", terms).restricted_to(vehicle.axes)
 
@@ -335,22 +319,24 @@ def remove_duplicates(problem: Problem, model: DampingModel) -> DampingModel:
     return replace(model, terms=tuple(rows))
 
 
+def _axis_terms(model: DampingModel) -> list[tuple[int, Term]]:
+    """Return axis and term of every coefficient."""
+    return [(axis, term) for axis, terms in enumerate(model.terms) for term in terms]
+
+
 def submodel(model: DampingModel, indices: IntArray) -> DampingModel:
     """Return the model of some coefficients of another."""
-    ends = np.cumsum([0, *map(len, model.terms)])
-    rows = tuple(
-        tuple(terms[index - start] for index in indices[(indices >= start) & (indices < stop)])
-        for terms, (start, stop) in zip(model.terms, pairwise(ends), strict=True)
-    )
-    return replace(model, terms=rows)
+    pairs = _axis_terms(model)
+    rows: list[list[Term]] = [[] for _ in AXES]
+    for axis, term in (pairs[index] for index in indices):
+        rows[axis].append(term)
+    return replace(model, terms=tuple(map(tuple, rows)))
 
 
 def drag_indices(model: DampingModel) -> tuple[IntArray, ...]:
     """Return the indices of the drag coefficients of each axis."""
-    drag = [is_drag(axis, term) for axis, row in enumerate(model.terms) for term in row]
-    ends = np.cumsum([0, *map(len, model.terms)])
-    indices = np.flatnonzero(drag)
-    return tuple(indices[(indices >= a) & (indices < b)] for a, b in pairwise(ends))
+    drag = np.array([axis if is_drag(axis, term) else -1 for axis, term in _axis_terms(model)])
+    return tuple(np.flatnonzero(drag == axis) for axis in range(len(AXES)))
 
 
 def is_drag(axis: int, term: Term) -> bool:
@@ -366,8 +352,9 @@ def _is_odd(term: Term) -> bool:
 
 def is_retained(model: DampingModel) -> BoolArray:
     """Return which coefficients are not damping and so not subject to selection."""
-    terms = [term for row in model.terms for term in row]
-    retained = [not is_damping_term(term) and not term.needs_propulsion for term in terms]
+    retained = [
+        not is_damping_term(term) and not term.needs_propulsion for _, term in _axis_terms(model)
+    ]
     return np.array(retained, dtype=np.bool_)
 
 

@@ -189,4 +189,6 @@ def _settled(state: LiveState) -> np.ndarray:
     """Return on which axes the coefficients are where the data want them, shape (6,)."""
     if state.ai is None:
         return np.ones(6, dtype=np.bool_)
-    return recursive.missing_wrench_share(state.rls, state.coefficients) <= adaptive.SETTLED
+    return (
+        recursive.missing_wrench_share(state.rls, state.coefficients) <= adaptive.MAX_RESIDUAL_SHARE
+    )

@@ -1,4 +1,4 @@
-"""Acceleration from velocity: exact on polynomials, never across a join; held inputs."""
+"""Numerical differentiation: exact on polynomials, within segments; sample-and-hold inputs."""
 
 from dataclasses import replace
 
@@ -48,14 +48,14 @@ def test_savitzky_golay_is_exact_on_its_own_polynomials_on_any_clock(vehicle, ir
 def test_finite_differences_by_hand(vehicle):
     """Inside: slope of the parabola through three samples; two samples: their slope."""
     velocity = np.outer([0.0, 1.0, 4.0], np.ones(6))
-    inside = hd.FiniteDifference().acceleration(problem_of(vehicle, [0.0, 1.0, 2.0], velocity))
-    np.testing.assert_allclose(inside[:, 0], [0.0, 2.0, 4.0])
+    central = hd.FiniteDifference().acceleration(problem_of(vehicle, [0.0, 1.0, 2.0], velocity))
+    np.testing.assert_allclose(central[:, 0], [0.0, 2.0, 4.0])
     pair = hd.FiniteDifference().acceleration(problem_of(vehicle, [0.0, 0.5], velocity[:2]))
     np.testing.assert_allclose(pair[:, 0], [2.0, 2.0])
 
 
 @pytest.mark.parametrize("derivative", [hd.FiniteDifference(), hd.SavitzkyGolay(0.5)])
-def test_nothing_crosses_a_join(vehicle, derivative):
+def test_no_segment_boundary_is_crossed(vehicle, derivative):
     time = np.arange(40) / 10
     velocity = np.where(time[:, None] < 2.0, 0.0, 40.0) * np.ones(6)
     joined = problem_of(vehicle, time, velocity, segment=np.repeat(["a", "b"], 20))
@@ -63,14 +63,14 @@ def test_nothing_crosses_a_join(vehicle, derivative):
 
 
 @pytest.mark.parametrize("length", [2, 3, 4])
-def test_short_segments_take_what_there_is(vehicle, length):
+def test_short_segments_use_all_their_samples(vehicle, length):
     time = np.arange(length) / 10
     velocity = np.outer(3.0 * time, np.ones(6))
     estimate = hd.SavitzkyGolay(window=2.0).acceleration(problem_of(vehicle, time, velocity))
     np.testing.assert_allclose(estimate, 3.0, rtol=1e-9)
 
 
-def test_the_record_is_preferred_where_there_is_one(vehicle, exact_log, true_damping):
+def test_recorded_accelerations_are_preferred(vehicle, exact_log, true_damping):
     log = exact_log(true_damping(LINEAR), n=300)
     recorded = hd.prepare(vehicle, log, LINEAR)
     assert default_derivative(recorded) == hd.RecordedAcceleration()
@@ -80,23 +80,23 @@ def test_the_record_is_preferred_where_there_is_one(vehicle, exact_log, true_dam
         hd.RecordedAcceleration().acceleration(bare)
 
 
-def test_accelerations_recorded_in_part_leave_the_rest_to_differences(bare):
+def test_absent_accelerations_are_differenced(bare):
     """Axes that are not coupled: forces as by the record, moments as by differences."""
     table = replace(bare, actuators=(hd.Matrix(("push",), [[1.0] * 6]),))
     log, rng = pushed_log(bare, n=60), np.random.default_rng(4)
     log = replace(log, velocity=rng.normal(size=(60, 6)), acceleration=rng.normal(size=(60, 6)))
     absent = np.array([0, 0, 0, 1, 1, 1], dtype=bool)
-    part = replace(log, acceleration=np.where(absent, np.nan, log.acceleration))
-    rows = [PointwiseRegression().rows(hd.prepare(table, one, LINEAR)) for one in (part, log)]
+    partial = replace(log, acceleration=np.where(absent, np.nan, log.acceleration))
+    rows = [PointwiseRegression().rows(hd.prepare(table, each, LINEAR)) for each in (partial, log)]
     differences = PointwiseRegression(hd.FiniteDifference()).rows(hd.prepare(table, log, LINEAR))
     expected = np.where(absent, differences.target, rows[1].target)
     np.testing.assert_allclose(rows[0].target, expected, atol=1e-9)
-    folded = accumulate(hd.prepare(table, part, LINEAR)).r
-    np.testing.assert_allclose(folded.T @ folded, rows[0].triangle().r.T @ rows[0].triangle().r)
+    triangle = accumulate(hd.prepare(table, partial, LINEAR)).r
+    np.testing.assert_allclose(triangle.T @ triangle, rows[0].triangle().r.T @ rows[0].triangle().r)
 
 
 @pytest.mark.parametrize(("window", "order"), [(0.0, 3), (-1.0, 3), (1.0, 0), (1.0, 6)])
-def test_impossible_filters_are_refused(window, order):
+def test_invalid_filters_are_refused(window, order):
     with pytest.raises(hd.MethodError, match="must be"):
         hd.SavitzkyGolay(window=window, order=order)
 
@@ -127,12 +127,12 @@ def test_held_commands_leave_no_half_sample_bias(bare, derivative):
     assert fit.damping["X_push"] == pytest.approx(1.0, rel=0.01)
 
 
-def test_a_central_difference_sees_both_commands_by_their_share(bare):
+def test_a_central_difference_weights_the_commands_of_both_steps(bare):
     """Weights h+ / (h- + h+) of the step before and h- / (h- + h+) of the step after."""
     log = pushed_log(bare, n=40)
     problem = hd.prepare(bare, log, PUSHED)
-    seen = hd.FiniteDifference().filter_held_inputs(problem).inputs.channels[:, 0]
+    filtered = hd.FiniteDifference().filter_held_inputs(problem).inputs.channels[:, 0]
     before, after = np.diff(log.time)[:-1], np.diff(log.time)[1:]
     push = log.command("push")
     expected = (after * push[:-2] + before * push[1:-1]) / (before + after)
-    np.testing.assert_allclose(seen[1:-1], expected, rtol=1e-12)
+    np.testing.assert_allclose(filtered[1:-1], expected, rtol=1e-12)

@@ -105,4 +105,4 @@ def test_sizes_are_compared_by_paired_differences():
     excess = errors[1] - errors[0]
     assert excess.sum() < errors[0].std(ddof=1) * np.sqrt(20)  # significant only when paired
     assert excess.sum() > excess.std(ddof=1) * np.sqrt(20)
-    assert select_size(normals, subsets)[0] == 0
+    assert select_size(normals, subsets)[0] is subsets[0]
