@@ -22,7 +22,7 @@ def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
     fits = hd.identify_all(short, (LARGE, SMALL), hd.Ridge(), told.append)
     refused, usable = fits
     assert refused.status is hd.Status.REFUSED
-    assert "rows to learn from where axis X" in refused.remarks[0]
+    assert "rows for training where axis X" in refused.remarks[0]
     assert (refused.model.key, refused.method) == (LARGE.key, "ridge")
     assert np.isnan(refused.damping.coefficients).all()
     assert usable.status.usable
@@ -46,7 +46,7 @@ def test_a_fit_says_with_what_settings_it_was_made(
     key, driven, discrete_log, true_damping, monkeypatch
 ):
     """By them a run that goes on tells whether the fits of a folder are its own."""
-    monkeypatch.setattr(dissipative, "_ROUNDS", 1)  # its answer is not asked for
+    monkeypatch.setattr(dissipative, "_MAX_ITERATIONS", 1)  # the result is not used
     model = SMALL
     problem = hd.prepare(driven, discrete_log(true_damping(model), n=120), model)
     fit = hd.find_method(key).identify(problem, model)

@@ -1,5 +1,6 @@
 """Ridge: closed form, units, the choice of the strength, what cannot be chosen; about a prior."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -78,18 +79,18 @@ def test_the_choice_is_that_of_refitting_without_each_fold(linear):
                 kappa = np.linalg.solve(normal, train.design.T @ train.target[:, axis])
                 squares += np.sum((test.target[:, axis] - test.design @ kappa) ** 2)
             lost.append(np.sqrt(squares / rows.n))
-        found = float(said.split(" N")[0].split(", ")[1])
+        found = float(re.search(r"RMS prediction error (\S+)", said)[1])
         assert found == pytest.approx(min(lost), rel=6e-3)  # three digits are printed
 
 
 def test_remarks_tell_the_choice(linear):
     truth, _, problem = linear
     fit = hd.Ridge(RECORDED).identify(problem, truth.model)
-    assert fit.remarks[0] == "Ridge strengths by cross-validation: 3 folds, one a segment."
+    assert fit.remarks[0] == "Ridge strengths by cross-validation: 3 folds, one per segment."
     assert len(fit.remarks) == 7
-    assert "N not predicted on the folds" in fit.remarks[1]
+    assert "N on the folds" in fit.remarks[1]
     assert "effective of 6 coefficients" in fit.remarks[6]
-    assert "N m not predicted" in fit.remarks[6]
+    assert "N m on the folds" in fit.remarks[6]
     given = hd.Ridge(RECORDED, strength=0.1).identify(problem, truth.model)
     assert given.remarks[0].startswith("X: ridge strength 0.1;")
 
@@ -107,14 +108,14 @@ def test_ends_of_the_grid_are_said(vehicle, exact_log, true_damping):
     fit = hd.identify(hd.catalog["mcfarland-whitcomb"], vehicle, noise, hd.Ridge(RECORDED))
     strongest = [said for said in fit.remarks if "strength 1e+02," in said]
     assert strongest
-    assert all("the largest tried" in said for said in strongest)
+    assert all("the largest candidate" in said for said in strongest)
 
 
 def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damping):
     model = hd.catalog["mcfarland-whitcomb"]
     log = exact_log(true_damping(hd.catalog["linear"]), n=42)
     with pytest.raises(
-        hd.MethodError, match="leaves 28 rows to learn from where axis X of model 'mcfarland-w"
+        hd.MethodError, match="28 rows for training where axis X of model 'mcfarland-w"
     ):
         hd.identify(model, vehicle, log, hd.Ridge(RECORDED))
 

@@ -1,4 +1,7 @@
-"""Least squares whose damping takes power everywhere the vehicle operates."""
+"""Least squares with dissipative damping, by cutting planes and least distance programming.
+
+Minimises ``|R (κ − κ_LS)|`` subject to ``ν·τ(ν; κ) ≤ 0`` for every velocity ν of an operating box.
+"""
 
 from __future__ import annotations
 
@@ -27,52 +30,52 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-# Pull towards zero, as a share of the length of each column: it settles what the data leave open
-# and moves nothing that they tell by more than one part in a million.
+# Ridge as a share of the length of each column: it makes aliased coefficients unique and changes
+# determined ones by less than one part in a million.
 _RIDGE = 1e-6
 
-# Rounds at the most.
-_ROUNDS = 40
+# Maximum number of cutting-plane iterations.
+_MAX_ITERATIONS = 40
 
-# Share of the greatest power below which a violation only tightens the planes. Tightening may
-# lengthen the distance by the factor: sets without interior would have it grow without bound.
-_TOLERANCE, _WORTH = 2e-5, 2.0
+# Violations below this share of the greatest power tighten all planes by a margin. The margin may
+# increase the distance by at most the factor: for a set without interior it would grow forever.
+_TOLERANCE, _MAX_DISTANCE_RATIO = 2e-5, 2.0
 
-# Planes that press less than this share of the hardest, and are further away than that share of the
+# Planes with a multiplier below this share of the largest, and a slack above that share of the
 # greatest power, are dropped.
-_PRESSING, _SLACK = 1e-9, 1e-3
+_MIN_MULTIPLIER, _MAX_SLACK = 1e-9, 1e-3
 
-# Size of the greatest scaled coefficient in a program; the solver's tolerances suit it.
-_SIZE = 100.0
+# Largest scaled coefficient of a program, suited to the tolerances of the solver.
+_SCALE = 100.0
 
-# A share left over, or of the pressure that rounds it, below which no coefficients satisfy all
-# planes.
+# Residual of the least distance program, also relative to the largest multiplier, below which the
+# planes are infeasible.
 _INFEASIBLE = 1e-10
 
-# A relative growth of the residual below this is rounding of the solver.
-_NOTHING = 1e-6
+# Relative growth of the residual below which it is rounding of the solver.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
 class Dissipative:
-    """Least squares with damping that takes power at every velocity of a box.
+    """Least squares constrained to dissipative damping at every velocity of a box.
 
-    The velocities at which a solution puts most power into the motion are searched for and
-    forbidden, and the quadratic program is solved again, until no search objects. In products
-    such as v|r| the absolute value counts as a speed of its own, anywhere within the box: that
-    asks for more than the power needs, and keeps large models from running away. The fit says
-    what was checked; that there is no worse velocity is not proven.
+    Each iteration searches for the velocities of greatest injected power, adds them as linear
+    constraints, and solves the quadratic program again, until none violates the constraint. In
+    products such as v|r| the absolute value counts as an independent speed within the box, a
+    stricter condition that keeps replays of large models bounded. The maximum is found by search;
+    it is not proven to be global.
 
-    Terms with commands, weight, constants or (eta-1) stay free: they are no damping.
-    The constraint says nothing outside the box.
+    Terms with commands, weight, constants or (eta-1) are unconstrained.
+    The constraint does not apply outside the box.
 
     Parameters
     ----------
     equations : Equations
         Rows of the regression; the weak form by default.
     box : OperatingBox, optional
-        Where the damping is to take power; by default from the quantiles of the log, see
-        :func:`hydrodamp.operating_box`.
+        Velocities at which the damping must be dissipative; by default from the quantiles of
+        the log, see :func:`hydrodamp.operating_box`.
 
     Examples
     --------
@@ -86,144 +89,132 @@ class Dissipative:
     key = "dissipative"
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Identify one model.
+        """Identify one model; remarks give the greatest power and the cost of the constraint.
 
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for (at least) the model's terms.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        fit : Fit
-            Its remarks say what was checked, and what the constraint costs. No covariance: the
-            estimate lies on the rim of a set.
+        There is no covariance: the estimate may lie on the boundary of the feasible set.
         """
         model = model.restricted_to(problem.vehicle.axes)
         triangle = self.equations.rows(problem).triangle()
         if (status := rank_status(problem, model, triangle)) is not None:
             return empty_fit(problem, model, self.key, status)
-        plain = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(model.terms)]
-        least = 1e-6 * np.linalg.norm(triangle.r[:, -6:], axis=0) / np.sqrt(triangle.n_samples)
-        deviation = np.maximum([one.residual for one in plain], least)
+        solutions = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(model.terms)]
+        floor = 1e-6 * np.linalg.norm(triangle.r[:, -6:], axis=0) / np.sqrt(triangle.n_samples)
+        deviation = np.maximum([solution.residual for solution in solutions], floor)
         deviation[deviation == 0.0] = 1.0
-        root, point = _ridged(triangle, model, deviation)
+        root, point = _quadratic_form(triangle, model, deviation)
         power = PowerRows(model)
         box = self.box or operating_box(problem)
         box = box.restrict(problem.vehicle.free & power.velocities)
-        found, rounds = project_dissipative(power, box, root, point)
-        seen = np.concatenate([np.any(triangle.columns(row), axis=0) for row in model.terms])
-        found = np.where(seen, found, 0.0)  # the solver leaves some 1e-16
-        remarks = ("No term is damping: there was nothing to constrain.",)
+        coefficients, iterations = project_dissipative(power, box, root, point)
+        nonzero = np.concatenate([np.any(triangle.columns(row), axis=0) for row in model.terms])
+        coefficients = np.where(nonzero, coefficients, 0.0)  # rounding makes about 1e-16
+        remarks = ("The model has no damping term: there is no constraint.",)
         if power.counted.any():
-            worst = max_damping_power(Damping(model, found), box)
-            price = _price(root @ (found - point), sum(map(bool, model.terms)))
+            worst = max_damping_power(Damping(model, coefficients), box)
+            cost = _constraint_cost(root @ (coefficients - point), sum(map(bool, model.terms)))
             remarks = (
-                f"Checked by search, not proven: the worst power found on {box} is "
-                f"{worst.power:.3g} W, after {rounds} rounds of cutting planes"
-                f"{', and were stopped there' if rounds == _ROUNDS else ''}. "
-                f"{price} Terms with commands, weight, constants or (eta-1) are left free.",
+                f"Dissipative by search, not proven: the maximum damping power on {box} is "
+                f"{worst.power:.3g} W, after {iterations} cutting-plane iterations"
+                f"{' (the maximum)' if iterations == _MAX_ITERATIONS else ''}. "
+                f"{cost} Terms with commands, weight, constants or (eta-1) are unconstrained.",
             )
         return make_fit(
             problem,
             model,
             self,
-            found,
-            rank=sum(one.span.rank for one in plain),
-            aliased=group_labels(one.span.aliased for one in plain),
+            coefficients,
+            rank=sum(solution.span.rank for solution in solutions),
+            aliased=group_labels(solution.span.aliased for solution in solutions),
             n_samples=triangle.n_samples,
             remarks=remarks,
         )
 
 
 def project_dissipative(
-    power: PowerRows, box: OperatingBox, root: FloatArray, wished: FloatArray
+    power: PowerRows, box: OperatingBox, root: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, int]:
-    """Return coefficients that no search of a box objects to, and the rounds that it took.
-
-    ``|root (κ − wished)|`` is least among those that take power at the velocities found.
-    """
+    """Minimise ``|root (κ − target)|`` over dissipative κ; return κ and the iterations."""
     if not power.counted.any():
-        return wished, 0
+        return target, 0
     scale = np.linalg.norm(root, axis=0)
-    unit = float(np.abs(scale * wished).max()) / _SIZE or 1.0
-    root, point, scale = root / scale, scale * wished / unit, scale / unit
-    x, tighter, planes = point, 0.0, np.zeros((0, len(point)))
-    for done in range(_ROUNDS):
-        new, greatest = _pushing(power, box, x, scale)
-        over = new @ x
-        if over.max() <= 0.0:
-            return x / scale, done
-        if over.max() < _TOLERANCE * greatest:
-            tighter += 2.0 * float(over.max())
-        chosen = (over > -tighter) & np.any(new, axis=1)  # at rest there is no plane
-        planes = np.vstack([planes, new[chosen]])
-        moved, pressing = _program(root, point, planes, tighter)
-        if moved is None or (tighter > 0.0 and not _worth(root, point, x, moved)):
-            return x / scale, done
-        x = moved
-        near = planes @ x > -_SLACK * greatest
-        planes = planes[near | (pressing > _PRESSING * pressing.max())]
-    return x / scale, _ROUNDS
+    unit = float(np.abs(scale * target).max()) / _SCALE or 1.0
+    root, point, scale = root / scale, scale * target / unit, scale / unit
+    x, margin, planes = point, 0.0, np.zeros((0, len(point)))
+    for iteration in range(_MAX_ITERATIONS):
+        new, greatest = _worst_planes(power, box, x, scale)
+        violation = new @ x
+        if violation.max() <= 0.0:
+            return x / scale, iteration
+        if violation.max() < _TOLERANCE * greatest:
+            margin += 2.0 * float(violation.max())
+        violated = (violation > -margin) & np.any(new, axis=1)  # zero velocity gives no plane
+        planes = np.vstack([planes, new[violated]])
+        solution, multipliers = _least_distance(root, point, planes, margin)
+        if solution is None or (margin > 0.0 and not _is_near(root, point, x, solution)):
+            return x / scale, iteration
+        x = solution
+        near = planes @ x > -_MAX_SLACK * greatest
+        planes = planes[near | (multipliers > _MIN_MULTIPLIER * multipliers.max())]
+    return x / scale, _MAX_ITERATIONS
 
 
-def _pushing(
+def _worst_planes(
     power: PowerRows, box: OperatingBox, x: FloatArray, scale: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return planes at velocities of locally greatest power, and the greatest power."""
+    """Return planes at the local maxima of power over the box, and the greatest power."""
 
-    def pushed(velocity: FloatArray) -> FloatArray:
+    def injected(velocity: FloatArray) -> FloatArray:
         return power.power(x / scale, velocity, box)
 
     def relative(velocity: FloatArray) -> FloatArray:
-        return pushed(velocity) / relative_square(velocity, box)
+        return injected(velocity) / relative_square(velocity, box)
 
-    found = np.vstack([local_maxima(measure, box) for measure in (pushed, relative)])
-    coarse = np.round(found / np.where(box.max_abs > 0.0, box.max_abs, 1.0), 3)
-    velocity = found[np.unique(coarse, axis=0, return_index=True)[1]]
+    maxima = np.vstack([local_maxima(measure, box) for measure in (injected, relative)])
+    coarse = np.round(maxima / np.where(box.max_abs > 0.0, box.max_abs, 1.0), 3)
+    velocity = maxima[np.unique(coarse, axis=0, return_index=True)[1]]
     speeds = power.worst_speeds(x / scale, velocity, box)
     rows = power.rows(velocity, speeds) / scale / relative_square(velocity, box)[:, None]
     return rows, float(np.abs(relative(sample_box(box))).max())
 
 
 @factorisation("triangle of the rows")
-def _program(
-    root: FloatArray, point: FloatArray, planes: FloatArray, tighter: float
+def _least_distance(
+    root: FloatArray, point: FloatArray, planes: FloatArray, margin: float
 ) -> tuple[FloatArray | None, FloatArray]:
-    """Return x of least ``|root (x − point)|`` with ``planes x ≤ −tighter``, and the pressures.
+    """Minimise ``|root (x − point)|`` with ``planes x ≤ −margin``; return x and the multipliers.
 
     Least distance programming of Lawson and Hanson (1974, chapter 23). With z = root (x − point)
-    and G z ≥ h, non-negative least squares of [G h]ᵀ u = (0, 1) leaves r over, and z = −r / r_last;
-    where it leaves nothing over, no x satisfies the planes.
+    and G z ≥ h, non-negative least squares of [G h]ᵀ u = (0, 1) has a residual r, and
+    z = −r / r_last; where r is zero, the constraints are infeasible and x is None.
     """
-    given = -solve_triangular(root, planes.T, trans="T").T
-    missing = planes @ point + tighter
-    length = np.linalg.norm(given, axis=1)
-    size = float(np.abs(missing / length).max()) or 1.0
-    table = np.vstack([(given / length[:, None]).T, missing / length / size])
+    normals = -solve_triangular(root, planes.T, trans="T").T
+    offsets = planes @ point + margin
+    length = np.linalg.norm(normals, axis=1)
+    size = float(np.abs(offsets / length).max()) or 1.0
+    table = np.vstack([(normals / length[:, None]).T, offsets / length / size])
     target = np.zeros(len(table))
     target[-1] = 1.0
-    pressing, _ = nnls(table, target, maxiter=100 * len(planes))
-    left = target - table @ pressing
-    if left[-1] < _INFEASIBLE * max(1.0, pressing.max()):
-        return None, pressing
-    return point - solve_triangular(root, size * left[:-1] / left[-1]), pressing
+    multipliers, _ = nnls(table, target, maxiter=100 * len(planes))
+    residual = target - table @ multipliers
+    if residual[-1] < _INFEASIBLE * max(1.0, multipliers.max()):
+        return None, multipliers
+    return point - solve_triangular(root, size * residual[:-1] / residual[-1]), multipliers
 
 
-def _worth(root: FloatArray, point: FloatArray, before: FloatArray, after: FloatArray) -> bool:
-    """Tell whether a step is worth a violation that hardly shows."""
+def _is_near(root: FloatArray, point: FloatArray, before: FloatArray, after: FloatArray) -> bool:
+    """Whether a step with a larger margin increases the distance only moderately."""
     distance = float(np.linalg.norm(root @ (before - point)))
-    least = _TOLERANCE * float(np.linalg.norm(root @ point))
-    return float(np.linalg.norm(root @ (after - point))) <= max(_WORTH * distance, least)
+    floor = _TOLERANCE * float(np.linalg.norm(root @ point))
+    return float(np.linalg.norm(root @ (after - point))) <= max(
+        _MAX_DISTANCE_RATIO * distance, floor
+    )
 
 
 @factorisation("triangle of the rows")
-def _ridged(
+def _quadratic_form(
     triangle: Triangle, model: DampingModel, deviation: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the root of the squared residual of all axes, and where it is least."""
+    """Return the R factor of the ridge objective of all axes, and its minimiser."""
     roots, points = [], []
     for axis, terms in enumerate(model.terms):
         unit, n = 1.0 / (deviation[axis] * np.sqrt(triangle.n_samples)), len(terms)
@@ -236,9 +227,9 @@ def _ridged(
     return block_diag(*roots), np.concatenate(points)
 
 
-def _price(away: FloatArray, n_axes: int) -> str:
-    """Say how much the residual grows over that of least squares, which is one on each axis."""
-    total = float(np.sqrt(1.0 + away @ away / n_axes)) - 1.0
-    if not total > _NOTHING:
-        return "The constraint costs nothing: least squares dissipates already."
-    return f"The constraint costs {100.0 * total:.2g} % of RMS residual."
+def _constraint_cost(distance: FloatArray, n_axes: int) -> str:
+    """Describe the growth of the RMS residual over least squares, normalised to 1 on each axis."""
+    growth = float(np.sqrt(1.0 + distance @ distance / n_axes)) - 1.0
+    if not growth > _ROUNDING:
+        return "The constraint is inactive: the least-squares damping is dissipative."
+    return f"The constraint increases the RMS residual by {100.0 * growth:.2g} %."

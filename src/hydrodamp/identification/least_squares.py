@@ -1,4 +1,7 @@
-"""The linear estimator: rows folded once into a triangle; every model solved from it, or shrunk."""
+"""Linear least squares and ridge regression on the axis equations, from one R factor.
+
+Minimises ``|Ξ κ − σ|²`` (equation 12) or ``|Ξ κ − σ|² / n + λ |S (κ − κ₀)|²`` (ridge) per axis.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +42,13 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, vehicle_stamp
 from hydrodamp.simulation.status import Status
 
-# Samples up to which `ls` keeps its rows for the covariance of coloured noise.
+# samples; up to this number `ls` stores its rows for the covariance under coloured noise
 MAX_ROWS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """The triangle of a problem, and the rows it was made of where they were kept."""
+    """The R factor of a problem, and its rows where they are stored."""
 
     problem: Problem
     triangle: Triangle
@@ -53,30 +56,30 @@ class Regression:
 
     @classmethod
     def of(cls, problem: Problem, equations: RegressionForm) -> Regression:
-        """Make the rows, with columns for the reference of the noise, and fold them."""
+        """Build the rows, with the terms of the noise reference, and factorise them."""
         if isinstance(equations, PointwiseRegression) and problem.n_samples > MAX_ROWS:
             return cls(problem, accumulate(problem, equations.derivative))
         rows = equations.rows(problem.extend_to(reference_model(problem.vehicle.axes)))
         return cls(problem, rows.triangle(), rows)
 
     @cached_property
-    def grams(self) -> HarCovariance | None:
-        """What the rows tell of coloured noise."""
+    def har_covariance(self) -> HarCovariance | None:
+        """Estimator of the covariance under coloured residuals; None without rows."""
         return None if self.rows is None else HarCovariance.of(self.rows, self.triangle)
 
     @cached_property
     def splits(self) -> tuple[str, tuple[Split, ...]]:
-        """How the rows are folded for cross-validation, and the triangles of each fold."""
+        """Description of the cross-validation folds, and the R factors of each."""
         if self.rows is None:
-            raise MethodError("cross-validation needs the rows: give the `strength` itself")
-        made = folds(self.rows)
-        return made.description, made.splits(self.rows)
+            raise MethodError("cross-validation needs the rows: set `strength`")
+        divided = folds(self.rows)
+        return divided.description, divided.splits(self.rows)
 
     def subtract(self, damping: Damping) -> Regression:
-        """Take what a damping makes off the targets."""
-        made = self.triangle.columns(damping.model.basis.terms) @ damping.matrix.T
+        """Subtract the wrench of a damping from the targets."""
+        wrench = self.triangle.columns(damping.model.basis.terms) @ damping.matrix.T
         r = self.triangle.r.copy()
-        r[:, -6:] -= made
+        r[:, -6:] -= wrench
         rows = self.rows and replace(self.rows, target=residuals(self.rows, damping))
         return Regression(self.problem, replace(self.triangle, r=r), rows)
 
@@ -90,28 +93,28 @@ class Regression:
         about: FloatArray | float = 0.0,
         noisy_terms: bool = False,
     ) -> Fit:
-        """Put together the fit of six separately solved axes."""
-        rows, rich = self.rows, reference_model(self.problem.vehicle.axes)
+        """Build the fit of six separately solved axes, with coefficients relative to ``about``."""
+        rows, extended = self.rows, reference_model(self.problem.vehicle.axes)
         uncertainty = None
-        if self.grams is not None:
-            uncertainty = self.grams.uncertainty(solved, rich, noisy_terms=noisy_terms)
-        white = block_diag(*[one.covariance for one in solved])
+        if self.har_covariance is not None:
+            uncertainty = self.har_covariance.uncertainty(solved, extended, noisy_terms=noisy_terms)
+        white = block_diag(*[solution.covariance for solution in solved])
         return make_fit(
             self.problem,
             model,
             method,
-            about + np.concatenate([one.coefficients for one in solved]),
+            about + np.concatenate([solution.coefficients for solution in solved]),
             covariance=white * (1.0 if rows is None else rows.variance_inflation),
             uncertainty=uncertainty,
-            rank=sum(one.span.rank for one in solved),
-            aliased=group_labels(one.span.aliased for one in solved),
+            rank=sum(solution.span.rank for solution in solved),
+            aliased=group_labels(solution.span.aliased for solution in solved),
             n_samples=self.triangle.n_samples if rows is None else rows.n_samples,
             remarks=(() if rows is None else rows.remarks) + remarks,
         )
 
 
 class LinearEstimator(ABC):
-    """What the linear estimators share."""
+    """Base class of the estimators that solve each axis from one R factor."""
 
     equations: RegressionForm
 
@@ -121,57 +124,33 @@ class LinearEstimator(ABC):
         """The key on the command line."""
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Identify one model.
+        """Identify one model, with rank, aliased labels and HAR covariance.
 
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for (at least) the model's terms.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        fit : Fit
-            With rank, aliased labels, and standard errors for coloured noise where the rows
-            suffice for those; else residuals count as white. Remarks say what was chosen.
+        Without rows (a long log) the covariance assumes white residuals.
         """
         return self.identify_all(problem, (model,))[0]
 
     def identify_all(self, problem: Problem, models: Iterable[DampingModel]) -> tuple[Fit, ...]:
-        """Identify several models from one triangle.
-
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for the terms of all models.
-        models : iterable of DampingModel
-            Which terms.
-
-        Returns
-        -------
-        fits : tuple of Fit
-            In the order of the models.
-        """
+        """Identify several models from one R factor; fits in the order of the models."""
         regression = Regression.of(problem, self.equations)
         return tuple(self._identified(regression, model) for model in models)
 
     def solve(self, triangle: Triangle, problem: Problem, model: DampingModel) -> Fit:
-        """Solve one model from a triangle, without the data.
+        """Solve one model from an R factor, without the data.
 
         Parameters
         ----------
         triangle : Triangle
-            Of the problem, or merged from parts of it.
+            Of the problem, or merged from several.
         problem : Problem
-            Names the vehicle and the log.
+            Gives vehicle and log.
         model : DampingModel
-            Which terms; restricted to the vehicle's free axes.
+            The terms; restricted to the vehicle's free axes.
 
         Returns
         -------
         fit : Fit
-            As :meth:`identify`, with residuals taken as white.
+            As :meth:`identify`, with a covariance that assumes white residuals.
         """
         return self._identified(Regression(problem, triangle), model)
 
@@ -184,14 +163,14 @@ class LinearEstimator(ABC):
         return self._solved(regression, free)
 
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
-        """Solve a model that can be solved, restricted to the free axes."""
+        """Solve a model that is restricted to the free axes."""
         rows = enumerate(model.terms)
         solved = [solve_axis(regression.triangle, terms, axis) for axis, terms in rows]
         return regression.fit(self, model, solved, noisy_terms=True)
 
 
 def rank_status(problem: Problem, model: DampingModel, triangle: Triangle) -> Status | None:
-    """Return why a model cannot be solved from a triangle, or None."""
+    """Return the status of a model that cannot be solved from an R factor, else None."""
     problem.equations.require(model)
     if not model.n_coefficients:
         return Status.EMPTY
@@ -206,17 +185,17 @@ def rank_status(problem: Problem, model: DampingModel, triangle: Triangle) -> St
 class LeastSquares(LinearEstimator):
     """Ordinary least squares on equation 3, as in section III of the paper.
 
-    The stack ``(I₆ ⊗ ξᵀ) M_mᵀ`` of equation 12 is block-diagonal, so it is six
-    small problems, one an axis. Columns are scaled, the rank is revealed, the
-    smallest-norm solution (of the scaled coefficients) is returned and what
-    the data cannot distinguish is named.
+    The stack ``(I₆ ⊗ ξᵀ) M_mᵀ`` of equation 12 is block-diagonal: six independent
+    regressions, one per axis. Columns are scaled, the rank is determined by singular
+    values, and the minimum-norm solution (of the scaled coefficients) is returned;
+    aliased coefficients are listed.
 
     Parameters
     ----------
     derivative : Derivative, optional
-        Where the acceleration comes from: the recorded one where the log has
-        it, else finite differences as in the paper. ``SavitzkyGolay()`` is the
-        better choice on noisy velocities; the key is then ``ls-smoothed``.
+        Source of the acceleration: by default the recorded one where the log has
+        it, else finite differences as in the paper. ``SavitzkyGolay()`` is better
+        for noisy velocities; the key is then ``ls-smoothed``.
 
     Examples
     --------
@@ -228,12 +207,12 @@ class LeastSquares(LinearEstimator):
 
     @property
     def equations(self) -> PointwiseRegression:  # type: ignore[override]
-        """One row a sample."""
+        """One row per sample."""
         return PointwiseRegression(self.derivative)
 
     @property
     def key(self) -> str:
-        """The key on the command line, and beside the paper's column, of what is the paper's."""
+        """The key on the command line; ``ls`` is the method of the paper."""
         return "ls-smoothed" if isinstance(self.derivative, SavitzkyGolay) else "ls"
 
 
@@ -256,29 +235,29 @@ class WeakForm(LinearEstimator):
     key = "weak"
 
 
-# Strengths tried, forty a decade, from none that matters to all but zero.
-_GRID = np.logspace(-12.0, 2.0, 561)
+# Candidate strengths, forty per decade, from negligible to almost complete shrinkage.
+_STRENGTHS = np.logspace(-12.0, 2.0, 561)
 
 
 @dataclass(frozen=True)
 class Ridge(LinearEstimator):
-    """Least squares that prefers small coefficients, or those near known ones.
+    """Ridge regression: least squares with a quadratic penalty towards zero or a prior.
 
     Minimises ``|Ξ κ − σ|² / n + strength · |S (κ − κ₀)|²`` on each axis, S the root mean
-    square of each column: a strength has no unit and does not depend on the length of
-    the log or the unit of a column. Directions the data hardly determine shrink to
-    κ₀, the others stay. Standard errors say nothing of what shrinking hides.
+    square of each column: a strength is dimensionless and independent of the length of
+    the log and the unit of a column. Poorly determined directions shrink to κ₀.
+    Standard errors do not include the bias due to shrinkage.
 
     Parameters
     ----------
     equations : Equations, optional
-        Where the rows come from.
+        Rows of the regression; the weak form by default.
     strength : float, optional
-        By default that of each axis is chosen by cross-validation over segments, see
+        By default chosen per axis by cross-validation over segments, see
         :func:`hydrodamp.folds`.
     prior : Damping, optional
-        κ₀: a published set or an earlier fit. A coefficient that it lacks, and every one by
-        default, is zero.
+        κ₀: a published set or an earlier fit. Missing coefficients are zero; all of them by
+        default.
 
     Raises
     ------
@@ -297,9 +276,9 @@ class Ridge(LinearEstimator):
     key = "ridge"
 
     def __post_init__(self) -> None:
-        """Refuse a strength that is none."""
-        fits = self.strength is None or 0.0 <= self.strength < np.inf
-        demand(fits, "strength", "zero or positive", self.strength)
+        """Check the strength."""
+        valid = self.strength is None or 0.0 <= self.strength < np.inf
+        demand(valid, "strength", "zero or positive", self.strength)
 
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
         remarks, about = [], np.zeros(model.n_coefficients)
@@ -309,66 +288,67 @@ class Ridge(LinearEstimator):
             regression = regression.subtract(Damping(model, about))
             remarks.append(
                 f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of "
-                f"{model.n_coefficients} coefficients; the others are drawn to zero."
+                f"{model.n_coefficients} coefficients; the others shrink to zero."
             )
-        chosen = [(self.strength or 0.0, "")] * 6
+        strengths = [(self.strength or 0.0, "")] * 6
         if self.strength is None:
-            made, chosen = _cross_validated(regression, model)
-            remarks.append(made)
+            remark, strengths = _cross_validate_strengths(regression, model)
+            remarks.append(remark)
         solved = []
-        for axis, (terms, (strength, said)) in enumerate(zip(model.terms, chosen, strict=True)):
+        for axis, (terms, (strength, note)) in enumerate(zip(model.terms, strengths, strict=True)):
             solved.append(solve_axis(regression.triangle, terms, axis, strength))
             if terms:
                 remarks.append(
-                    f"{AXES[axis]}: ridge strength {strength:.2g}{said}; "
+                    f"{AXES[axis]}: ridge strength {strength:.2g}{note}; "
                     f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients."
                 )
         return regression.fit(self, model, solved, tuple(remarks), about=about)
 
 
-def _cross_validated(
+def _cross_validate_strengths(
     regression: Regression, model: DampingModel
 ) -> tuple[str, list[tuple[float, str]]]:
-    """Choose a strength for each axis; say how, and what is not predicted on the folds."""
-    made, splits = regression.splits
+    """Return the strength of each axis, with a remark on the folds and notes on the errors."""
+    description, splits = regression.splits
     fewest = min(split.train.n_samples for split in splits)
     axis = int(np.argmax([len(row) for row in model.terms]))
     if fewest < (needed := len(model.terms[axis])):
         raise MethodError(
-            f"cross-validation ({made}) leaves {fewest} rows to learn from where "
-            f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: give a longer log, "
-            "or the strength itself."
+            f"cross-validation ({description}) leaves {fewest} rows for training where "
+            f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: use a longer log, "
+            "or set `strength`."
         )
-    whole = regression.triangle
-    chosen = [_strength(whole, splits, terms, axis) for axis, terms in enumerate(model.terms)]
-    return f"Ridge strengths by cross-validation: {made}.", chosen
+    strengths = [
+        _choose_strength(regression.triangle, splits, terms, axis)
+        for axis, terms in enumerate(model.terms)
+    ]
+    return f"Ridge strengths by cross-validation: {description}.", strengths
 
 
-def _strength(
-    whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int
+def _choose_strength(
+    triangle: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int
 ) -> tuple[float, str]:
-    """Return the strength of one axis, and what is not predicted with it."""
+    """Return the strength of one axis with the least prediction error, and a note on the error."""
     if not terms:
         return 0.0, ""
-    size = np.linalg.norm(whole.columns(terms), axis=0) / np.sqrt(whole.n_samples)
-    lost = np.sum([_lost(split, terms, axis, size) for split in splits], axis=0)
-    best, unit = int(lost.argmin()), "N" if axis < 3 else "N m"
-    missed = np.sqrt(lost[best] / sum(split.test.n_samples for split in splits))
+    size = np.linalg.norm(triangle.columns(terms), axis=0) / np.sqrt(triangle.n_samples)
+    errors = np.sum([_squared_errors(split, terms, axis, size) for split in splits], axis=0)
+    best, unit = int(errors.argmin()), "N" if axis < 3 else "N m"
+    rms = np.sqrt(errors[best] / sum(split.test.n_samples for split in splits))
     edges = {
-        0: ", the least tried: no ridge predicts better",
-        len(_GRID) - 1: ", the largest tried: nothing the axis has predicts it",
+        0: ", the smallest candidate: no ridge predicts better",
+        len(_STRENGTHS) - 1: ", the largest candidate: no term of the axis predicts it",
     }
-    said = f"{edges.get(best, '')}, {missed:.3g} {unit} not predicted on the folds"
-    return float(_GRID[best]), said
+    note = f"{edges.get(best, '')}, RMS prediction error {rms:.3g} {unit} on the folds"
+    return float(_STRENGTHS[best]), note
 
 
-def _lost(split: Split, terms: Sequence[Term], axis: int, size: FloatArray) -> FloatArray:
-    """Return the squares not predicted on one fold, one sum a strength."""
-    train, test = (part.columns(terms) for part in (split.train, split.test))
+def _squared_errors(split: Split, terms: Sequence[Term], axis: int, size: FloatArray) -> FloatArray:
+    """Return the sum of squared prediction errors on one fold for each strength."""
+    train, test = split.train.columns(terms), split.test.columns(terms)
     span = column_span(train, terms, size)
     square = span.singular**2
-    kept = square / (square + _GRID[:, None] * split.train.n_samples)
-    amounts = kept * (span.directions.T @ split.train.target(axis))
-    rest = split.test.target(axis)[:, None] - test @ (span.coefficients @ amounts.T)
-    squares: FloatArray = np.sum(rest * rest, axis=0)
-    return squares
+    shrinkage = square / (square + _STRENGTHS[:, None] * split.train.n_samples)
+    amounts = shrinkage * (span.directions.T @ split.train.target(axis))
+    error = split.test.target(axis)[:, None] - test @ (span.coefficients @ amounts.T)
+    return np.asarray(np.sum(error * error, axis=0))

@@ -1,7 +1,4 @@
-"""The methods: key, value, references; and several models by one method.
-
-Only names are here, so that the command line lists methods without importing any.
-"""
+"""Registry of identification methods: keys, references, lazy import; several models at once."""
 
 from __future__ import annotations
 
@@ -36,16 +33,16 @@ _RIDGE = (
 
 @dataclass(frozen=True)
 class MethodEntry:
-    """A method in the table.
+    """Entry of the registry.
 
     Attributes
     ----------
-    makes : str
-        What makes the value, as module and name in ``hydrodamp.identification``.
+    factory : str
+        Module and name in ``hydrodamp.identification`` of the function or class.
     references : tuple of str
-        Papers beside those of the models, a line each.
-    printed : str
-        The column of the paper's Table I that it stands beside; empty where none.
+        Papers in addition to those of the models, one per line.
+    paper_column : str
+        The column of Table I of the paper with the same method; empty for none.
     """
 
     factory: str
@@ -53,13 +50,13 @@ class MethodEntry:
     paper_column: str = ""
 
     def make(self) -> Method:
-        """Return the method itself."""
+        """Import and return the method."""
         module, name = self.factory.rsplit(".", 1)
-        made: Method = getattr(import_module(f"hydrodamp.identification.{module}"), name)()
-        return made
+        method: Method = getattr(import_module(f"hydrodamp.identification.{module}"), name)()
+        return method
 
 
-#: The methods by the keys they have on the command line.
+#: The methods by their keys on the command line.
 METHODS = {
     "recommended": MethodEntry("output_error.Recommended", (_WEAK, _TRUNCATED)),
     "ls": MethodEntry("least_squares.LeastSquares", paper_column="ls"),
@@ -74,7 +71,7 @@ METHODS = {
 
 
 def find_method(key: str) -> Method:
-    """Return the method of a key.
+    """Return a method with its default settings.
 
     Parameters
     ----------
@@ -84,12 +81,12 @@ def find_method(key: str) -> Method:
     Returns
     -------
     method : Method
-        A value with the verb ``identify``.
+        With the method ``identify``.
 
     Raises
     ------
     MethodError
-        If there is none, with the nearest.
+        If the key is unknown; the message suggests similar keys.
 
     Examples
     --------
@@ -109,22 +106,21 @@ def identify_all(
 ) -> tuple[Fit, ...]:
     """Identify several models by one method, on all cores.
 
-    A method that shares work between models does it once, such as the triangle of least
-    squares. Where a method cannot identify one of the models from this log, or nothing says what
-    force drives the vehicle but the terms of another model, that fit has the status ``REFUSED``
-    and the reason among its remarks; the others are not lost with it.
+    Work common to all models, such as the R factor of least squares, is done once. Where a method
+    cannot identify one of the models, or only the terms of another model use the commands of the
+    log, that fit has the status ``REFUSED`` and the reason among its remarks; the other models are
+    still identified.
 
     Parameters
     ----------
     problem : Problem
         Prepared for the terms of all models.
     models : iterable of DampingModel
-        Which terms.
+        The terms.
     method : Method
-        How.
+        The method with its settings.
     done : callable, optional
-        Called with each fit as it comes, to keep it or for a progress bar; with all at once
-        where the method shares its work.
+        Called with each fit when it is complete; with all together where work is common.
 
     Returns
     -------
@@ -134,17 +130,17 @@ def identify_all(
     from hydrodamp.identification.fit import check_actuation, identify_or_refuse
     from hydrodamp.simulation.parallel import run_parallel
 
-    asked = tuple(models)
-    together = getattr(method, "identify_all", None)
-    if together is not None:
-        with suppress(MethodError):  # then one by one, to find which
-            for model in asked:
+    requested = tuple(models)
+    identify_jointly = getattr(method, "identify_all", None)
+    if identify_jointly is not None:
+        with suppress(MethodError):  # then separately, to find the model at fault
+            for model in requested:
                 check_actuation(problem, model)
-            fits: tuple[Fit, ...] = together(problem, asked)
+            fits: tuple[Fit, ...] = identify_jointly(problem, requested)
             for fit in fits:
                 done(fit)
             return fits
-    return run_parallel(identify_or_refuse, [(method, problem, model) for model in asked], done)
+    return run_parallel(identify_or_refuse, [(method, problem, model) for model in requested], done)
 
 
 def cite(subject: DampingModel | Damping | Fit) -> str:
@@ -153,12 +149,12 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
     Parameters
     ----------
     subject : DampingModel, Damping or Fit
-        What was used.
+        The subject.
 
     Returns
     -------
     references : str
-        One line a source, then the paper's BibTeX entry where it is among them.
+        One line per source, then the BibTeX entry of the paper where it applies.
 
     Examples
     --------
@@ -172,9 +168,9 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
 
     lines: list[str] = []
     if isinstance(subject, Fit):
-        known = METHODS.get(subject.method.partition("-")[0], MethodEntry(""))
-        lines += [f"Method: {subject.method} of hydrodamp", *known.references]
-        lines += [PAPER] if known.paper_column else []
+        entry = METHODS.get(subject.method.partition("-")[0], MethodEntry(""))
+        lines += [f"Method: {subject.method} of hydrodamp", *entry.references]
+        lines += [PAPER] if entry.paper_column else []
         subject = subject.damping
     if isinstance(subject, Damping):
         lines += [f"Coefficients: {subject.source}"] if subject.source else []

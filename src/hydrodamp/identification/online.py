@@ -1,4 +1,4 @@
-"""What identifiers share that take one sample after the other: samples, start, bound to a log."""
+"""Common functions of the online estimators: samples, initial coefficients, scales from a log."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hydrodamp.simulation.problem import EquationTable, Problem, held_channels
 
 
 def observe(
-    columns: EquationTable,
+    equations: EquationTable,
     *,
     time: float,
     velocity: npt.ArrayLike,
@@ -29,12 +29,12 @@ def observe(
     propulsion_ratio: float | None = None,
     previous: Sample | None = None,
 ) -> Sample:
-    """Turn what a vehicle reports at one instant into a sample.
+    """Build a sample from the measurements at one instant.
 
     Parameters
     ----------
-    columns : Columns
-        Equation 1 as one table: says which commands count.
+    equations : EquationTable
+        Equation 1; gives the required commands.
     time : float
         Clock [s].
     velocity : array_like, shape (6,)
@@ -43,66 +43,68 @@ def observe(
         Roll, pitch, yaw [rad], or a unit quaternion w x y z, body to
         north-east-down; level by default.
     commands : mapping of str to float, optional
-        Held until the next sample.
+        Commands, held until the next sample.
     wrench : array_like, shape (6,), optional
-        Wrench of the actuators where it is known itself, force [N] and moment
+        Recorded wrench of the actuators, force [N] and moment
         [N m], body frame, on the right-hand side.
     propulsion_ratio : float, optional
-        Where it is known itself; else the vehicle's propeller gives it.
+        Recorded ratio; by default from the speed of the propeller.
     previous : Sample, optional
-        The sample before: its propeller speed was held until now.
+        The sample before, whose propeller speed was held until now.
 
     Returns
     -------
     sample : Sample
-        What :meth:`AdaptiveIdentifier.step` takes.
+        Argument of :meth:`AdaptiveIdentifier.step`.
 
     Raises
     ------
     ProblemError
-        If a command is missing, a wrench would be counted twice, a shape is wrong,
+        If a command is missing, both wrench and actuators are given, a shape is wrong,
         or a number is not finite.
     """
-    vehicle, free = columns.vehicle, columns.vehicle.free
+    vehicle, free = equations.vehicle, equations.vehicle.free
     recorded = {name: np.array([value]) for name, value in (commands or {}).items()}
-    for name in columns.required_commands:
+    for name in equations.required_commands:
         if name not in recorded:
             raise ProblemError(f"command '{name}' is missing.{did_you_mean(name, recorded)}")
-    if columns.actuators and wrench is not None:
+    if equations.actuators and wrench is not None:
         raise ProblemError(
-            "a wrench would count the vehicle's actuators twice: leave it out, or make the "
-            "columns from a log that has the wrench itself."
+            "`wrench` would count the vehicle's actuators twice: omit it, or build the equation "
+            "table from a log with a recorded wrench."
         )
-    turned = np.asarray(attitude, dtype=np.float64)
-    moving = frozen(velocity, (6,), "velocity", ProblemError)
+    orientation = np.asarray(attitude, dtype=np.float64)
+    nu = frozen(velocity, (6,), "velocity", ProblemError)
     force = frozen(np.zeros(6) if wrench is None else wrench, (6,), "wrench", ProblemError)
-    if turned.shape not in ((3,), (4,)):
-        raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {turned.shape}")
-    held = vehicle.propulsion_speed(recorded)
-    if propulsion_ratio is not None or held is None:
+    if orientation.shape not in ((3,), (4,)):
+        raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {orientation.shape}")
+    speed = vehicle.propulsion_speed(recorded)
+    if propulsion_ratio is not None or speed is None:
         ratio = 1.0 if propulsion_ratio is None else propulsion_ratio
-        opening = closing = ratio * float(guarded_speed(moving * free))
+        opening = closing = ratio * float(guarded_speed(nu * free))
     else:
-        opening = float(held[0])
+        opening = float(speed[0])
         closing = opening if previous is None else float(previous.propulsion[0])
     sample = Sample.of(
         time=time,
-        velocity=moving * free,
-        down=down_vectors(turned if len(turned) == 4 else quaternion_from_euler(turned)),
+        velocity=nu * free,
+        down=down_vectors(
+            orientation if len(orientation) == 4 else quaternion_from_euler(orientation)
+        ),
         wrench=force * free,
-        channels=held_channels(columns, recorded, 1)[0],
+        channels=held_channels(equations, recorded, 1)[0],
         propulsion=(opening, closing),
     )
     if not np.isfinite(sample.values).all():
         raise ProblemError(
-            f"every number of a sample must be finite; at {sample.time} s one is not. Leave the "
-            "sample out, and after a longer gap use `state.restart(sample)`."
+            f"every number of a sample must be finite; at {sample.time} s one is not. Omit the "
+            "sample, and after a longer gap use `state.restart(sample)`."
         )
     return sample
 
 
 def initial_coefficients(model: DampingModel, known: Damping | None = None) -> FloatArray:
-    """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere."""
+    """Return known coefficients, else those of the paper: −1 on the linear diagonal, else 0."""
     if known is not None:
         return known.onto(model)
     return np.array(
@@ -114,11 +116,11 @@ def initial_coefficients(model: DampingModel, known: Damping | None = None) -> F
     )
 
 
-def require_problem(source: Problem | EquationTable, what: str) -> Problem:
-    """Return the problem that settings by data need."""
+def require_problem(source: Problem | EquationTable, quantity: str) -> Problem:
+    """Return a source that is a problem; raise for settings that need a log."""
     if isinstance(source, Problem):
         return source
     raise MethodError(
-        f"these settings take the {what} from a log: bind the method to a problem prepared "
-        "from one, such as last week's dive."
+        f"these settings take the {quantity} from a log: bind the method to a problem prepared "
+        "from an earlier log."
     )

@@ -1,4 +1,8 @@
-"""The sufficient statistic of least squares, a mergeable triangle, and what its columns span."""
+"""Mergeable QR factors of the regression, and least squares by SVD of the R factor.
+
+With ``[Ξ σ] = Q R``, R is a sufficient statistic: R factors of two data sets merge into one, and
+``min |Ξ κ − σ|²`` is solved from it per axis with rank and aliased columns.
+"""
 
 from __future__ import annotations
 
@@ -17,38 +21,38 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ProblemError
 
-# Rows folded at once: they stay in cache, where columns of a power of two would collide.
+# Rows factorised together: they fit the cache, where powers of two would cause conflicts.
 BLOCK = 768
 
-# Inner block of the LAPACK factorisation: narrow, so that little runs column by column.
-_PANEL = 8
+# Inner block size of the LAPACK factorisation dtpqrt.
+_PANEL_WIDTH = 8
 
-# Singular values of the column-scaled triangle below this share of the largest are zero. Columns
-# that are equal by nature (u^2 and u|u| under way) leave about 1e-16, the worst honest design of
+# Singular values of the column-scaled R factor below this share of the largest count as zero.
+# Identical columns (u^2 and u|u| under way) give about 1e-16, the worst full-rank design of
 # the paper's models about 1e-9.
 RANK_TOLERANCE = 1e-11
 
-# Share of a unit coefficient that must lie in the null space to be aliased.
-_IN_NULL_SPACE = 1e-3
+# Least entry of the null-space projector that makes columns aliased.
+_NULL_SPACE_SHARE = 1e-3
 
-# Whatever names a column: a term, or a label.
+# Identifier of a column: a term or a label.
 Name = TypeVar("Name")
 
 
 @dataclass(frozen=True)
 class Triangle:
-    """The triangle of a QR factorisation of ``[ξᵀ τᵀ]``.
+    """R factor of the QR factorisation of ``[Ξ σ]`` with rows ``[ξᵀ τᵀ]``.
 
-    It belongs to one vehicle, one velocity record and one derivative.
+    It is specific to one vehicle, log and derivative.
 
     Attributes
     ----------
     basis : Basis
-        The unknown columns, in order; the six columns of the wrench follow.
+        Terms of the first columns; the six columns of the wrench follow.
     r : ndarray, shape (n_terms + 6, n_terms + 6)
         Upper triangular.
     n_samples : int
-        Samples folded in.
+        Number of rows.
     """
 
     basis: Basis
@@ -57,47 +61,47 @@ class Triangle:
 
     @classmethod
     def of(cls, basis: Basis, blocks: Iterable[FloatArray]) -> Triangle:
-        """Fold blocks of rows ``[ξᵀ τᵀ]``, which are overwritten where they are Fortran-ordered."""
+        """Factorise blocks of rows ``[ξᵀ τᵀ]``; Fortran-ordered blocks are overwritten."""
         size, n_samples = len(basis) + 6, 0
         r = np.zeros((size, size), order="F")
         for rows in blocks:
             n_samples += len(rows)
-            r = _fold(r, rows)
+            r = _factorise(r, rows)
         return cls(basis, frozen(np.triu(r)), n_samples)
 
-    def merge(self, other: Triangle) -> Triangle:
-        """Return the triangle of both sets of samples.
+    def merge(self, second: Triangle) -> Triangle:
+        """Return the R factor of both sets of samples.
 
         Parameters
         ----------
-        other : Triangle
+        second : Triangle
             Of the same terms.
 
         Returns
         -------
         triangle : Triangle
-            As if all samples had been folded into one.
+            Equal to that of all samples together.
 
         Raises
         ------
         ProblemError
             If the terms differ.
         """
-        if self.basis != other.basis:
-            raise ProblemError("triangles of different terms cannot be merged")
-        r = _fold(self.r.copy(order="F"), other.r.copy(order="F"), upper=len(self.r))
-        return Triangle(self.basis, frozen(np.triu(r)), self.n_samples + other.n_samples)
+        if self.basis != second.basis:
+            raise ProblemError("R factors of different terms cannot be merged")
+        r = _factorise(self.r.copy(order="F"), second.r.copy(order="F"), upper=len(self.r))
+        return Triangle(self.basis, frozen(np.triu(r)), self.n_samples + second.n_samples)
 
     @cached_property
-    def _places(self) -> dict[Term, int]:
-        return {term: place for place, term in enumerate(self.basis)}
+    def _indices(self) -> dict[Term, int]:
+        return {term: index for index, term in enumerate(self.basis)}
 
     def columns(self, terms: Sequence[Term]) -> FloatArray:
         """Return the columns of some terms."""
-        return self.r[:, [self._places[term] for term in terms]]
+        return self.r[:, [self._indices[term] for term in terms]]
 
     def span(self, terms: tuple[Term, ...]) -> Span[Term]:
-        """Return what the columns of some terms span, scaled to length one."""
+        """Return the SVD of the columns of some terms, scaled to unit length."""
         if terms not in self._spans:
             self._spans[terms] = column_span(self.columns(terms), terms)
         return self._spans[terms]
@@ -112,7 +116,7 @@ class Triangle:
 
 
 def merge(triangles: Iterable[Triangle]) -> Triangle:
-    """Merge triangles of the same terms.
+    """Merge R factors of the same terms.
 
     Parameters
     ----------
@@ -122,41 +126,41 @@ def merge(triangles: Iterable[Triangle]) -> Triangle:
     Returns
     -------
     triangle : Triangle
-        As if all samples had been folded into one.
+        Equal to that of all samples together.
 
     Raises
     ------
     ProblemError
-        If there is none or the terms differ.
+        If the iterable is empty or the terms differ.
     """
     result: Triangle | None = None
     for triangle in triangles:
         result = triangle if result is None else result.merge(triangle)
     if result is None:
-        raise ProblemError("merge needs at least one triangle, got none")
+        raise ProblemError("merge needs at least one R factor, got none")
     return result
 
 
 def update_factor(r: FloatArray, rows: FloatArray) -> FloatArray:
-    """Return the triangle of one stacked on many rows."""
+    """Return the R factor of ``r`` stacked on rows."""
     r = np.asfortranarray(r)
     for first in range(0, len(rows), BLOCK):
-        r = _fold(r, np.array(rows[first : first + BLOCK], order="F"))
+        r = _factorise(r, np.array(rows[first : first + BLOCK], order="F"))
     return np.triu(r)
 
 
-def _fold(r: FloatArray, rows: FloatArray, *, upper: int = 0) -> FloatArray:
-    """Return the triangle of one stacked on some rows; both are overwritten."""
-    panel = min(_PANEL, len(r))
-    folded: FloatArray = lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)[0]
-    return folded
+def _factorise(r: FloatArray, rows: FloatArray, *, upper: int = 0) -> FloatArray:
+    """Return the R factor of ``r`` stacked on one block of rows; both are overwritten."""
+    panel = min(_PANEL_WIDTH, len(r))
+    factor: FloatArray = lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)[0]
+    return factor
 
 
 @dataclass(frozen=True)
 class Span(Generic[Name]):
-    """What the data determine of the coefficients of some columns.
+    """Column space of a design: SVD with rank and aliased columns.
 
-    ``directions`` (rows, rank) are orthonormal, ``coefficients`` (n, rank) make each of them.
+    ``directions`` (rows, rank) are orthonormal; ``coefficients`` (n, rank) map to them.
     """
 
     directions: FloatArray
@@ -166,7 +170,7 @@ class Span(Generic[Name]):
 
     @property
     def rank(self) -> int:
-        """How many directions there are."""
+        """Rank of the design."""
         return len(self.singular)
 
 
@@ -174,25 +178,25 @@ class Span(Generic[Name]):
 def column_span(
     design: FloatArray, names: Sequence[Name], scale: FloatArray | None = None
 ) -> Span[Name]:
-    """Find what the columns of a design span."""
+    """Return the SVD of a column-scaled design, its rank, and the aliased columns."""
     if not len(names):
         return Span(np.zeros((len(design), 0)), np.zeros((0, 0)), np.zeros(0), ())
     unit = np.linalg.norm(design, axis=0) if scale is None else scale
     unit = np.where(unit == 0.0, 1.0, unit)
-    left, singular, right = np.linalg.svd(design / unit, full_matrices=False)
-    right[:, ~np.any(design, axis=0)] = 0.0  # the decomposition leaves 1e-17 in columns of zeros
-    kept = singular > RANK_TOLERANCE * singular[0] if singular[0] > 0.0 else singular > 0.0
+    u, singular, vt = np.linalg.svd(design / unit, full_matrices=False)
+    vt[:, ~np.any(design, axis=0)] = 0.0  # rounding makes about 1e-17 in columns of zeros
+    nonzero = singular > RANK_TOLERANCE * singular[0] if singular[0] > 0.0 else singular > 0.0
     return Span(
-        directions=left[:, kept],
-        coefficients=(right[kept].T / singular[kept]) / unit[:, None],
-        singular=singular[kept],
-        aliased=_aliased(names, right[kept]),
+        directions=u[:, nonzero],
+        coefficients=(vt[nonzero].T / singular[nonzero]) / unit[:, None],
+        singular=singular[nonzero],
+        aliased=_aliased(names, vt[nonzero]),
     )
 
 
 @dataclass(frozen=True)
 class AxisSolution:
-    """The coefficients of one axis; ``share`` is what is left of each direction of the span."""
+    """Solution of one axis; ``share`` is the shrinkage factor of each singular direction."""
 
     span: Span[Term]
     share: FloatArray
@@ -206,26 +210,26 @@ def solve_axis(
 ) -> AxisSolution:
     """Solve ``min |Ξ κ − σ|² / n + strength |S κ|²`` on one axis (equation 12 for strength 0).
 
-    S is the root mean square of each column. Residuals count as white in the covariance.
+    S is the root mean square of each column. The covariance assumes white residuals.
     """
     n = max(triangle.n_samples, 1)
     span, target = triangle.span(terms), triangle.target(axis)
     square = span.singular**2
     share = square / (square + strength)
     amounts = share * (span.directions.T @ target)
-    left_over = float(np.linalg.norm(target - span.directions @ amounts))
-    variance = left_over**2 / max(n - float(share.sum()), 1.0)
+    residual_norm = float(np.linalg.norm(target - span.directions @ amounts))
+    variance = residual_norm**2 / max(n - float(share.sum()), 1.0)
     return AxisSolution(
         span=span,
         share=share,
         coefficients=span.coefficients @ amounts,
         covariance=(span.coefficients * share) @ span.coefficients.T * variance,
-        residual=left_over / np.sqrt(n),
+        residual=residual_norm / np.sqrt(n),
     )
 
 
 def group_labels(by_axis: Iterable[Iterable[Sequence[Term]]]) -> tuple[tuple[str, ...], ...]:
-    """Return groups of terms, axis by axis, as groups of labels."""
+    """Return the labels of groups of terms, given per axis."""
     return tuple(
         tuple(f"{axis}_{term}" for term in group)
         for axis, groups in zip(AXES, by_axis, strict=True)
@@ -233,13 +237,13 @@ def group_labels(by_axis: Iterable[Iterable[Sequence[Term]]]) -> tuple[tuple[str
     )
 
 
-def _aliased(names: Sequence[Name], seen: FloatArray) -> tuple[tuple[Name, ...], ...]:
-    """Group the columns that the null space mixes: connected entries of its projector."""
-    null = np.abs(np.eye(len(names)) - seen.T @ seen)
-    places = np.flatnonzero(np.diag(null) > _IN_NULL_SPACE)
-    if not len(places):
+def _aliased(names: Sequence[Name], row_space: FloatArray) -> tuple[tuple[Name, ...], ...]:
+    """Group columns by the connected components of the null-space projector."""
+    null = np.abs(np.eye(len(names)) - row_space.T @ row_space)
+    columns = np.flatnonzero(np.diag(null) > _NULL_SPACE_SHARE)
+    if not len(columns):
         return ()
-    linked = null[np.ix_(places, places)] > _IN_NULL_SPACE
+    linked = null[np.ix_(columns, columns)] > _NULL_SPACE_SHARE
     n_groups, group = connected_components(linked, directed=False)
-    members = (places[group == one].tolist() for one in range(n_groups))
-    return tuple(tuple(names[place] for place in one) for one in members)
+    members = (columns[group == k].tolist() for k in range(n_groups))
+    return tuple(tuple(names[index] for index in indices) for indices in members)

@@ -1,4 +1,9 @@
-"""Recursive least squares that neither winds up nor bursts when nothing is excited."""
+"""Recursive least squares with directional forgetting, without wind-up or bursting.
+
+Each row y = κ·φ, a momentum balance over two blocks of time, updates the information S and κ;
+the equations are in ``kernels/csrc/recursive.c``. Covariances include a bias term from
+instrumental variables (``instrumental_variables.c``).
+"""
 
 from __future__ import annotations
 
@@ -23,12 +28,12 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
 from hydrodamp.simulation.status import Status
 
-#: Velocities that terms are scaled by on board, where no log tells their sizes.
+#: u v w [m/s] p q r [rad/s]; scales of the terms on board, where there is no log.
 TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 
 
 class RecursiveAdaptation(NamedTuple):
-    """Recursive least squares bound to a plant and a model: all that a step needs."""
+    """Recursive least squares bound to a plant and a model."""
 
     equations: EquationTable
     model: DampingModel
@@ -37,7 +42,7 @@ class RecursiveAdaptation(NamedTuple):
 
 
 class RecursiveState(NamedTuple):
-    """Where recursive least squares stands.
+    """State of recursive least squares.
 
     Attributes
     ----------
@@ -46,9 +51,9 @@ class RecursiveState(NamedTuple):
     estimate : Estimate
         Coefficients, information and noise.
     block : ndarray
-        The block of time under way.
+        The current block of time.
     last : Sample
-        The sample it was made with.
+        The last sample.
     """
 
     adaptation: RecursiveAdaptation
@@ -58,23 +63,23 @@ class RecursiveState(NamedTuple):
 
     @property
     def damping(self) -> Damping:
-        """The present estimate, with the vehicle it belongs to."""
+        """The present estimate, with the vehicle stamp."""
         bound = self.adaptation
         vehicle = vehicle_stamp(bound.equations.vehicle)
         return Damping(bound.model, self.estimate.coefficients, vehicle=vehicle)
 
     def restart(self, sample: Sample) -> RecursiveState:
-        """Return the state at the first sample after a gap: a new block, all that was known.
+        """Return the state at the first sample after a gap: a new block, the same estimate.
 
         Parameters
         ----------
         sample : Sample
-            The first one after the gap.
+            The first sample after the gap.
 
         Returns
         -------
         state : RecursiveState
-            A new one.
+            The new state.
         """
         empty = frozen(np.zeros_like(self.block))
         estimate = core.begin_segment(self.adaptation.recursion, self.estimate)
@@ -83,24 +88,23 @@ class RecursiveState(NamedTuple):
 
 @dataclass(frozen=True)
 class RecursiveLeastSquares:
-    """Least squares sample by sample, with directional forgetting.
+    """Recursive least squares with directional forgetting.
 
     Parameters
     ----------
     block : float
-        Length of a block of time [s]; a row spans two. Longer ones average more noise
-        away, shorter ones keep quicker motions.
+        Length of a block of time [s]; a row spans two. Longer blocks average more noise,
+        shorter ones resolve faster motions.
     memory : float
-        Time after which most of what was known along a direction is replaced, if that
-        is excited all the while [s]; infinite for a vehicle that does not change.
+        Time constant of forgetting along a continuously excited direction [s]; infinite for a
+        vehicle that does not change.
     prior : float
-        How many rows of each term's usual size the start is worth.
+        Weight of the prior, in rows of typical size.
     start : Damping, optional
-        Coefficients to start from, such as a published set; the paper's start by
-        default.
-    usual : tuple of 6 floats, optional
-        Velocities u v w [m/s] p q r [rad/s] that give each term its usual size, with channels of
-        one, where there is no log to take it from.
+        Initial coefficients, such as a published set; those of the paper by default.
+    typical_velocity : tuple of 6 floats, optional
+        Typical u v w [m/s] p q r [rad/s] that scale the terms, with channels of 1, where there is
+        no log to take the scales from.
 
     Raises
     ------
@@ -120,70 +124,68 @@ class RecursiveLeastSquares:
     typical_velocity: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse settings that make no sense."""
+        """Check the settings."""
         if self.typical_velocity is not None:
             demand(
-                _is_usual(self.typical_velocity),
-                "usual",
+                _is_positive(self.typical_velocity),
+                "typical_velocity",
                 "six positive numbers",
                 self.typical_velocity,
             )
         for name in ("block", "prior"):
-            given = getattr(self, name)
-            demand(0.0 < given < np.inf, name, "positive and finite", given)
-        least = f"at least one block of {self.block} s"
-        demand(self.memory >= self.block, "memory", least, self.memory)
+            value = getattr(self, name)
+            demand(0.0 < value < np.inf, name, "positive and finite", value)
+        minimum = f"at least one block of {self.block} s"
+        demand(self.memory >= self.block, "memory", minimum, self.memory)
 
     key = "rls"
 
     def bind(self, source: Problem | EquationTable, model: DampingModel) -> RecursiveAdaptation:
-        """Bind the settings to a plant and a model; sizes follow the log, or what is usual."""
-        columns = source if isinstance(source, EquationTable) else source.equations
-        free = model.restricted_to(columns.vehicle.axes)
-        rows, axes = columns.entries(free)
+        """Bind the settings to a plant and a model; scales from the log or the typical velocity."""
+        equations = source if isinstance(source, EquationTable) else source.equations
+        free = model.restricted_to(equations.vehicle.axes)
+        rows, axes = equations.entries(free)
         if self.typical_velocity is None:
             square = regressor_mean_square(require_problem(source, "size of each term"))
         else:
-            square = _usual_square(columns, self.typical_velocity)
-        size = self.block * np.sqrt(self.prior * square[rows - columns.n_known])
+            square = _typical_square(equations, self.typical_velocity)
+        size = self.block * np.sqrt(self.prior * square[rows - equations.n_known])
         if not np.all(np.isfinite(size)):
             raise MethodError(
-                "a term's mean square is not finite: look for absurd numbers in the log."
+                "the mean square of a term is not finite: check the log for outliers."
             )
-        current_estimate = columns.with_unknown((rows, axes), np.zeros(len(rows)))
+        known = equations.with_unknown((rows, axes), np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
-        recursion = Recursion(
-            columns.plant, rows, axes, current_estimate, unit, self.block, forgetting
-        )
+        recursion = Recursion(equations.plant, rows, axes, known, unit, self.block, forgetting)
         start = recursion.initial_estimate(initial_coefficients(free, self.start))
-        return RecursiveAdaptation(columns, free, recursion, start)
+        return RecursiveAdaptation(equations, free, recursion, start)
 
     def init(
         self, source: Problem | EquationTable, model: DampingModel, sample: Sample
     ) -> RecursiveState:
-        """Start online at the first sample of a run.
+        """Return the initial state at the first sample of a run.
 
         Parameters
         ----------
-        source : Problem or Columns
-            Equation 1 as one table; without ``usual`` a problem, such as one of last week's dive.
+        source : Problem or EquationTable
+            Equation 1; a problem from an earlier log where there is no ``typical_velocity``.
         model : DampingModel
-            Which terms.
+            The terms.
         sample : Sample
             The first one; see :func:`hydrodamp.identification.online.observe`.
 
         Returns
         -------
         state : RecursiveState
-            At the start, nothing known.
+            The initial coefficients, without information.
         """
         bound = self.bind(source, model)
         block = core.new_block(bound.equations.plant)
         return RecursiveState(bound, bound.start, block, sample)
 
     def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
-        """Return the state one sample later; the given one stays as it is.
+        """Return the state after one sample; the argument is not modified.
 
         Parameters
         ----------
@@ -191,12 +193,12 @@ class RecursiveLeastSquares:
             From :meth:`init`, an earlier step, or ``state.restart(sample)``
             after a gap.
         sample : Sample
-            The next one.
+            The next sample.
 
         Returns
         -------
         state : RecursiveState
-            A new one; its estimate is the same until a block is full.
+            The new state; its estimate changes when a block is complete.
 
         Raises
         ------
@@ -210,21 +212,11 @@ class RecursiveLeastSquares:
         return RecursiveState(bound, estimate, block, sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Go through the log once and return the last estimate.
+        """Process the log once and return the final estimate.
 
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for (at least) the model's terms.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        fit : Fit
-            With covariance; its rank counts the directions the data tell more of than
-            the prior. ``BY_PRIOR`` where that is not all of them, ``TOO_FEW_SAMPLES``
-            where no segment has two blocks.
+        ``rank`` counts the directions in which the information of the data exceeds the prior's.
+        The status is ``BY_PRIOR`` where these are not all, ``TOO_FEW_SAMPLES`` where no segment has
+        two blocks.
         """
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
@@ -232,103 +224,104 @@ class RecursiveLeastSquares:
         estimate = core.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
-        axes = [_axis_knowledge(bound, estimate, axis) for axis in range(6)]
-        rank = sum(int(one.is_told.sum()) for one in axes)
+        axes = [_axis_estimate(bound, estimate, axis) for axis in range(6)]
+        rank = sum(int(axis.exceeds_prior.sum()) for axis in axes)
         return make_fit(
             problem,
             bound.model,
             self,
             estimate.coefficients,
             uncertainty=Uncertainty(
-                block_diag(*(one.covariance for one in axes)),
+                block_diag(*(axis.covariance for axis in axes)),
                 degrees_of_freedom=np.inf,
                 method=_METHOD,
                 bias_allowance=_ALLOWANCE,
             ),
             rank=rank,
-            aliased=tuple(group for one in axes for group in one.aliased),
+            aliased=tuple(group for axis in axes for group in axis.aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
 
 
 class EstimateUncertainty(NamedTuple):
-    """How far an estimate can be trusted as it goes."""
+    """Covariance and excitation of an estimate of recursive least squares."""
 
     covariance: FloatArray  # of all coefficients
-    is_estimated: BoolArray  # by coefficient: the data tell more of it than the prior
-    excitation: FloatArray  # by axis: along the direction told least, data over prior
+    is_estimated: BoolArray  # by coefficient: the data halve the variance of the prior at least
+    excitation: FloatArray  # by axis: least eigenvalue of the information over that of the prior
 
 
 def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
-    """Return what is known of each coefficient at a state."""
-    axes = [_axis_knowledge(state.adaptation, state.estimate, axis) for axis in range(6)]
+    """Return covariance and excitation of the estimate of a state."""
+    axes = [_axis_estimate(state.adaptation, state.estimate, axis) for axis in range(6)]
     return EstimateUncertainty(
-        block_diag(*(one.covariance for one in axes)),
-        np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD,
-        np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),
+        block_diag(*(axis.covariance for axis in axes)),
+        np.concatenate([axis.inverse.diagonal() for axis in axes]) <= _MAX_PRIOR_SHARE,
+        np.array([max(0.0, axis.values.min(initial=np.inf)) for axis in axes]),
     )
 
 
 def persistent_leverage_share(state: RecursiveState) -> FloatArray:
-    """Return the share of each coefficient's leverage that lasts: terms three rows apart.
+    """Return the share of each coefficient's leverage from regressors correlated over three rows.
 
-    Noise does not last so long, so that what is left of the leverage may be noise.
+    Noise is uncorrelated over three rows, so the remainder may be noise.
     """
     recursion, estimate, shares = state.adaptation.recursion, state.estimate, []
     for axis in range(6):
         _, information = recursion.axis_block(axis, estimate.information)
-        crossed = recursion.iv_statistics(axis, estimate.iv_state).moments
+        moments = recursion.iv_statistics(axis, estimate.iv_state).moments
         inverse = np.linalg.inv(np.eye(len(information)) + information)
-        lasting = inverse @ (0.25 * (crossed + crossed.T)) @ inverse
-        shares.append(lasting.diagonal() / inverse.diagonal())
+        persistent = inverse @ (0.25 * (moments + moments.T)) @ inverse
+        shares.append(persistent.diagonal() / inverse.diagonal())
     return np.concatenate(shares)
 
 
 def missing_wrench_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
-    """Return the share of each axis's damping wrench that the data miss in other coefficients."""
+    """Return the share of each axis's damping wrench by which other coefficients differ."""
     recursion, estimate, share = state.adaptation.recursion, state.estimate, np.zeros(6)
     unit = recursion.unit
     scale = np.divide(1.0, unit, out=np.zeros(len(unit)), where=unit > 0.0)
     for axis in range(6):
-        part, information = recursion.axis_block(axis, estimate.information)
-        given, wanted = scale[part] * coefficients[part], scale[part] * estimate.coefficients[part]
-        missing, size = ((one @ information @ one) for one in (wanted - given, given))
+        block, information = recursion.axis_block(axis, estimate.information)
+        scaled = scale[block] * coefficients[block]
+        difference = scale[block] * estimate.coefficients[block] - scaled
+        missing, size = difference @ information @ difference, scaled @ information @ scaled
         share[axis] = np.sqrt(missing / size) if size > 0.0 else np.inf
     return share
 
 
-_METHOD = "residuals correlated over four blocks of time"
+_METHOD = "residuals with correlation over four blocks of time"
 _ALLOWANCE = (
-    "how far an estimate by instruments three blocks away is off and may be by chance, and the "
-    "start's pull"
+    "the difference from an instrumental-variable estimate with instruments three blocks away, "
+    "its standard error, and the bias towards the initial coefficients"
 )
 
 # Weights of products at lags of one row and more: W. Newey and K. West, Econometrica 55 (1987) 703.
 _TAPER = 1.0 - np.arange(1, 5) / 5.0
 
-# Of the prior's variance, what may be left of a coefficient that the data tell.
-_TOLD = 0.5
+# Largest share of the prior variance that remains of a coefficient estimated from data.
+_MAX_PRIOR_SHARE = 0.5
 
-# A tilt and a propeller's pull that make no term zero.
-_DOWN, _PULL = (0.3, 0.3, 0.9), 1.3
-
-
-def _is_usual(velocity: tuple[float, ...]) -> bool:
-    return len(velocity) == 6 and all(0.0 < one < np.inf for one in velocity)
+# Down vector and propulsion ratio that make no term zero.
+_TYPICAL_DOWN, _TYPICAL_PROPULSION_RATIO = (0.3, 0.3, 0.9), 1.3
 
 
-def _usual_square(columns: EquationTable, velocity: tuple[float, ...]) -> FloatArray:
-    """Return the square of every unknown term at usual velocities."""
-    plant = columns.plant
-    moving = np.array([velocity])
-    pull = _PULL * guarded_speed(moving)
+def _is_positive(velocity: tuple[float, ...]) -> bool:
+    return len(velocity) == 6 and all(0.0 < value < np.inf for value in velocity)
+
+
+def _typical_square(equations: EquationTable, velocity: tuple[float, ...]) -> FloatArray:
+    """Return the square of every unknown term at a typical velocity."""
+    plant = equations.plant
+    nu = np.array([velocity])
+    propulsion = _TYPICAL_PROPULSION_RATIO * guarded_speed(nu)
     channels = np.ones((1, plant.n_channels))
-    terms = core.regressor(plant.factors, moving, np.array([_DOWN]), channels, pull)
-    return np.asarray(terms[0, columns.n_known :] ** 2)
+    terms = core.regressor(plant.factors, nu, np.array([_TYPICAL_DOWN]), channels, propulsion)
+    return np.asarray(terms[0, equations.n_known :] ** 2)
 
 
-class _AxisKnowledge(NamedTuple):
-    """Of an axis: its information by eigenvalues, its inverse with the prior's, covariance."""
+class _AxisEstimate(NamedTuple):
+    """Eigenvalues of the information S of an axis, (I + S)⁻¹, and the covariance."""
 
     labels: tuple[str, ...]
     values: FloatArray
@@ -337,44 +330,44 @@ class _AxisKnowledge(NamedTuple):
     covariance: FloatArray
 
     @property
-    def is_told(self) -> BoolArray:
-        """Of which directions the data tell more than the prior, whose information is one."""
+    def exceeds_prior(self) -> BoolArray:
+        """Eigenvectors along which the data have more information than the prior, which has 1."""
         return np.asarray(self.values >= 1.0)
 
     @property
     def aliased(self) -> tuple[tuple[str, ...], ...]:
-        """Labels that the directions of the data do not tell apart."""
-        n, is_told = len(self.labels), self.is_told
-        directions = self.vectors[:, is_told].T if is_told.any() else np.zeros((1, n))
+        """Groups of labels that are aliased in these directions."""
+        n, mask = len(self.labels), self.exceeds_prior
+        directions = self.vectors[:, mask].T if mask.any() else np.zeros((1, n))
         return column_span(directions, self.labels, np.ones(n)).aliased
 
 
 @factorisation("information matrix")
-def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -> _AxisKnowledge:
-    """Return what is known of one axis."""
+def _axis_estimate(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -> _AxisEstimate:
+    """Return information and covariance of one axis, including bias terms."""
     recursion = bound.recursion
-    part, information = recursion.axis_block(axis, estimate.information)
-    unit = recursion.unit[part]
+    block, information = recursion.axis_block(axis, estimate.information)
+    unit = recursion.unit[block]
     values, vectors = np.linalg.eigh(information)
     inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
     instruments = recursion.iv_statistics(axis, estimate.iv_state)
     noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ instruments.lag_products))
-    found = estimate.coefficients[part]
-    moved = np.divide(
-        found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0
-    )
-    off, pulled = found - unit * instruments.estimate, unit * (inverse @ moved)
+    coefficients = estimate.coefficients[block]
+    change = coefficients - bound.start.coefficients[block]
+    change = np.divide(change, unit, out=np.zeros(len(unit)), where=unit > 0.0)
+    iv_bias = coefficients - unit * instruments.estimate
+    prior_bias = unit * (inverse @ change)
     covariance = noise * np.outer(unit, unit) * inverse
-    # Bias that is small in one coefficient by chance is not small in it: all of an axis have at
-    # least the same ratio of it to noise (R. Birge, Physical Review 40 (1932) 207).
+    # A bias estimate may be small by chance: all coefficients of an axis get at least the mean
+    # ratio of squared bias to variance (R. Birge, Physical Review 40 (1932) 207).
     variance = covariance.diagonal()
-    moves = variance > 0.0
-    birge = np.mean(off[moves] ** 2 / variance[moves]) if moves.any() else 0.0
-    covariance += np.diag(np.maximum(0.0, birge * variance - off**2))
-    covariance += np.outer(off, off) + np.outer(pulled, pulled)
-    # How far apart both estimates may be by chance: one that is near by chance proves nothing. The
-    # correlation of a term over six blocks counts as the square of that over three.
+    free = variance > 0.0
+    birge = np.mean(iv_bias[free] ** 2 / variance[free]) if free.any() else 0.0
+    covariance += np.diag(np.maximum(0.0, birge * variance - iv_bias**2))
+    covariance += np.outer(iv_bias, iv_bias) + np.outer(prior_bias, prior_bias)
+    # Variance of the difference of both estimates: agreement by chance proves nothing. The
+    # correlation of a regressor over six blocks is taken as the square of that over three.
     moments = np.linalg.inv(np.eye(len(unit)) + instruments.moments)
-    spread = 2.0 * moments @ information @ moments.T - 0.5 * inverse
-    covariance += np.diag(noise * unit**2 * np.maximum(0.0, spread.diagonal()))
-    return _AxisKnowledge(bound.model.labels[part], values, vectors, inverse, covariance)
+    difference = 2.0 * moments @ information @ moments.T - 0.5 * inverse
+    covariance += np.diag(noise * unit**2 * np.maximum(0.0, difference.diagonal()))
+    return _AxisEstimate(bound.model.labels[block], values, vectors, inverse, covariance)

@@ -1,4 +1,4 @@
-"""Rows of a regression: where they come from, and folds of them for cross-validation."""
+"""Rows of the pointwise regression ``σ = Ξ κ`` (equation 3), and folds for cross-validation."""
 
 from __future__ import annotations
 
@@ -25,23 +25,22 @@ class Rows:
     Attributes
     ----------
     basis : Basis
-        The unknown columns.
+        The unknown terms.
     design : ndarray, shape (m, n_terms)
-        In the paper the rows ξᵀ of Ξ.
+        The regressors; in the paper the rows ξᵀ of Ξ.
     target : ndarray, shape (m, 6)
-        The wrench left over when everything known is subtracted, force X Y Z [N] and
-        moment K M N [N m], body frame, on the right-hand side of equation 1: against
-        the motion. In the paper σ.
+        The damping wrench σ = M ν̇ − H(Mν)ν − G − u, force X Y Z [N] and moment K M N [N m],
+        body frame, on the right-hand side of equation 1: it opposes the motion.
     segment : ndarray of int, shape (m,)
-        Number of the segment each row is from, never falling.
+        Segment number of each row, non-decreasing.
     time : ndarray, shape (m,)
-        Its time [s], rising within a segment.
+        Time of each row [s], increasing within a segment.
     n_samples : int
-        Samples of the log that the rows are made of.
-    likeness : float
-        How many neighbouring rows count as one where their noise is white.
+        Number of samples of the log that the rows use.
+    variance_inflation : float
+        Number of rows that count as one for white noise, due to overlap of test functions.
     remarks : tuple of str
-        How they were made, in sentences.
+        Messages on how the rows were computed.
     """
 
     basis: Basis
@@ -55,48 +54,47 @@ class Rows:
 
     @property
     def n(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return len(self.time)
 
-    def select(self, chosen: IntArray) -> Rows:
-        """Return some of the rows.
+    def select(self, index: IntArray) -> Rows:
+        """Return a subset of the rows.
 
         Parameters
         ----------
-        chosen : ndarray of int or bool
-            Places of the rows, rising, or a mask.
+        index : ndarray of int or bool
+            Increasing indices, or a mask.
 
         Returns
         -------
         rows : Rows
-            In the order given.
+            In the same order.
         """
         names = ("design", "target", "segment", "time")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     def triangle(self) -> Triangle:
-        """Return the triangle of these rows: enough to solve any model.
+        """Return the R factor of these rows, a sufficient statistic for every model.
 
         Returns
         -------
         triangle : Triangle
             As from :func:`accumulate`.
         """
-        parts = (slice(first, first + BLOCK) for first in range(0, self.n, BLOCK))
-        blocks = (np.hstack([self.design[part], self.target[part]]) for part in parts)
+        slices = (slice(first, first + BLOCK) for first in range(0, self.n, BLOCK))
+        blocks = (np.hstack([self.design[rows], self.target[rows]]) for rows in slices)
         return Triangle.of(self.basis, blocks)
 
 
 def residuals(rows: Rows, damping: Damping) -> FloatArray:
-    """Return what a damping leaves of each axis of some rows."""
+    """Return the residuals ``σ − Ξ κ`` of each axis, shape (m, 6)."""
     model = damping.model
     columns = [rows.basis.index(term) for term in model.basis]
-    rest: FloatArray = rows.target - rows.design[:, columns] @ damping.matrix.T
-    return rest
+    return np.asarray(rows.target - rows.design[:, columns] @ damping.matrix.T)
 
 
 class RegressionForm(Protocol):
-    """A way from a problem to rows that hold no unknown acceleration."""
+    """A form of the regression: maps a problem to rows without unknown acceleration."""
 
     def rows(self, problem: Problem) -> Rows:
         """Return all rows of a problem."""
@@ -105,7 +103,7 @@ class RegressionForm(Protocol):
 
 @dataclass(frozen=True)
 class PointwiseRegression:
-    """One row a sample, with the acceleration of a derivative, as in section III.
+    """One row per sample, with the acceleration from a derivative, as in section III.
 
     Parameters
     ----------
@@ -121,28 +119,15 @@ class PointwiseRegression:
     derivative: Derivative | None = None
 
     def rows(self, problem: Problem) -> Rows:
-        """Return one row a sample.
-
-        Parameters
-        ----------
-        problem : Problem
-            Samples and terms.
-
-        Returns
-        -------
-        rows : Rows
-            Held inputs enter as the derivative sees them.
-        """
+        """Return one row per sample; held inputs pass through the filter of the derivative."""
         derivative = self.derivative or default_derivative(problem)
-        acceleration, seen = (
-            derivative.acceleration(problem),
-            derivative.filter_held_inputs(problem),
-        )
-        regressor = seen.regressor()
+        acceleration = derivative.acceleration(problem)
+        filtered = derivative.filter_held_inputs(problem)
+        regressor = filtered.regressor()
         return Rows(
             basis=problem.equations.basis,
             design=regressor[:, problem.equations.n_known :],
-            target=_remainder(seen, acceleration, regressor, slice(None)),
+            target=_damping_wrench(filtered, acceleration, regressor, slice(None)),
             segment=problem.segment_numbers,
             time=problem.inputs.time,
             n_samples=problem.n_samples,
@@ -150,49 +135,49 @@ class PointwiseRegression:
 
 
 def accumulate(problem: Problem, derivative: Derivative | None = None) -> Triangle:
-    """Fold a problem into its triangle, without keeping the rows.
+    """Return the R factor of a problem without storing the rows.
 
     Parameters
     ----------
     problem : Problem
         Samples and terms.
     derivative : Derivative, optional
-        Where the acceleration comes from; the record where there is one, else
+        Source of the acceleration; by default the recorded one where there is one, else
         finite differences.
 
     Returns
     -------
     triangle : Triangle
-        Held inputs enter as the derivative sees them. Needs 8 (n_terms + 6)^2 bytes whatever
-        the length of the log; an estimated acceleration takes 48 bytes a sample
-        while it is folded in.
+        Held inputs pass through the filter of the derivative. It takes 8 (n_terms + 6)^2 bytes
+        for a log of any length; an estimated acceleration takes 48 bytes per sample
+        temporarily.
     """
     estimator = derivative or default_derivative(problem)
-    acceleration, seen = estimator.acceleration(problem), estimator.filter_held_inputs(problem)
+    acceleration = estimator.acceleration(problem)
+    filtered = estimator.filter_held_inputs(problem)
     known, n = problem.equations.n_known, problem.n_samples
 
     def blocks() -> Iterator[FloatArray]:
         for first in range(0, n, BLOCK):
-            part = slice(first, min(first + BLOCK, n))
-            size = (part.stop - first, known + len(problem.equations.basis) + 6)
+            block = slice(first, min(first + BLOCK, n))
+            size = (block.stop - first, known + len(problem.equations.basis) + 6)
             rows = np.empty(size, order="F")
-            regressor = seen.regressor(first, part.stop, out=rows[:, :-6])
-            rows[:, -6:] = _remainder(seen, acceleration, regressor, part)
+            regressor = filtered.regressor(first, block.stop, out=rows[:, :-6])
+            rows[:, -6:] = _damping_wrench(filtered, acceleration, regressor, block)
             yield rows[:, known:]
 
     return Triangle.of(problem.equations.basis, blocks())
 
 
 def damping_wrench(problem: Problem, acceleration: FloatArray) -> FloatArray:
-    """Return the wrench left over when everything known is subtracted.
+    """Return the damping wrench of equation 3, ``τ = M ν̇ − H(Mν)ν − G − u``.
 
-    Equation 3 of the paper: ``τ = M ν̇ − H(Mν)ν − G − u``. What remains is
-    attributed to damping, with every error of the known terms.
+    It includes all errors of the known terms.
 
     Parameters
     ----------
     problem : Problem
-        Equation 1 filled with a log.
+        Vehicle and log.
     acceleration : ndarray, shape (n, 6)
         Of all samples of the problem, linear [m/s^2] and angular [rad/s^2].
 
@@ -200,28 +185,28 @@ def damping_wrench(problem: Problem, acceleration: FloatArray) -> FloatArray:
     -------
     wrench : ndarray, shape (n, 6)
         Force X Y Z [N] and moment K M N [N m], body frame, on the right-hand
-        side of equation 1: against the motion. Zero on locked axes.
+        side of equation 1: it opposes the motion. Zero on locked axes.
     """
-    return _remainder(problem, acceleration, problem.regressor(), slice(None))
+    return _damping_wrench(problem, acceleration, problem.regressor(), slice(None))
 
 
-def _remainder(
-    problem: Problem, acceleration: FloatArray, regressor: FloatArray, part: slice
+def _damping_wrench(
+    problem: Problem, acceleration: FloatArray, regressor: FloatArray, block: slice
 ) -> FloatArray:
     mass = problem.vehicle.mass_matrix
     known = regressor[:, : problem.equations.n_known] @ problem.equations.known
-    inertial = acceleration[part] @ mass
-    coriolis = core.coriolis(mass, problem.inputs.velocity[part])
-    return (inertial - coriolis - known - problem.inputs.wrench[part]) * problem.vehicle.free
+    inertial = acceleration[block] @ mass
+    coriolis = core.coriolis(mass, problem.inputs.velocity[block])
+    return (inertial - coriolis - known - problem.inputs.wrench[block]) * problem.vehicle.free
 
 
-# Folds made of several segments, and of a single one, unless asked for.
-_MOST, _BLOCKS = 10, 5
+# Default number of folds: at most, for several segments; and for a single one.
+_MAX_FOLDS, _SINGLE_SEGMENT_FOLDS = 10, 5
 
 
 @dataclass(frozen=True)
 class Split:
-    """What one fold leaves to learn from, and the fold itself."""
+    """R factors of the training rows and of one held-out fold."""
 
     train: Triangle
     test: Triangle
@@ -229,16 +214,16 @@ class Split:
 
 @dataclass(frozen=True, eq=False)
 class Folds:
-    """Which fold each row belongs to.
+    """Assignment of rows to cross-validation folds.
 
     Attributes
     ----------
-    part : ndarray of int, shape (m,)
-        Number of the fold from 0, or -1 for a row in the margin of a cut.
+    fold : ndarray of int, shape (m,)
+        Number of the fold from 0, or -1 for a row in the gap around a cut.
     n : int
-        How many folds there are, at least two; none is empty.
-    made : str
-        How they were made, in words.
+        Number of folds, at least two; none is empty.
+    description : str
+        How the rows were divided, as read in messages.
     """
 
     fold: IntArray
@@ -246,49 +231,46 @@ class Folds:
     description: str
 
     def splits(self, rows: Rows) -> tuple[Split, ...]:
-        """Return the triangles of every fold: each row is folded in once.
+        """Return the R factors of every fold.
 
         Parameters
         ----------
         rows : Rows
-            Those the folds were made of.
+            The rows that were divided.
 
         Returns
         -------
         splits : tuple of Split
-            One a fold. The training triangles are merged from those of the folds.
+            One per fold. The training R factors are merged from those of the folds.
         """
-        tests = [rows.select(self.fold == fold).triangle() for fold in range(self.n)]
-        return tuple(
-            Split(merge(tests[:fold] + tests[fold + 1 :]), test) for fold, test in enumerate(tests)
-        )
+        tests = [rows.select(self.fold == k).triangle() for k in range(self.n)]
+        return tuple(Split(merge(tests[:k] + tests[k + 1 :]), test) for k, test in enumerate(tests))
 
 
 def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
-    """Divide rows into folds.
+    """Divide rows into cross-validation folds.
 
     Parameters
     ----------
     rows : Rows
         In the order of time within each segment.
     n : int, optional
-        How many folds. By default one a segment, but at most ten, and five where
-        there is a single segment. Fewer than there are segments: segments are dealt
-        out in turn. More: the longest are cut into blocks of equal length.
+        Number of folds. By default one per segment, at most ten, and five where
+        there is a single segment. With fewer folds than segments, segments are assigned
+        in turn; with more, the longest segments are cut into blocks of equal length.
     gap : float
-        How far apart the rows on the two sides of a cut must lie [s]: closer ones
-        are in no fold. Joins between segments need none.
+        Least time between rows on the two sides of a cut [s]: rows within it
+        are in no fold. Boundaries of segments need none.
 
     Returns
     -------
     folds : Folds
-        The number of the fold of each row, and how it was come by.
+        The fold of each row, and a description.
 
     Raises
     ------
     MethodError
-        If fewer than two folds are asked for, the gap is negative, or the rows are too
-        few.
+        If fewer than two folds are requested, the gap is negative, or there are too few rows.
 
     Examples
     --------
@@ -297,48 +279,47 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
     >>> time = np.arange(6.0)
     >>> rows = Rows(Basis(()), np.zeros((6, 0)), np.zeros((6, 6)), time.astype(int) // 3, time)
     >>> folds(rows).part.tolist(), folds(rows).made
-    ([0, 0, 0, 1, 1, 1], '2 folds, one a segment')
+    ([0, 0, 0, 1, 1, 1], '2 folds, one per segment')
     >>> folds(rows, n=3).part.tolist()
     [0, 1, 1, 2, 2, 2]
     """
     demand(gap >= 0.0, "gap", "zero or positive [s]", gap)
     _, number, lengths = np.unique(rows.segment, return_inverse=True, return_counts=True)
-    usual = _BLOCKS if len(lengths) < 2 else min(len(lengths), _MOST)
-    wanted = usual if n is None else n
-    if wanted < 2:
-        raise MethodError(f"cross-validation needs at least 2 folds; got {wanted}")
-    if wanted > rows.n:
+    default = _SINGLE_SEGMENT_FOLDS if len(lengths) < 2 else min(len(lengths), _MAX_FOLDS)
+    n_folds = default if n is None else n
+    if n_folds < 2:
+        raise MethodError(f"cross-validation needs at least 2 folds; got {n_folds}")
+    if n_folds > rows.n:
         raise MethodError(
-            f"{wanted} folds cannot be made of {rows.n} rows: give a longer log or fewer folds"
+            f"{rows.n} rows cannot be divided into {n_folds} folds: use a longer log or fewer folds"
         )
-    if wanted <= len(lengths):
-        each = "one a segment" if wanted == len(lengths) else f"{len(lengths)} segments in turn"
-        return Folds(number % wanted, wanted, f"{wanted} folds, {each}")
-    return _blocks(rows, lengths, wanted, gap)
+    if n_folds <= len(lengths):
+        each = "one per segment" if n_folds == len(lengths) else f"{len(lengths)} segments in turn"
+        return Folds(number % n_folds, n_folds, f"{n_folds} folds, {each}")
+    return _cut_into_blocks(rows, lengths, n_folds, gap)
 
 
-def _blocks(rows: Rows, lengths: IntArray, wanted: int, gap: float) -> Folds:
+def _cut_into_blocks(rows: Rows, lengths: IntArray, n_folds: int, gap: float) -> Folds:
     """Cut the longest segments until there are enough blocks."""
-    pieces = np.ones(len(lengths), dtype=np.int64)
-    for _ in range(wanted - len(lengths)):
-        pieces[np.argmax(lengths / pieces)] += 1
+    n_blocks = np.ones(len(lengths), dtype=np.int64)
+    for _ in range(n_folds - len(lengths)):
+        n_blocks[np.argmax(lengths / n_blocks)] += 1
     ends = np.cumsum(lengths)
     edges = np.concatenate(
         [
             end - length + np.arange(count) * length // count
-            for end, length, count in zip(ends, lengths, pieces, strict=True)
+            for end, length, count in zip(ends, lengths, n_blocks, strict=True)
         ]
     )
-    part = np.repeat(np.arange(wanted), np.diff(np.append(edges, rows.n)))
+    fold = np.repeat(np.arange(n_folds), np.diff(np.append(edges, rows.n)))
     for cut in np.setdiff1d(edges, ends - lengths).tolist():
         instant = (rows.time[cut - 1] + rows.time[cut]) / 2.0
-        near = np.abs(rows.time - instant) < gap / 2.0
-        part[near & (rows.segment == rows.segment[cut])] = -1
-    if len(empty := np.setdiff1d(np.arange(wanted), part)):
+        in_gap = np.abs(rows.time - instant) < gap / 2.0
+        fold[in_gap & (rows.segment == rows.segment[cut])] = -1
+    if len(empty := np.setdiff1d(np.arange(n_folds), fold)):
         raise MethodError(
-            f"{rows.n} rows are too few for {wanted} folds {gap:g} s apart: fold "
-            f"{empty[0] + 1} is left without a row. Give a longer log, fewer folds or a "
-            "smaller gap."
+            f"{rows.n} rows are too few for {n_folds} folds with gaps of {gap:g} s: fold "
+            f"{empty[0] + 1} is empty. Use a longer log, fewer folds or a smaller gap."
         )
-    cut_up = "one segment" if len(lengths) == 1 else f"{len(lengths)} segments"
-    return Folds(part, wanted, f"{wanted} folds, blocks of {cut_up}")
+    source = "one segment" if len(lengths) == 1 else f"{len(lengths)} segments"
+    return Folds(fold, n_folds, f"{n_folds} folds, blocks of {source}")
