@@ -78,7 +78,7 @@ def identify(
     elif shown:
         note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
     if grades is not None:
-        from hydrodamp.experiment_design.outlook import expected_gain
+        from hydrodamp.experiment_design.plan import expected_gain
 
         if told := expected_gain(hd.prepare(craft, log, fit.model), fit, grades):
             note(told)
