@@ -15,7 +15,7 @@ import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.simulation.campaign.conditions import Conditions
-from hydrodamp.simulation.campaign.motion import down_direction, euler_rates
+from hydrodamp.simulation.closed_loop import down_direction, integrate, pose_rates
 
 STEP = 0.05
 """Longest step of the Runge-Kutta integration [s]."""
@@ -85,10 +85,9 @@ class Craft:
 
     def rate(self, state: FloatArray, commands: FloatArray, push: FloatArray) -> FloatArray:
         """Return the time derivative of the state: velocity, attitude, depth, actuators."""
-        rate, down = np.zeros_like(state), down_direction(state[:, 6:9])
+        rate, pose = np.zeros_like(state), pose_rates(state[:, :6], state[:, 6:9])
         rate[:, :6] = self.acceleration(state, push)
-        rate[:, 6:9] = euler_rates(down, state[:, 3:6])
-        rate[:, 9] = (down * state[:, :3]).sum(axis=1)
+        rate[:, 6:10] = pose[:, [0, 1, 2, 5]]
         if self.lag:
             towards = (commands - state[:, 10:]) / self.lag
             rate[:, 10:] = np.clip(towards, -self.fastest, self.fastest)
@@ -98,15 +97,7 @@ class Craft:
         self, state: FloatArray, commands: FloatArray, push: FloatArray, period: float
     ) -> FloatArray:
         """Return the state after holding commands and push for a while."""
-        n_steps = int(np.ceil(period / STEP - 1e-9))
-        h = period / n_steps
-        for _ in range(n_steps):
-            k1 = self.rate(state, commands, push)
-            k2 = self.rate(state + h / 2 * k1, commands, push)
-            k3 = self.rate(state + h / 2 * k2, commands, push)
-            k4 = self.rate(state + h * k3, commands, push)
-            state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        return state
+        return integrate(lambda value, _: self.rate(value, commands, push), state, period, STEP)
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.simulation.campaign.autopilot import (
+from hydrodamp.simulation.autopilot import Pid
+from hydrodamp.simulation.campaign.conditions import (
     DEPTH_LOOP,
     PUBLISHED_AUTOPILOT,
     TEST_RUNS,
     TRAINING_RUNS,
-    Autopilot,
-    Pid,
+    YAW_LOOP,
     Run,
+    fin_autopilot,
 )
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import sname_truth, true_damping
@@ -35,9 +36,9 @@ class Sea:
         """Return the same sea sailed with another number of samples and commands a second."""
         autopilot = self.plan.autopilot
         if rate < 10.0 and autopilot.pitch == PUBLISHED_AUTOPILOT.pitch:
-            autopilot = replace(autopilot, pitch=SLOW_PITCH)
-        autopilot = replace(autopilot, period=1.0 / rate)
-        return replace(self, plan=replace(self.plan, autopilot=autopilot))
+            autopilot = fin_autopilot(DEPTH_LOOP, SLOW_PITCH, YAW_LOOP)
+        plan = replace(self.plan, autopilot=autopilot, period=1.0 / rate)
+        return replace(self, plan=plan)
 
 
 def published() -> Sea:
@@ -83,7 +84,7 @@ def fewer(sea: Callable[[], Sea], *training: int) -> Callable[[], Sea]:
     return made
 
 
-REMUS_PILOT = Autopilot(DEPTH_LOOP, Pid(1.5, 0.1, 1.0), Pid(1.2, 0.01, 0.8))
+REMUS_AUTOPILOT = fin_autopilot(DEPTH_LOOP, Pid(1.5, 0.1, 1.0), Pid(1.2, 0.01, 0.8))
 """Gains for a vehicle of a third of the inertia."""
 
 
@@ -117,7 +118,9 @@ def _remus(key: str) -> Sea:
     speeds = (nominal, 1000.0, 1250.0, nominal, 1250.0, 1350.0)
     runs = [_at(*pair) for pair in zip(TRAINING_RUNS + TEST_RUNS, speeds, strict=True)]
     n = len(TRAINING_RUNS)
-    plan = CampaignSetup(vehicle, sname_truth(found), REMUS_PILOT, tuple(runs[:n]), tuple(runs[n:]))
+    plan = CampaignSetup(
+        vehicle, sname_truth(found), REMUS_AUTOPILOT, tuple(runs[:n]), tuple(runs[n:])
+    )
     return Sea(replace(plan, truth=replace(plan.truth, name=key)), found)
 
 

@@ -10,8 +10,12 @@ from scipy.signal import lfilter
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.derivatives import GRAVITY
-from hydrodamp.simulation.campaign.autopilot import COMMAND_PERIOD
-from hydrodamp.simulation.campaign.conditions import SENSOR_CHANNELS, Conditions, sample_normal
+from hydrodamp.simulation.campaign.conditions import (
+    COMMAND_PERIOD,
+    SENSOR_CHANNELS,
+    Conditions,
+    sample_normal,
+)
 from hydrodamp.simulation.campaign.reenact import stack_runs
 
 SPECIFIC_FORCE_VARIANCE = 3.847e-6

@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 
 import hydrodamp as hd
 from hydrodamp.live.samples import Row, rows_of
-from hydrodamp.simulation.campaign.autopilot import (
+from hydrodamp.simulation.campaign.conditions import (
     DEPTH_HOLDS,
     DEPTH_STEPS,
     HEADING_HOLDS,
     HEADING_STEPS,
     TEST_RUNS,
     TRAINING_RUNS,
+    WHITE_NOISE,
+    Conditions,
     Run,
     StepSequence,
 )
-from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
 from hydrodamp.simulation.campaign.reenact import Campaign, CampaignSetup
 
 MODELS = ("prestero", "linear", "fossen")

@@ -18,8 +18,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.live.estimator import estimate_line, start, update
-from hydrodamp.simulation.campaign.autopilot import TRAINING_RUNS
-from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
+from hydrodamp.simulation.campaign.conditions import TRAINING_RUNS, WHITE_NOISE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
 from tables import replace_table
 

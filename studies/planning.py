@@ -35,10 +35,11 @@ from hydrodamp.experiment_design.closed_loop import (
     Trajectories,
     limit_violations,
 )
-from hydrodamp.experiment_design.context import CandidateDive, PlanningContext
+from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
+from hydrodamp.experiment_design.feasibility import CandidateDive, enforce_envelope
 from hydrodamp.experiment_design.plan import VERIFIED_MEMBERS, optimise
-from hydrodamp.experiment_design.result import verify
+from hydrodamp.experiment_design.verification import verify
 from hydrodamp.files import save_json, save_text
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import Truth
@@ -68,36 +69,40 @@ class Sailed:
     within: float
 
 
-def fleet_on(closed_loop: ClosedLoopSimulator, truth: str) -> tuple[ClosedLoopSimulator, hd.Log]:
+def simulator_of_truth(
+    simulator: ClosedLoopSimulator, truth: str
+) -> tuple[ClosedLoopSimulator, hd.Log]:
     """Return the vehicle in the water of a truth, and its test runs."""
     plan = CampaignSetup.of("sname" if truth == "off" else "crossflow")
-    water = plan.truth
+    truth_model = plan.truth
     if truth == "off":
         rng = np.random.default_rng(7)
-        values = water.damping.coefficients
+        values = truth_model.damping.coefficients
         off = replace(
-            water.damping, coefficients=values * (1 + 0.2 * rng.standard_normal(len(values)))
+            truth_model.damping, coefficients=values * (1 + 0.2 * rng.standard_normal(len(values)))
         )
-        water = replace(water, damping=off)
+        truth_model = replace(truth_model, damping=off)
     if truth == "crossflow":
-        water = replace(water, drift_factor=0.0)
-    water = replace(water, fin_lag=0.0)
-    (campaign,) = replace(plan, truth=water).simulate((SEED,), 100.0, hd.WHITE_NOISE)
+        truth_model = replace(truth_model, drift_factor=0.0)
+    truth_model = replace(truth_model, fin_lag=0.0)
+    (campaign,) = replace(plan, truth=truth_model).simulate((SEED,), 100.0, hd.WHITE_NOISE)
     made = ClosedLoopSimulator.of(
-        closed_loop.vehicle,
-        closed_loop.autopilot,
-        closed_loop.envelope,
-        DampingEnsemble((water.damping,), closed_loop.ensemble.model),
+        simulator.vehicle,
+        simulator.autopilot,
+        simulator.envelope,
+        DampingEnsemble((truth_model.damping,), simulator.ensemble.model),
     )
-    return replace(made, baseline=_beside(water, closed_loop)), campaign.exact_test
+    return replace(
+        made, disturbance=_unmodelled_wrench(truth_model, simulator)
+    ), campaign.exact_test
 
 
-def _beside(
-    truth: Truth, closed_loop: ClosedLoopSimulator
+def _unmodelled_wrench(
+    truth: Truth, simulator: ClosedLoopSimulator
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """Return what strips make, and fins that meet the drift."""
-    fins = [one for one in closed_loop.vehicle.actuators if isinstance(one, hd.Fin)]
-    places = [closed_loop.autopilot.names.index(one.command) for one in fins]
+    fins = [one for one in simulator.vehicle.actuators if isinstance(one, hd.Fin)]
+    places = [simulator.autopilot.names.index(one.command) for one in fins]
     forces = np.array([[dict(one.force).get(axis, 0.0) for axis in hd.AXES] for one in fins])
 
     def wrench(velocity: FloatArray, commands: FloatArray) -> FloatArray:
@@ -111,26 +116,26 @@ def _beside(
 
 
 def sailed(
-    closed_loop: ClosedLoopSimulator, candidate: CandidateDive, test: hd.Log, dives: int
+    simulator: ClosedLoopSimulator, candidate: CandidateDive, test: hd.Log, dives: int
 ) -> Sailed:
     """Sail a dive so many times, identify each, and replay the test runs with each fit."""
     setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
     overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
-    trajectories = closed_loop.simulate((setpoints, overlays), SEED)
-    far = [one.max(axis=0) for one in limit_violations(closed_loop.envelope, trajectories).values()]
-    done = run_parallel(_one, [(closed_loop, trajectories.select([n]), test) for n in range(dives)])
+    trajectories = simulator.simulate((setpoints, overlays), SEED)
+    far = [one.max(axis=0) for one in limit_violations(simulator.envelope, trajectories).values()]
+    done = run_parallel(_one, [(simulator, trajectories.select([n]), test) for n in range(dives)])
     estimates, errors, replays = (np.array(one) for one in zip(*done, strict=True))
     return Sailed(estimates, errors, replays, float(np.mean(np.max(far, axis=0) <= 0.0)))
 
 
 def _one(
-    closed_loop: ClosedLoopSimulator, trajectories: Trajectories, test: hd.Log
+    simulator: ClosedLoopSimulator, trajectories: Trajectories, test: hd.Log
 ) -> tuple[FloatArray, FloatArray, float]:
-    model = closed_loop.ensemble.model
-    log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names)
-    fit = hd.Recommended().identify(hd.prepare(closed_loop.vehicle, log, model), model)
+    model = simulator.ensemble.model
+    log = trajectories.log(simulator.vehicle, simulator.autopilot.names)
+    fit = hd.Recommended().identify(hd.prepare(simulator.vehicle, log, model), model)
     assert fit.damping.covariance is not None
-    score = hd.score(hd.simulate(closed_loop.vehicle, fit.damping, test))
+    score = hd.score(hd.simulate(simulator.vehicle, fit.damping, test))
     error = np.nan if score.rms is None else score.rms
     return fit.damping.coefficients, np.sqrt(np.diag(fit.damping.covariance)), error
 
@@ -141,18 +146,18 @@ def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
     context = PlanningContext.of(
         hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
     )
-    steps = context.enforce_envelope(context.baseline)
-    known = verify(context.closed_loop, steps.trajectories.select(VERIFIED_MEMBERS), grading=False)
+    steps = enforce_envelope(context, context.baseline)
+    known = verify(context.simulator, steps.trajectories.select(VERIFIED_MEMBERS), grading=False)
     candidate = optimise(context, "determinant", known, steps)
     predicted = verify(
-        context.closed_loop, candidate.trajectories.select(VERIFIED_MEMBERS), grading=False
+        context.simulator, candidate.trajectories.select(VERIFIED_MEMBERS), grading=False
     ).std_errors
     took = time.process_time() - begin[0], time.perf_counter() - begin[1]
     axes = np.array([label[0] for label in context.model.labels])
     found: dict[str, Any] = {"seconds of CPU": took[0], "seconds": took[1]}
     for truth in ("off", "crossflow", "drifting"):
-        closed_loop, test = fleet_on(context.closed_loop, truth)
-        by_plan, by_steps = (sailed(closed_loop, one, test, dives) for one in (candidate, steps))
+        simulator, test = simulator_of_truth(context.simulator, truth)
+        by_plan, by_steps = (sailed(simulator, one, test, dives) for one in (candidate, steps))
         found[truth] = told(predicted, by_plan, by_steps, axes)
         typer.echo(f"{key} {truth} {json.dumps(found[truth])}", err=True)
     return found

@@ -27,14 +27,14 @@ from hydrodamp.batch.changepoints import find_change_points
 from hydrodamp.batch.sufficient_statistics import merge_statistics, solve_model, summarise_log
 from hydrodamp.files import save_text
 from hydrodamp.identification.fit import Fit
-from hydrodamp.simulation.campaign.autopilot import (
+from hydrodamp.simulation.campaign.conditions import (
     COMMAND_PERIOD,
     DEPTH_STEPS,
     HEADING_STEPS,
+    SENSOR_VARIANCES,
     Run,
     StepSequence,
 )
-from hydrodamp.simulation.campaign.conditions import SENSOR_VARIANCES
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import true_damping
 from tables import replace_table

@@ -1,9 +1,9 @@
-"""A planar boat with a rudder and a propeller, and a plan of its dive, optimise quickly."""
+"""A planar boat with a rudder and a propeller, and a quickly optimised plan of its dive."""
 
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design import context, optimiser, preparation
+from hydrodamp.experiment_design import context, optimise
 
 TRUTH = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
 
@@ -30,11 +30,10 @@ def known():
 
 @pytest.fixture(scope="package")
 def planned(boat, known):
-    """A plan of a minute, with few candidates and draws."""
+    """A plan of a minute, with few generations and members."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(optimiser, "_GENERATIONS", 1)
-        patch.setattr(context, "VERIFIED", 20)
-        patch.setattr(preparation, "VERIFIED", 20)
+        patch.setattr(optimise, "MAX_GENERATIONS", 1)
+        patch.setattr(context, "N_MEMBERS", 20)
         envelope = hd.Envelope(
             speed=(0.8, 1.6), area={"north": (-80, 80), "east": (-80, 80)}, home=(60.0, 5.0)
         )

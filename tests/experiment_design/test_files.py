@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design.files import UNITS, commands_csv, mission_plan, plan_document
+from hydrodamp.experiment_design.result import UNITS, commands_csv, mission_plan, plan_document
 from hydrodamp.files import as_json
 from hydrodamp.report.plan_report import write_plan
 
@@ -29,17 +29,17 @@ def test_no_number_of_the_table_is_a_negative_zero(planned):
     assert "-0" not in commands_csv(zeros)
 
 
-def items_of(plan):
+def mission_items(plan):
     mission = json.loads(mission_plan(plan))
     assert (mission["fileType"], mission["version"]) == ("Plan", 1)
     return mission["mission"]["items"]
 
 
 def test_a_mission_runs_in_follows_the_waypoints_and_surfaces_at_the_start(planned):
-    items = items_of(planned)
-    assert [one["doJumpId"] for one in items] == list(range(1, len(items) + 1))
+    items = mission_items(planned)
+    assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
     assert items[0]["command"] == 178  # speed before the first waypoint
-    legs = [one["params"][4:] for one in items if one["command"] == 16]
+    legs = [item["params"][4:] for item in items if item["command"] == 16]
     north, east = (np.array(legs)[:, :2] - (60.0, 5.0)).T * 111_320.0
     way = np.column_stack([north, east * np.cos(np.radians(60.0))])
     assert way[1:-1] == pytest.approx(planned.waypoints[:, 1:3], abs=0.01)
@@ -55,15 +55,15 @@ def test_a_vehicle_that_dives_comes_and_goes_at_the_least_depth(planned):
     legs = planned.waypoints.copy()
     legs[:, 3] = 12.0
     diving = replace(planned, waypoints=legs, setpoints=planned.setpoints | {"depth": legs[:, 3]})
-    depths = [-one["params"][6] for one in items_of(diving) if one["command"] == 16]
+    depths = [-item["params"][6] for item in mission_items(diving) if item["command"] == 16]
     assert depths[0] == depths[-1] == planned.envelope.depth[0]
     assert depths[1:-1] == [12.0] * len(legs)
 
 
 def test_a_mission_crosses_the_date_line(planned):
     envelope = planned.envelope.model_copy(update={"home": (0.0, 180.0)})
-    east = [one["params"][5] for one in items_of(replace(planned, envelope=envelope))[1:-1]]
-    assert all(-180.0 <= one <= 180.0 for one in east if one)
+    east = [item["params"][5] for item in mission_items(replace(planned, envelope=envelope))[1:-1]]
+    assert all(-180.0 <= item <= 180.0 for item in east if item)
 
 
 def test_a_mission_is_of_waypoints_alone(planned):
@@ -75,11 +75,13 @@ def test_the_document_states_the_unit_of_every_number(planned):
     document = plan_document(planned)
     assert document["units"] == UNITS
     assert document["predictions"]["X_u|u|"]["unit"] == "N/(m/s)^2"
-    assert document["stretches"][0]["course"] == np.degrees(planned.segments[0].course) % 360.0
+    assert document["segments"][0]["course"] == np.degrees(planned.segments[0].course) % 360.0
     named = " ".join(UNITS)
-    numbers = ("duration", "within_envelope", "time_at_limits", "waypoints", "envelope")
-    assert all(one in named for one in numbers)
-    assert all(one in named for one in planned.envelope.model_dump() if one in "depth pitch home")
+    numbers = ("duration", "feasibility_rate", "time_at_limits", "waypoints", "envelope")
+    assert all(item in named for item in numbers)
+    assert all(
+        item in named for item in planned.envelope.model_dump() if item in "depth pitch home"
+    )
 
 
 def test_a_plan_is_written_whole(planned, tmp_path):

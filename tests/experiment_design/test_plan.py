@@ -1,4 +1,4 @@
-"""The plan of a dive: it keeps to its envelope, and says what it will and will not determine."""
+"""The plan of a dive: feasibility, predictions, goals, and refusals."""
 
 from dataclasses import replace
 
@@ -6,29 +6,29 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design.autopilot import design_autopilot
+from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import Trajectories, saturation
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
 from hydrodamp.experiment_design.excitation import Manoeuvre
-from hydrodamp.experiment_design.optimiser import Optimiser
-from hydrodamp.experiment_design.result import MonteCarloVerification
-from hydrodamp.experiment_design.shortest import _why
+from hydrodamp.experiment_design.feasibility import enforce_envelope
+from hydrodamp.experiment_design.optimise import Optimiser
+from hydrodamp.experiment_design.verification import MonteCarloVerification, _explain
 from hydrodamp.identification.identifiability import Cause
 from hydrodamp.simulation.problem import vehicle_stamp
 
 
 def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
-    assert [one.label for one in planned.predictions] == list(known.model.labels)
-    assert all(0.0 < one.cramer_rao_bound < one.std_error for one in planned.predictions)
+    assert [item.label for item in planned.predictions] == list(known.model.labels)
+    assert all(0.0 < item.cramer_rao_bound < item.std_error for item in planned.predictions)
     assert all(
-        one.combined_std_error == one.std_error for one in planned.predictions
+        item.combined_std_error == item.std_error for item in planned.predictions
     )  # nothing but values known
     assert planned.predictions[0].value == -8.0
     assert "A dive of" in str(planned)
 
 
-def test_it_keeps_to_its_envelope(planned):
+def test_a_plan_is_feasible(planned):
     assert planned.feasibility_rate >= 0.95
     assert np.abs(planned.track.command("rudder")).max() <= 0.4
     assert np.abs(planned.track.position[:, :2]).max() <= 80.0
@@ -37,36 +37,38 @@ def test_it_keeps_to_its_envelope(planned):
 
 
 def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
-    reach = planned.goal_duration
-    assert set(reach.duration_by_axis) == {"X", "Y", "N"}
-    assert reach.duration_by_axis["X"] <= planned.duration + 0.2
-    left = {one.label for one in planned.predictions if one.grade is hd.Grade.NOT_DETERMINED}
-    assert left <= set(reach.unreached)
+    goal = planned.goal_duration
+    assert set(goal.duration_by_axis) == {"X", "Y", "N"}
+    assert goal.duration_by_axis["X"] <= planned.duration + 0.2
+    undetermined = {
+        item.label for item in planned.predictions if item.grade is hd.Grade.NOT_DETERMINED
+    }
+    assert undetermined <= set(goal.unreached)
 
 
-def test_identify_says_less_where_the_water_is_as_it_is_known(planned):
-    """What is predicted makes room for the errors of form that the draws have."""
+def test_standard_errors_are_smaller_without_model_form_error(planned):
+    """Predictions include the model-form error of the ensemble."""
     problem = hd.prepare(planned.vehicle, planned.track, planned.model)
     fit = hd.Recommended().identify(problem, planned.model)
     ratio = np.sqrt(np.diag(fit.damping.covariance)) / [
-        one.std_error for one in planned.predictions
+        item.std_error for item in planned.predictions
     ]
     assert 0.05 < np.median(ratio) < 1.2
 
 
-def test_the_grade_is_what_half_of_the_waters_give():
-    class Found:
+def test_the_grade_is_that_of_half_of_the_members():
+    class GradesStub:
         def __init__(self, grade):
             self.grades, self.causes = {"X_u": grade}, {}
 
     good, bad = hd.Grade.DETERMINED, hd.Grade.NOT_DETERMINED
-    one = np.ones((4, 1))
-    for several, grade in (([good, good, good, bad], good), ([good, bad, bad, bad], bad)):
-        fits = MonteCarloVerification(one, one[:, None], tuple(map(Found, several)))
-        assert fits.grades(["X_u"]) == [grade]
+    ones = np.ones((4, 1))
+    for grades, grade in (([good, good, good, bad], good), ([good, bad, bad, bad], bad)):
+        result = MonteCarloVerification(ones, ones[:, None], tuple(map(GradesStub, grades)))
+        assert result.grades(["X_u"]) == [grade]
 
 
-def test_a_hull_of_no_known_water_takes_power_from_every_motion():
+def test_the_damping_estimated_from_a_hull_is_dissipative():
     vehicle = hd.fleet["remus100"]
     drag = hull_damping(vehicle)
     velocity = np.random.default_rng(1).normal(size=(200, 6)) * [0.3, 0.3, 0.3, 0.2, 0.2, 0.2]
@@ -77,18 +79,18 @@ def test_a_hull_of_no_known_water_takes_power_from_every_motion():
     assert "published" in prior_damping(hd.fleet["vt690"], hd.catalog["fossen"], None).source
 
 
-def refused(match, vehicle, model, *arguments, **settings):
+def check_refused(match, vehicle, model, *arguments, **settings):
     with pytest.raises(hd.HydrodampError, match=match):
         hd.plan(vehicle, model, *arguments, **settings)
 
 
-def test_why_a_coefficient_falls_short_says_how_long_it_would_take():
+def test_the_reason_of_an_unreached_goal_has_the_required_time():
     # Twice as narrow takes four times as long: 1.96 x 1 is 49 % of 4, where 25 % is wanted.
-    told = _why(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.DETERMINED)
-    assert "is 49% of 4; at this rate it takes 38 min" in told
-    assert "more than ten hours" in _why(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
-    assert "by the weak form" in _why(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.WEAK)
-    assert _why(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("quiet")
+    message = _explain(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.DETERMINED)
+    assert "is 49% of 4; standard errors fall with the root of time, so it takes 38 min" in message
+    assert "more than 10 h" in _explain(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
+    assert "weak form" in _explain(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.WEAK)
+    assert _explain(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("quiet")
 
 
 def test_a_prior_with_standard_errors_counts(boat, known):
@@ -96,38 +98,40 @@ def test_a_prior_with_standard_errors_counts(boat, known):
     prior = replace(known, covariance=np.diag(errors**2))
     context = PlanningContext.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
     assert context.prior_std_errors.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
-    draws = np.array([one.coefficients for one in context.closed_loop.ensemble.dampings])
-    own = [context.closed_loop.ensemble.wide.index(label) for label in known.model.labels]
-    assert np.std(draws[1:, own[0]]) == pytest.approx(0.5, rel=0.4)
-    assert np.abs(draws[:, own[1]] + 30.0).max() <= 2 * 0.3 * 30.0  # at most 30 %, twice
+    samples = np.array([damping.coefficients for damping in context.simulator.ensemble.dampings])
+    indices = [
+        context.simulator.ensemble.extended_model.index(label) for label in known.model.labels
+    ]
+    assert np.std(samples[1:, indices[0]]) == pytest.approx(0.5, rel=0.4)
+    assert np.abs(samples[:, indices[1]] + 30.0).max() <= 2 * 0.3 * 30.0  # at most 30 %, twice
 
 
-def test_what_cannot_be_planned_is_refused(boat, known):
+def test_impossible_plans_are_refused(boat, known):
     model, slow = known.model, {"damping": known, "envelope": hd.Envelope(speed=(0.8, 1.6))}
     alias = model.with_terms({"X": "u^2"})
-    refused(r"tells from others: X_u\^2, X_u\|u\|", boat, alias, 60.0, **slow)
-    refused("`duration` must be from 60 s", boat, model, 5.0)
-    refused(r"to 86400 s \(24 h\); got 10000000", boat, model, 1e7)
-    refused("no goal 'sure'", boat, model, 60.0, goal="sure")
-    refused("nothing can be steered", hd.fleet["bluerov2"], hd.catalog["fossen"], 60.0)
+    check_refused(r"not identifiable.* X_u\^2, X_u\|u\|", boat, alias, 60.0, **slow)
+    check_refused("`duration` must be from 60 s", boat, model, 5.0)
+    check_refused(r"to 86400 s \(24 h\); got 10000000", boat, model, 1e7)
+    check_refused("no goal 'sure'", boat, model, 60.0, goal="sure")
+    check_refused("cannot be steered", hd.fleet["bluerov2"], hd.catalog["fossen"], 60.0)
     narrow = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 10}})
-    refused("out of reach of `rpm`", boat, model, 60.0, damping=known, envelope=narrow)
+    check_refused("cannot be reached with `rpm`", boat, model, 60.0, damping=known, envelope=narrow)
     still = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 1e-3}})
-    refused("out of reach of `rpm`", boat, model, 60.0, damping=known, envelope=still)
+    check_refused("cannot be reached with `rpm`", boat, model, 60.0, damping=known, envelope=still)
     strange = hd.Envelope(commands={"fin": {"lowest": -1, "highest": 1}})
-    refused("`commands` has fin", boat, model, 60.0, damping=known, envelope=strange)
+    check_refused("`commands` has fin", boat, model, 60.0, damping=known, envelope=strange)
     gains = model.with_terms({"N": "u|u|*thruster"})
-    refused("says nothing of what thruster do", boat, gains, 60.0, damping=known)
+    check_refused("no gains of thruster", boat, gains, 60.0, damping=known)
 
 
-def test_a_speed_out_of_reach_is_refused_with_the_speed_that_is_reached(boat, known):
+def test_an_unreachable_speed_is_refused_with_the_reachable_speed(boat, known):
     # 2e-5 rpm^2 = 8 u^2: 1.58 m/s at 1000 rpm with the nominal damping.
     def envelope(speed):
         limits = {"rpm": {"lowest": 0, "highest": 1000}}
         return hd.Envelope(speed=(0.8, speed), commands=limits)
 
-    refused(
-        r"`speed` up to 2 m/s .*`rpm` of 1000 it reaches 1\.[56]",
+    check_refused(
+        r"`speed` up to 2 m/s .*`rpm` of 1000 the vehicle reaches 1\.[56]",
         boat,
         known.model,
         60.0,
@@ -143,8 +147,8 @@ def test_a_propeller_without_a_limit_is_assumed_to_push_a_tenth_of_the_weight(bo
     assert 2e-5 * rpm**2 == pytest.approx(0.1 * 300.0)
     assert "No limit of `rpm` is given: 1225 is assumed" in autopilot.assumptions[1]
     fast = hd.Envelope(speed=(8, 12))
-    match = "out of reach of `rpm` from -122.* to 122.*No limit of `rpm` is given"
-    refused(match, boat, known.model, 60.0, damping=known, envelope=fast)
+    match = "cannot be reached with `rpm` from -122.* to 122.*No limit of `rpm` is given"
+    check_refused(match, boat, known.model, 60.0, damping=known, envelope=fast)
 
 
 def test_a_fin_without_a_rate_moves_at_a_rate_that_is_stated(planned, boat, known):
@@ -169,7 +173,7 @@ def test_time_at_limits_is_counted(boat, known):
 def test_time_at_limits_costs_in_the_objective(boat, known):
     """Of two dives with the same information the one at its limits is worse, unit or not."""
     context = PlanningContext.of(boat, known.model, 60.0, known, hd.Envelope(speed=(0.8, 1.6)), 0)
-    few = context.closed_loop.with_members([0, 1])
+    few = context.simulator.with_members([0, 1])
     calm, wild = (Manoeuvre("zigzag", 0.5, 0.9, (0.0, k, 0.0)) for k in (0.05, 1.0))
     optimiser = Optimiser(
         few, context.error_model, context.objective("determinant"), context.samples
@@ -195,14 +199,14 @@ def test_a_vehicle_that_hovers_is_planned_from_rest():
     known = hd.Damping.from_dict(None, {"X_u|u|": -30.0, "Y_v|v|": -50.0, "N_r|r|": -1.0})
     context = PlanningContext.of(rov, known.model, 60.0, known, hd.Envelope(speed=(0.0, 0.8)), 0)
     assert context.mode == "overlays"
-    assert context.enforce_envelope(context.baseline).feasibility_rate >= 0.95
-    refused("mode 'waypoints' needs a propeller", rov, known.model, 60.0, mode="waypoints")
+    assert enforce_envelope(context, context.baseline).feasibility_rate >= 0.95
+    check_refused("mode 'waypoints'", rov, known.model, 60.0, mode="waypoints")
 
 
 def test_a_prior_of_another_mass_matrix_is_refused(boat, known):
     other = replace(boat, mass_matrix=2.0 * boat.mass_matrix)
     foreign = replace(known, vehicle=vehicle_stamp(other))
-    refused("mass matrix", boat, known.model, 60.0, damping=foreign)
+    check_refused("mass matrix", boat, known.model, 60.0, damping=foreign)
 
 
 @pytest.mark.parametrize(("mode", "blames"), [("setpoints", False), ("waypoints", True)])
@@ -210,7 +214,7 @@ def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
     boat, known, monkeypatch, mode, blames
 ):
     def weak(context, *_):
-        return context.enforce_envelope([one.attenuate(0.1) for one in context.steps])
+        return enforce_envelope(context, [one.attenuate(0.1) for one in context.baseline])
 
     monkeypatch.setattr("hydrodamp.experiment_design.plan.optimise", weak)
     envelope = hd.Envelope(speed=(0.8, 1.6))

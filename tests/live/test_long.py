@@ -14,8 +14,7 @@ from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.live import sources
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
-from hydrodamp.simulation.campaign.motion import Motion
-from hydrodamp.simulation.campaign.reenact import CampaignSetup
+from hydrodamp.simulation.campaign.reenact import CampaignSetup, Motion
 from live.conftest import heard
 
 
@@ -97,7 +96,7 @@ def straight(row, seconds, after):
     random = np.random.default_rng(13)
     still = dict.fromkeys("vwpqr", 0.0) | dict.fromkeys(("qx", "qy", "qz"), 0.0) | {"qw": 1.0}
     plan = CampaignSetup.of("sname")
-    surge = Motion.of(plan.vehicle, plan.truth, np.array([row["rpm"]])).steady_surge[0]
+    surge = Motion(plan.vehicle, plan.truth, np.array([row["rpm"]])).steady_surge[0]
     still |= {"rudder": 0.0, "elevator": 0.0, "u": surge, "rpm": row["rpm"], "segment": "line"}
     for k in range(10 * seconds):
         noise = (random.normal(size=6) * ([0.01] * 3 + [0.001] * 3)).tolist()

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design.autopilot import design_autopilot
+from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
-from hydrodamp.experiment_design.ensemble import prior_damping, sample_ensemble, wide_model
+from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from planning import Sailed, fleet_on, table, told
+from planning import Sailed, simulator_of_truth, table, told
 
 AXES = np.array(["X", "Y"])
 
@@ -29,21 +29,21 @@ def test_a_variance_four_times_smaller_is_a_gain_of_four():
 def test_the_water_of_a_truth_acts_as_that_of_the_campaign():
     vehicle, model = hd.fleet["vt690"], hd.catalog["fossen"]
     known = prior_damping(vehicle, model, None)
-    sizes = np.zeros(wide_model(vehicle, model, known).n_coefficients)
+    sizes = np.zeros(extended_model(vehicle, model, known).n_coefficients)
     envelope = hd.Envelope()
     ensemble = sample_ensemble(vehicle, model, known, sizes, 1, 0)
     closed_loop = ClosedLoopSimulator.of(
         vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble
     )
-    made, _ = fleet_on(closed_loop, "drifting")
+    made, _ = simulator_of_truth(closed_loop, "drifting")
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.1, 0.2]])
     commands = np.array([[0.1, -0.1, 2000.0]])
     truth = CampaignSetup.of("crossflow").truth
     angles = truth.effective_fins(velocity, commands[:, :2])
     strips = truth.strips.wrench(velocity)
     # Y_uud = 9.0728 (vehicle file): u|u| = 4.
-    assert made.baseline(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
+    assert made.disturbance(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
         4.0 * 9.0728 * (angles[0, 0] - 0.1)
     )
-    off, _ = fleet_on(closed_loop, "off")
-    assert off.baseline(velocity, commands) == pytest.approx(np.zeros((1, 6)))
+    off, _ = simulator_of_truth(closed_loop, "off")
+    assert off.disturbance(velocity, commands) == pytest.approx(np.zeros((1, 6)))

@@ -103,7 +103,7 @@ def identify(
     elif not json:
         note("Use `--out FILE` to write the damping file and a report with all diagnostics.")
     if next_dive and grades is not None:
-        from hydrodamp.experiment_design.outlook import expected_gain
+        from hydrodamp.experiment_design.plan import expected_gain
 
         note(expected_gain(problem, fit, grades) or "All coefficients are determined.")
 

@@ -43,7 +43,7 @@ def plan(
     json: options.Json = False,
 ) -> None:
     """Plan the next dive for identification, and predict the accuracy of the coefficients."""
-    from hydrodamp.experiment_design.files import plan_document
+    from hydrodamp.experiment_design.result import plan_document
     from hydrodamp.report.plan_report import RESULTS, prediction_table, segment_table, write_plan
     from hydrodamp.results import check_results
 

@@ -1,1 +1,1 @@
-"""The next dive: what to control, and what it will determine."""
+"""Optimal experiment design: the dive whose log determines a model's coefficients best."""

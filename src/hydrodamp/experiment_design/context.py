@@ -1,108 +1,77 @@
-"""The design problem: prior, ensemble of damping, baseline campaign, and enforced envelope."""
+"""The design problem of a dive: prior, autopilot, ensemble, baseline campaign and objective."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import ModelError, ProblemError
-from hydrodamp.experiment_design.autopilot import design_autopilot
+from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, design_autopilot
 from hydrodamp.experiment_design.closed_loop import (
     ClosedLoopSimulator,
-    Orders,
     Trajectories,
-    limit_violations,
-    saturation,
 )
-from hydrodamp.experiment_design.ensemble import prior_damping, sample_ensemble, wide_model
-from hydrodamp.experiment_design.envelope import Area, Envelope
-from hydrodamp.experiment_design.excitation import Manoeuvre, candidate_manoeuvres, join_setpoints
-from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
-from hydrodamp.experiment_design.guidance import CourseGuidance, follow_tracks
-from hydrodamp.experiment_design.optimiser import (
+from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
+from hydrodamp.experiment_design.envelope import Envelope
+from hydrodamp.experiment_design.excitation import (
+    Manoeuvre,
+    baseline_manoeuvres,
+    candidate_manoeuvres,
+    join_setpoints,
+)
+from hydrodamp.experiment_design.fisher_information import (
     Criterion,
+    ErrorModel,
     Objective,
-    Optimiser,
+    fisher_information,
 )
-from hydrodamp.experiment_design.preparation import (
-    VERIFIED,
-    Mode,
-    check_reachable,
-    choose_mode,
-    coefficient_sizes,
-    largest_steps,
-    steerable_members,
-)
-from hydrodamp.experiment_design.result import MonteCarloVerification
-from hydrodamp.identification.fit import critical_value as reach_of
+from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
+from hydrodamp.identification.fit import critical_value as critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import estimate_length
+from hydrodamp.simulation.problem import prepare
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Lookahead distance and radius of acceptance of waypoints, in lengths of the vehicle: two, as
-#: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), section 10.3.
-ACCEPTANCE = 2.0
+Mode = Literal["overlays", "setpoints", "waypoints"]
+"""How a dive is executed: setpoints and overlays of commands, setpoints alone, or waypoints."""
 
-#: Share of the draws that must keep to the envelope.
-_WITHIN = 0.95
+DEFAULT_MODE: Mode = "setpoints"
+"""Mode of a vehicle with a propeller and a heading loop; docs/plan.md."""
 
-#: A stretch that leaves the envelope becomes so much weaker, so often at most.
-_WEAKER, _TRIALS = 0.8, 12
+N_MEMBERS = 40
+"""Members of the ensemble with which a dive is verified."""
 
-#: All of them become so much slower where the area is left.
-_SLOWER = 0.9
+ACCEPTANCE_LENGTHS = 2.0
+"""Lookahead distance and radius of acceptance of waypoints, in lengths of the vehicle: T. I.
+Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), section 10.3."""
 
-#: For how long a stretch is to blame for what comes after it [s].
-_LATE = 5.0
+SEGMENT_DURATION, MAX_SEGMENTS = 50.0, 16
+"""Duration of a segment [s], and largest number of segments."""
 
-#: Length of a stretch [s] and how many there are at most.
-_STRETCH, _MOST = 50.0, 16
+MIN_EIGENVALUE = 1e-11
+"""Relative eigenvalue of the Fisher information below which a direction is not identifiable."""
 
-#: A direction of the coefficients that tells less than this of a usual one tells nothing.
-_NOTHING = 1e-11
+MIN_MOTION = np.full(6, 0.1)
+"""Least motion for the scale of coefficients: standard deviations [m/s, rad/s]; assumed."""
 
+BASELINE_STRENGTHS = np.linspace(1.0, 0.1, 10)
+"""Strengths of the baseline's steps, the largest feasible one of which is used."""
 
-@dataclass(frozen=True, eq=False)
-class CandidateDive:
-    """A dive simulated for the whole ensemble.
-
-    ``within`` is the share of members that stay inside the envelope, ``saturated`` the share of
-    time at a limit by command, ``waypoints`` (m, 4) what the dive follows in place of setpoints.
-    """
-
-    manoeuvres: list[Manoeuvre]
-    overlays: FloatArray
-    courses: FloatArray
-    trajectories: Trajectories
-    feasibility_rate: float
-    saturation: dict[str, float]
-    waypoints: FloatArray | None = None
-
-    def until(self, stretches: int, samples: int) -> CandidateDive:
-        """Return the first stretches."""
-        n, waypoints = stretches * samples, self.waypoints
-        if waypoints is not None:
-            waypoints = waypoints[: np.searchsorted(waypoints[:, 0], n * self.trajectories.period)]
-        return replace(
-            self,
-            waypoints=waypoints,
-            manoeuvres=self.manoeuvres[:stretches],
-            overlays=self.overlays[:n],
-            courses=self.courses[:stretches],
-            trajectories=self.trajectories.until(n),
-        )
+REPLAY_DURATION = 60.0
+"""Duration of the replay whose error the criterion "replay" minimises [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlanningContext:
-    """The design problem; ``closed_loop`` holds the whole ensemble, nominal member first."""
+    """The design problem of a dive of ``n_segments`` segments of ``samples`` samples."""
 
     prior: Damping
-    closed_loop: ClosedLoopSimulator
+    simulator: ClosedLoopSimulator
     error_model: ErrorModel
     samples: int
     n_segments: int
@@ -123,218 +92,200 @@ class PlanningContext:
         seed: int,
         mode: Mode | None = None,
     ) -> PlanningContext:
-        """Simulate steps with the nominal damping, and draw the ensemble."""
-        known = prior_damping(vehicle, model, damping)
-        autopilot = design_autopilot(vehicle, known, envelope)
+        """Design the autopilot, simulate the baseline, and sample the ensemble."""
+        prior = prior_damping(vehicle, model, damping)
+        autopilot = design_autopilot(vehicle, prior, envelope)
         mode = choose_mode(autopilot, mode)
-        autopilot = replace(autopilot, excites=mode == "overlays")
-        wide = wide_model(vehicle, model, known)
-        draws = sample_ensemble(
-            vehicle, model, known, np.zeros(wide.n_coefficients), VERIFIED, seed
-        )
-        prior = ClosedLoopSimulator.of(vehicle, autopilot, envelope, draws)
-        check_reachable(prior)
-        alone = prior.with_members([0])
-        stretches = int(np.clip(round(duration / _STRETCH), 2, _MOST))
-        samples = round(duration / envelope.period / stretches)
-        steps = largest_steps(alone, samples, stretches)
-        setpoints, overlays = join_setpoints(steps, autopilot, envelope, samples)
-        trajectories = alone.simulate((setpoints[:, None], overlays[:, None]))
-        seen = ErrorModel.of(envelope.noise_std[:6])
-        sizes = coefficient_sizes(alone, trajectories, seed)
-        ensemble = sample_ensemble(vehicle, model, known, sizes, 2 * VERIFIED, seed)
-        closed_loop = steerable_members(
-            ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble), samples
-        )
+        autopilot = replace(autopilot, adds_excitation=mode == "overlays")
+
+        def simulator_of(scale: FloatArray, n: int) -> ClosedLoopSimulator:
+            ensemble = sample_ensemble(vehicle, model, prior, scale, n, seed)
+            return ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
+
+        n_coefficients = extended_model(vehicle, model, prior).n_coefficients
+        simulator = simulator_of(np.zeros(n_coefficients), N_MEMBERS)
+        check_reachable(simulator)
+        nominal = simulator.with_members([0])
+        n_segments = int(np.clip(round(duration / SEGMENT_DURATION), 2, MAX_SEGMENTS))
+        samples = round(duration / envelope.period / n_segments)
+        baseline = largest_baseline(nominal, samples, n_segments)
+        setpoints, overlays = join_setpoints(baseline, autopilot, envelope, samples)
+        trajectories = nominal.simulate((setpoints[:, None], overlays[:, None]))
+        scale = coefficient_scale(nominal, trajectories, seed)
+        # Errors in m/s and deg/s count alike in a replay from a known initial state.
         unit = ErrorModel(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
-        replay = fisher_information(alone, trajectories, unit, window=60.0)[0]
-        made = cls(known, closed_loop, seen, samples, stretches, steps, sizes, replay, seed, mode)
-        made.check_excited(alone)
-        return made
+        context = cls(
+            prior,
+            steerable_members(simulator_of(scale, 2 * N_MEMBERS), samples),
+            ErrorModel.of(envelope.noise_std[:6]),
+            *(samples, n_segments, baseline, scale),
+            fisher_information(nominal, trajectories, unit, REPLAY_DURATION)[0],
+            *(seed, mode),
+        )
+        context.check_excitation(nominal)
+        return context
 
     @property
     def acceptance(self) -> float:
         """Lookahead distance and radius of acceptance of waypoints [m]."""
-        return ACCEPTANCE * (estimate_length(self.closed_loop.vehicle) or 1.0)
+        return ACCEPTANCE_LENGTHS * (estimate_length(self.simulator.vehicle) or 1.0)
 
     @property
     def segment_duration(self) -> float:
-        """Length of a stretch [s]."""
-        return self.samples * self.closed_loop.envelope.period
+        """Duration of a segment [s]."""
+        return self.samples * self.simulator.envelope.period
 
     @property
     def model(self) -> DampingModel:
-        """What is planned for."""
-        return self.closed_loop.ensemble.model
+        """The model to identify."""
+        return self.simulator.ensemble.model
 
     def model_values(self, values: FloatArray) -> FloatArray:
-        """Return values of the wide model's coefficients for those of the model."""
-        return values[[self.closed_loop.ensemble.wide.index(label) for label in self.model.labels]]
+        """Return the values of the model's coefficients from those of the extended model."""
+        extended = self.simulator.ensemble.extended_model
+        return values[[extended.index(label) for label in self.model.labels]]
 
     @property
     def prior_coefficients(self) -> FloatArray:
-        """What is known of the coefficients."""
-        return self.model_values(self.closed_loop.ensemble.dampings[0].coefficients)
-
-    def expected_coefficients(self, fits: MonteCarloVerification) -> FloatArray:
-        """Return what coefficients are known as, or the fit to the nominal member."""
-        known = [label in self.prior.model.labels for label in self.model.labels]
-        return np.where(known, self.prior_coefficients, fits.coefficients[0])
-
-    def check_excited(self, alone: ClosedLoopSimulator) -> None:
-        """Refuse a model with terms that nothing moves, or that nothing tells apart."""
-        optimiser = Optimiser(alone, self.error_model, self.objective("determinant"), self.samples)
-        found, *_ = optimiser.evaluate(candidate_manoeuvres(len(alone.autopilot.overlays)))
-        information = found.sum(axis=(0, 1))
-        size = np.sqrt(np.maximum(np.diag(information), 0.0))
-        moved = size > 0.0
-        unit = np.where(moved, size, 1.0)
-        level, directions = np.linalg.eigh(information / np.outer(unit, unit))
-        null = directions[:, level < _NOTHING]
-        lost = ~moved | (np.sum(null**2, axis=1) > 1e-3)
-        if lost.any():
-            labels = ", ".join(np.array(self.model.labels)[lost])
-            raise ModelError(
-                f"model '{self.model.key}' has terms that no dive of "
-                f"'{self.closed_loop.vehicle.name}' excites, or tells from others: {labels}. "
-                "Leave them out, or widen the envelope."
-            )
+        """Coefficients of the prior, shape (p,)."""
+        return self.model_values(self.simulator.ensemble.dampings[0].coefficients)
 
     @property
     def prior_std_errors(self) -> FloatArray:
-        """Standard errors known before, infinite where nothing is, shape (p,)."""
-        covariance, found = self.prior.covariance, np.full(self.model.n_coefficients, np.inf)
-        if covariance is None:
-            return found
-        errors = dict(zip(self.prior.model.labels, np.sqrt(np.diag(covariance)), strict=True))
-        for place, label in enumerate(self.model.labels):
-            error = errors.get(label, 0.0)
-            found[place] = error if error > 0.0 else np.inf  # nor NaN
-        return found
-
-    def objective(
-        self, criterion: Criterion, std_error_inflation: FloatArray | None = None
-    ) -> Objective:
-        """Return what the dive is to make small."""
-        sizes = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
-        allowed = (
-            np.maximum(
-                MAX_RELATIVE_HALF_WIDTH * np.abs(self.prior_coefficients),
-                MINOR_CONTRIBUTION * sizes,
-            )
-            / reach_of()
-        )
-        std_error_inflation = (
-            np.ones(len(sizes)) if std_error_inflation is None else std_error_inflation
-        )
-        # Correlations of a prior are left out: those of a jackknife are not known well enough.
-        known = np.diag(self.prior_std_errors**-2.0) + self.weak_prior_information
-        return Objective(criterion, allowed, self.replay_information, std_error_inflation, known)
-
-    def enforce_envelope(
-        self, several: list[Manoeuvre], *, baseline: bool = False
-    ) -> CandidateDive:
-        """Simulate manoeuvres for the ensemble; weaken them where members leave the envelope.
-
-        The baseline is executed by setpoints, whatever the mode.
-        """
-        follow = self.mode == "waypoints" and not baseline
-        envelope, autopilot = self.closed_loop.envelope, self.closed_loop.autopilot
-        n, violation = len(self.closed_loop.matrices), ""
-        under_way = np.array([float(autopilot.propeller is not None), 1.0, 1.0])
-        off = np.zeros((len(several), 1, 1, 2))
-        for _ in range(_TRIALS):
-            orders = join_setpoints(several, autopilot, envelope, self.samples)
-            own = under_way * orders[0].reshape(len(several), self.samples, 3)
-            course = CourseGuidance(envelope.area, own, envelope.period, off)
-            waypoints: FloatArray | None = None
-            if follow:
-                nominal = self.closed_loop.with_members([0])
-                planned = nominal.simulate(_repeated(orders, 1), None, course)
-                trajectories, (waypoints, *_) = follow_tracks(
-                    self.closed_loop, planned, self.acceptance, self.seed
-                )
-            else:
-                planned = self.closed_loop.simulate(_repeated(orders, n), self.seed, course)
-                trajectories = planned
-            limits = limit_violations(envelope, trajectories)
-            outside = {name: np.any(one > 0.0, axis=0) for name, one in limits.items()}
-            within = 1.0 - float(np.mean(np.any(list(outside.values()), axis=0)))
-            if within >= _WITHIN:
-                shares = saturation(autopilot, trajectories)
-                saturated = {name: float(np.mean(share)) for name, share in shares.items()}
-                courses = np.array(course.courses)
-                return CandidateDive(
-                    several, orders[1], courses, trajectories, within, saturated, waypoints
-                )
-            name = max(outside, key=lambda one: float(np.mean(outside[one])))
-            share, far = np.mean(outside[name]), limits[name].max()
-            violation = f"`{name}` is left in {share:.0%} of the draws, by up to {far:.0%}"
-            off = course.update_drift(planned)
-            # The few members that may leave the envelope do not count.
-            worst_of = np.max([one.max(axis=0) for one in limits.values()], axis=0)
-            most = np.argsort(worst_of)[: int(np.ceil(_WITHIN * n))]
-            counted = {name: one[:, most] for name, one in limits.items()}
-            several = self._weakened(several, counted)
-        raise ProblemError(
-            f"no dive keeps to the envelope: after {_TRIALS} times weaker manoeuvres {violation}. "
-            "Widen that limit, raise the lowest `speed`, or check the autopilot's gains."
-        )
-
-    def _weakened(self, several: list[Manoeuvre], limits: dict[str, FloatArray]) -> list[Manoeuvre]:
-        """Return manoeuvres slower where they are too fast, weaker where they are too wild.
-
-        Where the area is left all are a little slower: each leads on from those before.
-        """
-        far = [one for name, one in limits.items() if name in Area.model_fields]
-        if far and np.max(far) > 0.0:
-            several = [one.slow_down(_SLOWER) for one in several]
-        wild = [limits[name] for name in ("depth", "pitch", "roll")]
-        too_fast, too_wild = self._where(limits["speed"] > 0.0), self._where(np.max(wild, 0) > 0.0)
-        if self.closed_loop.autopilot.propeller is None:
-            # No setpoint of speed: excitation alone makes it.
-            too_wild, too_fast = too_wild | too_fast, np.zeros_like(too_fast)
-        slower = [
-            one.slow_down(_WEAKER) if f else one for one, f in zip(several, too_fast, strict=True)
-        ]
-        return [
-            one.attenuate(_WEAKER) if w else one for one, w in zip(slower, too_wild, strict=True)
-        ]
-
-    def _where(self, out: BoolArray) -> BoolArray:
-        """Return which stretches leave a limit in any draw, a few seconds after they end, too."""
-        late = np.roll(out.any(axis=1), -round(_LATE / self.closed_loop.envelope.period))
-        return np.asarray(late.reshape(-1, self.samples).any(axis=1))
-
-    def wider(self, fits: MonteCarloVerification, trajectories: Trajectories) -> FloatArray:
-        """Return by how much standard errors exceed the bound, the median of each axis."""
-        ratio, found = (
-            fits.std_errors / self.cramer_rao_bound(trajectories),
-            np.ones(self.model.n_coefficients),
-        )
-        axes = np.array([label[0] for label in self.model.labels])
-        for axis in np.unique(axes):
-            found[axes == axis] = max(float(np.median(ratio[axes == axis])), 1.0)
-        return found
+        """Standard errors of the prior, infinite where unknown, shape (p,)."""
+        if self.prior.covariance is None:
+            return np.full(self.model.n_coefficients, np.inf)
+        std = np.sqrt(np.diag(self.prior.covariance))
+        known = dict(zip(self.prior.model.labels, np.where(std > 0.0, std, np.inf), strict=True))
+        return np.array([known.get(label, np.inf) for label in self.model.labels])
 
     @property
     def weak_prior_information(self) -> FloatArray:
-        """Information of one who knows that coefficients are not absurd."""
-        return np.diag(
-            (100.0 * np.maximum(self.model_values(self.coefficient_scale), 1e-9)) ** -2.0
+        """Information of a prior 100 times wider than the scale of the coefficients."""
+        scale = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
+        return np.diag((100.0 * scale) ** -2.0)
+
+    def objective(self, criterion: Criterion, inflation: FloatArray | None = None) -> Objective:
+        """Return the objective of the dive."""
+        scale = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
+        limit = np.maximum(
+            MAX_RELATIVE_HALF_WIDTH * np.abs(self.prior_coefficients), MINOR_CONTRIBUTION * scale
         )
+        inflation = np.ones(len(scale)) if inflation is None else inflation
+        # Correlations of the prior are ignored: a jackknife of few blocks does not determine them.
+        information = np.diag(self.prior_std_errors**-2.0) + self.weak_prior_information
+        targets = limit / critical_value()
+        return Objective(criterion, targets, self.replay_information, inflation, information)
 
     def cramer_rao_bound(self, trajectories: Trajectories) -> FloatArray:
-        """Return Cramer and Rao's bound for the nominal damping."""
-        information = fisher_information(
-            self.closed_loop.with_members([0]), trajectories.select([0]), self.error_model
-        )
-        return np.asarray(
-            np.sqrt(np.diag(np.linalg.inv(information[0] + self.weak_prior_information)))
-        )
+        """Return the Cramer-Rao bound of standard errors with the nominal damping."""
+        nominal = self.simulator.with_members([0])
+        information = fisher_information(nominal, trajectories.select([0]), self.error_model)[0]
+        covariance = np.linalg.inv(information + self.weak_prior_information)
+        return np.asarray(np.sqrt(np.diag(covariance)))
+
+    def std_error_inflation(self, std_errors: FloatArray, trajectories: Trajectories) -> FloatArray:
+        """Return the ratio of standard errors to the bound, the median of each axis, at least 1."""
+        ratio = std_errors / self.cramer_rao_bound(trajectories)
+        axes = np.array([label[0] for label in self.model.labels])
+        medians = [np.median(ratio[axes == axis]) for axis in axes]
+        return np.maximum(medians, 1.0)
+
+    def check_excitation(self, nominal: ClosedLoopSimulator) -> None:
+        """Refuse a model with terms that no manoeuvre excites, or that are collinear."""
+        objective = self.objective("determinant")
+        optimiser = Optimiser(nominal, self.error_model, objective, self.samples)
+        by_manoeuvre, *_ = optimiser.evaluate(candidate_manoeuvres(len(nominal.autopilot.overlays)))
+        information = by_manoeuvre.sum(axis=(0, 1))
+        size = np.sqrt(np.maximum(np.diag(information), 0.0))
+        unit = np.where(size > 0.0, size, 1.0)
+        eigenvalues, eigenvectors = np.linalg.eigh(information / np.outer(unit, unit))
+        null_space = eigenvectors[:, eigenvalues < MIN_EIGENVALUE]
+        unidentifiable = (size == 0.0) | (np.sum(null_space**2, axis=1) > 1e-3)
+        if unidentifiable.any():
+            labels = ", ".join(np.array(self.model.labels)[unidentifiable])
+            raise ModelError(
+                f"model '{self.model.key}' has terms that are not identifiable from any dive of "
+                f"'{self.simulator.vehicle.name}' (not excited, or collinear): {labels}. "
+                "Leave them out, or widen the envelope."
+            )
 
 
-def _repeated(orders: Orders, n: int) -> Orders:
-    """Return orders for each of n vehicles."""
-    setpoints, overlays = (np.repeat(one[:, None], n, axis=1) for one in orders)
-    return setpoints, overlays
+def choose_mode(autopilot: DesignedAutopilot, mode: Mode | None) -> Mode:
+    """Return the mode, by default that of the vehicle; refuse one that it cannot execute."""
+    has_setpoints = autopilot.propeller is not None and autopilot.heading is not None
+    if mode is None:
+        return DEFAULT_MODE if has_setpoints else "overlays"
+    if mode != "overlays" and not has_setpoints:
+        raise ProblemError(
+            f"mode '{mode}' needs a propeller and a heading loop, which this vehicle or envelope "
+            "does not have: plan with mode 'overlays'."
+        )
+    return mode
+
+
+def check_reachable(simulator: ClosedLoopSimulator) -> None:
+    """Refuse a speed that most members do not reach at the limits of the actuators."""
+    autopilot, highest = simulator.autopilot, simulator.envelope.speed[1]
+    speeds = simulator.reachable_speeds()
+    if not np.any(autopilot.full_ahead) or np.median(speeds) >= highest:
+        return
+    low, middle, high = np.quantile(speeds, [0.05, 0.5, 0.95])
+    pairs = zip(autopilot.names, autopilot.full_ahead, strict=True)
+    limits = ", ".join(f"`{name}` of {command:.4g}" for name, command in pairs if command)
+    raise ProblemError(
+        f"envelope: `speed` up to {highest:g} m/s is not reachable: with {limits} the vehicle "
+        f"reaches {middle:.2g} m/s, {low:.2g} to {high:.2g} in 90 % of the ensemble of damping. "
+        f"Lower `speed`, or correct these limits. {' '.join(autopilot.assumptions)}".rstrip()
+    )
+
+
+def steerable_members(simulator: ClosedLoopSimulator, samples: int) -> ClosedLoopSimulator:
+    """Return the members that turn to a course within the envelope, as the real vehicle does."""
+    turns = (0.0, 0.75, 0.0, *[0.0] * len(simulator.autopilot.overlays))
+    calm = [Manoeuvre("steps", level, 0.0, turns) for level in (0.0, 0.5, 1.0)]
+    trajectories = simulate_candidates(simulator, calm, samples)
+    feasible = worst_violation(simulator, trajectories).max(axis=0) <= 0.0
+    feasible[0] = True
+    if feasible.sum() < N_MEMBERS:
+        raise ProblemError(
+            f"in {1.0 - feasible.mean():.0%} of the ensemble of damping, the autopilot violates "
+            "the envelope as it turns to a course. Raise the lowest `speed`, give the `autopilot` "
+            "its gains, or plan with a fit of smaller standard errors (`--damping`)."
+        )
+    return simulator.with_members(np.flatnonzero(feasible)[:N_MEMBERS].tolist())
+
+
+def largest_baseline(
+    nominal: ClosedLoopSimulator, samples: int, n_segments: int
+) -> list[Manoeuvre]:
+    """Return the baseline campaign, each step as large as the envelope permits."""
+    autopilot = nominal.autopilot
+    steps = baseline_manoeuvres(len(autopilot.overlays), autopilot.hovers)
+    candidates = [step.attenuate(strength) for step in steps for strength in BASELINE_STRENGTHS]
+    trajectories = simulate_candidates(nominal, candidates, samples)
+    feasible = worst_violation(nominal, trajectories).reshape(len(steps), -1) < 0.0
+    feasible[:, -1] = True  # the weakest, if no other is feasible
+    largest = BASELINE_STRENGTHS[feasible.argmax(axis=1)]
+    baseline = [step.attenuate(strength) for step, strength in zip(steps, largest, strict=True)]
+    return [baseline[number % len(baseline)] for number in range(n_segments)]
+
+
+def coefficient_scale(
+    nominal: ClosedLoopSimulator, trajectories: Trajectories, seed: int
+) -> FloatArray:
+    """Return the coefficients of the extended model that alone make the force on their axis.
+
+    The motion counts as at least ``MIN_MOTION``.
+    """
+    log = trajectories.log(nominal.vehicle, nominal.autopilot.names, exact=True)
+    motion = np.random.default_rng(seed).standard_normal(log.velocity.shape) * MIN_MOTION
+    extended, damping = nominal.ensemble.extended_model, nominal.ensemble.dampings[0]
+    problem = prepare(nominal.vehicle, replace(log, velocity=log.velocity + motion), extended)
+    n_known = problem.equations.n_known
+    regressor = problem.regressor()[:, n_known:]
+    force = np.sqrt(np.mean((regressor @ problem.matrix(damping)[n_known:]) ** 2, axis=0))
+    rms = np.sqrt(np.mean(regressor**2, axis=0))
+    by_term = dict(zip(problem.equations.basis, rms, strict=True))
+    rows = zip(force, extended.terms, strict=True)
+    return np.array([axis / (by_term[term] or 1.0) for axis, terms in rows for term in terms])

@@ -1,4 +1,8 @@
-"""The ensemble of damping: what is known of the coefficients, and draws of what they may be."""
+"""Prior of damping coefficients, and a Monte Carlo ensemble sampled from it.
+
+Member 0 is the nominal prior kappa_0; the others are kappa_0 + clip(L z) + s e with L L^T the prior
+covariance, z and e standard normal, and s the scale of terms that the model lacks.
+"""
 
 from __future__ import annotations
 
@@ -18,66 +22,65 @@ from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Relative doubt of a coefficient whose standard error is not known, and the most of any.
-DOUBT = 0.3
+MAX_RELATIVE_STD = 0.3
+"""Largest relative standard deviation of a coefficient, and the value if unknown; assumed."""
 
-#: What terms that the model lacks make of the force on an axis, all together, as a share.
-FORM = 0.02
+MODEL_FORM_SHARE = 0.02
+"""Share of the force on an axis that is of terms that the model lacks; assumed."""
 
-#: Water [kg/m^3].
-_DENSITY = 1000.0
+WATER_DENSITY = 1000.0
+"""[kg/m^3]; fresh water."""
 
-#: Drag of a smooth hull ahead against its frontal area, and of a cylinder across the flow:
-#: S. F. Hoerner, Fluid-Dynamic Drag (1965), chapters 6 and 3.
-_AHEAD, _ACROSS = 0.2, 1.1
+FRONTAL_DRAG, CROSSFLOW_DRAG = 0.2, 1.1
+"""Drag coefficients of a smooth hull ahead (frontal area) and of a cylinder across the flow:
+S. F. Hoerner, Fluid-Dynamic Drag (1965), chapters 6 and 3."""
 
-#: Lift slope of a slender hull with its tail fins, per square of its length.
-_LIFT = 0.03
+LIFT_SLOPE = 0.03
+"""Lift slope of a slender hull with tail fins, with the squared length as area; assumed."""
 
 
 def prior_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None) -> Damping:
-    """Return what is known of a model's coefficients: as given, as published, or by the hull."""
+    """Return the prior: as given, a published set of the vehicle, or an estimate from its hull."""
     free = model.restricted_to(vehicle.axes)
     if damping is not None:
-        if told := foreign_to(damping, vehicle_stamp(vehicle)):
-            raise ModelError(told)
-        if lacking := [name for name in free.commands if name not in damping.model.commands]:
+        if fault := foreign_to(damping, vehicle_stamp(vehicle)):
+            raise ModelError(fault)
+        if missing := [name for name in free.commands if name not in damping.model.commands]:
             raise ModelError(
-                f"the prior says nothing of what {', '.join(lacking)} do: give one that was "
-                f"identified with the terms of model '{free.key}'."
+                f"the prior has no gains of {', '.join(missing)}: give one that was identified "
+                f"with the terms of model '{free.key}'."
             )
         return damping
     if free.commands:
         raise ModelError(
-            f"model '{free.key}' has gains of {' '.join(free.commands)} among its coefficients, "
-            "and nothing says what they are: give `damping`, from a log that was identified."
+            f"model '{free.key}' has gains of {' '.join(free.commands)}, and no prior for them: "
+            "give `damping`, identified from a log."
         )
-    for name, found in published.items():
-        if found.vehicle is not None and not foreign_to(found, vehicle_stamp(vehicle)):
-            return replace(found, source=f"published set '{name}'")
+    for name, damping in published.items():
+        if damping.vehicle is not None and not foreign_to(damping, vehicle_stamp(vehicle)):
+            return replace(damping, source=f"published set '{name}'")
     return hull_damping(vehicle)
 
 
 def hull_damping(vehicle: Vehicle) -> Damping:
-    """Return about the damping of a hull, from its length and its displacement.
+    """Estimate damping from length and displacement, to a factor of two.
 
-    A cylinder across the flow, a smooth hull ahead, a slender body's lift with its tail: right to
-    a factor of two.
+    The hull is a cylinder in crossflow, a smooth body ahead, and a slender body in lift.
     """
     length = estimate_length(vehicle) or 1.0
-    volume = vehicle.weight / STANDARD_GRAVITY / _DENSITY
+    volume = vehicle.weight / STANDARD_GRAVITY / WATER_DENSITY
     diameter = float(np.sqrt(4.0 * volume / np.pi / length))
-    across = 0.5 * _DENSITY * _ACROSS * diameter * length
-    lift = 0.5 * _DENSITY * _LIFT * length**2
-    turning, roll = across * length**3 / 32.0, 0.5 * _DENSITY * _ACROSS * diameter**5
+    crossflow = 0.5 * WATER_DENSITY * CROSSFLOW_DRAG * diameter * length
+    lift = 0.5 * WATER_DENSITY * LIFT_SLOPE * length**2
+    yaw, roll = crossflow * length**3 / 32.0, 0.5 * WATER_DENSITY * CROSSFLOW_DRAG * diameter**5
     values = {
-        "X_u|u|": -0.5 * _DENSITY * _AHEAD * np.pi / 4.0 * diameter**2,
-        "Y_v|v|": -across,
-        "Z_w|w|": -across,
+        "X_u|u|": -0.5 * WATER_DENSITY * FRONTAL_DRAG * np.pi / 4.0 * diameter**2,
+        "Y_v|v|": -crossflow,
+        "Z_w|w|": -crossflow,
         "Y_uv": -lift,
         "Z_uw": -lift,
-        "N_r|r|": -turning,
-        "M_q|q|": -turning,
+        "N_r|r|": -yaw,
+        "M_q|q|": -yaw,
         "N_ur": -lift * length**2 / 4.0,
         "M_uq": -lift * length**2 / 4.0,
         "K_p|p|": -roll,
@@ -90,83 +93,72 @@ def hull_damping(vehicle: Vehicle) -> Damping:
 
 @dataclass(frozen=True, eq=False)
 class DampingEnsemble:
-    """Dampings that may be: the known one first, then draws about it.
+    """Members of an ensemble of damping, the nominal one first.
 
     Attributes
     ----------
     dampings : tuple of Damping
-        All of one model: the terms asked for, those of what is known, and the reference's.
+        All of one model: the terms of ``model``, of the prior and of the reference model.
     model : DampingModel
-        The one that is planned for, restricted to the free axes.
+        The model to identify, restricted to the free axes.
     """
 
     dampings: tuple[Damping, ...]
     model: DampingModel
 
     @property
-    def wide(self) -> DampingModel:
-        """The model of all dampings."""
+    def extended_model(self) -> DampingModel:
+        """The model of all members."""
         return self.dampings[0].model
-
-    @property
-    def n(self) -> int:
-        """How many there are."""
-        return len(self.dampings)
-
-    def first(self, n: int) -> DampingEnsemble:
-        """Return the first few."""
-        return replace(self, dampings=self.dampings[:n])
 
 
 def sample_ensemble(
-    vehicle: Vehicle, model: DampingModel, known: Damping, sizes: FloatArray, n: int, seed: int
+    vehicle: Vehicle, model: DampingModel, prior: Damping, scale: FloatArray, n: int, seed: int
 ) -> DampingEnsemble:
-    """Draw damping coefficients about what is known.
+    """Sample n members from the prior.
 
-    A coefficient is off as its standard error says, by 30 % at most, which is what it is off where
-    none is known. Terms that the model lacks make some per cent of the force on an axis:
-    ``sizes`` (terms of the wide model, in its order) are the coefficients that make all of it.
+    Known coefficients vary by their standard errors, at most by ``MAX_RELATIVE_STD``. Terms that
+    the prior lacks make ``MODEL_FORM_SHARE`` of the force on an axis: ``scale`` (coefficients of
+    the extended model) would make all of it.
     """
-    free = model.restricted_to(vehicle.axes)
-    wide, rng = wide_model(vehicle, model, known), np.random.default_rng(seed)
-    own = known.model.restricted_to(vehicle.axes)
-    values = dict(zip(own.labels, known.onto(own), strict=True))
-    still = np.array([values.get(label, 0.0) for label in wide.labels])
-    known_ones = np.array([label in values for label in wide.labels])
-    root = np.zeros((wide.n_coefficients, own.n_coefficients))
-    places = [wide.index(label) for label in own.labels]
-    root[places] = _root(known, own)
-    axes = np.repeat(np.arange(6), [len(row) for row in wide.terms])
-    lacking = np.bincount(axes[~known_ones], minlength=6)[axes]
-    form = np.where(known_ones, 0.0, FORM * sizes / np.sqrt(np.maximum(lacking, 1)))
-    dampings = [Damping(wide, still)]
+    extended, rng = extended_model(vehicle, model, prior), np.random.default_rng(seed)
+    known = prior.model.restricted_to(vehicle.axes)
+    values = dict(zip(known.labels, prior.onto(known), strict=True))
+    nominal = np.array([values.get(label, 0.0) for label in extended.labels])
+    is_known = np.array([label in values for label in extended.labels])
+    root = np.zeros((extended.n_coefficients, known.n_coefficients))
+    root[[extended.index(label) for label in known.labels]] = _covariance_root(prior, known)
+    axes = np.repeat(np.arange(6), [len(row) for row in extended.terms])
+    n_unknown = np.bincount(axes[~is_known], minlength=6)[axes]
+    form_std = np.where(is_known, 0.0, MODEL_FORM_SHARE * scale / np.sqrt(np.maximum(n_unknown, 1)))
+    max_std = MAX_RELATIVE_STD * np.abs(nominal)
+    dampings = [Damping(extended, nominal)]
     for _ in range(n - 1):
-        moved = root @ rng.standard_normal(own.n_coefficients)
-        most = DOUBT * np.abs(still)
-        moved = np.clip(moved, -2.0 * most, 2.0 * most)
-        other = form * rng.standard_normal(wide.n_coefficients)
-        dampings.append(Damping(wide, still + moved + other))
-    return DampingEnsemble(tuple(dampings), free)
+        deviation = root @ rng.standard_normal(known.n_coefficients)
+        deviation = np.clip(deviation, -2.0 * max_std, 2.0 * max_std)
+        form_error = form_std * rng.standard_normal(extended.n_coefficients)
+        dampings.append(Damping(extended, nominal + deviation + form_error))
+    return DampingEnsemble(tuple(dampings), model.restricted_to(vehicle.axes))
 
 
-def wide_model(vehicle: Vehicle, model: DampingModel, known: Damping) -> DampingModel:
-    """Return a model with the terms asked for, those of what is known, and the reference's."""
-    wide = model.restricted_to(vehicle.axes)
-    for other in (known.model.restricted_to(vehicle.axes), reference_model(vehicle.axes)):
-        rows = zip(AXES, other.terms, strict=True)
-        wide = wide.with_terms({axis: [*terms] for axis, terms in rows if terms}, key=wide.key)
-    return wide
+def extended_model(vehicle: Vehicle, model: DampingModel, prior: Damping) -> DampingModel:
+    """Return a model with the terms of the model, the prior and the reference model."""
+    extended = model.restricted_to(vehicle.axes)
+    for addition in (prior.model.restricted_to(vehicle.axes), reference_model(vehicle.axes)):
+        rows = zip(AXES, addition.terms, strict=True)
+        terms = {axis: [*row] for axis, row in rows if row}
+        extended = extended.with_terms(terms, key=extended.key)
+    return extended
 
 
-def _root(known: Damping, own: DampingModel) -> FloatArray:
-    """Return a root of the covariance of the known coefficients."""
-    values = known.onto(own)
-    if known.covariance is None:
-        return np.diag(DOUBT * np.abs(values))
-    places = [known.model.index(label) for label in own.labels]
-    covariance = known.covariance[np.ix_(places, places)]
-    level, directions = np.linalg.eigh(np.nan_to_num(covariance))
-    found: FloatArray = directions * np.sqrt(np.maximum(level, 0.0))
-    most = DOUBT * np.abs(values)
-    spread = np.linalg.norm(found, axis=1)
-    return np.asarray(found * (most / np.maximum(spread, np.maximum(most, 1e-12)))[:, None])
+def _covariance_root(prior: Damping, known: DampingModel) -> FloatArray:
+    """Return L of the prior covariance L L^T, limited to ``MAX_RELATIVE_STD``."""
+    max_std = MAX_RELATIVE_STD * np.abs(prior.onto(known))
+    if prior.covariance is None:
+        return np.diag(max_std)
+    indices = [prior.model.index(label) for label in known.labels]
+    covariance = prior.covariance[np.ix_(indices, indices)]
+    eigenvalues, eigenvectors = np.linalg.eigh(np.nan_to_num(covariance))
+    root = eigenvectors * np.sqrt(np.maximum(eigenvalues, 0.0))
+    std = np.linalg.norm(root, axis=1)
+    return np.asarray(root * (max_std / np.maximum(std, np.maximum(max_std, 1e-12)))[:, None])

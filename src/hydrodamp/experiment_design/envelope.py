@@ -1,4 +1,4 @@
-"""What the next dive may do: bands of depth, speed and angles, limits of commands, an area."""
+"""The envelope of a dive: constraints on depth, speed, angles, commands and area."""
 
 from __future__ import annotations
 
@@ -15,20 +15,22 @@ from hydrodamp.faults import validate
 from hydrodamp.files import load_yaml
 from hydrodamp.simulation.campaign.conditions import SENSOR_CHANNELS, SENSOR_VARIANCES
 
-#: Lowest and highest.
 Band = tuple[float, float]
+"""Lowest and highest value."""
 
 Positive = Annotated[float, Field(gt=0.0)]
 
-#: Proportional, integral and derivative gain.
-Gains = tuple[float, float, float]
+NonNegative = Annotated[float, Field(ge=0.0)]
+
+Gains = tuple[NonNegative, NonNegative, NonNegative]
+"""Proportional, integral and derivative gain; their signs follow from the vehicle."""
 
 
-class _Part(BaseModel):
+class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class CommandLimits(_Part):
+class CommandLimits(_Table):
     """Limits of a command, in its own unit, and its rate limit in that unit per second."""
 
     lowest: float | None = None
@@ -44,18 +46,18 @@ class CommandLimits(_Part):
         return self
 
 
-class Area(_Part):
-    """Where the vehicle may be, from where it starts [m]."""
+class Area(_Table):
+    """Limits of position relative to the start [m]."""
 
     north: Band
     east: Band
 
 
-class Loops(_Part):
-    """The autopilot's gains.
+class LoopGains(_Table):
+    """Gains of the autopilot, none negative.
 
-    From the error of depth [m] to a pitch, or to a command where one lifts at rest; of pitch [rad]
-    and of heading [rad] to a command.
+    From the depth error [m] to a pitch setpoint, or to a command where one lifts at rest; from the
+    errors of pitch and heading [rad] to a command.
     """
 
     depth: Gains | None = None
@@ -63,34 +65,34 @@ class Loops(_Part):
     heading: Gains | None = None
 
 
-class Envelope(_Part):
-    """What the next dive may do, and how the vehicle is told.
+class Envelope(_Table):
+    """Constraints of the next dive, and how the vehicle is commanded.
 
     Attributes
     ----------
     depth : tuple of two floats
         Least and greatest depth of the reference point [m].
     bottom, altitude : float
-        Depth of the bottom, where it is known, and how far to stay above it [m].
+        Depth of the bottom, where it is known, and least altitude above it [m].
     pitch, roll : float
-        Largest angle to either side [deg].
+        Largest absolute angle [deg].
     speed : tuple of two floats
-        Least and greatest speed ahead that is asked for [m/s].
+        Least and greatest speed setpoint [m/s].
     margin : float
-        By what share of the greatest speed the vehicle may pass it.
+        Share by which the speed may exceed the greatest setpoint.
     area : Area or None
-        Where it may be; anywhere by default.
+        Limits of position; none by default.
     commands : dict of str to CommandLimits
-        Limits and rates of commands; those of the vehicle file where they are not given.
+        Limits and rates of commands; those of the vehicle file by default.
     steering : {"autopilot", "direct"}
-        Whether setpoints of depth and heading are told, commands being added to what the
-        autopilot sends, or commands alone.
-    autopilot : Loops or None
-        Its gains; from the vehicle's inertia and the force of its actuators by default.
+        Whether an autopilot follows setpoints of depth and heading, with excitation added to its
+        commands, or commands alone are used.
+    autopilot : LoopGains or None
+        Its gains; by default from inertia and control effectiveness (pole placement).
     period : float
         Time from one command to the next [s].
     noise : dict of str to float
-        Standard deviation of what is measured [m/s, rad/s, rad, m]; published values by default.
+        Standard deviation of measured channels [m/s, rad/s, rad, m]; published values by default.
     home : tuple of two floats, or None
         Latitude, within 89 deg of the equator, and longitude of the start [deg], for a mission.
 
@@ -110,7 +112,7 @@ class Envelope(_Part):
     area: Area | None = None
     commands: dict[str, CommandLimits] = Field(default_factory=dict)
     steering: Literal["autopilot", "direct"] = "autopilot"
-    autopilot: Loops | None = None
+    autopilot: LoopGains | None = None
     period: float = Field(default=0.1, ge=0.02, le=0.5)
     noise: dict[str, Annotated[float, Field(ge=0.0)]] = Field(default_factory=dict)
     home: tuple[float, float] | None = None
@@ -123,52 +125,49 @@ class Envelope(_Part):
 
     def _contradictions(self) -> Iterator[str]:
         if not 0.0 <= self.depth[0] < self.depth[1]:
-            yield "`depth` must be a band below the surface, least before greatest; " + _got(
-                self.depth
-            )
+            yield f"`depth` must be a band below the surface, least first; {_got(self.depth)}"
         elif not self.depth[0] < self.max_depth:
             yield (
                 f"`bottom` at {self.bottom:g} m less `altitude` of {self.altitude:g} m leaves "
-                f"nothing below the least depth of {self.depth[0]:g} m"
+                f"no water below the least depth of {self.depth[0]:g} m"
             )
         if not 0.0 <= self.speed[0] <= self.speed[1] or not self.speed[1] > 0.0:
-            yield "`speed` must be a band of zero or more, least before greatest; " + _got(
-                self.speed
-            )
-        bands = {} if self.area is None else {"north": self.area.north, "east": self.area.east}
-        for name, band in bands.items():
+            yield f"`speed` must be a band of zero or more, least first; {_got(self.speed)}"
+        for name, band in dict(self.area or ()).items():
             if not band[0] <= 0.0 <= band[1] or band[0] == band[1]:
-                yield f"`area.{name}` must hold the start, 0, between its ends; " + _got(band)
+                yield f"`area.{name}` must contain the start, 0; " + _got(band)
         for name in self.noise:
             if name not in SENSOR_CHANNELS:
-                yield f"`noise` is of {' '.join(SENSOR_CHANNELS)}; got '{name}'"
+                yield f"`noise` has the channels {' '.join(SENSOR_CHANNELS)}; got '{name}'"
         if self.home is not None and not (abs(self.home[0]) <= 89.0 and abs(self.home[1]) <= 180.0):
-            yield (
-                "`home` must be a latitude of at most 89 deg and a longitude of at most 180 deg; "
-                + _got(self.home)
-            )
+            limits = "a latitude of at most 89 deg and a longitude of at most 180 deg"
+            yield f"`home` must be {limits}; {_got(self.home)}"
         if self.steering == "direct" and self.autopilot is not None:
-            yield "`steering` is direct, so that `autopilot` has no use: leave one of them out"
+            yield "`autopilot` has no effect with direct `steering`: leave one of them out"
 
     @property
     def max_depth(self) -> float:
-        """Greatest depth, above the bottom [m]."""
+        """Greatest depth: the band's, or the bottom less the altitude [m]."""
         if self.bottom is None:
             return self.depth[1]
         return min(self.depth[1], self.bottom - self.altitude)
 
     @property
     def mid_depth(self) -> float:
-        """Depth about which a dive goes [m]."""
+        """Middle of the depth band [m]."""
         return 0.5 * (self.depth[0] + self.max_depth)
 
     @property
     def noise_std(self) -> FloatArray:
-        """Standard deviation of each channel that is measured, shape (10,)."""
-        known = (
-            dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True)) | self.noise
-        )
-        return np.array([known[name] for name in SENSOR_CHANNELS])
+        """Standard deviation of the noise of each measured channel, shape (10,)."""
+        published = dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True))
+        return np.array([*(published | self.noise).values()])
+
+    def check_commands(self, names: tuple[str, ...]) -> None:
+        """Refuse limits of commands that the vehicle does not have."""
+        if unknown := [name for name in self.commands if name not in names]:
+            fault = f"`commands` has {', '.join(unknown)}; the vehicle's are {' '.join(names)}"
+            raise ProblemError(list_faults("envelope", [fault]))
 
 
 def _got(band: tuple[float, float]) -> str:
@@ -186,7 +185,7 @@ def read_envelope(path: str | os.PathLike[str]) -> Envelope:
     Returns
     -------
     envelope : Envelope
-        What the file leaves out is as by default.
+        With defaults for missing keys.
 
     Raises
     ------
@@ -196,16 +195,6 @@ def read_envelope(path: str | os.PathLike[str]) -> Envelope:
     content = load_yaml(path)
     if not content:
         raise FileError(
-            f"{path}: the envelope is empty: say at least `depth: [least, greatest]` in metres, "
-            "and what else the dive may do."
+            f"{path}: the envelope is empty: state at least `depth: [least, greatest]` in metres."
         )
     return validate(Envelope, content, str(path))
-
-
-def checked(envelope: Envelope, names: tuple[str, ...]) -> Envelope:
-    """Refuse an envelope that limits commands the vehicle does not have."""
-    strange = [name for name in envelope.commands if name not in names]
-    if strange:
-        told = f"`commands` has {', '.join(strange)}; the vehicle's are {' '.join(names)}"
-        raise ProblemError(list_faults("envelope", [told]))
-    return envelope

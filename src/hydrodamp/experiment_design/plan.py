@@ -1,4 +1,9 @@
-"""The plan of the next dive, from what is known and what it may do."""
+"""Plan of the next dive: Bayesian-robust optimal experiment design with a chance constraint.
+
+The manoeuvres minimise an optimality criterion of the expected covariance (D-optimal, minimax or
+I-optimal), averaged over a Monte Carlo ensemble of damping, subject to the envelope with a
+feasibility rate of 95 %. Predicted standard errors are those of simulated and identified logs.
+"""
 
 from __future__ import annotations
 
@@ -8,50 +13,71 @@ from typing import get_args
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import MethodError, demand, no_such
-from hydrodamp.experiment_design.closed_loop import Trajectories
-from hydrodamp.experiment_design.context import CandidateDive, PlanningContext
-from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.experiment_design.optimiser import Criterion, Optimiser
-from hydrodamp.experiment_design.preparation import Mode
-from hydrodamp.experiment_design.result import (
-    DivePlan,
-    GoalDuration,
+from hydrodamp.errors import HydrodampError, MethodError, demand, no_such
+from hydrodamp.experiment_design.autopilot_design import design_autopilot
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
+from hydrodamp.experiment_design.context import Mode, PlanningContext
+from hydrodamp.experiment_design.ensemble import DampingEnsemble
+from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
+from hydrodamp.experiment_design.excitation import candidate_manoeuvres
+from hydrodamp.experiment_design.feasibility import CandidateDive, enforce_envelope
+from hydrodamp.experiment_design.fisher_information import (
+    Criterion,
+    ErrorModel,
+    fisher_information,
+    window_information,
+)
+from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
+from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
+from hydrodamp.experiment_design.verification import (
     MonteCarloVerification,
-    PlanSegment,
-    Prediction,
+    expected_coefficients,
+    shortest_duration,
     verify,
 )
-from hydrodamp.experiment_design.shortest import shortest_duration
-from hydrodamp.identification.identifiability import Grade
+from hydrodamp.identification.differentiation import noise_variance
+from hydrodamp.identification.fit import Fit, critical_value as critical_value
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Grade, Identifiability
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.progress import progress
+from hydrodamp.simulation.problem import Problem
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Members of the ensemble that a dive is optimised for, and identified from.
-_SEARCHED, VERIFIED_MEMBERS = 3, slice(4)
+N_OPTIMISED, VERIFIED_MEMBERS = 3, slice(4)
+"""Members with which a dive is optimised; those whose logs are identified."""
 
-#: Dives of more stretches than this simulate each manoeuvre twice.
-_ONCE = 6
+MAX_DISTINCT_SEGMENTS = 6
+"""The second half of a dive of more segments mirrors the first."""
 
-#: Shortest and longest dive [s].
-_LEAST, _MOST = 60.0, 86400.0
-
-_NO_BETTER = "No manoeuvres determine more than a campaign of steps commanded by setpoints: "
-
-_BY_MODEL = "more of the residuals is the form of the model than noise. Try a model with more terms"
-
-_BY_WAYPOINTS = f"waypoints carry none that are quicker than a leg, or {_BY_MODEL}, or another mode"
+DURATION_LIMITS = 60.0, 86400.0
+"""Shortest and longest dive [s]."""
 
 CRITERIA = get_args(Criterion)
-"""What a dive may minimise."""
+"""Optimality criteria."""
 
 MODES = get_args(Mode)
 """How a dive may be executed."""
 
 GOALS = tuple(grade.word for grade in list(Grade)[:3])
-"""Grades that a dive may be planned for."""
+"""Grades for which a dive may be planned."""
+
+_NOT_BETTER = "No manoeuvres have smaller standard errors than steps commanded by setpoints: "
+
+_CAUSE = "the model-form error exceeds the noise in the residuals. Try a model with more terms"
+
+_WAYPOINT_CAUSE = (
+    f"waypoints permit no manoeuvre that is quicker than a leg, or {_CAUSE}, or another mode"
+)
+
+GAIN_DURATION, GAIN_SEGMENT, N_GAIN_MANOEUVRES = 600.0, 40.0, 4
+"""Dive of :func:`expected_gain`: duration and duration of a segment [s]; distinct manoeuvres."""
+
+RIDGE = 1e-3
+"""Prior of :func:`expected_gain`: inverse standard deviation over the root of the information."""
+
+UNLIMITED_DEPTH, LOG_PERCENTILES = (0.0, 1000.0), (5.0, 95.0)
+"""A depth band without effect [m]; percentiles of a log's speeds and commands that are limits."""
 
 
 def plan(
@@ -66,33 +92,33 @@ def plan(
     mode: Mode | None = None,
     seed: int = 0,
 ) -> DivePlan:
-    """Plan the dive that tells most of a model's coefficients.
+    """Plan the dive that is optimal for the identification of a model (optimal experiment design).
 
     Parameters
     ----------
     vehicle : Vehicle
         With actuators, or a model and ``damping`` that have gains of commands.
     model : DampingModel
-        What is to be identified.
+        The model to identify.
     duration : float
-        Length of the dive, 60 to 86400 [s]; with a goal the longest that may be.
+        Duration of the dive, 60 to 86400 [s]; with a goal its upper limit.
     damping : Damping, optional
-        What is known, best with its covariance, such as an earlier fit. By default a published set
-        of the vehicle, else what the size of its hull tells.
+        The prior, best with its covariance, such as an earlier fit. By default a published set of
+        the vehicle, else an estimate from the size of its hull.
     envelope : Envelope, optional
-        What the dive may do.
+        Constraints of the dive.
     goal : {"determined", "minor", "weak"}, optional
         Plan the shortest dive that brings every coefficient to this grade, if it can.
     criterion : {"determinant", "worst", "replay"}
-        What is made small: the volume of the coefficients' errors, the worst of them against what
-        their grade allows, or the expected error of a replay (eq. 24).
+        The optimality criterion: determinant of the covariance (D-optimal), largest standard error
+        relative to its target (minimax), or expected error of a replay, eq. 24 (I-optimal).
     mode : {"waypoints", "setpoints", "overlays"}, optional
         How the dive is executed: along waypoints, by setpoints of speed, heading and depth, or by
-        setpoints with excitation added to each other command. Standard errors are those of the
-        dive so executed. By default setpoints where a propeller drives the vehicle and its
+        setpoints with excitation added to each other command. Standard errors hold for that
+        mode. By default setpoints where a propeller drives the vehicle and its
         heading is steered, else overlays.
     seed : int, optional
-        Of draws and noise.
+        Seed of the ensemble and of the noise.
 
     Returns
     -------
@@ -102,9 +128,9 @@ def plan(
     Raises
     ------
     ModelError
-        If nothing in the envelope excites a term, or ``damping`` is of another mass matrix.
+        If a term is not identifiable in the envelope, or ``damping`` has another mass matrix.
     ProblemError
-        If nothing can be steered, a speed is out of reach, no dive keeps to the envelope, or the
+        If the vehicle cannot be steered, a speed is not reachable, no dive is feasible, or the
         vehicle cannot execute the mode.
     MethodError
         If an argument is out of range.
@@ -117,8 +143,8 @@ def plan(
         ...
     hydrodamp.errors.MethodError: `duration` must be from 60 s to 86400 s (24 h); got 10.0
     """
-    longest = f"from {_LEAST:g} s to {_MOST:g} s (24 h)"
-    demand(_LEAST <= duration <= _MOST, "duration", longest, duration)
+    allowed = f"from {DURATION_LIMITS[0]:g} s to {DURATION_LIMITS[1]:g} s (24 h)"
+    demand(DURATION_LIMITS[0] <= duration <= DURATION_LIMITS[1], "duration", allowed, duration)
     demand(seed >= 0, "seed", "0 or more", seed)
     if goal is not None and goal not in GOALS:
         raise MethodError(no_such("goal", goal, GOALS))
@@ -127,135 +153,198 @@ def plan(
     context = PlanningContext.of(
         vehicle, model, duration, damping, envelope or Envelope(), seed, mode
     )
-    by_steps = context.enforce_envelope(context.baseline, baseline=True)
-    steps = verify(
-        context.closed_loop, by_steps.trajectories.select(VERIFIED_MEMBERS), grading=False
-    )
-    candidate = optimise(context, "worst" if goal else criterion, steps, by_steps)
-    fits = verify(context.closed_loop, candidate.trajectories.select(VERIFIED_MEMBERS))
+
+    def verify_dive(dive: CandidateDive, *, grading: bool = True) -> MonteCarloVerification:
+        trajectories = dive.trajectories.select(VERIFIED_MEMBERS)
+        return verify(context.simulator, trajectories, grading=grading)
+
+    baseline_dive = enforce_envelope(context, context.baseline, baseline=True)
+    baseline = verify_dive(baseline_dive, grading=False)
+    dive = optimise(context, "worst" if goal else criterion, baseline, baseline_dive)
+    result = verify_dive(dive)
     notes: tuple[str, ...] = ()
-    if np.mean(np.log(fits.std_errors)) > np.mean(np.log(steps.std_errors)):
-        # By waypoints the steps themselves may determine less than the manoeuvres do.
-        executed = context.enforce_envelope(context.baseline)
-        others = verify(context.closed_loop, executed.trajectories.select(VERIFIED_MEMBERS))
-        notes = (f"{_NO_BETTER}{_BY_WAYPOINTS if context.mode == 'waypoints' else _BY_MODEL}.",)
-        if np.mean(np.log(others.std_errors)) <= np.mean(np.log(fits.std_errors)):
-            candidate, fits = executed, others
-    some, reach = candidate.trajectories.select(VERIFIED_MEMBERS), None
+    if not _is_better(result, baseline):
+        # In waypoint mode the executed baseline may determine less than the manoeuvres do.
+        executed = enforce_envelope(context, context.baseline)
+        executed_result = verify_dive(executed)
+        notes = (f"{_NOT_BETTER}{_WAYPOINT_CAUSE if context.mode == 'waypoints' else _CAUSE}.",)
+        if not _is_better(result, executed_result, or_equal=False):
+            dive, result = executed, executed_result
+    goal_duration = None
     if goal is not None:
-        n = len(candidate.manoeuvres)
-        reach, n, fits = shortest_duration(context, goal, n, some, fits)
-        candidate = candidate.until(n, context.samples)
-    return replace(_plan_of(context, candidate, fits, steps, reach), notes=notes)
+        trajectories, n = dive.trajectories.select(VERIFIED_MEMBERS), len(dive.manoeuvres)
+        goal_duration, n, result = shortest_duration(context, goal, n, trajectories, result)
+        dive = dive.until(n, context.samples)
+    return replace(
+        _make_plan(context, dive, result, baseline), goal_duration=goal_duration, notes=notes
+    )
+
+
+def _is_better(
+    result: MonteCarloVerification, baseline: MonteCarloVerification, *, or_equal: bool = True
+) -> bool:
+    """Compare the geometric means of standard errors."""
+    mean, limit = (float(np.mean(np.log(item.std_errors))) for item in (result, baseline))
+    return mean <= limit if or_equal else mean < limit
 
 
 def optimise(
     context: PlanningContext,
     criterion: Criterion,
-    steps: MonteCarloVerification,
-    by_steps: CandidateDive,
+    baseline: MonteCarloVerification,
+    baseline_dive: CandidateDive,
 ) -> CandidateDive:
-    """Search manoeuvres; of a long dive the second half mirrors the first."""
-    times = 2 if context.n_segments > _ONCE else 1
-    n = -(-context.n_segments // times)
-    few = context.closed_loop.with_members([*range(_SEARCHED)])
-    aim = context.objective(criterion, context.wider(steps, by_steps.trajectories))
-    with progress("searching manoeuvres", n) as step:
-        radius = context.acceptance if context.mode == "waypoints" else None
-        optimiser = Optimiser(few, context.error_model, aim, context.samples, radius)
-        found = optimiser.optimise_dive(n, context.seed, step)
-    both = found + [one.mirrored for one in found] * (times - 1)
-    return context.enforce_envelope(both[: context.n_segments])
+    """Optimise manoeuvres; the second half of a long dive mirrors the first."""
+    is_long = context.n_segments > MAX_DISTINCT_SEGMENTS
+    n = -(-context.n_segments // 2) if is_long else context.n_segments
+    inflation = context.std_error_inflation(baseline.std_errors, baseline_dive.trajectories)
+    optimiser = Optimiser(
+        context.simulator.with_members([*range(N_OPTIMISED)]),
+        context.error_model,
+        context.objective(criterion, inflation),
+        context.samples,
+        context.acceptance if context.mode == "waypoints" else None,
+    )
+    with progress("optimising manoeuvres", n) as step:
+        manoeuvres = optimiser.optimise_dive(n, context.seed, step)
+    if is_long:
+        manoeuvres += [manoeuvre.mirrored for manoeuvre in manoeuvres]
+    return enforce_envelope(context, manoeuvres[: context.n_segments])
 
 
-def _plan_of(
+def _make_plan(
     context: PlanningContext,
-    candidate: CandidateDive,
-    fits: MonteCarloVerification,
-    steps: MonteCarloVerification,
-    reach: GoalDuration | None,
+    dive: CandidateDive,
+    result: MonteCarloVerification,
+    baseline: MonteCarloVerification,
 ) -> DivePlan:
-    """Return the plan of what was found."""
-    closed_loop, length = context.closed_loop, context.segment_duration
-    pairs = zip(candidate.manoeuvres, candidate.courses.tolist(), strict=True)
-    depths = np.quantile(candidate.trajectories.states[:, :, 11], [0.05, 0.95], axis=1).T
+    simulator, length = context.simulator, context.segment_duration
+    vehicle, envelope, autopilot = simulator.vehicle, simulator.envelope, simulator.autopilot
+    pairs = zip(dive.manoeuvres, dive.courses.tolist(), strict=True)
     return DivePlan(
-        vehicle=closed_loop.vehicle,
+        vehicle=vehicle,
         model=context.model,
-        envelope=closed_loop.envelope,
-        prior=context.prior.source or "the damping given",
-        time=np.asarray(
-            closed_loop.envelope.period * np.arange(len(candidate.overlays)), dtype=np.float64
-        ),
-        setpoints=_orders(context, candidate),
+        envelope=envelope,
+        prior=context.prior.source or "the given damping",
+        time=np.asarray(envelope.period * np.arange(len(dive.overlays)), dtype=np.float64),
+        setpoints=_setpoints(context, dive),
         segments=tuple(
-            PlanSegment(n * length, (n + 1) * length, course, one)
-            for n, (one, course) in enumerate(pairs)
+            PlanSegment(n * length, (n + 1) * length, course, manoeuvre)
+            for n, (manoeuvre, course) in enumerate(pairs)
         ),
-        track=candidate.trajectories.select([0]).log(
-            closed_loop.vehicle, closed_loop.autopilot.names
-        ),
-        depth_band=depths,
-        feasibility_rate=candidate.feasibility_rate,
-        n_members=len(closed_loop.matrices),
+        track=dive.trajectories.select([0]).log(vehicle, autopilot.names),
+        depth_band=np.quantile(dive.trajectories.states[:, :, 11], [0.05, 0.95], axis=1).T,
+        feasibility_rate=dive.feasibility_rate,
+        n_members=simulator.n_members,
         mode=context.mode,
-        waypoints=candidate.waypoints,
-        saturation=candidate.saturation,
-        assumptions=closed_loop.autopilot.assumptions,
-        predictions=_predictions(context, candidate.trajectories, fits, steps),
-        goal_duration=reach,
+        waypoints=dive.waypoints,
+        saturation=dive.saturation,
+        assumptions=autopilot.assumptions,
+        predictions=_predictions(context, dive.trajectories, result, baseline),
     )
 
 
-def _orders(context: PlanningContext, candidate: CandidateDive) -> dict[str, FloatArray]:
-    """Return what to tell by name: setpoints that a loop follows, the propeller, overlays."""
-    autopilot, setpoints, orders = (
-        context.closed_loop.autopilot,
-        candidate.trajectories.setpoints[:, 0],
-        {},
-    )
-    if autopilot.propeller is not None:
-        orders["speed"] = setpoints[:, 0]
-        driving = np.clip(autopilot.driving(setpoints[:, 0]), *autopilot.band(autopilot.propeller))
-        orders[autopilot.names[autopilot.propeller]] = driving
+def _setpoints(context: PlanningContext, dive: CandidateDive) -> dict[str, FloatArray]:
+    """Return setpoints of loops, the propeller's command, and overlays, by name."""
+    autopilot, setpoints = context.simulator.autopilot, dive.trajectories.setpoints[:, 0]
+    columns: dict[str, FloatArray] = {}
+    if (propeller := autopilot.propeller) is not None:
+        columns["speed"] = setpoints[:, 0]
+        command = autopilot.propeller_command(setpoints[:, 0])
+        columns[autopilot.names[propeller]] = np.clip(command, *autopilot.limits(propeller))
     if autopilot.heading is not None:
-        orders["heading"] = np.angle(np.exp(1j * setpoints[:, 1]))
+        columns["heading"] = np.angle(np.exp(1j * setpoints[:, 1]))
     if autopilot.depth is not None:
-        orders["depth"] = setpoints[:, 2]
-    added = {
-        f"{autopilot.names[place]}_overlay": candidate.overlays[:, place]
-        for place in autopilot.overlays
-    }
-    return orders | added
+        columns["depth"] = setpoints[:, 2]
+    for index in autopilot.overlays:
+        columns[f"{autopilot.names[index]}_overlay"] = dive.overlays[:, index]
+    return columns
 
 
 def _predictions(
     context: PlanningContext,
     trajectories: Trajectories,
-    fits: MonteCarloVerification,
-    steps: MonteCarloVerification,
+    result: MonteCarloVerification,
+    baseline: MonteCarloVerification,
 ) -> tuple[Prediction, ...]:
-    """Return what the dive will say of each coefficient."""
-    labels, before = context.model.labels, context.prior_std_errors
-    errors, bound, by_steps = (
-        fits.std_errors,
-        context.cramer_rao_bound(trajectories),
-        steps.std_errors,
-    )
-    together = (errors**-2.0 + before**-2.0) ** -0.5
-    values = context.expected_coefficients(fits)
-    grades, causes = fits.grades(labels), fits.causes(labels)
+    labels, prior, std_errors = context.model.labels, context.prior_std_errors, result.std_errors
+    values, bounds = expected_coefficients(context, result), context.cramer_rao_bound(trajectories)
+    combined = (std_errors**-2.0 + prior**-2.0) ** -0.5
+    grades, causes = result.grades(labels), result.causes(labels)
     return tuple(
         Prediction(
             label=label,
-            value=float(values[place]),
-            prior_std_error=float(before[place]) if np.isfinite(before[place]) else None,
-            cramer_rao_bound=float(bound[place]),
-            std_error=float(errors[place]),
-            combined_std_error=float(together[place]),
-            baseline_std_error=float(by_steps[place]),
-            grade=grades[place],
-            cause=causes[place] if grades[place] is Grade.NOT_DETERMINED else None,
+            value=float(values[index]),
+            prior_std_error=float(prior[index]) if np.isfinite(prior[index]) else None,
+            cramer_rao_bound=float(bounds[index]),
+            std_error=float(std_errors[index]),
+            combined_std_error=float(combined[index]),
+            baseline_std_error=float(baseline.std_errors[index]),
+            grade=grades[index],
+            cause=causes[index] if grades[index] is Grade.NOT_DETERMINED else None,
         )
-        for place, label in enumerate(labels)
+        for index, label in enumerate(labels)
     )
+
+
+def expected_gain(problem: Problem, fit: Fit, grades: Identifiability) -> str:
+    """Return what a dive of ten minutes is expected to add to a log, in a sentence.
+
+    Candidate manoeuvres are simulated with the fit's damping at the speeds of the log. Standard
+    errors are assumed to decrease from those of the fit as the Cramer-Rao bound does.
+    """
+    labels = fit.model.labels
+    weak = [label for label, grade in grades.grades.items() if grade is not Grade.DETERMINED]
+    if not weak:
+        return ""
+    command = f"`hydrodamp plan --damping FILE --duration {GAIN_DURATION:.0f}` plans it"
+    counted = f"{len(weak)} of {len(labels)} coefficients are not graded determined"
+    if fit.damping.covariance is None:
+        return f"{counted}. A further dive may determine them: {command}."
+    try:
+        ratio = _std_error_ratio(problem, fit)
+    except HydrodampError:
+        return f"{counted}. A further dive needs a vehicle that can be steered: {command}."
+    half_width = critical_value() * np.sqrt(np.diag(fit.damping.covariance)) * ratio
+    narrow = half_width <= MAX_RELATIVE_HALF_WIDTH * np.abs(fit.damping.coefficients)
+    gained = [label for label, flag in zip(labels, narrow, strict=True) if flag and label in weak]
+    reduction = 100.0 * (1.0 - float(np.exp(np.mean(np.log(ratio)))))
+    names = f" ({', '.join(gained[:3])}{', ...' * (len(gained) > 3)})" if gained else ""
+    return (
+        f"{counted}. A planned dive of {GAIN_DURATION / 60.0:.0f} min is expected to reduce "
+        f"standard errors by {reduction:.0f} % and to determine {len(gained)} of them{names}: "
+        f"{command}."
+    )
+
+
+def _std_error_ratio(problem: Problem, fit: Fit) -> FloatArray:
+    """Return standard errors with the dive added to the log over those of the log, (p,)."""
+    vehicle, log = problem.vehicle, problem.log
+    low, high = np.percentile(log.velocity[:, 0], LOG_PERCENTILES).tolist()
+    commands = {}
+    for name in log.command_names:
+        a, b = np.percentile(log.command(name), LOG_PERCENTILES).tolist()
+        if (a or b) and name in (*vehicle.commands, *fit.model.commands):
+            commands[name] = CommandLimits(lowest=min(a, -b), highest=max(b, -a))
+    speed = max(low, 0.1), max(high, 0.2)
+    envelope = Envelope(depth=UNLIMITED_DEPTH, speed=speed, commands=commands)
+    autopilot = design_autopilot(vehicle, fit.damping, envelope)
+    ensemble = DampingEnsemble((fit.damping,), fit.model)
+    simulator = ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
+    error_model = ErrorModel.of(np.sqrt(noise_variance(problem)))
+    matrix = problem.matrix(fit.damping)
+    by_log = window_information(problem, matrix, fit.model, error_model).sum(axis=0)
+    candidates = candidate_manoeuvres(len(autopilot.overlays))
+    samples = round(GAIN_SEGMENT / envelope.period)
+    trajectories = simulate_candidates(simulator, candidates, samples)
+    feasible = worst_violation(simulator, trajectories).max(axis=1) <= 0.0
+    if not feasible.any():
+        raise HydrodampError("no feasible manoeuvre")
+    by_manoeuvre = fisher_information(simulator, trajectories, error_model)[feasible]
+    total = by_log + RIDGE**2 * np.diag(np.diag(by_log + by_manoeuvre.sum(axis=0)))
+    initial = np.diag(np.linalg.inv(total))
+    repetitions = GAIN_DURATION / GAIN_SEGMENT / N_GAIN_MANOEUVRES
+    for _ in range(N_GAIN_MANOEUVRES):
+        best = int(np.argmax(np.linalg.slogdet(total + by_manoeuvre)[1]))
+        total = total + by_manoeuvre[best] * repetitions
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(total)) / initial))

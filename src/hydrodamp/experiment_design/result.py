@@ -1,50 +1,75 @@
-"""A planned dive: commands and their times, the predicted track, and the predicted errors."""
+"""A planned dive, its predicted results, and its files: CSV, JSON, mission, ROS 2 bag."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
 from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
+from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.excitation import Manoeuvre
-from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.identifiability import Cause, Grade, Identifiability, grade_fit
-from hydrodamp.identification.output_error import Recommended
-from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.parallel import run_parallel
-from hydrodamp.simulation.problem import prepare
+from hydrodamp.files import as_json
+from hydrodamp.identification.identifiability import Cause, Grade
+from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.vehicle.vehicle import Vehicle
+
+METRES_PER_DEGREE = 111_320.0
+"""Of latitude [m/deg]."""
+
+NAV_WAYPOINT, NAV_LAND, DO_CHANGE_SPEED = 16, 21, 178
+"""MAVLink commands (``MAV_CMD``)."""
+
+FRAME_MISSION, FRAME_RELATIVE_ALTITUDE = 2, 3
+"""MAVLink frames: none, and altitude relative to home (``MAV_FRAME``)."""
+
+UNITS = {
+    "duration, start, end, duration_by_axis": "s",
+    "course": "deg",
+    "waypoints": "s, m, m, m, m/s",
+    "feasibility_rate, time_at_limits, level, tempo, strengths": "1",
+    "envelope depth, bottom, altitude, area": "m",
+    "envelope pitch, roll, home": "deg",
+    "envelope speed": "m/s",
+    "envelope period": "s",
+    "envelope margin": "1",
+    "envelope noise": "m/s, rad/s, rad, m",
+    "predictions value, cramer_rao_bound, standard_error*": "as the unit of each",
+}
+"""Units in ``plan.json``; commands and overlays are in the units of the vehicle file."""
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the dive will say of one coefficient.
+    """Predicted estimate of one coefficient.
 
     Attributes
     ----------
     label : str
-        Of the coefficient.
+        The coefficient.
     value : float
-        What is known of it; where nothing is, what a fit to the nominal member gives.
-    before : float or None
-        Its standard error before; None where it is not known.
-    bound : float
-        Cramer and Rao's bound of its standard error, from the noise of the sensors alone.
-    after : float
-        Standard error that ``identify`` will give from this dive alone.
-    together : float
-        With what was known before, as if its errors were independent.
-    steps : float
-        That from a dive of steps of the same length and envelope.
+        Its prior value; without one, the estimate for the nominal member.
+    prior_std_error : float or None
+        Standard error of the prior; None where unknown.
+    cramer_rao_bound : float
+        Cramer-Rao bound of the standard error, from sensor noise alone.
+    std_error : float
+        Standard error that ``identify`` is expected to report from this dive.
+    combined_std_error : float
+        The same combined with the prior, as if independent.
+    baseline_std_error : float
+        Standard error from a baseline campaign of steps of the same duration and envelope.
     grade : Grade
-        What ``identify`` will say.
+        Grade that ``identify`` is expected to report.
     cause : Cause or None
-        Why it is not determined.
+        Why the coefficient is not determined.
     """
 
     label: str
@@ -60,7 +85,7 @@ class Prediction:
 
 @dataclass(frozen=True)
 class PlanSegment:
-    """A manoeuvre of a dive: from when to when [s], on which course [rad]."""
+    """A manoeuvre of a dive: its start and end [s], and its course [rad]."""
 
     start: float
     end: float
@@ -70,7 +95,7 @@ class PlanSegment:
 
 @dataclass(frozen=True)
 class GoalDuration:
-    """How long a dive must be for a goal, axis by axis [s]; None where it is out of reach."""
+    """Shortest dive for a goal by axis [s], None where no coefficient reaches it; and reasons."""
 
     goal: Grade
     duration_by_axis: dict[str, float | None]
@@ -79,48 +104,48 @@ class GoalDuration:
 
 @dataclass(frozen=True, eq=False)
 class DivePlan:
-    """The next dive.
+    """A planned dive and its predicted results.
 
     Attributes
     ----------
     vehicle : Vehicle
-        Who dives.
+        The vehicle of the dive.
     model : DampingModel
-        What is to be identified, restricted to the free axes.
+        The model to identify, restricted to the free axes.
     envelope : Envelope
-        What the dive may do.
-    known : str
-        Where the coefficients it was planned with are from.
+        Constraints of the dive.
+    prior : str
+        Source of the prior coefficients.
     time : ndarray, shape (n,)
-        Of each line of the plan [s].
-    orders : dict of str to ndarray, shape (n,)
-        What to tell: ``speed`` [m/s] and the propeller's command, ``heading`` [rad], ``depth`` [m],
-        and what to add to each other command (``rudder_overlay``).
-    stretches : tuple of Stretch
-        The manoeuvres.
+        Time of each command period [s].
+    setpoints : dict of str to ndarray, shape (n,)
+        ``speed`` [m/s] and the propeller's command, ``heading`` [rad], ``depth`` [m], and overlays
+        of the other commands (``rudder_overlay``).
+    segments : tuple of PlanSegment
+        The manoeuvres in order.
     track : Log
-        Predicted with the nominal damping, as the sensors record it.
-    depths : ndarray, shape (n, 2)
-        Band that holds the depth in 90 % of the draws [m].
-    within : float
-        Share of the draws that never leave the envelope.
-    draws : int
-        How many were simulated.
+        Predicted log with the nominal damping and sensor noise.
+    depth_band : ndarray, shape (n, 2)
+        5 % and 95 % quantiles of the depth over the ensemble [m].
+    feasibility_rate : float
+        Share of the ensemble members that satisfy all constraints.
+    n_members : int
+        Number of ensemble members.
     mode : {"waypoints", "setpoints", "overlays"}
-        How the dive is executed; the predictions are of the dive so executed.
+        How the dive is executed; predictions hold for this mode.
     waypoints : ndarray, shape (m, 5), or None
         For that mode: expected time [s], north, east and depth [m], and the speed of the leg to
-        each [m/s]. ``orders`` are then what guidance asks of the nominal member.
-    saturated : dict of str to float
-        Share of the time that each command is at its limit or rate limit, the mean of the draws.
+        each [m/s]. ``setpoints`` are then those of the guidance of the nominal member.
+    saturation : dict of str to float
+        Mean share of time that each command is at its limit or rate limit.
     assumptions : tuple of str
-        What was assumed because neither vehicle nor envelope states it.
+        Values assumed because neither vehicle nor envelope states them.
     predictions : tuple of Prediction
-        A coefficient each, in the model's order.
-    reach : Reach or None
-        For a goal.
+        One per coefficient, in the model's order.
+    goal_duration : GoalDuration or None
+        For a goal only.
     notes : tuple of str
-        What else there is to know.
+        Further remarks.
     """
 
     vehicle: Vehicle
@@ -144,77 +169,200 @@ class DivePlan:
 
     @property
     def duration(self) -> float:
-        """How long the dive is [s]."""
+        """Duration of the dive [s]."""
         return float(self.time[-1])
 
     def labels_of_grade(self, grade: Grade) -> tuple[str, ...]:
-        """Return the labels that will have a grade."""
-        return tuple(one.label for one in self.predictions if one.grade is grade)
+        """Return the coefficients with a predicted grade."""
+        return tuple(item.label for item in self.predictions if item.grade is grade)
 
     def __str__(self) -> str:
-        """Return what it will determine, in a sentence."""
+        """Return the predicted grades in a sentence."""
         counts = ", ".join(f"{len(self.labels_of_grade(grade))} {grade.word}" for grade in Grade)
         return (
             f"A dive of {self.duration:.0f} s by {self.mode} for '{self.model.key}' on "
             f"{self.vehicle.name}: {counts}; "
-            f"within its envelope in {100.0 * self.feasibility_rate:.0f} % of {self.n_members} "
-            "draws."
+            f"feasibility rate {100.0 * self.feasibility_rate:.0f} % of {self.n_members} members."
         )
 
 
-@dataclass(frozen=True, eq=False)
-class MonteCarloVerification:
-    """Estimates of the recommended method from simulated dives, one for each ensemble member.
+def command_table(plan: DivePlan) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Return times [s] and columns of the plan: a row for each waypoint, or each period."""
+    if plan.waypoints is None:
+        return plan.time, plan.setpoints
+    time, *columns = plan.waypoints.T
+    table = dict(zip(("north", "east", "depth", "speed"), columns, strict=True))
+    if "depth" not in plan.setpoints:
+        del table["depth"]
+    return time, table
 
-    ``coefficients`` (n, p) and ``covariances`` (n, p, p) are as ``identify`` reports them.
+
+def commands_csv(plan: DivePlan) -> str:
+    """Return the commands as CSV in SI units."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    time, table = command_table(plan)
+    writer.writerow(["time", *table])
+    columns = np.column_stack([time, *table.values()]) + 0.0  # no negative zeros
+    writer.writerows([f"{value:.6g}" for value in row] for row in columns.tolist())
+    return stream.getvalue()
+
+
+def plan_document(plan: DivePlan) -> dict[str, Any]:
+    """Return the content of ``plan.json``: a plan without its time series."""
+    goal = plan.goal_duration
+    return {
+        "format": "hydrodamp-plan",
+        "version": 3,
+        "units": UNITS,
+        "vehicle": plan.vehicle.name,
+        "model": plan.model.key,
+        "prior": plan.prior,
+        "duration": plan.duration,
+        "mode": plan.mode,
+        "feasibility_rate": plan.feasibility_rate,
+        "time_at_limits": plan.saturation,
+        "assumptions": list(plan.assumptions),
+        "ensemble_members": plan.n_members,
+        "envelope": plan.envelope.model_dump(mode="json"),
+        "waypoints": None if plan.waypoints is None else (plan.waypoints + 0.0).tolist(),
+        "segments": [
+            {
+                "start": item.start,
+                "end": item.end,
+                "course": float(np.degrees(item.course) % 360.0),
+                "shape": item.manoeuvre.shape,
+                "level": item.manoeuvre.level,
+                "tempo": item.manoeuvre.tempo,
+                "strengths": list(item.manoeuvre.strengths),
+            }
+            for item in plan.segments
+        ],
+        "predictions": {
+            item.label: {
+                "unit": coefficient_unit(*read_label(item.label)),
+                "value": item.value,
+                "standard_error_before": item.prior_std_error,
+                "cramer_rao_bound": item.cramer_rao_bound,
+                "standard_error": item.std_error,
+                "standard_error_combined": item.combined_std_error,
+                "standard_error_of_baseline": item.baseline_std_error,
+                "grade": item.grade.word,
+                "cause": item.cause and item.cause.word,
+            }
+            for item in plan.predictions
+        },
+        "goal": goal
+        and {
+            "grade": goal.goal.word,
+            "duration_by_axis": goal.duration_by_axis,
+            "unreached": goal.unreached,
+        },
+        "notes": list(plan.notes),
+    }
+
+
+def mission_plan(plan: DivePlan) -> str:
+    """Return the waypoints as a QGroundControl mission, with a run-in and a return to the start.
+
+    The run-in starts at the least depth, so that the dive begins at speed and on course. After the
+    dive the vehicle returns to the start at the least depth, and surfaces there
+    (``MAV_CMD_NAV_LAND``: ArduSub goes there at its depth, then ascends).
+
+    Raises
+    ------
+    MethodError
+        If the dive does not follow waypoints, or the envelope has no home.
     """
-
-    coefficients: FloatArray
-    covariances: FloatArray
-    identifiability: tuple[Identifiability | None, ...]
-
-    @property
-    def std_errors(self) -> FloatArray:
-        """Standard error to expect of each coefficient, the geometric mean over the members."""
-        found: FloatArray = np.exp(0.5 * np.mean(np.log(np.einsum("npp->np", self.covariances)), 0))
-        return found
-
-    def grades(self, labels: Sequence[str]) -> list[Grade]:
-        """Return the grade that at least half of the members give, or a better one."""
-        order = list(Grade)
-        found = [one.grades for one in self.identifiability if one is not None]
-        return [
-            order[int(np.median([order.index(one[label]) for one in found]) + 0.5)]
-            if found
-            else Grade.NOT_DETERMINED
-            for label in labels
-        ]
-
-    def causes(self, labels: Sequence[str]) -> list[Cause | None]:
-        """Return why coefficients are not determined, of the first member that says so."""
-        found = [one.causes for one in self.identifiability if one is not None]
-        return [next((one[label] for one in found if label in one), None) for label in labels]
-
-
-def verify(
-    closed_loop: ClosedLoopSimulator, trajectories: Trajectories, *, grading: bool = True
-) -> MonteCarloVerification:
-    """Identify the model from what each vehicle recorded, by the recommended method."""
-    n = trajectories.states.shape[1]
-    calls = [(closed_loop, trajectories.select([one]), grading) for one in range(n)]
-    fits = run_parallel(_identified, calls)
-    covariances = [fit.damping.covariance for fit, _ in fits]
-    known = [one for one in covariances if one is not None]
-    found = [fit.damping.coefficients for fit, _ in fits]
-    return MonteCarloVerification(
-        np.array(found), np.array(known), tuple(grades for _, grades in fits)
+    home, envelope = plan.envelope.home, plan.envelope
+    if plan.waypoints is None:
+        raise MethodError("a mission needs waypoints: plan with mode 'waypoints'")
+    if home is None:
+        raise MethodError("a mission needs `home: [latitude, longitude]` in the envelope [deg]")
+    legs = plan.waypoints[:, 1:]
+    shallow = np.array([0.0, 0.0, envelope.depth[0], legs[0, 3]])
+    path = np.vstack([_run_in(plan), legs, shallow])
+    if "depth" not in plan.setpoints:
+        path[:, 2] = 0.0
+    items: list[dict[str, Any]] = []
+    speed = None
+    for north, east, depth, leg_speed in path.tolist():
+        if round(leg_speed, 2) != speed:
+            speed = round(leg_speed, 2)
+            items.append(_item(len(items) + 1, DO_CHANGE_SPEED, [1, speed, -1, 0, 0, 0, 0]))
+        position = _position(home, north, east)
+        items.append(_item(len(items) + 1, NAV_WAYPOINT, [0, 0, 0, None, *position, 0.0 - depth]))
+    items.append(_item(len(items) + 1, NAV_LAND, [0, 0, 0, None, *home, 0.0]))
+    return as_json(
+        {
+            "fileType": "Plan",
+            "version": 1,
+            "groundStation": "hydrodamp",
+            "geoFence": {"circles": [], "polygons": [], "version": 2},
+            "rallyPoints": {"points": [], "version": 2},
+            "mission": {
+                "version": 2,
+                "firmwareType": 3,
+                "vehicleType": 12,
+                "cruiseSpeed": float(np.mean(envelope.speed)),
+                "hoverSpeed": float(np.mean(envelope.speed)),
+                "plannedHomePosition": [*home, 0.0],
+                "items": items,
+            },
+        }
     )
 
 
-def _identified(
-    closed_loop: ClosedLoopSimulator, trajectories: Trajectories, grading: bool
-) -> tuple[Fit, Identifiability | None]:
-    log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names)
-    problem = prepare(closed_loop.vehicle, log, closed_loop.ensemble.model)
-    fit = Recommended().identify(problem, closed_loop.ensemble.model)
-    return fit, grade_fit(problem, fit) if grading and fit.status.usable else None
+def _run_in(plan: DivePlan) -> FloatArray:
+    """Return a waypoint at the least depth, in line with the first leg and inside the area.
+
+    Its distance from the start is at least a leg, and such that the descent needs at most half of
+    the pitch limit.
+    """
+    assert plan.waypoints is not None
+    start, leg = plan.waypoints[0, 1:], np.diff(plan.waypoints[:2, 1:3], axis=0)[0]
+    descent = start[2] - plan.envelope.depth[0]
+    length = max(descent / np.tan(np.radians(0.5 * plan.envelope.pitch)), np.linalg.norm(leg))
+    north, east = start[:2] - length * leg / np.linalg.norm(leg)
+    if (area := plan.envelope.area) is not None:
+        north, east = np.clip(north, *area.north), np.clip(east, *area.east)
+    return np.array([north, east, plan.envelope.depth[0], plan.waypoints[0, 4]])
+
+
+def _position(home: tuple[float, float], north: float, east: float) -> tuple[float, float]:
+    """Return latitude and longitude, -180 to 180 [deg]."""
+    longitude = home[1] + east / (METRES_PER_DEGREE * np.cos(np.radians(home[0])))
+    return home[0] + north / METRES_PER_DEGREE, float((longitude + 180.0) % 360.0 - 180.0)
+
+
+def _item(number: int, command: int, parameters: list[float | None]) -> dict[str, Any]:
+    return {
+        "type": "SimpleItem",
+        "autoContinue": True,
+        "command": command,
+        "doJumpId": number,
+        "frame": FRAME_MISSION if command == DO_CHANGE_SPEED else FRAME_RELATIVE_ALTITUDE,
+        "params": parameters,
+    }
+
+
+def can_write_bags() -> bool:
+    """Return whether the package that writes bags is installed."""
+    return find_spec("rosbags") is not None
+
+
+def write_bag(plan: DivePlan, folder: Path) -> None:
+    """Write a ROS 2 bag: a ``std_msgs/Float64`` topic ``/plan/NAME`` for each column."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind = "std_msgs/msg/Float64"
+    message = store.types[kind]
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        time, table = command_table(plan)
+        for name, values in table.items():
+            topic = writer.add_connection(f"/plan/{name}", kind, typestore=store)
+            for stamp, value in zip(time.tolist(), values.tolist(), strict=True):
+                content = store.serialize_cdr(message(data=value), kind)
+                writer.write(topic, round(1e9 * stamp), content)

@@ -16,6 +16,7 @@ from hydrodamp.errors import ProblemError
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.identification.dissipativity import sample_box
 from hydrodamp.progress import count_items
+from hydrodamp.simulation.closed_loop import rk4_step
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, Trajectory, replay
 
@@ -139,12 +140,13 @@ class Engine:
         self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
     ) -> FloatArray:
         """Take a step [s] with the wrench at both its ends, and return the velocity after it."""
-        middle, state = 0.5 * (first + last), self._state
-        a = self._slope(state, inputs, first)
-        b = self._slope(state + 0.5 * h * a, inputs, middle)
-        c = self._slope(state + 0.5 * h * b, inputs, middle)
-        d = self._slope(state + h * c, inputs, last)
-        state = state + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        state = rk4_step(
+            lambda state, fraction: self._slope(
+                state, inputs, (1.0 - fraction) * first + fraction * last
+            ),
+            self._state,
+            h,
+        )
         state[6:] /= np.linalg.norm(state[6:])
         self._state = state
         return state[:6]

@@ -154,7 +154,7 @@ def _fit_sketches(comparison: Comparison, findings: Findings, row: Row) -> Itera
 
 def residual_caption(tests: tuple[str, ...]) -> str:
     """Return whether residuals are correlated in time, and how to read their picture."""
-    if not any("correlated in time" in test for test in tests):
+    if not any("autocorrelated" in test for test in tests):
         tests = ("Residuals are white according to the test.", *tests)
     reading = (
         "White residuals stay in the grey band; outside it, the model misses part of the dynamics."

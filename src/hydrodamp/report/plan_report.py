@@ -1,4 +1,4 @@
-"""What is told of a planned dive: its tables, its files, and one page."""
+"""Report of a planned dive: tables, files, and an HTML page."""
 
 from __future__ import annotations
 
@@ -10,124 +10,112 @@ import numpy as np
 
 from hydrodamp.data.canonical import write_log
 from hydrodamp.errors import MethodError
-from hydrodamp.experiment_design.files import (
+from hydrodamp.experiment_design.result import (
+    DivePlan,
+    PlanSegment,
     can_write_bags,
     commands_csv,
     mission_plan,
     plan_document,
     write_bag,
 )
-from hydrodamp.experiment_design.result import DivePlan
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
-from hydrodamp.report.figures.plan import orders_figure, prediction_figure, track_figure
+from hydrodamp.report.figures.plan import prediction_figure, setpoint_figure, track_figure
 from hydrodamp.report.figures.style import figure_bytes
 from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import register_results, remove_results, save_result, save_results
 
-#: The bag in the folder of a plan.
-_BAG = "bag"
+BAG = "bag"
+"""Name of the ROS 2 bag in the folder of a plan."""
 
-_FIGURES = {
-    "orders": (
-        orders_figure,
-        "What is commanded; thin lines between stretches.",
-    ),
-    "track": (track_figure, "Predicted track, of the nominal damping."),
+FIGURES = {
+    "setpoints": (setpoint_figure, "Setpoints and commands; thin lines separate segments."),
+    "track": (track_figure, "Predicted track with the nominal damping."),
     "predictions": (
         prediction_figure,
-        "Standard errors as shares of the coefficients; left of the dashed line a coefficient is "
+        "Standard errors relative to the coefficients; a coefficient left of the dashed line is "
         "determined.",
     ),
 }
+"""Figures of a plan, and their captions."""
 
 
 def prediction_table(plan: DivePlan) -> Table:
-    """Return a row for each coefficient: what is known of it, and what will be."""
+    """Return a row for each coefficient: prior, predicted standard errors and grade."""
+    numbers = ("prior", "+- prior", "+- this dive", "+- combined", "+- baseline")
     columns = (
         Column("coefficient", number=False),
-        Column("known as", form=coefficient),
-        Column("+- before", form=coefficient),
-        Column("+- this dive", form=coefficient),
-        Column("+- with what is known", form=coefficient),
-        Column("+- steps", form=coefficient),
+        *(Column(name, form=coefficient) for name in numbers),
         Column("unit", number=False),
-        Column("will be", number=False),
+        Column("predicted grade", number=False),
     )
     rows = tuple(
         (
-            *(
-                one.label,
-                one.value,
-                one.prior_std_error,
-                one.std_error,
-                one.combined_std_error,
-                one.baseline_std_error,
-            ),
-            coefficient_unit(*read_label(one.label)),
-            f"{one.grade.word}{f' ({one.cause.word})' if one.cause else ''}",
+            *(item.label, item.value, item.prior_std_error, item.std_error),
+            *(item.combined_std_error, item.baseline_std_error),
+            coefficient_unit(*read_label(item.label)),
+            f"{item.grade.word}{f' ({item.cause.word})' if item.cause else ''}",
         )
-        for one in plan.predictions
+        for item in plan.predictions
     )
-    return Table("What the dive will determine", columns, rows, tuple(_notes(plan)))
+    return Table("Predicted estimates", columns, rows, tuple(_notes(plan)))
 
 
 def _notes(plan: DivePlan) -> Iterator[str]:
     yield (
-        f"+- are standard errors as `identify` will report them from this dive, executed by "
-        f"{plan.mode}; 'steps' is a campaign of steps of the same length in the same envelope. "
-        f"Planned with {plan.prior}."
+        f"+- are standard errors as `identify` is expected to report them from this dive in mode "
+        f"{plan.mode}; the baseline is a campaign of steps of the same duration and envelope. "
+        f"Prior: {plan.prior}."
     )
     shares = ", ".join(f"{name} {share:.1%}" for name, share in plan.saturation.items())
     if shares:
         yield f"Time at a limit or rate limit: {shares}."
     yield from plan.assumptions
-    if plan.goal_duration is not None:
-        goal, by_axis = plan.goal_duration.goal.word, plan.goal_duration.duration_by_axis
-        took = ", ".join(f"{axis} {_long(time)}" for axis, time in by_axis.items())
-        yield f"Shortest dive to '{goal}', for what can be so at all: {took}."
-        for label, why in plan.goal_duration.unreached.items():
-            yield f"{label} cannot be {goal}: {why}"
+    if (goal := plan.goal_duration) is not None:
+        durations = ", ".join(
+            f"{axis} {'none' if time is None else f'{time:.0f} s'}"
+            for axis, time in goal.duration_by_axis.items()
+        )
+        yield f"Shortest dive to '{goal.goal.word}' of the coefficients that reach it: {durations}."
+        for label, reason in goal.unreached.items():
+            yield f"{label} does not reach '{goal.goal.word}': {reason}"
     yield from plan.notes
 
 
-def _long(time: float | None) -> str:
-    return "none" if time is None else f"{time:.0f} s"
-
-
 def segment_table(plan: DivePlan) -> Table:
-    """Return a row for each stretch of the dive."""
+    """Return a row for each segment of the dive."""
+
+    def mean_speed(item: PlanSegment) -> str:
+        if "speed" not in plan.setpoints:
+            return "-"
+        is_inside = (plan.time >= item.start) & (plan.time < item.end)
+        return f"{plan.setpoints['speed'][is_inside].mean():.2f}"
+
     rows = (
         (
-            f"{one.start:.0f}-{one.end:.0f}",
-            one.manoeuvre.shape,
-            f"{np.degrees(one.course) % 360.0:.0f}",
-            f"{_mean(plan, 'speed', one.start, one.end)}",
+            f"{item.start:.0f}-{item.end:.0f}",
+            item.manoeuvre.shape,
+            f"{np.degrees(item.course) % 360.0:.0f}",
+            mean_speed(item),
         )
-        for one in plan.segments
+        for item in plan.segments
     )
-    header = ("seconds", "manoeuvre", "course [deg]", "speed [m/s]")
-    return Table.of_words("Stretches", header, "llrr", rows)
+    header = ("time [s]", "manoeuvre", "course [deg]", "speed [m/s]")
+    return Table.of_words("Segments", header, "llrr", rows)
 
 
-def _mean(plan: DivePlan, name: str, start: float, end: float) -> str:
-    if name not in plan.setpoints:
-        return "-"
-    part = (plan.time >= start) & (plan.time < end)
-    return f"{plan.setpoints[name][part].mean():.2f}"
-
-
-#: Names of all files that a plan may write, from its folder.
 RESULTS = (
     *("plan.csv", "predictions.csv", "plan.json", "mission.plan", "track.csv", "plan.html"),
-    *(f"{name}.svg" for name in _FIGURES),
-    f"{_BAG}/*",
+    *(f"{name}.svg" for name in FIGURES),
+    f"{BAG}/*",
 )
+"""Names of all files of a plan, relative to its folder."""
 
 
 def write_plan(plan: DivePlan, folder: Path) -> list[str]:
-    """Write a plan into a folder; return what could not be written, in sentences."""
+    """Write a plan into a folder; return messages on files that could not be written."""
     missing = []
     contents = {
         folder / "plan.csv": commands_csv(plan).encode("utf-8"),
@@ -140,36 +128,36 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
         missing.append(f"mission.plan is not written: {error}.")
     pictures = {}
     with suppress(MethodError):
-        pictures = {name: figure_bytes(draw(plan), "svg") for name, (draw, _) in _FIGURES.items()}
-        contents |= {folder / f"{name}.svg": one for name, one in pictures.items()}
+        pictures = {name: figure_bytes(draw(plan), "svg") for name, (draw, _) in FIGURES.items()}
+        contents |= {folder / f"{name}.svg": picture for name, picture in pictures.items()}
     save_results(contents, folder)
     write_log(plan.track, folder / "track.csv")
     if can_write_bags():
-        remove_results(folder, (f"{_BAG}/*",))
-        write_bag(plan, folder / _BAG)
+        remove_results(folder, (f"{BAG}/*",))
+        write_bag(plan, folder / BAG)
     else:
         missing.append('The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".')
     if installed():
         save_result(page(plan, pictures), folder / "plan.html")
     else:
-        missing.append('Pictures and the page need: pip install "hydrodamp[report]".')
-    register_results((folder / "track.csv", *(folder / _BAG).glob("*")), folder)
+        missing.append('The figures and the page need: pip install "hydrodamp[report]".')
+    register_results((folder / "track.csv", *(folder / BAG).glob("*")), folder)
     return missing
 
 
 def page(plan: DivePlan, pictures: dict[str, bytes]) -> str:
-    """Return the page of a plan."""
+    """Return the HTML page of a plan."""
     facts = {
         key.replace("_", " "): str(value)
         for key, value in plan.envelope.model_dump(mode="json").items()
         if value not in (None, {})
     }
     return render_page(
-        f"The next dive of {plan.vehicle.name}",
-        f"Executed by {plan.mode}",
+        f"Dive plan for {plan.vehicle.name}",
+        f"Mode {plan.mode}: segments and predicted estimates",
         [str(plan)],
         [prediction_table(plan), segment_table(plan)],
-        [(_FIGURES[name][1], picture) for name, picture in pictures.items()],
+        [(FIGURES[name][1], picture) for name, picture in pictures.items()],
         facts,
         "Envelope",
     )

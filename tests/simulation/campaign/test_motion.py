@@ -1,28 +1,25 @@
-"""The motion keeps equilibria, energy, the Bulletin's turns."""
+"""The motion: equilibria, energy, and the steady turns of the Bulletin."""
 
 import numpy as np
 
-from hydrodamp.simulation.campaign.motion import (
-    Motion,
-    down_direction,
-    euler_rates,
-)
+from hydrodamp.simulation.campaign.reenact import Motion
 from hydrodamp.simulation.campaign.truth import sname_truth, true_damping
+from hydrodamp.simulation.closed_loop import down_direction, pose_rates
 from hydrodamp.vehicle.file import fleet
 
 VEHICLE = fleet["vt690"]
 
 
 def states(n, surge=0.0):
-    """States of n vehicles that sail level at one speed."""
-    level = np.zeros((n, 12))
+    """States of n vehicles on a level course at one speed."""
+    level = np.zeros((n, 14))
     level[:, 0] = surge
     return level
 
 
 def motion_of(truth, rpm):
     """Vehicles with the propeller speeds given."""
-    return Motion.of(VEHICLE, truth, np.array(rpm))
+    return Motion(VEHICLE, truth, np.array(rpm))
 
 
 def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth):
@@ -71,18 +68,27 @@ def test_fins_lag_as_stated(truth):
     motion = motion_of(truth, [2000.0])
     commands = np.array([[0.2, -0.1]])
     state = motion.receive(states(1, 2.0), commands)
-    after = motion.advance(state, commands, 0.1)[:, 10:]
+    after = motion.advance(state, commands, 0.1)[:, 12:]
     share = 1.0 - np.exp(-0.1 / truth.fin_lag) if truth.fin_lag else 1.0
     np.testing.assert_allclose(after, share * commands, rtol=1e-3)
 
 
-def test_euler_rates_by_differencing():
-    """The down direction turns against the body: d/dt = down x rates."""
+def test_the_down_vector_turns_against_the_body():
+    """By differences: d(R^T e3)/dt = R^T e3 x omega, also beyond a pitch of 90 deg."""
     rng = np.random.default_rng(6)
-    euler, rates = rng.uniform(-1.0, 1.0, (50, 3)), rng.normal(size=(50, 3))
-    turning = euler_rates(down_direction(euler), rates)
-    step = 1e-6
-    ahead = down_direction(euler + step * turning)
-    behind = down_direction(euler - step * turning)
-    expected = np.cross(down_direction(euler), rates)
-    np.testing.assert_allclose((ahead - behind) / (2 * step), expected, atol=1e-8)
+    euler, velocity = rng.uniform(-1.0, 1.0, (50, 3)), rng.normal(size=(50, 6))
+    euler[25:, 1] += 2.5
+    turning, h = pose_rates(velocity, euler)[:, :3], 1e-6
+    difference = down_direction(euler + h * turning) - down_direction(euler - h * turning)
+    expected = np.cross(down_direction(euler), velocity[:, 3:])
+    np.testing.assert_allclose(difference / (2 * h), expected, atol=1e-7)
+
+
+def test_the_depth_rate_is_the_velocity_along_the_down_vector():
+    rng = np.random.default_rng(7)
+    euler, velocity = rng.uniform(-1.0, 1.0, (50, 3)), rng.normal(size=(50, 6))
+    rates = pose_rates(velocity, euler)
+    expected = np.sum(down_direction(euler) * velocity[:, :3], axis=1)
+    np.testing.assert_allclose(rates[:, 5], expected, atol=1e-14)
+    speeds = np.linalg.norm(velocity[:, :3], axis=1)
+    np.testing.assert_allclose(np.linalg.norm(rates[:, 3:], axis=1), speeds)

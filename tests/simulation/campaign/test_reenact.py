@@ -7,7 +7,6 @@ import pytest
 
 import hydrodamp as hd
 import oracle
-from hydrodamp.simulation.campaign.autopilot import PUBLISHED_AUTOPILOT
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import true_damping
 
@@ -97,7 +96,7 @@ def test_a_plan_sails_at_the_rate_of_its_autopilot():
     plan = CampaignSetup.of("sname")
     fast = replace(
         plan,
-        autopilot=replace(PUBLISHED_AUTOPILOT, period=0.02),
+        period=0.02,
         training_runs=plan.training_runs[1:2],
     )
     (ten,), (fifty,) = (one.simulate((0,), 8.0, hd.Conditions(0.0)) for one in (plan, fast))

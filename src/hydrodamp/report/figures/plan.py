@@ -1,8 +1,8 @@
-"""A planned dive: commands, predicted track, and predicted standard errors."""
+"""Figures of a dive plan: setpoints, predicted track, and predicted standard errors."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,22 +25,20 @@ from hydrodamp.report.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_ANGLES = ("heading",)
-
 
 @with_style
-def orders_figure(plan: DivePlan) -> Figure:
-    """Draw setpoints and excitation, a panel each, stretches apart.
+def setpoint_figure(plan: DivePlan) -> Figure:
+    """Draw setpoints and overlays, one panel each, with lines between segments.
 
     Parameters
     ----------
     plan : DivePlan
-        Of :func:`hydrodamp.plan`.
+        From :func:`hydrodamp.plan`.
 
     Returns
     -------
     figure : Figure
-        Angles of heading in degrees, else the unit of the vehicle's commands.
+        Heading in degrees, commands in the unit of the vehicle file.
 
     Raises
     ------
@@ -50,11 +48,11 @@ def orders_figure(plan: DivePlan) -> Figure:
     figure, panels = stacked_panels(len(plan.setpoints), each=0.75)
     units = {"speed": " [m/s]", "heading": " [deg]", "depth": " [m]"}
     for panel, (name, values) in zip(panels, plan.setpoints.items(), strict=True):
-        shown = np.degrees(np.unwrap(values)) if name in _ANGLES else values
+        shown = np.degrees(np.unwrap(values)) if name == "heading" else values
         panel.plot(plan.time, shown, color=SERIES[0], drawstyle="steps-post", linewidth=0.6)
         panel.set_ylabel(name.replace("_", "\n") + units.get(name, ""))
-        for one in plan.segments[1:]:
-            panel.axvline(one.start, color=FAINT, linewidth=0.4)
+        for segment in plan.segments[1:]:
+            panel.axvline(segment.start, color=FAINT, linewidth=0.4)
         if name == "depth":
             panel.invert_yaxis()
     panels[-1].set_xlabel("time [s]")
@@ -64,17 +62,17 @@ def orders_figure(plan: DivePlan) -> Figure:
 
 @with_style
 def track_figure(plan: DivePlan) -> Figure:
-    """Draw where the dive goes: from above, in depth, and the velocities it sails at.
+    """Draw the predicted track from above and in depth, and the velocities.
 
     Parameters
     ----------
     plan : DivePlan
-        Of :func:`hydrodamp.plan`.
+        From :func:`hydrodamp.plan`.
 
     Returns
     -------
     figure : Figure
-        Limits are dashed; the band of depth holds 90 % of the draws.
+        Limits are dashed; the depth band contains 90 % of the ensemble.
 
     Raises
     ------
@@ -84,35 +82,40 @@ def track_figure(plan: DivePlan) -> Figure:
     assert plan.track.position is not None
     north, east, depth = plan.track.position.T
     figure = new_figure(PAGE, 4.4)
-    above, below, ahead, turning = panel_grid(figure, 4, 2)
-    above.plot(east, north, color=SERIES[0])
-    above.plot(east[0], north[0], "o", color=MEASURED)
+    horizontal, vertical, linear, angular = panel_grid(figure, 4, 2)
+    horizontal.plot(east, north, color=SERIES[0])
+    horizontal.plot(east[0], north[0], "o", color=MEASURED)
     if plan.waypoints is not None:
-        above.plot(plan.waypoints[:, 2], plan.waypoints[:, 1], ".", color=MEASURED, markersize=3)
-    above.set_aspect("equal", adjustable="datalim")
-    above.set(xlabel="east [m]", ylabel="north [m]", title="From above, from the dot")
+        horizontal.plot(
+            plan.waypoints[:, 2], plan.waypoints[:, 1], ".", color=MEASURED, markersize=3
+        )
+    horizontal.set_aspect("equal", adjustable="datalim")
+    horizontal.set(xlabel="east [m]", ylabel="north [m]", title="Horizontal track, dot: start")
     if (area := plan.envelope.area) is not None:
         corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
-        above.plot(
+        horizontal.plot(
             [area.east[e] for e, _ in corners],
             [area.north[n] for _, n in corners],
             color=FAINT,
             linestyle="--",
         )
-    below.fill_between(plan.time, *plan.depth_band.T, color=SERIES[0], alpha=BAND, linewidth=0.0)
-    below.plot(plan.time, depth, color=SERIES[0])
+    vertical.fill_between(plan.time, *plan.depth_band.T, color=SERIES[0], alpha=BAND, linewidth=0.0)
+    vertical.plot(plan.time, depth, color=SERIES[0])
     for limit in (plan.envelope.depth[0], plan.envelope.max_depth):
-        below.axhline(limit, color=FAINT, linestyle="--")
-    below.invert_yaxis()
-    below.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, and 90 % of the draws")
-    for panel, places, unit, factor in (
-        (ahead, range(3), "m/s", 1.0),
-        (turning, range(3, 6), "deg/s", float(np.degrees(1.0))),
+        vertical.axhline(limit, color=FAINT, linestyle="--")
+    vertical.invert_yaxis()
+    vertical.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, band: 90 % of the ensemble")
+    for panel, first, unit, factor in (
+        (linear, 0, "m/s", 1.0),
+        (angular, 3, "deg/s", 180.0 / np.pi),
     ):
-        for place in places:
-            values = factor * plan.track.velocity[:, place]
+        for index in range(first, first + 3):
             panel.plot(
-                plan.time, values, color=SERIES[place], linewidth=0.5, label=VELOCITIES[place]
+                plan.time,
+                factor * plan.track.velocity[:, index],
+                color=SERIES[index],
+                linewidth=0.5,
+                label=VELOCITIES[index],
             )
         panel.set(xlabel="time [s]", ylabel=f"velocity [{unit}]")
         panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
@@ -121,54 +124,48 @@ def track_figure(plan: DivePlan) -> Figure:
 
 @with_style
 def prediction_figure(plan: DivePlan) -> Figure:
-    """Draw standard errors as shares of the coefficients: before, by steps, by this dive.
+    """Draw standard errors relative to the coefficients: prior, baseline, this dive.
 
     Parameters
     ----------
     plan : DivePlan
-        Of :func:`hydrodamp.plan`.
+        From :func:`hydrodamp.plan`.
 
     Returns
     -------
     figure : Figure
-        One line a coefficient that is not zero; left of the dashed line it is determined.
+        One row per nonzero coefficient; left of the dashed line it is determined.
 
     Raises
     ------
     MethodError
         If matplotlib is not installed.
     """
-    from hydrodamp.identification.fit import critical_value
+    from hydrodamp.identification.fit import critical_value as critical_value
     from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
-    rows = [one for one in plan.predictions if one.value != 0.0]
-    figure = new_figure(PAGE / 2, 0.9 + 0.16 * len(rows))
+    items = [item for item in plan.predictions if item.value != 0.0]
+    figure = new_figure(PAGE / 2, 0.9 + 0.16 * len(items))
     (panel,) = panel_grid(figure, 1, 1)
-    marks = {
-        "before": ("s", FAINT),
-        "steps": ("d", SERIES[1]),
-        "after": ("o", SERIES[0]),
-    }
-    lines = np.arange(len(rows))
-    for name, (marker, colour) in marks.items():
-        shares = [getattr(one, name) and getattr(one, name) / abs(one.value) for one in rows]
-        given = [(s, n) for s, n in zip(shares, lines, strict=True) if s is not None]
-        if given:
-            panel.plot(*zip(*given, strict=True), marker=marker, color=colour, linestyle="none")
+    rows, entries = np.arange(len(items)), []
+    for name, values, marker, colour in (
+        ("prior", [item.prior_std_error for item in items], "s", FAINT),
+        ("baseline of steps", [item.baseline_std_error for item in items], "d", SERIES[1]),
+        ("this dive", [item.std_error for item in items], "o", SERIES[0]),
+    ):
+        points = [
+            (value / abs(item.value), row)
+            for value, item, row in zip(values, items, rows, strict=True)
+            if value is not None
+        ]
+        if points:
+            style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none"}
+            panel.plot(*zip(*points, strict=True), **style)
+            entries.append((name, style))
     panel.axvline(MAX_RELATIVE_HALF_WIDTH / critical_value(), color=FAINT, linestyle="--")
     panel.set_xscale("log")
-    panel.set_yticks(lines, [coefficient_symbol(one.label) for one in rows])
+    panel.set_yticks(rows, [coefficient_symbol(item.label) for item in items])
     panel.invert_yaxis()
     panel.set_xlabel("standard error / coefficient")
-    names = {"before": "before", "steps": "a campaign of steps", "after": "this dive"}
-    has_before = any(one.prior_std_error is not None for one in rows)
-    shown = {name: look for name, look in marks.items() if name != "before" or has_before}
-    legend(
-        figure,
-        [
-            (names[name], {"marker": marker, "color": colour, "linestyle": "none"})
-            for name, (marker, colour) in shown.items()
-        ],
-        columns=3,
-    )
+    legend(figure, entries, columns=3)
     return figure

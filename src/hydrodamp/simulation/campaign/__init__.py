@@ -1,1 +1,1 @@
-"""The paper's measurement campaign, sailed again by a simulated VT 690."""
+"""Simulation of the paper's measurement campaign with a VT 690 (section V-B)."""

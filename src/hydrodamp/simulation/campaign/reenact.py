@@ -1,9 +1,14 @@
-"""The campaign of section V-B, sailed: four training runs, two validation runs."""
+"""Simulation of the campaign of section V-B: four training runs and two validation runs.
+
+Vehicles with rudder, elevator and propeller follow equation 1 with the true hydrodynamics; fins
+reach their command at once or with a first-order lag: T delta_dot = delta_c - delta.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,22 +17,15 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.progress import count_items
-from hydrodamp.simulation.campaign.autopilot import (
+from hydrodamp.simulation.autopilot import Autopilot, AutopilotState
+from hydrodamp.simulation.campaign.conditions import (
+    COMMAND_PERIOD,
     PUBLISHED_AUTOPILOT,
     TEST_RUNS,
     TRAINING_RUNS,
-    Autopilot,
-    Memory,
+    WHITE_NOISE,
+    Conditions,
     Run,
-)
-from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
-from hydrodamp.simulation.campaign.motion import (
-    DEPTH,
-    EULER,
-    MEASURED,
-    N_STATES,
-    VELOCITY,
-    Motion,
 )
 from hydrodamp.simulation.campaign.truth import (
     Truth,
@@ -36,48 +34,122 @@ from hydrodamp.simulation.campaign.truth import (
     sname_truth,
     true_damping,
 )
+from hydrodamp.simulation.closed_loop import (
+    DEPTH,
+    EULER,
+    MEASURED,
+    N_STATES,
+    VELOCITY,
+    EquationOfMotion,
+    integrate,
+    pose_rates,
+)
+from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.file import fleet
 from hydrodamp.vehicle.vehicle import Vehicle
 
-STARTING_DEPTH = 10.0
+MAX_STEP = 0.02
+"""Longest step of the Runge-Kutta integration [s]."""
+
+FINS = slice(N_STATES, N_STATES + 2)
+"""Columns of a state that are the angles of rudder and elevator [rad]."""
+
+INITIAL_DEPTH = 10.0
 """Depth at which every run starts [m]."""
 
+TRUTHS = ("sname", "crossflow")
+"""Names of the hydrodynamics to choose from."""
 
-class Voyage(NamedTuple):
-    """What happened and what was measured, arrays of shape (n_samples, n_runs, ...)."""
+DURATION = 200.0
+"""Duration of each run of the campaign [s]."""
+
+PAUSE = 60.0
+"""Time from the end of a run to the start of the next [s]."""
+
+
+class Motion:
+    """Motion of vehicles at propeller speeds ``rpm``, shape (n,), with the true hydrodynamics."""
+
+    def __init__(self, vehicle: Vehicle, truth: Truth, rpm: FloatArray) -> None:
+        damping = truth.damping
+        self.truth, self.rpm = truth, rpm
+        self.equation = EquationOfMotion.of(vehicle, damping.model, [damping.coefficients])
+        actuators = vehicle.actuators
+        self.propeller = next(item for item in actuators if isinstance(item, Propeller))
+        fins = {item.command: item.channel for item in actuators if isinstance(item, Fin)}
+        commands = {**dict.fromkeys(fins, 0.0 * rpm), self.propeller.command: rpm}
+        self.channels, _ = self.equation.inputs(commands, len(rpm))
+        channels = self.equation.table.channels
+        self.fin_columns = [channels.index(fins[name]) for name in ("rudder", "elevator")]
+
+    @cached_property
+    def steady_surge(self) -> FloatArray:
+        """Surge speed of each vehicle on a straight level course, shape (n,) [m/s]."""
+        thrust = self.propeller.thrust * self.rpm * np.abs(self.rpm)
+        return np.asarray(np.sqrt(-thrust / self.truth.damping["X_u|u|"]))
+
+    def acceleration(self, state: FloatArray, disturbance: FloatArray | float = 0.0) -> FloatArray:
+        """Return the acceleration under a disturbance wrench, shape (n, 6)."""
+        velocity, channels = state[:, VELOCITY], self.channels.copy()
+        channels[:, self.fin_columns] = self.truth.effective_fins(velocity, state[:, FINS])
+        if self.truth.strips is not None:
+            disturbance = disturbance + self.truth.strips.wrench(velocity)
+        speed = np.zeros(len(state))
+        return self.equation.acceleration(state, channels, speed, disturbance)
+
+    def receive(self, state: FloatArray, commands: FloatArray) -> FloatArray:
+        """Return the state at the time of new commands: fins without lag reach them at once."""
+        following = state.copy()
+        if not self.truth.fin_lag:
+            following[:, FINS] = commands
+        return following
+
+    def advance(
+        self,
+        state: FloatArray,
+        commands: FloatArray,
+        duration: float,
+        disturbance: FloatArray | float = 0.0,
+    ) -> FloatArray:
+        """Return the state after a duration [s] of held commands and disturbance."""
+        lag = self.truth.fin_lag
+
+        def rate(state: FloatArray, _: float) -> FloatArray:
+            fin_rate = (commands - state[:, FINS]) / lag if lag else np.zeros_like(commands)
+            pose_rate = pose_rates(state[:, VELOCITY], state[:, EULER])
+            return np.hstack([self.acceleration(state, disturbance), pose_rate, fin_rate])
+
+        return integrate(rate, state, duration, MAX_STEP)
+
+
+class _Record(NamedTuple):
+    """Time series of all runs, arrays of shape (n_samples, n_runs, ...)."""
 
     states: FloatArray
     accelerations: FloatArray
     measured: FloatArray
     commands: FloatArray
 
-
-TRUTHS = ("sname", "crossflow")
-"""The truths to choose from."""
-
-DURATION = 200.0
-"""Length of each run of the campaign [s]."""
-
-PAUSE = 60.0
-"""Time from the end of a run to the start of the next [s]."""
+    def select(self, runs: slice) -> _Record:
+        return _Record(*(array[:, runs] for array in self))
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """The logs of the re-enacted campaign, and the vehicle they belong to.
+    """Logs of the simulated campaign, and the vehicle.
 
     Attributes
     ----------
     train, test : Log
-        As measured, noise and all; a segment a run. Accelerations are not recorded.
+        As measured, with noise; one segment per run. Accelerations are not recorded.
     exact_train, exact_test : Log
-        The same motion without errors of the sensors, with exact accelerations.
+        The same motion without sensor noise, with exact accelerations.
     vehicle : Vehicle
-        All that an estimator is told of the vehicle.
+        What an estimator knows of the vehicle.
     truth : str
         ``"sname"`` or ``"crossflow"``.
     note : str
-        What the truth is, in a sentence.
+        Description of the true hydrodynamics.
     """
 
     train: Log
@@ -89,73 +161,79 @@ class Campaign:
     note: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CampaignSetup:
-    """What sails where: a vehicle with rudder, elevator and propeller, its water and its runs."""
+    """A vehicle with rudder, elevator and propeller, its true hydrodynamics, and its runs."""
 
     vehicle: Vehicle
     truth: Truth
     autopilot: Autopilot = PUBLISHED_AUTOPILOT
     training_runs: tuple[Run, ...] = TRAINING_RUNS
     test_runs: tuple[Run, ...] = TEST_RUNS
+    period: float = COMMAND_PERIOD
 
     @classmethod
     def of(cls, truth: str) -> CampaignSetup:
-        """Return the plan of the paper on one of the truths."""
-        vehicle, known = fleet["vt690"], true_damping()
+        """Return the campaign of the paper with one of the truths."""
+        vehicle, damping = fleet["vt690"], true_damping()
         if truth == "sname":
-            return cls(vehicle, sname_truth(known))
-        return cls(vehicle, crossflow_truth(known, fin_position(vehicle)))
+            return cls(vehicle, sname_truth(damping))
+        return cls(vehicle, crossflow_truth(damping, fin_position(vehicle)))
 
     def simulate(
         self, seeds: Sequence[int], duration: float, conditions: Conditions
     ) -> tuple[Campaign, ...]:
-        """Return the campaign of each seed, all vehicles sailing side by side."""
-        runs, period = self.training_runs + self.test_runs, self.autopilot.period
-        size = len(runs), round(duration / period) + 1, period
-        voyage = self._voyage(
+        """Return the campaign of each seed; all are simulated as one batch."""
+        runs = self.training_runs + self.test_runs
+        size = len(runs), round(duration / self.period) + 1, self.period
+        record = self._simulate_runs(
             runs * len(seeds),
             np.hstack([conditions.sample_sensor_errors(seed, *size) for seed in seeds]),
             np.hstack([conditions.sample_disturbances(seed, *size) for seed in seeds]),
         )
-        places = [slice(k * len(runs), (k + 1) * len(runs)) for k in range(len(seeds))]
-        return tuple(self._campaign(Voyage(*(one[:, own] for one in voyage))) for own in places)
+        starts = range(0, len(runs) * len(seeds), len(runs))
+        return tuple(self._campaign(record.select(slice(k, k + len(runs)))) for k in starts)
 
-    def _voyage(self, runs: Sequence[Run], errors: FloatArray, pushes: FloatArray) -> Voyage:
-        period, n = self.autopilot.period, len(runs)
-        motion = Motion.of(self.vehicle, self.truth, np.array([run.rpm for run in runs]))
-        time = np.arange(len(errors), dtype=np.float64) * period
-        heading = np.radians(np.transpose([run.heading.values(time) for run in runs]))
-        depth = STARTING_DEPTH + np.transpose([run.depth.values(time) for run in runs])
-        state, memory, samples = np.zeros((n, N_STATES)), Memory.blank(n), []
-        state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
-        driven = zip(errors, pushes, heading, depth, strict=True)
-        for error, push, course, level in count_items(driven, "sailing the campaign", len(errors)):
-            measured, pushed = state[:, MEASURED] + error, replace(motion, push=push)
-            commands, memory = self.autopilot.steer(measured, course, level, memory)
-            state = pushed.receive(state, commands)
-            samples.append((state, pushed.acceleration(state), measured, commands))
-            state = pushed.advance(state, commands, period)
-        return Voyage(*map(np.array, zip(*samples, strict=True)))
-
-    def _campaign(self, voyage: Voyage) -> Campaign:
-        parts: dict[str, Any] = {}
-        n = len(self.training_runs)
-        for name, runs, place in (
-            ("train", self.training_runs, slice(n)),
-            ("test", self.test_runs, slice(n, None)),
-        ):
-            own = Voyage(*(array[:, place] for array in voyage))
-            exact = replace(
-                self._log(runs, own, own.states), acceleration=frozen(stack_runs(own.accelerations))
+    def _simulate_runs(
+        self, runs: Sequence[Run], errors: FloatArray, disturbances: FloatArray
+    ) -> _Record:
+        n = len(runs)
+        motion = Motion(self.vehicle, self.truth, np.array([run.rpm for run in runs]))
+        time = np.arange(len(errors), dtype=np.float64) * self.period
+        setpoints = np.zeros((len(time), n, 3))
+        setpoints[:, :, 1] = np.radians(np.transpose([run.heading.values(time) for run in runs]))
+        setpoints[:, :, 2] = INITIAL_DEPTH + np.transpose([run.depth.values(time) for run in runs])
+        state, memory, samples = np.zeros((n, FINS.stop)), AutopilotState.initial(n), []
+        state[:, 0], state[:, DEPTH] = motion.steady_surge, INITIAL_DEPTH
+        inputs = zip(errors, disturbances, setpoints, strict=True)
+        for error, disturbance, setpoint in count_items(inputs, "simulating runs", len(errors)):
+            measured = state[:, MEASURED] + error
+            commands, memory = self.autopilot.control(
+                measured, setpoint, np.zeros((n, 2)), memory, self.period
             )
-            parts |= {name: self._log(runs, own, own.measured), f"exact_{name}": exact}
-        return Campaign(**parts, vehicle=self.vehicle, truth=self.truth.name, note=self.truth.note)
+            state = motion.receive(state, commands)
+            acceleration = motion.acceleration(state, disturbance)
+            samples.append((state, acceleration, measured, commands))
+            state = motion.advance(state, commands, self.period, disturbance)
+        return _Record(*map(np.array, zip(*samples, strict=True)))
 
-    def _log(self, runs: Sequence[Run], voyage: Voyage, states: FloatArray) -> Log:
+    def _campaign(self, record: _Record) -> Campaign:
+        logs: dict[str, Any] = {}
+        n = len(self.training_runs)
+        for name, runs, selected in (
+            ("train", self.training_runs, record.select(slice(n))),
+            ("test", self.test_runs, record.select(slice(n, None))),
+        ):
+            acceleration = frozen(stack_runs(selected.accelerations))
+            exact = self._log(runs, selected, selected.states)
+            logs[name] = self._log(runs, selected, selected.measured)
+            logs[f"exact_{name}"] = replace(exact, acceleration=acceleration)
+        return Campaign(**logs, vehicle=self.vehicle, truth=self.truth.name, note=self.truth.note)
+
+    def _log(self, runs: Sequence[Run], record: _Record, states: FloatArray) -> Log:
         n = len(states)
-        time = np.arange(n) * self.autopilot.period
-        rudder, elevator = stack_runs(voyage.commands).T
+        time = np.arange(n) * self.period
+        rudder, elevator = stack_runs(record.commands).T
         return Log.from_arrays(
             np.concatenate([(time[-1] + PAUSE) * k + time for k in range(len(runs))]),
             stack_runs(states[:, :, VELOCITY]),
@@ -176,7 +254,7 @@ def reenact(
     duration: float = DURATION,
     conditions: Conditions = WHITE_NOISE,
 ) -> Campaign:
-    """Return the logs of the paper's campaign, sailed by a simulated VT 690.
+    """Simulate the paper's campaign with a VT 690.
 
     Training runs are depth steps at 2600 rpm and yaw steps at 1800, 2133 and
     2600 rpm; test runs are depth steps at 2133 rpm and yaw steps at 2350 rpm.
@@ -186,12 +264,12 @@ def reenact(
     seed : int, optional
         Seed of the noise, 0 or more.
     truth : str, optional
-        ``"sname"`` for the published hydrodynamics, ``"crossflow"`` for a truth
-        unlike any of the paper's models.
+        ``"sname"`` for the published hydrodynamics, ``"crossflow"`` for hydrodynamics that
+        none of the paper's models contains.
     duration : float, optional
-        Length of each run, 1 or more [s].
+        Duration of each run, 1 or more [s].
     conditions : Conditions, optional
-        Errors of the sensors; published white noise by default.
+        Sensor noise; published white noise by default.
 
     Returns
     -------
@@ -201,7 +279,7 @@ def reenact(
     Raises
     ------
     MethodError
-        If an argument is out of range or the truth unknown.
+        If an argument is out of range or the truth is unknown.
 
     Examples
     --------
@@ -219,5 +297,5 @@ def reenact(
 
 
 def stack_runs(columns: FloatArray) -> FloatArray:
-    """Return arrays of shape (n_samples, n_runs, k) as rows, run by run."""
+    """Return an array of shape (n_samples, n_runs, k) as rows, one run after another."""
     return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])

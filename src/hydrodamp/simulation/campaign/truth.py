@@ -1,4 +1,8 @@
-"""What the campaign's water does to a hull: published coefficients, and strip-theory crossflow."""
+"""True hydrodynamics of the campaign: published coefficients, or strip theory for the crossflow.
+
+With strips at x_k, crossflow velocities v + x_k r and w - x_k q, the drag of strip k is
+-d_k |v + x_k r| (v + x_k r), and likewise for heave; its moments are about the origin.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from hydrodamp.models.published import published
 from hydrodamp.vehicle.vehicle import Vehicle
 
 DRIFT_FACTOR = 0.178
-"""Share of the drift angle that the fins see; published for the rudder."""
+"""Ratio of a fin's inflow angle to the drift angle; published for the rudder."""
 
 FIN_LAG = 0.05
 """Time constant of the fins of the crossflow truth [s]; assumed."""
@@ -22,7 +26,7 @@ CROSSFLOW_DRAG = (
     *("Y_v|v|", "Y_r|r|", "N_v|v|", "N_r|r|"),
     *("Z_w|w|", "Z_q|q|", "M_w|w|", "M_q|q|"),
 )
-"""Labels that the strips replace."""
+"""Coefficients that the strips replace."""
 
 SNAME_NOTE = (
     "The published hydrodynamics of the VT 690 (SNAME T&R Bulletin 1-45, 2022; heave and "
@@ -39,7 +43,7 @@ CROSSFLOW_NOTE = (
 
 @dataclass(frozen=True)
 class Truth:
-    """The hydrodynamics that the estimators are to find."""
+    """Hydrodynamics from which logs are simulated; fin lag is a time constant [s]."""
 
     name: str
     note: str
@@ -49,7 +53,7 @@ class Truth:
     fin_lag: float = 0.0
 
     def effective_fins(self, velocity: FloatArray, fins: FloatArray) -> FloatArray:
-        """Return the fin angles that act, given the drift of the vehicle."""
+        """Return the fin angles relative to the inflow."""
         if self.drift_factor == 0.0:
             return fins
         drift = np.arctan2(-velocity[:, 1:3], velocity[:, :1])
@@ -57,21 +61,21 @@ class Truth:
 
 
 def sname_truth(damping: Damping) -> Truth:
-    """Return published hydrodynamics as they are."""
+    """Return the published hydrodynamics."""
     return Truth("sname", SNAME_NOTE, damping)
 
 
-def crossflow_truth(damping: Damping, fins_at: float) -> Truth:
-    """Return the truth with crossflow strips, drift at the fins, and fin lag."""
+def crossflow_truth(damping: Damping, fin_x: float) -> Truth:
+    """Return hydrodynamics with crossflow strips, inflow angle and lag of the fins."""
     known = damping.as_dict()
-    kept = {label: value for label, value in known.items() if label not in CROSSFLOW_DRAG}
+    remaining = {label: value for label, value in known.items() if label not in CROSSFLOW_DRAG}
     totals = (-known["Y_v|v|"], -known["Z_w|w|"])
     moments = (-known["N_v|v|"], known["M_w|w|"])
     return Truth(
         "crossflow",
         CROSSFLOW_NOTE,
-        Damping.from_dict(None, kept),
-        Strips.calibrated(totals, moments, fins_at),
+        Damping.from_dict(None, remaining),
+        Strips.calibrated(totals, moments, fin_x),
         DRIFT_FACTOR,
         FIN_LAG,
     )
@@ -81,39 +85,39 @@ HULL_LENGTH = 2.194
 """Length of the hull ``L``, centred on the origin [m]."""
 
 N_STRIPS = 40
-"""How many equal strips the hull is cut into."""
+"""Number of strips of equal length."""
 
 
 @dataclass(frozen=True)
 class Strips:
-    """Strips along the hull: how they meet the crossflow and how much they resist."""
+    """Lever arms (6, n) from velocity to crossflow, and drag coefficients (n,) of the strips."""
 
     arms: FloatArray
     drag: FloatArray
 
     @classmethod
     def calibrated(
-        cls, totals: tuple[float, float], moments: tuple[float, float], fins_at: float
+        cls, totals: tuple[float, float], moments: tuple[float, float], fin_x: float
     ) -> Strips:
-        """Return a uniform hull and tail fins with the sums asked for."""
+        """Return strips of a uniform hull and tail fins that sum to total drag and moments."""
         edges = np.linspace(-HULL_LENGTH / 2, HULL_LENGTH / 2, N_STRIPS + 1)
-        place = np.append((edges[:-1] + edges[1:]) / 2, fins_at)
-        fins = np.array(moments) / fins_at
-        hull = (np.array(totals) - fins) / N_STRIPS
-        drag = np.column_stack((np.repeat(hull[:, np.newaxis], N_STRIPS, axis=1), fins))
-        return cls(frozen(_arms(place)), frozen(drag.ravel()))
+        x = np.append((edges[:-1] + edges[1:]) / 2, fin_x)
+        fin_drag = np.array(moments) / fin_x
+        strip_drag = (np.array(totals) - fin_drag) / N_STRIPS
+        drag = np.column_stack((np.repeat(strip_drag[:, np.newaxis], N_STRIPS, axis=1), fin_drag))
+        return cls(frozen(_arms(x)), frozen(drag.ravel()))
 
     def wrench(self, velocity: FloatArray) -> FloatArray:
-        """Return the drag of all strips, about the origin."""
+        """Return the drag of all strips about the origin, shape (n, 6)."""
         crossflow = velocity @ self.arms
         return (-self.drag * crossflow * np.abs(crossflow)) @ self.arms.T
 
 
-def _arms(place: FloatArray) -> FloatArray:
-    none, one = np.zeros_like(place), np.ones_like(place)
-    sideways = np.array((none, one, none, none, none, place))
-    downwards = np.array((none, none, one, none, -place, none))
-    return np.hstack((sideways, downwards))
+def _arms(x: FloatArray) -> FloatArray:
+    zeros, ones = np.zeros_like(x), np.ones_like(x)
+    sway = np.array((zeros, ones, zeros, zeros, zeros, x))
+    heave = np.array((zeros, zeros, ones, zeros, -x, zeros))
+    return np.hstack((sway, heave))
 
 
 HORIZONTAL = "vt690-sname2022"
@@ -137,7 +141,7 @@ def true_damping() -> Damping:
 
 
 def fin_position(vehicle: Vehicle) -> float:
-    """Return the position of the rudders, forward of the origin [m]."""
+    """Return the longitudinal position of the rudders, positive forward [m]."""
     rudder = next(one for one in vehicle.actuators if "rudder" in one.commands)
     wrench = rudder.regressor_terms()[0][1]
     return float(wrench[5] / wrench[1])
