@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.live.opening import Source, open_source
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import Row, rows_of
+from hydrodamp.live.sources import Source, open_source
 
 MAPPING = Path(__file__).resolve().parents[1] / "examples" / "onboard" / "mapping.yaml"
 PERCENTILES = (50.0, 99.0, 99.9, 100.0)

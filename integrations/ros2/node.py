@@ -1,9 +1,9 @@
-"""A node of ROS 2 that identifies damping on board: topics in through a mapping, estimates out.
+"""A ROS 2 node that identifies damping online: it maps topics to samples, publishes estimates.
 
 Parameters: ``vehicle``, ``model`` and ``mapping``, each a name or a file; ``method`` (rls or ai);
-``state``, the file that keeps what is known; ``every``, seconds of samples from estimate to
-estimate. It publishes each estimate as the line of JSON that ``hydrodamp live`` prints, on
-``~/estimates``, and how it fares on ``/diagnostics``.
+``state``, the checkpoint file; ``every``, the sample time between two estimates [s]. It publishes
+each estimate on ``~/estimates``, as the JSON line of ``hydrodamp live``, and its status on
+``/diagnostics``.
 """
 
 from __future__ import annotations
@@ -22,72 +22,75 @@ from std_msgs.msg import String
 
 import hydrodamp as hd
 from hydrodamp.cli import resolve
-from hydrodamp.live.diagnostics import diagnostic_status
+from hydrodamp.live.estimator import diagnostic_status
 from hydrodamp.live.ros import subscribe_new_topics
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.sources import BoundedQueue
 from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
-LOOK = 0.5  # s, between two looks for topics
+DISCOVERY_INTERVAL = 0.5  # s, between two searches for new topics
 SETTINGS = {"vehicle": "", "model": "", "mapping": "", "method": "rls", "state": "", "every": 1.0}
 
 
 class Live(Node):
-    """Hears the topics that the mapping names; a thread of its own makes estimates of them."""
+    """Subscribes to the topics of the mapping; a thread estimates from their messages."""
 
     def __init__(self) -> None:
         super().__init__("hydrodamp")
-        given = {name: self.declare_parameter(name, one).value for name, one in SETTINGS.items()}
-        if absent := [name for name in ("vehicle", "model", "mapping") if not given[name]]:
-            raise hd.ProblemError(f"give the parameters {', '.join(absent)}: `-p NAME:=VALUE`.")
+        parameters = {
+            name: self.declare_parameter(name, default).value for name, default in SETTINGS.items()
+        }
+        if missing := [name for name in ("vehicle", "model", "mapping") if not parameters[name]]:
+            raise hd.ProblemError(f"give the parameters {', '.join(missing)}: `-p NAME:=VALUE`.")
         self.estimates = self.create_publisher(String, "~/estimates", 10)
         self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        mapping = stream_mapping(hd.read_mapping(given["mapping"]), self.say)
-        self.gathering = MessageSynchroniser(mapping, self.say)
-        self.waiting = BoundedQueue[Message]()
+        mapping = stream_mapping(hd.read_mapping(parameters["mapping"]), self.log_message)
+        self.synchroniser = MessageSynchroniser(mapping, self.log_message)
+        self.queue = BoundedQueue[Message]()
         self.run = LiveRun(
-            resolve.find_vehicle(given["vehicle"]),
-            resolve.find_model(given["model"])[0],
-            given["method"],
-            self.tell,
-            self.say,
-            output_interval=given["every"],
-            checkpoint_path=Path(given["state"]) if given["state"] else None,
+            resolve.find_vehicle(parameters["vehicle"]),
+            resolve.find_model(parameters["model"])[0],
+            parameters["method"],
+            self.publish,
+            self.log_message,
+            output_interval=parameters["every"],
+            checkpoint_path=Path(parameters["state"]) if parameters["state"] else None,
             source_counts=self.counts,
         )
         self.has_failed = False
         self.create_timer(
-            LOOK, subscribe_new_topics(self, self.gathering.accepts, self.waiting.put)
+            DISCOVERY_INTERVAL,
+            subscribe_new_topics(self, self.synchroniser.accepts, self.queue.put),
         )
-        self.thread = Thread(target=self.work)
+        self.thread = Thread(target=self.process)
         self.thread.start()
 
-    def work(self) -> None:
-        """Take samples until the stream of messages ends; an error ends the node."""
+    def process(self) -> None:
+        """Process samples until the stream of messages ends; an error ends the node."""
         try:
-            self.run.process_rows(self.gathering.synchronise(self.waiting))
+            self.run.process_rows(self.synchroniser.synchronise(self.queue))
         except Exception as error:
-            self.has_failed = rclpy.ok()  # not where the node ends before a first sample
-            known = isinstance(error, hd.HydrodampError)
-            self.get_logger().error(str(error) if known else f"{type(error).__name__}: {error}")
+            self.has_failed = rclpy.ok()  # not if the node ends before a first sample
+            is_known = isinstance(error, hd.HydrodampError)
+            self.get_logger().error(str(error) if is_known else f"{type(error).__name__}: {error}")
             rclpy.try_shutdown()
 
     def end(self) -> None:
-        """End the stream; the state is kept before the thread ends."""
-        self.waiting.put(None)
+        """End the stream; the thread saves the checkpoint."""
+        self.queue.put(None)
         self.thread.join()
         self.destroy_node()
 
-    def say(self, sentence: str) -> None:
-        """Log a sentence."""
-        self.get_logger().info(sentence)
+    def log_message(self, message: str) -> None:
+        """Log a message."""
+        self.get_logger().info(message)
 
     def counts(self) -> dict[str, int]:
-        """Count what did not become samples."""
-        return {"dropped": self.waiting.dropped, "passed over": self.gathering.n_discarded}
+        """Return the numbers of messages that did not become samples."""
+        return {"dropped": self.queue.dropped, "passed over": self.synchroniser.n_discarded}
 
-    def tell(self, line: dict[str, Any]) -> None:
-        """Publish an estimate, how it fares, and whether the vehicle has changed."""
+    def publish(self, line: dict[str, Any]) -> None:
+        """Publish an estimate line and its diagnostic status."""
         if not rclpy.ok():
             return
         self.estimates.publish(String(data=json.dumps(line)))
@@ -101,7 +104,7 @@ class Live(Node):
 
 
 def main() -> int:
-    """Run the node until it is told to end."""
+    """Run the node until it is shut down."""
     rclpy.init()
     try:
         node = Live()

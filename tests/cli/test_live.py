@@ -130,7 +130,7 @@ def test_a_closed_pipe_ends_the_run_with_its_state(folder):
         said = process.stderr.read()
         assert process.wait() == 0
     assert said.splitlines() == ["whoever read standard output is gone, so the run ends."]
-    assert 0 < json.loads((folder / "s.json").read_text())["state"]["seen"] < 400
+    assert 0 < json.loads((folder / "s.json").read_text())["state"]["n_rows"] < 400
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")

@@ -1,4 +1,4 @@
-"""A short re-enacted campaign, and what a live run makes of rows."""
+"""A short simulated campaign, and the record of a live run over rows."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.live.runner import LiveRun
+from hydrodamp.live.samples import rows_of
 
 MODEL = hd.catalog["prestero"]
 
 
 @dataclass
-class Heard:
-    """What a run told."""
+class LiveRecord:
+    """Estimate lines and messages of a live run."""
 
     lines: list = field(default_factory=list)
-    sentences: list = field(default_factory=list)
+    messages: list = field(default_factory=list)
     run: LiveRun | None = None
 
     @property
@@ -27,22 +28,34 @@ class Heard:
 
     @property
     def coefficients(self):
-        return [one["value"] for one in self.lines[-1]["coefficients"].values()]
+        return [entry["value"] for entry in self.lines[-1]["coefficients"].values()]
 
 
-def heard(rows, vehicle, method="rls", model=MODEL, **settings):
-    told = Heard()
+def run_live(rows, vehicle, method="rls", model=MODEL, output_interval=1e9, **settings):
+    """Run over rows; without an output interval, only the last estimate is emitted."""
+    record = LiveRecord()
 
-    def tell(line):
-        told.lines.append(json.loads(json.dumps(line, allow_nan=False)))
+    def on_estimate(line):
+        record.lines.append(json.loads(json.dumps(line, allow_nan=False)))
 
-    told.run = LiveRun(vehicle, model, method, tell, told.sentences.append, **settings)
-    told.run.process_rows(rows)
-    return told
+    settings["output_interval"] = output_interval
+    record.run = LiveRun(vehicle, model, method, on_estimate, record.messages.append, **settings)
+    record.run.process_rows(rows)
+    return record
 
 
 @pytest.fixture(scope="session")
 def dive():
-    """Four runs of 50 s, commands as recorded."""
+    """Four segments of 50 s, commands as recorded."""
     campaign = hd.reenact(seed=0, duration=50.0)
     return campaign.vehicle, campaign.train
+
+
+@pytest.fixture(scope="session")
+def reference(dive):
+    """The record of the whole dive by each method, with an estimate a second."""
+    vehicle, log = dive
+    return {
+        method: run_live(rows_of(log), vehicle, method, output_interval=1.0)
+        for method in ("rls", "ai")
+    }

@@ -10,7 +10,7 @@ import pytest
 from hydrodamp.errors import ProblemError
 from hydrodamp.live import display
 from hydrodamp.live.samples import rows_of
-from live.conftest import heard
+from live.conftest import run_live
 
 pytest.importorskip("foxglove")
 client = pytest.importorskip("websockets.sync.client")
@@ -28,7 +28,7 @@ def hears(connection, shown):
         return names[struct.unpack_from("<I", message, 1)[0]], message[13:]
 
     for _ in range(100):  # the server has no word for having heard that
-        shown.say("hello")
+        shown.show_message("hello")
         with suppress(TimeoutError):
             connection.recv(timeout=0.1)
             break
@@ -44,22 +44,22 @@ def shown():
 
 def test_estimates_and_sentences_are_shown(dive, shown):
     vehicle, log = dive
-    lines = heard(itertools.islice(rows_of(log), 101), vehicle).lines
+    lines = run_live(itertools.islice(rows_of(log), 101), vehicle, output_interval=1.0).lines
     with client.connect(shown.address, subprotocols=["foxglove.sdk.v1"]) as connection:
         assert json.loads(connection.recv(timeout=5))["op"] == "serverInfo"
         following = hears(connection, shown)
         for line in lines:
-            shown.tell(line)
-        shown.say("a run begins anew.")
+            shown.show_estimate(line)
+        shown.show_message("a run begins anew.")
         for line in lines:
             topic, payload = following()
-            told = json.loads(payload)
+            record = json.loads(payload)
             assert topic == "/hydrodamp/estimate"
-            assert told["excitation"] == line["excitation"]
-            assert {one["label"]: one["value"] for one in told["coefficients"]} == {
+            assert record["excitation"] == line["excitation"]
+            assert {one["label"]: one["value"] for one in record["coefficients"]} == {
                 label: one["value"] for label, one in line["coefficients"].items()
             }
-            assert {one["label"] for one in told["K"]} == {"K_p|p|"}
+            assert {one["label"] for one in record["K"]} == {"K_p|p|"}
         topic, payload = following()
         assert topic == "/hydrodamp/said"
         assert b"a run begins anew." in payload
@@ -67,7 +67,7 @@ def test_estimates_and_sentences_are_shown(dive, shown):
 
 def test_the_layout_shows_what_is_sent(dive, shown):
     vehicle, log = dive
-    (line,) = heard(itertools.islice(rows_of(log), 11), vehicle).lines[-1:]
+    (line,) = run_live(itertools.islice(rows_of(log), 11), vehicle).lines[-1:]
     sent = {**line, **{axis: [] for axis in "XYZKMN"}}
     layout = json.loads(display.LAYOUT.read_text())
     panels = layout["configById"]

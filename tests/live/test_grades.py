@@ -4,9 +4,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.identifiability import Grade
-from hydrodamp.live.diagnostics import diagnostic_status
+from hydrodamp.live.estimator import diagnostic_status
 from hydrodamp.live.samples import rows_of
-from live.conftest import MODEL, heard
+from live.conftest import MODEL, run_live
 
 WORDS = [grade.word for grade in Grade]
 
@@ -14,7 +14,7 @@ WORDS = [grade.word for grade in Grade]
 @pytest.fixture(scope="module")
 def line(dive):
     vehicle, log = dive
-    return heard(rows_of(log), vehicle, output_interval=1e9).lines[-1]
+    return run_live(rows_of(log), vehicle).lines[-1]
 
 
 def test_a_determined_coefficient_has_a_narrow_interval(line):
@@ -30,9 +30,10 @@ def test_a_cause_is_given_where_a_coefficient_is_not_determined_and_only_there(l
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.slow
 def test_nothing_is_determined_that_identify_does_not_determine(seed):
     campaign = hd.reenact(seed=seed, duration=200.0)
-    line = heard(rows_of(campaign.train), campaign.vehicle, output_interval=1e9).lines[-1]
+    line = run_live(rows_of(campaign.train), campaign.vehicle).lines[-1]
     problem = hd.prepare(campaign.vehicle, campaign.train, MODEL)
     wanted = hd.grade_fit(problem, hd.RecursiveLeastSquares().identify(problem, MODEL)).grades
     found = {label: one["grade"] for label, one in line["coefficients"].items()}
@@ -45,7 +46,7 @@ def test_nothing_is_determined_that_identify_does_not_determine(seed):
 
 def test_nothing_is_determined_after_two_seconds(dive):
     vehicle, log = dive
-    early = heard([*rows_of(log)][:21], vehicle).lines[-1]
+    early = run_live([*rows_of(log)][:21], vehicle).lines[-1]
     assert {one["grade"] for one in early["coefficients"].values()} <= {"weak", "not determined"}
 
 
@@ -58,3 +59,10 @@ def test_a_change_is_a_warning_of_the_diagnostics(line):
     assert is_warning
     assert message.startswith("the vehicle has changed at about 80 s on X")
     assert values["determined"] in message
+
+
+def test_there_is_no_value_before_the_first_estimate(dive):
+    vehicle, log = dive
+    line = run_live([*rows_of(log)][:3], vehicle).lines[-1]
+    for entry in line["coefficients"].values():
+        assert (entry["value"], entry["standard_error"]) == (None, None)

@@ -24,9 +24,9 @@ def test_an_error_is_logged_and_ends_the_node(monkeypatch, error, text, is_runni
         monkeypatch.setitem(sys.modules, name, MagicMock(Node=object))
     rclpy = sys.modules["rclpy"]
     rclpy.ok.return_value = is_running
-    node, logger = SimpleNamespace(waiting=[], gathering=MagicMock(), run=MagicMock()), MagicMock()
-    node.get_logger, node.run.go.side_effect = lambda: logger, error
-    runpy.run_path(str(NODE))["Live"].work(node)
+    node, logger = SimpleNamespace(queue=[], synchroniser=MagicMock(), run=MagicMock()), MagicMock()
+    node.get_logger, node.run.process_rows.side_effect = lambda: logger, error
+    runpy.run_path(str(NODE))["Live"].process(node)
     logger.error.assert_called_once_with(text)
     rclpy.try_shutdown.assert_called_once_with()
     assert node.has_failed == is_running

@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from hydrodamp.live import sources
-from hydrodamp.live.opening import open_source
 from hydrodamp.live.samples import rows_of
+from hydrodamp.live.sources import open_source
 
 
 def listening():
@@ -20,29 +20,29 @@ def listening():
 
 
 def test_an_error_of_a_reader_is_raised_behind_what_it_read():
-    def read(waiting):
-        waiting.put({"time": 1.0})
+    def read(queue):
+        queue.put({"time": 1.0})
         raise OSError("the cable is cut")
 
-    waiting, rows = sources.BoundedQueue().start_reader(read), []
+    queue, rows = sources.BoundedQueue().start_reader(read), []
     with pytest.raises(sources.SourceError, match="OSError: the cable is cut"):
-        rows.extend(waiting)
+        rows.extend(queue)
     assert rows == [{"time": 1.0}]
 
 
 def test_blank_lines_of_a_datagram_are_no_samples():
-    waiting = sources.BoundedQueue()
-    receiver = sources.bind_socket("udp://127.0.0.1:0", allow=False)
+    queue = sources.BoundedQueue()
+    receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
     datagrams = sources.DatagramSocket(receiver)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for data in (b"\n" * 1300, b" \n\t\n", b'\n{"time": 1}\n\n', b"{\n"):
             sender.sendto(data, receiver.getsockname())
-    waiting.start_reader(sources.datagram_reader(datagrams))
-    rows = iter(waiting)
+    queue.start_reader(sources.datagram_reader(datagrams))
+    rows = iter(queue)
     assert next(rows) == {"time": 1}
     assert next(rows) is sources.UNREADABLE
     assert next(rows) is None
-    waiting.cancel()
+    queue.cancel()
 
 
 def test_a_socket_is_closed_at_the_end():
@@ -54,17 +54,17 @@ def test_a_socket_is_closed_at_the_end():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other kernels do not tell")
 def test_what_the_kernel_drops_is_counted():
-    receiver = sources.bind_socket("udp://127.0.0.1:0", allow=False)
+    receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    datagrams, waiting = sources.DatagramSocket(receiver), sources.BoundedQueue()
+    datagrams, queue = sources.DatagramSocket(receiver), sources.BoundedQueue()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k in range(500):
             sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())
-        waiting.start_reader(sources.datagram_reader(datagrams))
-        rows = [*iter(lambda: next(iter(waiting)), None)]
+        queue.start_reader(sources.datagram_reader(datagrams))
+        rows = [*iter(lambda: next(iter(queue)), None)]
         sender.sendto(b'{"time": 500}', receiver.getsockname())
-        rows += [next(row for row in waiting if row is not None)]
-    waiting.cancel()
+        rows += [next(row for row in queue if row is not None)]
+    queue.cancel()
     assert datagrams.n_kernel_drops == 501 - len(rows) > 0
 
 

@@ -77,9 +77,8 @@ def live(
     from hydrodamp.files import check_file
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
-    from hydrodamp.live.opening import open_source
     from hydrodamp.live.runner import LiveRun
-    from hydrodamp.live.sources import SourceError
+    from hydrodamp.live.sources import SourceError, open_source
 
     if not source:
         raise ProblemError(f"`--source` is missing: {_SOURCE.removesuffix(' [required]')}")

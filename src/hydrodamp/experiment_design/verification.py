@@ -24,6 +24,7 @@ from hydrodamp.identification.identifiability import (
     grade_fit,
 )
 from hydrodamp.identification.output_error import Recommended
+from hydrodamp.simulation.parallel import run_parallel
 from hydrodamp.simulation.problem import prepare
 
 N_DURATIONS = 5

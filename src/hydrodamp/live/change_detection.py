@@ -1,14 +1,16 @@
-"""Has the vehicle changed? What an estimate held still leaves over, summed up axis by axis.
+"""CUSUM test on the innovations of a frozen reference model, axis by axis.
 
-Recursive least squares follows a change and so hides it. A reference does not: its coefficients,
-its noise and the correlation of that from row to row are those of a while ago. Whitened, and in its
-own standard deviations, what it leaves over of a new row is z, and each axis has a cumulative sum
-(E. Page, Biometrika 41 (1954) 100),
+Recursive least squares follows a change and so hides it. The reference of an axis keeps the
+coefficients a, their covariance P over the noise variance, the noise variance s² and the
+correlation ρ of innovations from row to row, as they were some rows ago. A new row (φ, y) has the
+standardised innovation r = (y − φᵀa) / √(s² (1 + φᵀPφ)), whitened z = (r − ρ r₋) / √(1 − ρ²), and
+the one-sided cumulative sum (E. Page, Biometrika 41 (1954) 100)
 
-    climb <- max(0, climb + min(z^2, MOST) - DRIFT).
+    S ← max(0, S + min(z², MAX_SQUARE) − DRIFT).
 
-A model that is a little wrong leaves more over in some manoeuvres than in others. So noise is the
-highest that there was, slowly forgotten, and a climb is measured by those before that ended.
+An alarm needs S ≥ ALARM_RATIO · peak, with the highest peak of earlier sums that ended at zero.
+Model-form error makes innovations larger in some manoeuvres, so s² is the highest noise variance
+so far, with slow forgetting, and an axis whose residuals persist is not armed.
 """
 
 from __future__ import annotations
@@ -23,79 +25,74 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
-from hydrodamp.live.evidence import Evidence, innovations_of, restore_evidence
+from hydrodamp.live.evidence import Evidence, innovations_of
 
-# Rows, of which a second brings one: from which noise counts, of the first reference; how long a
-# reference is held, and how long at most while a sum climbs; and how long axes that follow belong
-# to the same change.
-_WARM, _LEARNT = 100, 300
-_HELD, _LONGEST, _TOGETHER = 100, 300, 60
-
-# A row of more leverage than this on its axis says nothing of a change; an axis is settled when so
-# many rows have passed without one.
-_NOVEL, _SETTLED = 0.1, 100
-_TESTED = 10  # rows of new motion that an axis must predict before one may be a change
-
-# Of the leverage of a motion among all products of two velocities: what makes it new, beside so
-# many times the mean.
-_NEW, _TIMES = 0.1, 3.0
-
-_DRIFT, _MOST = 2.0, 9.0
-_USUAL, _FACTOR = 40.0, 1.5  # a climb that is usual for every vehicle, and how far beyond is none
-_CLIMBING = 10.0  # a climb from which residuals that persist may be those of a change
-_KEPT = 0.9997  # of the highest noise, from row to row
-_STEADIEST = 0.9  # correlation from row to row
+# All values are tuned on simulated campaigns and the VT-690 (studies/live_alarm.py). A row is 1 s.
+NOISE_WARMUP_ROWS = 100  # before the noise variance counts
+MIN_ROWS = 300  # before the first reference
+MAX_REFERENCE_AGE = 100  # rows
+MAX_REFERENCE_AGE_IN_CLIMB = 300  # rows, while the sum is above zero
+MERGE_ROWS = 60  # rows after an alarm in which further axes belong to the same change
+MAX_LEVERAGE = 0.1  # of a row on its axis, above which it is no evidence of a change
+SETTLING_ROWS = 100  # rows without a high leverage after which an axis is settled
+MIN_NOVEL_ROWS = 10  # rows of new motion that an axis must predict before one can be a change
+NOVELTY_LEVERAGE, NOVELTY_RATIO = 0.1, 3.0  # of products of velocities; times the mean leverage
+DRIFT, MAX_SQUARE = 2.0, 9.0  # of a whitened innovation, in variances
+MIN_PEAK, ALARM_RATIO = 40.0, 1.5  # least reference peak; sum over it that is an alarm
+CLIMB_START = 10.0  # sum above which persistent residuals may come from a change
+NOISE_MEMORY = 0.9997  # of the highest noise variance, from row to row
+MAX_CORRELATION = 0.9  # from row to row
 
 #: Why an axis is not armed.
 RELEARNING = "relearning: the vehicle has changed."
 STARTING = "starting: too few rows."
-QUIET = "quiet: too little of its force is predicted."
-UNSETTLED = "unsettled: its motion is new."
-MODEL_FORM = "model form: its residuals persist; terms are missing, or something pushes."
-TRANSFER = "model form: what it learnt did not predict a new motion."
+QUIET = "quiet: too little of the axis force is predicted."
+UNSETTLED = "unsettled: the motion is new."
+MODEL_FORM = "model form: the residuals persist; terms are missing, or an unmodelled force acts."
+TRANSFER = "model form: the estimate did not predict a new motion."
 
 
 class Reference(NamedTuple):
-    """An axis as it was: coefficients in units, their covariance over that of noise, noise."""
+    """Frozen reference of an axis, with coefficients and covariance in units of the prior."""
 
-    known: FloatArray
-    spread: FloatArray
-    noise: float
+    coefficients: FloatArray
+    covariance: FloatArray  # over the noise variance
+    noise_variance: float
     correlation: float
 
 
 class CusumTest(NamedTuple):
-    """What is remembered of an axis."""
+    """State of the test of one axis."""
 
-    noise: float = 0.0  # the highest
+    highest_noise: float = 0.0  # variance
     reference: Reference | None = None
     age: int = 0  # of the reference, in rows
-    residual: float = 0.0  # of the last row, in standard deviations
+    residual: float = 0.0  # standardised, of the last row
     cusum: float = 0.0
-    peak: float = 0.0  # of the climb under way
-    reference_peak: float = _USUAL  # the highest that ended
-    onset: float = 0.0  # s, when the climb began
-    rows_since_leverage: int = 0  # rows since one of high leverage
+    peak: float = 0.0  # of the present climb
+    reference_peak: float = MIN_PEAK  # highest of the climbs that ended
+    onset: float = 0.0  # s, start of the climb
+    rows_since_leverage: int = 0
     was_excited: bool = False
-    is_model_form: bool = False  # before any climb
+    is_model_form: bool = False  # before the climb
     has_failed: bool = False  # to predict a new motion
-    was_novel: bool = False  # whether the last row's motion was
-    n_novel_rows: int = 0  # rows of new motion that were predicted
+    was_novel: bool = False  # the last row's motion
+    n_novel_rows: int = 0  # of new motion, predicted
     evidence: Evidence = Evidence()
 
     @property
     def lacks_terms(self) -> bool:
-        """Whether the model's form fails on the axis."""
+        """Whether the reference has a model-form error."""
         return self.is_model_form or self.has_failed
 
     @property
     def has_model_form(self) -> bool:
-        """The same of what the axis has learnt by now."""
+        """Whether the present estimate has a model-form error."""
         return self.evidence.is_model_form or self.has_failed
 
     @property
     def disarm_reason(self) -> str | None:
-        """Why a climb is no alarm, if it is none."""
+        """Why the axis raises no alarm; None where it is armed."""
         if self.reference is None:
             return STARTING
         if not self.was_excited:
@@ -104,48 +101,51 @@ class CusumTest(NamedTuple):
             return MODEL_FORM
         if self.has_failed:
             return TRANSFER
-        return UNSETTLED if self.rows_since_leverage < _SETTLED else None
+        return UNSETTLED if self.rows_since_leverage < SETTLING_ROWS else None
 
     @property
     def alarm_ratio(self) -> float:
-        """How far the climb is on its way to an alarm."""
-        return self.cusum / (_FACTOR * self.reference_peak)
+        """The sum over its threshold."""
+        return self.cusum / (ALARM_RATIO * self.reference_peak)
 
-    def accumulate(self, white: float, time: float) -> CusumTest:
-        """Return the axis after a whitened residual."""
-        climb = max(0.0, self.cusum + min(white * white, _MOST) - _DRIFT)
-        if not climb:
-            return self._replace(
-                cusum=0.0, peak=0.0, reference_peak=max(self.reference_peak, self.peak)
-            )
-        since = self.onset if self.cusum else time
-        return self._replace(cusum=climb, peak=max(self.peak, climb), onset=since)
+    def accumulate(self, innovation: float, time: float) -> CusumTest:
+        """Return the test after a whitened innovation."""
+        cusum = max(0.0, self.cusum + min(innovation * innovation, MAX_SQUARE) - DRIFT)
+        if not cusum:
+            return self.end_climb()
+        onset = self.onset if self.cusum else time
+        return self._replace(cusum=cusum, peak=max(self.peak, cusum), onset=onset)
+
+    def end_climb(self) -> CusumTest:
+        """Return the test with its sum at zero and the peak remembered."""
+        reference_peak = max(self.reference_peak, self.peak)
+        return self._replace(cusum=0.0, peak=0.0, reference_peak=reference_peak)
 
 
 class MotionNovelty(NamedTuple):
-    """Which motion there was: moments of all products of two velocities, and of one."""
+    """Second moments of all products of up to two velocities; they tell a new motion."""
 
     rows: int = 0
     moments: FloatArray | None = None
-    settled: int = 0  # rows since a new one
+    rows_since_novel: int = 0
 
     def absorb(self, velocity: FloatArray) -> MotionNovelty:
-        """Return the moments after a row, and whether its motion is new."""
-        one = np.array([1.0, *velocity])
-        products = np.outer(one, one)[np.triu_indices(len(one))]
+        """Return the moments after a row; a row of high leverage is a new motion."""
+        factors = np.array([1.0, *velocity])
+        products = np.outer(factors, factors)[np.triu_indices(len(factors))]
         square = np.outer(products, products)
         if self.moments is None:
             return MotionNovelty(1, frozen(square), 0)
         sizes = self.moments.diagonal()
-        size = np.where(sizes > 0.0, sizes / self.rows, 1.0)
-        leverage = float(products @ np.linalg.solve(self.moments + np.diag(size), products))
-        is_new = leverage > _NEW + _TIMES * len(products) / self.rows
+        prior = np.where(sizes > 0.0, sizes / self.rows, 1.0)
+        leverage = float(products @ np.linalg.solve(self.moments + np.diag(prior), products))
+        is_new = leverage > NOVELTY_LEVERAGE + NOVELTY_RATIO * len(products) / self.rows
         moments = frozen(self.moments + square)
-        return MotionNovelty(self.rows + 1, moments, 0 if is_new else self.settled + 1)
+        return MotionNovelty(self.rows + 1, moments, 0 if is_new else self.rows_since_novel + 1)
 
 
 class DetectedChange(NamedTuple):
-    """A change that was found: when it was told, when its climb began, and the axes in order."""
+    """A change: times of the alarm and of the onset [s], and axes in order of significance."""
 
     time: float
     since: float
@@ -153,163 +153,143 @@ class DetectedChange(NamedTuple):
 
 
 class Alarm(NamedTuple):
-    """Where the watch for changes stands."""
+    """State of change detection on all axes."""
 
-    rows_since_alarm: int = 0  # rows since an alarm; 0 for none
+    rows_since_alarm: int = 0  # 0 for none
     axes: tuple[CusumTest, ...] = (CusumTest(),) * 6
     changes: int = 0
     last: DetectedChange | None = None
     motion: MotionNovelty = MotionNovelty()
 
     def line(self, axes: Iterable[int]) -> dict[str, Any]:
-        """Return what an estimate line says of it, for the axes that have terms."""
-        last = self.last and self.last._asdict()
-        found = {
+        """Return the JSON entry of an estimate line, for the axes that have terms."""
+        reasons = {
             AXES[axis]: RELEARNING if self.rows_since_alarm else self.axes[axis].disarm_reason
             for axis in axes
         }
         return {
-            "armed": [name for name, reason in found.items() if reason is None],
-            "not_armed": {name: reason for name, reason in found.items() if reason is not None},
+            "armed": [name for name, reason in reasons.items() if reason is None],
+            "not_armed": {name: reason for name, reason in reasons.items() if reason is not None},
             "changes": self.changes,
-            "last": last,
+            "last": self.last and self.last._asdict(),
         }
 
 
+class _Row(NamedTuple):
+    """The last row of an axis, and the estimates before and after it."""
+
+    recursion: Recursion
+    axis: int
+    before: Estimate
+    after: Estimate
+
+    @property
+    def content(self) -> tuple[FloatArray, float, bool]:
+        """Terms in units of the prior, target, and whether the row is the first of a segment."""
+        return self.recursion.last_row(self.axis, self.after.iv_state)
+
+
 def update_alarm(alarm: Alarm, before: RecursiveState, after: RecursiveState, time: float) -> Alarm:
-    """Return the alarm after a row, of which recursive least squares knew nothing before."""
-    if alarm.rows_since_alarm > _TOGETHER:
+    """Return the alarm after a row, given the recursive least squares before and after it."""
+    if alarm.rows_since_alarm > MERGE_ROWS:
         alarm = Alarm(changes=alarm.changes, last=alarm.last, motion=alarm.motion)
     motion = alarm.motion.absorb(_motion_of(after.last))
-    recursion, axes = before.adaptation.recursion, list(alarm.axes)
-    lacks_terms = any(one.lacks_terms for one in axes)
-    is_climbing = any(one.cusum > _CLIMBING for one in axes)
+    recursion, tests = before.adaptation.recursion, list(alarm.axes)
+    lacks_terms = any(test.lacks_terms for test in tests)
+    is_climbing = any(test.cusum > CLIMB_START for test in tests)
     for axis in np.flatnonzero(np.diff(recursion.starts)).tolist():
-        one = _absorb(axes[axis], recursion, axis, before.estimate, after.estimate, is_climbing)
-        axes[axis] = _compare(
-            one, recursion, axis, before.estimate, after.estimate, motion, lacks_terms, time
-        )
-    return _judged(alarm._replace(axes=tuple(axes), motion=motion), time)
+        row = _Row(recursion, axis, before.estimate, after.estimate)
+        test = _absorb(tests[axis], row, is_climbing)
+        if test.evidence.rows > MIN_ROWS:
+            test = _test_row(test, row, motion, lacks_terms, time)
+        tests[axis] = test
+    return _decide(alarm._replace(axes=tuple(tests), motion=motion), time)
 
 
 def _motion_of(sample: Sample) -> FloatArray:
-    """Return velocities, surge by the propeller's command where there is one."""
-    velocity, command = sample.velocity.copy(), float(sample.propulsion[1])
-    velocity[0] = command or velocity[0]
+    """Return the velocity; with a propeller, surge is its propulsion speed."""
+    velocity, propulsion_speed = sample.velocity.copy(), float(sample.propulsion[1])
+    velocity[0] = propulsion_speed or velocity[0]
     return velocity
 
 
-def _absorb(
-    one: CusumTest,
-    recursion: Recursion,
-    axis: int,
-    known: Estimate,
-    now: Estimate,
-    is_climbing: bool,
-) -> CusumTest:
-    """Return an axis with the moments of its last row."""
-    terms, target, _ = recursion.last_row(axis, now.iv_state)
-    innovation, earlier = innovations_of(recursion, axis, known, now)
-    evidence = one.evidence.absorb(terms, target, innovation, earlier)
-    _, information = recursion.axis_block(axis, known.information)
+def _absorb(test: CusumTest, row: _Row, is_climbing: bool) -> CusumTest:
+    """Return the test with the moments of the row."""
+    recursion, axis, before, after = row
+    terms, target, _ = row.content
+    innovation, earlier = innovations_of(recursion, axis, before, after)
+    evidence = test.evidence.absorb(terms, target, innovation, earlier)
+    _, information = recursion.axis_block(axis, before.information)
     leverage = float(terms @ np.linalg.solve(np.eye(len(terms)) + information, terms))
-    one = one._replace(
+    noise = test.highest_noise
+    if evidence.rows > NOISE_WARMUP_ROWS:
+        noise = max(NOISE_MEMORY * noise, float(before.noise[axis]))
+    return test._replace(
         evidence=evidence,
-        rows_since_leverage=0 if leverage > _NOVEL else one.rows_since_leverage + 1,
-        was_excited=one.was_excited or (evidence.rows > _LEARNT and evidence.is_excited),
+        rows_since_leverage=0 if leverage > MAX_LEVERAGE else test.rows_since_leverage + 1,
+        was_excited=test.was_excited or (evidence.rows > MIN_ROWS and evidence.is_excited),
+        is_model_form=test.is_model_form if is_climbing else evidence.is_model_form,
+        highest_noise=noise,
     )
-    if not is_climbing:
-        one = one._replace(is_model_form=evidence.is_model_form)
-    if evidence.rows > _WARM:
-        one = one._replace(noise=max(_KEPT * one.noise, float(known.noise[axis])))
-    return one
 
 
-def _compare(
-    one: CusumTest,
-    recursion: Recursion,
-    axis: int,
-    known: Estimate,
-    now: Estimate,
-    motion: MotionNovelty,
-    lacks_terms: bool,
-    time: float,
+def _test_row(
+    test: CusumTest, row: _Row, motion: MotionNovelty, lacks_terms: bool, time: float
 ) -> CusumTest:
-    """Return an axis after its last row has been compared with its reference."""
-    if one.evidence.rows <= _LEARNT:
-        return one
-    # A new motion cannot be told from a change where terms are missing on any axis, nor where the
-    # axis has not predicted one yet.
-    is_new = motion.settled <= _SETTLED and (lacks_terms or one.n_novel_rows < _TESTED)
-    has_settled = one.rows_since_leverage == _SETTLED or (one.was_novel and not is_new)
-    one = one._replace(was_novel=is_new)
-    if one.reference is None or has_settled or one.age >= (_LONGEST if one.cusum else _HELD):
-        noise = one.noise * one.evidence.inflation
-        one = one._replace(reference=_held(recursion, axis, known, noise), age=0)
+    """Return the test after the innovation of the row, with a new reference where it is due."""
+    # A new motion looks like a change where terms are missing on any axis, or where the axis has
+    # not predicted a new motion yet.
+    is_novel = motion.rows_since_novel <= SETTLING_ROWS and (
+        lacks_terms or test.n_novel_rows < MIN_NOVEL_ROWS
+    )
+    has_settled = test.rows_since_leverage == SETTLING_ROWS or (test.was_novel and not is_novel)
+    test = test._replace(was_novel=is_novel)
+    max_age = MAX_REFERENCE_AGE_IN_CLIMB if test.cusum else MAX_REFERENCE_AGE
+    if test.reference is None or has_settled or test.age >= max_age:
+        noise = test.highest_noise * test.evidence.inflation
+        test = test._replace(reference=_make_reference(row, noise), age=0)
     if has_settled:
-        one = one._replace(cusum=0.0, peak=0.0, reference_peak=max(one.reference_peak, one.peak))
-    one = one._replace(age=one.age + 1)
-    if one.disarm_reason is not None:
-        return one._replace(residual=0.0, cusum=0.0, peak=0.0)
-    reference = one.reference
-    assert reference is not None
-    terms, target, is_first = recursion.last_row(axis, now.iv_state)
-    variance = reference.noise * (1.0 + terms @ reference.spread @ terms)
-    residual = float((target - terms @ reference.known) / np.sqrt(variance))
-    kept = 0.0 if is_first else reference.correlation
-    white = (residual - kept * one.residual) / float(np.sqrt(1.0 - kept * kept))
-    one = one._replace(residual=residual).accumulate(white, time)
-    tested = one.n_novel_rows + (motion.settled == 0)
-    return one._replace(has_failed=is_new and one.alarm_ratio >= 1.0, n_novel_rows=tested)
+        test = test.end_climb()
+    test = test._replace(age=test.age + 1)
+    reference = test.reference
+    if reference is None or test.disarm_reason is not None:
+        return test._replace(residual=0.0, cusum=0.0, peak=0.0)
+    terms, target, is_first = row.content
+    variance = reference.noise_variance * (1.0 + terms @ reference.covariance @ terms)
+    residual = float((target - terms @ reference.coefficients) / np.sqrt(variance))
+    correlation = 0.0 if is_first else reference.correlation
+    white = (residual - correlation * test.residual) / float(np.sqrt(1.0 - correlation**2))
+    test = test._replace(residual=residual).accumulate(white, time)
+    return test._replace(
+        has_failed=is_novel and test.alarm_ratio >= 1.0,
+        n_novel_rows=test.n_novel_rows + (motion.rows_since_novel == 0),
+    )
 
 
-def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Reference:
-    part, information = recursion.axis_block(axis, known.information)
-    unit, zero = recursion.unit[part], np.zeros(part.stop - part.start)
-    products = recursion.iv_statistics(axis, known.iv_state).lag_products
-    correlation = np.clip(products[0] / known.noise[axis], -_STEADIEST, _STEADIEST)
+def _make_reference(row: _Row, noise_variance: float) -> Reference:
+    """Freeze the estimate before the row."""
+    recursion, axis, before, _ = row
+    columns, information = recursion.axis_block(axis, before.information)
+    unit, zero = recursion.unit[columns], np.zeros(columns.stop - columns.start)
+    products = recursion.iv_statistics(axis, before.iv_state).lag_products
+    correlation = np.clip(products[0] / before.noise[axis], -MAX_CORRELATION, MAX_CORRELATION)
     return Reference(
-        frozen(np.divide(known.coefficients[part], unit, out=zero, where=unit > 0.0)),
+        frozen(np.divide(before.coefficients[columns], unit, out=zero, where=unit > 0.0)),
         frozen(np.linalg.inv(np.eye(len(unit)) + information)),
-        noise,
+        noise_variance,
         float(correlation),
     )
 
 
-def _judged(alarm: Alarm, time: float) -> Alarm:
+def _decide(alarm: Alarm, time: float) -> Alarm:
+    """Return the alarm with a change where an armed axis is above its threshold."""
     pairs = zip(AXES, alarm.axes, strict=True)
-    shares = {name: 0.0 if one.has_failed else one.alarm_ratio for name, one in pairs}
-    over = [name for name in sorted(AXES, key=lambda name: -shares[name]) if shares[name] >= 1.0]
+    ratios = {name: 0.0 if test.has_failed else test.alarm_ratio for name, test in pairs}
+    axes = [name for name in sorted(AXES, key=lambda name: -ratios[name]) if ratios[name] >= 1.0]
     if alarm.rows_since_alarm and alarm.last:
-        axes = tuple(dict.fromkeys((*alarm.last.axes, *over)))
-        return alarm._replace(
-            rows_since_alarm=alarm.rows_since_alarm + 1, last=alarm.last._replace(axes=axes)
-        )
-    if not over:
+        merged = alarm.last._replace(axes=tuple(dict.fromkeys((*alarm.last.axes, *axes))))
+        return alarm._replace(rows_since_alarm=alarm.rows_since_alarm + 1, last=merged)
+    if not axes:
         return alarm
-    since = alarm.axes[AXES.index(over[0])].onset
-    return alarm._replace(
-        rows_since_alarm=1, changes=alarm.changes + 1, last=DetectedChange(time, since, tuple(over))
-    )
-
-
-def restore_alarm(content: dict[str, Any]) -> Alarm:
-    """Return the alarm that was written as JSON makes of it."""
-    last, (rows, moments, settled) = content["last"], content["motion"]
-    return Alarm(
-        content["told"],
-        tuple(map(_axis, content["axes"])),
-        content["changes"],
-        None if last is None else DetectedChange(last[0], last[1], tuple(last[2])),
-        MotionNovelty(rows, None if moments is None else frozen(np.array(moments)), settled),
-    )
-
-
-def _axis(values: list[Any]) -> CusumTest:
-    one = CusumTest(*values)
-    reference = one.reference
-    if reference is not None:
-        known, spread, *others = reference
-        reference = Reference(frozen(np.array(known)), frozen(np.array(spread)), *others)
-    evidence = restore_evidence(list(one.evidence))
-    return one._replace(reference=reference, evidence=evidence)
+    change = DetectedChange(time, alarm.axes[AXES.index(axes[0])].onset, tuple(axes))
+    return alarm._replace(rows_since_alarm=1, changes=alarm.changes + 1, last=change)

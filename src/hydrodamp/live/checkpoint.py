@@ -1,4 +1,7 @@
-"""The state of a live run on disk: whole or not at all, for one vehicle and model, and one run."""
+"""Checkpoint of a live run: a JSON file of one vehicle, model and method, written atomically.
+
+A lock file reserves it for one process.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -18,51 +21,56 @@ from hydrodamp.errors import FileError
 from hydrodamp.files import load_json, save_text, temporary_prefix
 from hydrodamp.kernels.core import Estimate
 from hydrodamp.kernels.plant import Sample
-from hydrodamp.live.change_detection import restore_alarm
+from hydrodamp.live.change_detection import Alarm
 from hydrodamp.live.estimator import LiveState
-from hydrodamp.live.sample_validation import SampleValidator
+from hydrodamp.live.samples import SampleValidator
 
-_VERSION = 2
-_HEAD = b'{"live_state":'  # how every state begins
+VERSION = 3
+HEAD = b'{"live_state":'  # the first bytes of every checkpoint
+LOCK_OFFSET = 0x7FFF0000  # bytes; Windows locks a byte behind the content, which others may read
 
 
 @contextmanager
 def locked(path: Path | None) -> Iterator[None]:
-    """Hold the lock on a state, refuse what is none, and remove what killed runs left of it.
+    """Hold the lock of a checkpoint, and remove the temporary files of killed runs.
 
-    The operating system releases the lock when the process ends, however it ends. The lock file
-    stays.
+    The operating system releases the lock when the process ends. The lock file stays. Raises
+    ``FileError`` where another run has the lock or the file is no checkpoint.
     """
     if path is None:
         yield
         return
     try:
         stream = path.with_name(f"{temporary_prefix(path)}lock").open("a+")
-    except OSError:  # no folder, or one that may not be written: no state can be written either
+    except OSError:  # a folder that cannot be written: the checkpoint cannot either
         yield
         return
     with stream:
-        if not _lock(stream):
+        if not _acquire(stream):
             stream.seek(0)
             raise FileError(
                 f"{path}: another run of `hydrodamp live` (process {stream.read(20) or 'unknown'})"
-                " keeps its state there. End that one, or give this one another `--checkpoint`."
+                " uses this checkpoint. Stop that run, or give this one another `--checkpoint`."
             )
         stream.truncate(0)
         stream.write(str(os.getpid()))
         stream.flush()
         _check_kind(path)
-        _remove_temporaries(path)
+        name = re.compile(re.escape(temporary_prefix(path)) + "[0-9a-f]{16}")
+        for file in path.parent.iterdir():
+            if name.fullmatch(file.name):
+                with suppress(OSError):
+                    file.unlink()
         yield
 
 
-def _lock(stream: IO[str]) -> bool:
-    """Return whether this process has the lock of a file; so too where there are no locks."""
+def _acquire(stream: IO[str]) -> bool:
+    """Return whether this process has the lock, or the file system has no locks."""
     try:
         if sys.platform == "win32":
             import msvcrt
 
-            stream.seek(0x7FFF0000)  # a byte behind the content, which others may read
+            stream.seek(LOCK_OFFSET)
             msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
         else:
             import fcntl
@@ -76,83 +84,85 @@ def _lock(stream: IO[str]) -> bool:
 
 
 def _check_kind(path: Path) -> None:
-    """Refuse a file that holds something else than a state; a damaged state is still one."""
+    """Refuse a file with other content; a damaged checkpoint passes."""
     try:
         with path.open("rb") as stream:
             head = stream.read(4096)
     except OSError:
         return
-    if head.strip(b"\0 \r\n") and not head.startswith(_HEAD):
+    if head.strip(b"\0 \r\n") and not head.startswith(HEAD):
         raise FileError(
-            f"{path}: is not a state of `hydrodamp live`, and would be replaced by one. Give"
-            " `--checkpoint` the name of a new file, or move this one away."
+            f"{path}: is not a state of `hydrodamp live` and would be overwritten. Give "
+            "`--checkpoint` the name of a new file, or move this one."
         )
-
-
-def _remove_temporaries(path: Path) -> None:
-    name = re.compile(re.escape(temporary_prefix(path)) + "[0-9a-f]{16}")
-    for one in path.parent.iterdir():
-        if name.fullmatch(one.name):
-            with suppress(OSError):
-                one.unlink()
 
 
 def save(state: LiveState, path: Path) -> None:
     """Write a state; every number keeps all its digits."""
     rls, ai = state.rls, state.ai
     content = {
-        "last": rls.last.values.tolist(),
-        "block": rls.block.tolist(),
-        "estimate": {name: part.tolist() for name, part in rls.estimate._asdict().items()},
-        "table": None if ai is None else ai.table.tolist(),
-        "screen": state.validator._asdict() | {"time": repr(state.validator.time)},
-        "seen": state.n_rows,
+        "last": rls.last.values,
+        "block": rls.block,
+        "estimate": rls.estimate,
+        "table": None if ai is None else ai.table,
+        "validator": state.validator._replace(time=repr(state.validator.time)),  # type: ignore[arg-type]
+        "n_rows": state.n_rows,
         "counts": state.counts,
-        "alarm": state.alarm._asdict(),
+        "alarm": state.alarm,
     }
     text = json.dumps(content, allow_nan=False, default=np.ndarray.tolist)
-    head = {"live_state": _VERSION, "digest": state.digest, "checksum": _checksum(text)}
+    head = {"live_state": VERSION, "digest": state.digest, "checksum": _checksum(text)}
     save_text(json.dumps(head)[:-1] + f', "state": {text}}}\n', path)
 
 
 def load(fresh: LiveState, path: Path) -> LiveState:
-    """Return the state that a file holds, where it is one of the same vehicle, model and method."""
+    """Return the state of a file, which must be of the vehicle, model and method of ``fresh``."""
     document = load_json(path)
-    if not isinstance(document, dict) or document.get("live_state") != _VERSION:
-        raise FileError(f"{path}: is not a state of `hydrodamp live` of version {_VERSION}.")
+    if not isinstance(document, dict) or document.get("live_state") != VERSION:
+        raise FileError(f"{path}: is not a state of `hydrodamp live` of version {VERSION}.")
     if _checksum(json.dumps(document.get("state"))) != document.get("checksum"):
-        raise FileError(f"{path}: is damaged, as its checksum does not fit.")
+        raise FileError(f"{path}: is damaged: its checksum does not match.")
     if document.get("digest") != fresh.digest:
         raise FileError(
             f"{path}: is the state of another vehicle, model, method or set of channels."
         )
-    return _restored(fresh, document["state"])
-
-
-def _restored(fresh: LiveState, content: dict[str, Any]) -> LiveState:
-    sample = Sample(_array(content["last"]))
-    estimate = Estimate(**{name: _array(part) for name, part in content["estimate"].items()})
-    ai = fresh.ai and fresh.ai._replace(table=_array(content["table"]), last=sample)
-    told = {key: _plain(value) for key, value in content["screen"].items()}
+    content = document["state"]
+    sample = Sample(_restore(np.ndarray, content["last"]))
+    rls = fresh.rls._replace(
+        estimate=_restore(Estimate, content["estimate"]),
+        block=_restore(np.ndarray, content["block"]),
+        last=sample,
+    )
+    table = _restore(np.ndarray, content["table"])
+    ai = fresh.ai and fresh.ai._replace(table=table, last=sample)
+    validator = _restore(SampleValidator, content["validator"])
     return LiveState(
-        fresh.rls._replace(estimate=estimate, block=_array(content["block"]), last=sample),
+        rls,
         ai,
-        SampleValidator(**told | {"time": float(told["time"])}),
-        content["seen"],
+        validator._replace(time=float(validator.time)),
+        content["n_rows"],
         content["counts"],
-        restore_alarm(content["alarm"]),
+        _restore(Alarm, content["alarm"]),
     )
 
 
-def _checksum(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _array(values: list[Any]) -> Any:
-    array = np.array(values, dtype=np.float64)
+def _restore(kind: Any, value: Any) -> Any:
+    """Return a value of JSON as an array, a tuple or a named tuple, according to its type."""
+    types = [each for each in get_args(kind) if each is not type(None)]
+    if value is None or not isinstance(value, list):
+        return value
+    if hasattr(kind, "_fields"):
+        hints = get_type_hints(kind)
+        return kind(*map(_restore, hints.values(), value))
+    if type(None) in get_args(kind):
+        return _restore(types[0], value)
+    if getattr(kind, "__origin__", kind) is tuple:
+        kinds = [types[0]] * len(value) if types[-1] is Ellipsis else types
+        return tuple(map(_restore, kinds, value))
+    array = np.array(value, dtype=np.float64)
     array.setflags(write=False)
     return array
 
 
-def _plain(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+def _checksum(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,27 +1,36 @@
-"""The identifier at work, without any I/O: a row in, a state out; estimates of a state."""
+"""Recursive identification without I/O: ``update(state, row) -> state``, and estimate lines.
+
+Recursive least squares always runs. With the adaptive identifier it provides the excitation, the
+grades and the test of convergence.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
+from collections import Counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
+from hydrodamp.identification.identifiability import Grade
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
-from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.evidence import grade_axes
 from hydrodamp.live.ranges import ranges_of
-from hydrodamp.live.sample_validation import BEGIN, LEFT_OUT, TAKEN, SampleValidator, classify
 from hydrodamp.live.samples import (
+    ACCEPTED,
+    REJECTED,
+    RESTARTS,
     Row,
+    SampleValidator,
+    classify,
     make_sample,
     read_inputs,
     read_number,
@@ -31,22 +40,18 @@ from hydrodamp.live.samples import (
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Methods that run on board.
+#: Methods that run sample by sample.
 METHODS = ("rls", "ai")
 
 
 class LiveState(NamedTuple):
-    """Where a live run stands.
-
-    Recursive least squares always runs: beside the adaptive identifier it tells what is excited,
-    and what has not settled.
-    """
+    """State of a live run: estimators, sample validator, counts and alarm."""
 
     rls: recursive.RecursiveState
     ai: adaptive.State | None
     validator: SampleValidator
-    n_rows: int  # rows of the source
-    counts: dict[str, int]  # taken, left out by kind, runs by what began them
+    n_rows: int  # of the source
+    counts: dict[str, int]  # samples by class
     alarm: Alarm = Alarm()
 
     @property
@@ -58,17 +63,29 @@ class LiveState(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """What tells whether a state is of this vehicle, model and method."""
-        columns, recursion = self.rls.adaptation.equations, self.rls.adaptation.recursion
-        plant = columns.plant
-        seen = hashlib.sha256(repr((self.rls.adaptation.model.labels, columns.channels)).encode())
+        """Hash of the vehicle, model, channels, method and settings."""
+        adaptation = self.rls.adaptation
+        plant, recursion = adaptation.equations.plant, adaptation.recursion
+        names = (adaptation.model.labels, adaptation.equations.channels)
+        digest = hashlib.sha256(repr(names).encode())
         arrays = [plant.mass_matrix, plant.free, plant.factors, recursion.known, recursion.unit]
-        arrays += [] if self.ai is None else [self.ai.adaptation.gains.a]
-        arrays += [] if self.ai is None else [self.ai.adaptation.gains.gamma]
+        if self.ai is not None:
+            arrays += [self.ai.adaptation.gains.a, self.ai.adaptation.gains.gamma]
         for array in arrays:
-            seen.update(np.ascontiguousarray(array).data)
-        seen.update(repr((recursion.block, recursion.forgetting)).encode())
-        return seen.hexdigest()
+            digest.update(np.ascontiguousarray(array).data)
+        digest.update(repr((recursion.block, recursion.forgetting)).encode())
+        return digest.hexdigest()
+
+    def add_count(self, kind: str) -> LiveState:
+        """Return the state with one more sample of a class."""
+        counts = self.counts | {kind: self.counts.get(kind, 0) + 1}
+        if kind in RESTARTS:
+            counts[ACCEPTED] += 1
+        return self._replace(n_rows=self.n_rows + 1, counts=counts)
+
+    def reject(self, kind: str) -> LiveState:
+        """Return the state after a rejected sample; the next accepted one restarts."""
+        return self._replace(validator=self.validator.interrupt()).add_count(kind)
 
 
 _RLS, _AI = (
@@ -78,97 +95,82 @@ _RLS, _AI = (
 
 
 def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveState:
-    """Return the state before a first row, which tells what is measured; it is not taken yet."""
+    """Return the initial state; the first row determines the channels and is not absorbed yet."""
     if method not in METHODS:
         raise MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
-    columns = sample_equations(vehicle, model, row)
-    sample = make_sample(columns, row, read_velocity(row, vehicle.free.tolist()), None)
-    ai = _AI.init(columns, model, sample) if method == "ai" else None
-    return LiveState(_RLS.init(columns, model, sample), ai, SampleValidator(), 0, {TAKEN: 0})
+    equations = sample_equations(vehicle, model, row)
+    sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), None)
+    ai = _AI.init(equations, model, sample) if method == "ai" else None
+    rls = _RLS.init(equations, model, sample)
+    return LiveState(rls, ai, SampleValidator(), 0, {ACCEPTED: 0})
 
 
 def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
-    """Return the state after a row, and what became of it."""
+    """Return the state after a row, and the class of the row."""
     if not row:
-        return _counted(state, "unreadable"), "unreadable"
-    columns, last = state.rls.adaptation.equations, state.rls.last
-    velocity = read_velocity(row, columns.vehicle.free.tolist())
-    segment = str(row.get(SEGMENT, ""))
-    ranges = ranges_of(columns)
-    inputs = read_inputs(row, ranges.names)
-    screen, told = classify(
-        state.validator, read_number(row, "time"), velocity, segment, inputs, ranges
+        return state.add_count("unreadable"), "unreadable"
+    equations = state.rls.adaptation.equations
+    velocity = read_velocity(row, equations.vehicle.free.tolist())
+    ranges = ranges_of(equations)
+    validator, kind = classify(
+        state.validator,
+        read_number(row, "time"),
+        velocity,
+        str(row.get(SEGMENT, "")),
+        read_inputs(row, ranges.names),
+        ranges,
     )
+    if kind in REJECTED:
+        return state._replace(validator=validator).add_count(kind), kind
+    is_restart = kind in RESTARTS
+    try:
+        sample = make_sample(equations, row, velocity, None if is_restart else state.rls.last)
+    except HydrodampError:
+        return state.reject("incomplete"), "incomplete"
+    if np.abs(sample.propulsion).max() > MAX_VELOCITY:
+        return state.reject("absurd"), "absurd"
     rls, ai, alarm = state.rls, state.ai, state.alarm
-    if told not in LEFT_OUT:
-        try:
-            sample = make_sample(columns, row, velocity, None if told in BEGIN else last)
-        except HydrodampError:
-            screen, told = state.validator._replace(is_broken=True), "incomplete"
-        else:
-            if np.abs(sample.propulsion).max() > MAX_VELOCITY:
-                return count_rejected(state, "absurd"), "absurd"
-            rls, ai = _moved(rls, ai, sample, told in BEGIN)
-            if not _is_finite(state, rls, ai):
-                return count_rejected(state, "overflow"), "overflow"
-            if told not in BEGIN and rls.estimate is not state.rls.estimate:
-                alarm = update_alarm(alarm, state.rls, rls, screen.time)
-    return _counted(LiveState(rls, ai, screen, state.n_rows, state.counts, alarm), told), told
-
-
-def count_rejected(state: LiveState, told: str) -> LiveState:
-    """Return the state after a sample that is left out; the next one taken begins a run."""
-    return _counted(state._replace(validator=state.validator._replace(is_broken=True)), told)
-
-
-def _is_finite(before: LiveState, rls: recursive.RecursiveState, ai: adaptive.State | None) -> bool:
-    """Return whether all that a step changed is finite."""
-    changed = [rls.block]
-    if rls.estimate is not before.rls.estimate:
-        changed += rls.estimate
+    rls = rls.restart(sample) if is_restart else _RLS.step(rls, sample)
     if ai is not None:
-        changed.append(ai.table)
-    return all(np.isfinite(values).all() for values in changed)
-
-
-def _counted(state: LiveState, told: str) -> LiveState:
-    counts = state.counts | {told: state.counts.get(told, 0) + 1}
-    if told in BEGIN:
-        counts[TAKEN] += 1
-    return state._replace(n_rows=state.n_rows + 1, counts=counts)
-
-
-def _moved(
-    rls: recursive.RecursiveState, ai: adaptive.State | None, sample: Sample, begins: bool
-) -> tuple[recursive.RecursiveState, adaptive.State | None]:
-    if begins:
-        return rls.restart(sample), None if ai is None else ai.restart(sample)
-    return _RLS.step(rls, sample), None if ai is None else _AI.step(ai, sample)
+        ai = ai.restart(sample) if is_restart else _AI.step(ai, sample)
+    has_row = rls.estimate is not state.rls.estimate
+    arrays = (rls.block, *(rls.estimate if has_row else ()), *((ai.table,) if ai else ()))
+    if not all(np.isfinite(array).all() for array in arrays):
+        return state.reject("overflow"), "overflow"
+    if has_row and not is_restart:
+        alarm = update_alarm(alarm, state.rls, rls, validator.time)
+    return LiveState(rls, ai, validator, state.n_rows, state.counts, alarm).add_count(kind), kind
 
 
 def estimate_line(state: LiveState) -> dict[str, Any]:
-    """Return what is told of a state: strict JSON, null where there is no number."""
-    bound, settled = state.rls.adaptation, _settled(state)
-    axes, evidence = bound.recursion.axes, [one.evidence for one in state.alarm.axes]
-    model_form = np.array([one.has_model_form for one in state.alarm.axes])
-    grading = grade_axes(state.rls, state.coefficients, evidence, settled, model_form)
-    errors = grading.errors if state.ai is None else np.full(len(axes), np.nan)
+    """Return an estimate as strict JSON; null where there is no value.
+
+    All values are null before the first row of recursive least squares is complete.
+    """
+    adaptation = state.rls.adaptation
+    axes, evidence = adaptation.recursion.axes, [test.evidence for test in state.alarm.axes]
+    model_form = np.array([test.has_model_form for test in state.alarm.axes])
+    values = state.coefficients
+    grading = grade_axes(state.rls, values, evidence, _has_converged(state), model_form)
+    has_steps = state.ai is not None and state.counts[ACCEPTED] > 1
+    has_estimate = has_steps or bool(state.rls.estimate.rows.any())
+    has_errors = has_estimate and state.ai is None
     columns = zip(
-        bound.model.labels,
-        state.coefficients.tolist(),
-        errors.tolist(),
+        adaptation.model.labels,
+        values.tolist(),
+        grading.errors.tolist(),
         grading.grades,
         grading.causes,
         strict=True,
     )
     present = np.unique(axes).tolist()
     return {
-        "time": _number(state.validator.time),
+        "time": _finite(state.validator.time),
         "method": "rls" if state.ai is None else "ai",
         "coefficients": {
             label: {
-                "value": _number(value),
-                "standard_error": _number(error),
+                "value": _finite(value) if has_estimate else None,
+                "standard_error": _finite(error) if has_errors else None,
                 "grade": grade.word,
                 "cause": cause.word if cause else None,
             }
@@ -181,14 +183,31 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
     }
 
 
-def _number(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _settled(state: LiveState) -> np.ndarray:
-    """Return on which axes the coefficients are where the data want them, shape (6,)."""
+def _has_converged(state: LiveState) -> BoolArray:
+    """Return on which axes the adaptive estimate is near that of least squares, shape (6,)."""
     if state.ai is None:
         return np.ones(6, dtype=np.bool_)
     return (
         recursive.missing_wrench_share(state.rls, state.coefficients) <= adaptive.MAX_RESIDUAL_SHARE
     )
+
+
+def diagnostic_status(line: dict[str, Any]) -> tuple[bool, str, dict[str, str]]:
+    """Return whether an estimate line is a warning to an operator, a message, and values."""
+    grades = Counter(entry["grade"] for entry in line["coefficients"].values())
+    determined = grades[Grade.DETERMINED.word]
+    message = f"{determined} of {grades.total()} coefficients are determined"
+    alarm, last = line["alarm"], line["alarm"]["last"]
+    if last:
+        axes = ", ".join(last["axes"])
+        message = f"the vehicle has changed at about {last['since']:.0f} s on {axes}; {message}"
+    values = {f"excitation {axis}": f"{value:.4g}" for axis, value in line["excitation"].items()}
+    values |= {f"{grade.word}": str(grades[grade.word]) for grade in Grade}
+    values |= {"alarm armed": " ".join(alarm["armed"]), "changes": str(alarm["changes"])}
+    values |= {f"alarm {axis}": reason for axis, reason in alarm["not_armed"].items()}
+    values |= {name: str(count) for name, count in line["counts"].items()}
+    return not determined or last is not None, message, values

@@ -16,20 +16,19 @@ from hydrodamp.simulation.problem import EquationTable
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Largest values of the integers of MAVLink, which stand for "unknown": INT16_MAX, UINT16_MAX,
-#: INT32_MAX, UINT32_MAX.
+#: Largest integers of MAVLink, which mean "unknown": INT16_MAX, UINT16_MAX, INT32_MAX, UINT32_MAX.
 SENTINELS = frozenset((32767.0, 65535.0, 2147483647.0, 4294967295.0))
 
-_LARGEST_FIELD = 2.0**32  # no integer field of an autopilot's message holds more
-_SATURATION = 10.0  # times its limit; an autopilot may ask for more than an actuator gives
-_STRONG = 0.01  # of the largest plausible acceleration: 0.5 m/s^2 or rad/s^2
-_GRID = np.geomspace(1e-6, _LARGEST_FIELD, 2000)  # 2 % apart
+MAX_FIELD = 2.0**32  # largest integer field of an autopilot's message
+MAX_COMMAND_RATIO = 10.0  # command over the actuator's limit; by choice: autopilots exceed it
+ORDINARY_SHARE = 0.01  # of the largest plausible acceleration: 0.5 m/s^2 or rad/s^2
+MAGNITUDES = np.geomspace(1e-6, MAX_FIELD, 2000)  # candidate inputs, 2 % apart
 
 
 class Ranges(NamedTuple):
     """Names of the inputs of equation 1, their largest plausible and their ordinary magnitudes.
 
-    An input within its ordinary magnitude is never taken for an outlier.
+    An input within its ordinary magnitude is never an outlier.
     """
 
     names: tuple[str, ...]
@@ -40,24 +39,24 @@ class Ranges(NamedTuple):
 _CACHE: WeakKeyDictionary[Plant, Ranges] = WeakKeyDictionary()
 
 
-def ranges_of(columns: EquationTable) -> Ranges:
+def ranges_of(equations: EquationTable) -> Ranges:
     """Return the ranges of a table of equation 1, computed once."""
-    if (ranges := _CACHE.get(columns.plant)) is None:
-        ranges = _CACHE[columns.plant] = _ranges(columns)
+    if (ranges := _CACHE.get(equations.plant)) is None:
+        ranges = _CACHE[equations.plant] = _compute_ranges(equations)
     return ranges
 
 
-def _ranges(columns: EquationTable) -> Ranges:
+def _compute_ranges(equations: EquationTable) -> Ranges:
     """Return the ranges of the needed commands and, without actuators, of a recorded wrench.
 
     The largest plausible input accelerates the vehicle from rest to the largest plausible
-    velocity within a second, and makes no propeller sustain more than that velocity.
+    velocity within a second, and no propeller sustains more than that velocity.
     """
-    vehicle = columns.vehicle
-    actuators = vehicle.actuators if columns.actuators else ()
-    pairs = [_command_range(vehicle, actuators, name) for name in columns.required_commands]
-    names = columns.required_commands
-    if not columns.actuators:
+    vehicle = equations.vehicle
+    actuators = vehicle.actuators if equations.actuators else ()
+    pairs = [_command_range(vehicle, actuators, name) for name in equations.required_commands]
+    names = equations.required_commands
+    if not equations.actuators:
         names, pairs = (*names, *AXES), [*pairs, *_wrench_ranges(vehicle)]
     largest, ordinary = zip(*pairs, strict=True) if pairs else ((), ())
     return Ranges(names, largest, ordinary)
@@ -67,9 +66,9 @@ def _command_range(
     vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str
 ) -> tuple[float, float]:
     if not any(name in actuator.commands for actuator in actuators):
-        return _LARGEST_FIELD, 0.0
-    magnitudes = np.append(0.0, _GRID)
-    commands = {other: np.zeros(len(magnitudes)) for other in vehicle.commands}
+        return MAX_FIELD, 0.0
+    magnitudes = np.append(0.0, MAGNITUDES)
+    commands = {command: np.zeros(len(magnitudes)) for command in vehicle.commands}
     commands[name] = magnitudes
     wrench = vehicle.known_wrench(
         np.tile(TYPICAL_VELOCITY, (len(magnitudes), 1)), np.zeros((len(magnitudes), 3)), commands
@@ -77,10 +76,10 @@ def _command_range(
     effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
     speed = vehicle.propulsion_speed(commands)
     is_too_fast = np.zeros(len(magnitudes)) if speed is None else np.abs(speed) > MAX_VELOCITY
-    largest = _first(magnitudes, (effect > 1.0) | (is_too_fast > 0), _LARGEST_FIELD)
-    ordinary = _first(magnitudes, effect > _STRONG, 0.0)
+    largest = _first(magnitudes, (effect > 1.0) | (is_too_fast > 0), MAX_FIELD)
+    ordinary = _first(magnitudes, effect > ORDINARY_SHARE, 0.0)
     if limits := [*_limits(actuators, name)]:
-        return min(largest, _SATURATION * max(limits)), max(limits)
+        return min(largest, MAX_COMMAND_RATIO * max(limits)), max(limits)
     return largest, ordinary
 
 
@@ -111,4 +110,4 @@ def _wrench_bounds(vehicle: Vehicle) -> np.ndarray:
 
 def _wrench_ranges(vehicle: Vehicle) -> Iterator[tuple[float, float]]:
     for bound in _wrench_bounds(vehicle).tolist():
-        yield bound, _STRONG * bound
+        yield bound, ORDINARY_SHARE * bound

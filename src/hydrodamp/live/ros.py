@@ -1,4 +1,4 @@
-"""ROS 2 as a source: the topics of a mapping heard, each message with the fields of a bag's."""
+"""ROS 2 source: subscribe to the topics of a mapping; fields have the names of those in a bag."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from hydrodamp.ingest.formats.message_layout import LONGEST
 from hydrodamp.live.sources import BoundedQueue
 from hydrodamp.live.synchroniser import Message
 
-_LOOK = 0.5  # s, between two looks for topics that are new
-_DEPTH = 1000  # messages that the middleware keeps
+DISCOVERY_INTERVAL = 0.5  # s, between two searches for new topics; by choice
+QUEUE_DEPTH = 1000  # messages that the middleware queues; by choice
 
 
 def message_fields(message: Any) -> dict[str, float]:
-    """Return the numbers of a message by their paths; a time in seconds."""
-    return dict(_fields(message, ""))
+    """Return the numbers of a message by path; a time in seconds."""
+    return dict(_walk_fields(message, ""))
 
 
-def _fields(value: Any, path: str) -> Iterator[tuple[str, float]]:
+def _walk_fields(value: Any, path: str) -> Iterator[tuple[str, float]]:
     if isinstance(value, int | float):
         yield path, float(value)
     elif hasattr(value, "get_fields_and_field_types"):
@@ -29,61 +29,63 @@ def _fields(value: Any, path: str) -> Iterator[tuple[str, float]]:
             yield path, value.sec + value.nanosec / 1e9
             return
         for name in names:
-            yield from _fields(getattr(value, name), f"{path}.{name}" if path else name)
+            yield from _walk_fields(getattr(value, name), f"{path}.{name}" if path else name)
     elif not isinstance(value, str | bytes) and len(value) <= LONGEST:
         items = value.tolist() if hasattr(value, "tolist") else value
-        for place, item in enumerate(items):
-            yield from _fields(item, f"{path}[{place}]")
+        for index, item in enumerate(items):
+            yield from _walk_fields(item, f"{path}[{index}]")
 
 
 def subscribe_new_topics(
-    node: Any, is_wanted: Callable[[str], bool], put: Callable[[Message], None]
+    node: Any, accepts: Callable[[str], bool], put: Callable[[Message], None]
 ) -> Callable[[], None]:
-    """Return what subscribes a node to the topics that are wanted and new; call it now and then."""
-    heard: dict[str, Any] = {}
+    """Return a function that subscribes a node to accepted topics that are new."""
+    subscriptions: dict[str, Any] = {}
 
-    def look() -> None:
+    def discover() -> None:
         for topic, kinds in node.get_topic_names_and_types():
-            if topic not in heard and is_wanted(topic):
-                heard[topic] = _subscribed(node, topic, kinds[0], put)
+            if topic not in subscriptions and accepts(topic):
+                subscriptions[topic] = _subscribe(node, topic, kinds[0], put)
 
-    return look
+    return discover
 
 
-def _subscribed(node: Any, topic: str, kind: str, put: Callable[[Message], None]) -> Any:
+def _subscribe(node: Any, topic: str, kind: str, put: Callable[[Message], None]) -> Any:
     from rclpy.qos import QoSProfile, ReliabilityPolicy
 
     package, _, name = kind.replace("/", ".").rpartition(".")
-    offers = {one.qos_profile.reliability for one in node.get_publishers_info_by_topic(topic)}
-    is_reliable = offers <= {ReliabilityPolicy.RELIABLE}
+    publishers = node.get_publishers_info_by_topic(topic)
+    is_reliable = {each.qos_profile.reliability for each in publishers} <= {
+        ReliabilityPolicy.RELIABLE
+    }
     policy = ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT
 
-    def take(message: Any) -> None:
+    def receive(message: Any) -> None:
         put(Message(topic, time.time(), message_fields(message)))
 
-    quality = QoSProfile(depth=_DEPTH, reliability=policy)
-    return node.create_subscription(getattr(import_module(package), name), topic, take, quality)
+    profile = QoSProfile(depth=QUEUE_DEPTH, reliability=policy)
+    return node.create_subscription(getattr(import_module(package), name), topic, receive, profile)
 
 
-def topic_reader(is_wanted: Callable[[str], bool]) -> Callable[[BoundedQueue[Message]], None]:
-    """Return what hears topics by a node of its own, until nobody waits any more."""
+def topic_reader(accepts: Callable[[str], bool]) -> Callable[[BoundedQueue[Message]], None]:
+    """Return a reader that receives accepted topics with its own node."""
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    def read(waiting: BoundedQueue[Message]) -> None:
+    def read_topics(queue: BoundedQueue[Message]) -> None:
         context = rclpy.Context()
         rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
         node = rclpy.create_node("hydrodamp_live", context=context)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
-        look = subscribe_new_topics(node, is_wanted, waiting.put)
-        node.create_timer(_LOOK, look)
-        look()
-        while not waiting.is_cancelled:
-            executor.spin_once(timeout_sec=_LOOK)
+        discover = subscribe_new_topics(node, accepts, queue.put)
+        node.create_timer(DISCOVERY_INTERVAL, discover)
+        discover()
+        while not queue.is_cancelled:
+            executor.spin_once(timeout_sec=DISCOVERY_INTERVAL)
         executor.shutdown()
         node.destroy_node()
         context.try_shutdown()
 
-    return read
+    return read_topics

@@ -1,4 +1,4 @@
-"""A live run: rows are taken, lines told, the state kept; no row ends it."""
+"""A live run: process rows, emit estimate lines and messages, save checkpoints."""
 
 from __future__ import annotations
 
@@ -15,160 +15,154 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.live.checkpoint import load, locked, save
-from hydrodamp.live.estimator import LiveState, count_rejected, estimate_line, start, update
-from hydrodamp.live.sample_validation import BEGIN, LEFT_OUT
-from hydrodamp.live.samples import Row
+from hydrodamp.live.estimator import LiveState, estimate_line, start, update
+from hydrodamp.live.samples import ACCEPTED, REJECTED, RESTARTS, Row
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
 @dataclass
 class LiveRun:
-    """What is run, and where it stands."""
+    """Settings and state of a live run."""
 
     vehicle: Vehicle
     model: DampingModel
     method: str
-    on_estimate: Callable[[dict[str, Any]], None]  # a line of estimates
-    on_message: Callable[[str], None]  # a sentence
-    output_interval: float = 1.0  # s of samples from line to line
-    checkpoint_path: Path | None = None  # of the state
-    checkpoint_interval: float = 10.0  # s, between two writings of it
-    log: Log | None = None  # the source, where it is one
-    source_counts: Callable[[], dict[str, int]] = lambda: {"dropped": 0}  # what the source counts
-    skip_to: Callable[[int], None] = lambda first: None  # tells the source where to go on
+    on_estimate: Callable[[dict[str, Any]], None]
+    on_message: Callable[[str], None]
+    output_interval: float = 1.0  # s of sample time between two estimate lines
+    checkpoint_path: Path | None = None
+    checkpoint_interval: float = 10.0  # s
+    log: Log | None = None  # the source, if it is a log
+    source_counts: Callable[[], dict[str, int]] = lambda: {"dropped": 0}
+    skip_to: Callable[[int], None] = lambda first: None  # of the source
     state: LiveState | None = None
     is_stopped: bool = False
-    _refused: int = 0  # rows that no run could begin with
-    _refusal: str = ""  # why, of the first
+    _n_incomplete: int = 0  # rows before the first complete one
+    _first_error: str = ""  # of those
 
     def process_rows(self, rows: Iterable[Row | None]) -> None:
-        """Take every row, None for a while without one; the end is told, the state kept.
+        """Process all rows, None for an interval without one; save and emit the last estimate.
 
-        Raises ``FileError`` where the state is in use or is none, and what the source raises.
+        Raises ``FileError`` where the checkpoint is in use or has other content, and any error
+        of the source.
         """
         with locked(self.checkpoint_path), np.errstate(all="ignore"):
             try:
-                self._take_all(rows)
+                self._process_all(rows)
             finally:
                 self.save_checkpoint()
             if self.state is None and not self.is_stopped:
-                raise ProblemError(f"there was no sample to begin with. {self._refusal}".strip())
+                raise ProblemError(
+                    f"there was no sample to begin with. {self._first_error}".strip()
+                )
             self.emit_estimate()
 
-    def _take_all(self, rows: Iterable[Row | None]) -> None:
-        kept, index, skip = monotonic(), 0, 0
+    def _process_all(self, rows: Iterable[Row | None]) -> None:
+        saved_at, index, n_skipped = monotonic(), 0, 0
         for row in rows:
             if self.is_stopped:
                 break
             if row is not None:
                 if self.state is None:
-                    skip = self._try_to_begin(row)
-                if self.state is not None and index >= skip:
-                    self._take(self.state, row)
+                    n_skipped = self._try_start(row)
+                if self.state is not None and index >= n_skipped:
+                    self._process(self.state, row)
                 index += 1
-            if monotonic() - kept >= self.checkpoint_interval:
+            if monotonic() - saved_at >= self.checkpoint_interval:
                 self.save_checkpoint()
-                kept = monotonic()
-
-    def _try_to_begin(self, row: Row) -> int:
-        """Begin with a row, if it will do; return how many rows the state has seen."""
-        try:
-            return self._begun(row, self._refused)
-        except Exception as error:  # whatever a row holds, the next one may do
-            self._refused, self._refusal = self._refused + 1, self._refusal or _text(error)
-            if self._refused == 1:
-                self.on_message(f"samples are left out until one will do: {self._refusal}")
-            return 0
+                saved_at = monotonic()
 
     def emit_estimate(self) -> None:
-        """Tell where the estimate stands."""
+        """Emit an estimate line."""
         if self.state is not None:
-            told = estimate_line(self.state)
-            told["counts"] = told["counts"] | self.source_counts()
-            self.on_estimate(told)
+            line = estimate_line(self.state)
+            line["counts"] = line["counts"] | self.source_counts()
+            self.on_estimate(line)
 
     def save_checkpoint(self) -> None:
-        """Write the state; a disk that is full ends nothing."""
+        """Write the state; an error is reported and does not end the run."""
         if self.checkpoint_path is not None and self.state is not None:
             try:
                 save(self.state, self.checkpoint_path)
             except (FileError, ValueError) as error:
-                self.on_message(f"The state is not kept: {error}")
+                self.on_message(f"The state is not saved: {error}")
 
-    def _begun(self, row: Row, failed: int) -> int:
-        """Begin, or go on with the state that is kept; return how many rows it has seen."""
+    def _try_start(self, row: Row) -> int:
+        """Start at a row if it is complete; return the number of rows in the checkpoint."""
+        try:
+            return self._start(row)
+        except Exception as error:  # a bad row must not end the run
+            self._first_error = self._first_error or _describe(error)
+            self._n_incomplete += 1
+            if self._n_incomplete == 1:
+                self.on_message(f"samples are rejected until one is complete: {self._first_error}")
+            return 0
+
+    def _start(self, row: Row) -> int:
+        """Start, or resume from the checkpoint; return the number of rows it contains."""
+        n, path = self._n_incomplete, self.checkpoint_path
         fresh = start(self.vehicle, self.model, self.method, row)
-        counts = fresh.counts | ({"incomplete": failed} if failed else {})
-        self.state = fresh._replace(n_rows=failed, counts=counts)
-        if self.checkpoint_path is None or not self.checkpoint_path.exists():
+        counts = fresh.counts | ({"incomplete": n} if n else {})
+        self.state = fresh._replace(n_rows=n, counts=counts)
+        if path is None or not path.exists():
             return 0
         try:
-            kept = load(fresh, self.checkpoint_path)
+            state = self.state = load(fresh, path)
         except FileError as error:
-            aside = _free_name(self.checkpoint_path)
-            self.on_message(f"{error} It is put aside as {aside.name}, and nothing is known yet.")
-            self._put_aside(aside)
+            self._move_aside(path, str(error))
             return 0
-        self.state = kept
         if self.log is None:
             return 0
-        if kept.n_rows <= self.log.n and self.log.time[kept.n_rows - 1] == kept.validator.time:
-            self.on_message(
-                f"{self.checkpoint_path}: goes on behind sample {kept.n_rows} of the log."
-            )
-            self.skip_to(kept.n_rows)
-            return kept.n_rows
-        self.on_message(
-            f"{self.checkpoint_path}: is of another log; this one is taken from its first sample."
-        )
-        self.state = kept._replace(validator=kept.validator._replace(velocity=()), n_rows=0)
+        if state.n_rows <= self.log.n and self.log.time[state.n_rows - 1] == state.validator.time:
+            self.on_message(f"{path}: resumes after sample {state.n_rows} of the log.")
+            self.skip_to(state.n_rows)
+            return state.n_rows
+        self.on_message(f"{path}: is of another log; this one starts at its first sample.")
+        self.state = state._replace(validator=state.validator._replace(velocity=()), n_rows=0)
         return 0
 
-    def _put_aside(self, aside: Path) -> None:
-        if self.checkpoint_path is not None:
-            try:
-                self.checkpoint_path.replace(aside)
-            except OSError as error:
-                self.on_message(f"{self.checkpoint_path}: cannot be put aside: {error.strerror}.")
-                self.checkpoint_path = None
-
-    def _take(self, before: LiveState, row: Row) -> None:
+    def _move_aside(self, path: Path, reason: str) -> None:
+        """Rename an unusable checkpoint."""
+        names = (path.with_name(f"{path.name}.other{number or ''}") for number in count())
+        target = next(name for name in names if not name.exists())
+        self.on_message(f"{reason} It is renamed to {target.name}; the estimate starts anew.")
         try:
-            self.state, told = update(before, row)
-        except Exception as error:  # whatever a row holds, the next one may do
-            self.state, told = count_rejected(before, "failed"), "failed"
-            if self.state.counts[told] == 1:
-                self.on_message(_text(error))
-        if told in LEFT_OUT or told in BEGIN:
-            self._say(told, self.state.counts[told])
+            path.replace(target)
+        except OSError as error:
+            self.on_message(f"{path}: cannot be renamed: {error.strerror}.")
+            self.checkpoint_path = None
+
+    def _process(self, before: LiveState, row: Row) -> None:
+        try:
+            self.state, kind = update(before, row)
+        except Exception as error:  # a bad row must not end the run
+            self.state, kind = before.reject("failed"), "failed"
+            if self.state.counts[kind] == 1:
+                self.on_message(_describe(error))
+        if kind != ACCEPTED:
+            self._report(kind, self.state.counts[kind])
         change = self.state.alarm.last
         if change and self.state.alarm.changes > before.alarm.changes:
             self.on_message(
                 f"the vehicle has changed at about {change.since:.0f} s, "
-                f"told by {', '.join(change.axes)} at {change.time:.0f} s."
+                f"detected on {', '.join(change.axes)} at {change.time:.0f} s."
             )
-        now, then = self.state.validator.time, before.validator.time
-        if told not in BEGIN and now // self.output_interval != then // self.output_interval:
+        now, previous = self.state.validator.time, before.validator.time
+        if kind not in RESTARTS and now // self.output_interval != previous // self.output_interval:
             self.emit_estimate()
 
-    def _say(self, told: str, count: int) -> None:
-        """Say the first of a kind, the tenth, the hundredth and so on."""
-        if told == "first" or 10 ** round(math.log10(count)) != count:
+    def _report(self, kind: str, n: int) -> None:
+        """Report the first sample of a class, the tenth, the hundredth and so on."""
+        if kind == "first" or 10 ** round(math.log10(n)) != n:
             return
-        at = f"{count} {'time' if count == 1 else 'times'} so far"
-        if told in BEGIN:
-            self.on_message(f"a run begins anew after {BEGIN[told]} ({at}).")
+        times = f"{n} {'time' if n == 1 else 'times'} so far"
+        if kind in REJECTED:
+            self.on_message(f"a sample {REJECTED[kind]} is rejected ({times}).")
         else:
-            self.on_message(f"a sample {LEFT_OUT[told]} is left out ({at}).")
+            self.on_message(f"the estimator restarts after {RESTARTS[kind]} ({times}).")
 
 
-def _text(error: Exception) -> str:
-    known = isinstance(error, HydrodampError)
-    return str(error) if known else f"{type(error).__name__}: {error}"
-
-
-def _free_name(path: Path) -> Path:
-    """Return a name beside a path that no file has yet."""
-    names = (f"{path.name}.other{number or ''}" for number in count())
-    return next(one for one in map(path.with_name, names) if not one.exists())
+def _describe(error: Exception) -> str:
+    is_known = isinstance(error, HydrodampError)
+    return str(error) if is_known else f"{type(error).__name__}: {error}"

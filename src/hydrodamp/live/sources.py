@@ -1,4 +1,7 @@
-"""Where samples come from: a log, standard input, datagrams; each a stream of rows or messages."""
+"""Sources of a live run: a log, standard input, UDP, MAVLink or ROS 2, as an iterator of samples.
+
+A reader thread puts rows or messages into a bounded queue; the run takes them out.
+"""
 
 from __future__ import annotations
 
@@ -10,32 +13,39 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Generic, TypeVar
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.mavlink import Decoder, packets
-from hydrodamp.live.samples import Row, rows_of
-from hydrodamp.live.synchroniser import Message
+from hydrodamp.ingest.mapping import read_mapping
+from hydrodamp.ingest.read import read_log
+from hydrodamp.live.samples import Row, read_number, rows_of
+from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
 Item = TypeVar("Item")
 
-#: A row that could not be read; it has no time.
+#: A row that cannot be read; it has no time.
 UNREADABLE: Row = {}
 
-#: A message that could not be read.
-NO_MESSAGE = Message("", 0.0, {})
+#: A message that cannot be read.
+UNREADABLE_MESSAGE = Message("", 0.0, {})
 
-_WAIT = 0.2  # s, after which a source that has nothing says so
-_END = 5.0  # s
-_ROOM = 10_000  # rows that may wait
-_DATAGRAM = 8192  # bytes; of a larger one what stands behind them is lost
-_CHUNK, _LONGEST = 1 << 16, 1 << 20  # bytes of a reading, and of a line
-_SO_RXQ_OVFL = 40  # of Linux's asm-generic/socket.h: a message tells drops since the socket began
+#: Preset mappings of the sources that need one.
+PRESETS = {"mavlink": "ardusub-mavlink", "ros2": "rep103-odometry"}
+
+POLL_INTERVAL = 0.2  # s, after which an idle source yields None; by choice
+JOIN_TIMEOUT = 5.0  # s, that the end of a reader may take; by choice
+MAX_QUEUE_LENGTH = 10_000  # rows or messages; by choice
+MAX_DATAGRAM_SIZE = 8192  # bytes; the end of a larger one is lost
+CHUNK_SIZE, MAX_LINE_LENGTH = 1 << 16, 1 << 20  # bytes; by choice
+RECEIVE_BUFFER_SIZE = 1 << 22  # bytes of the kernel
+SO_RXQ_OVFL = 40  # Linux's asm-generic/socket.h: ancillary count of datagrams dropped so far
 
 
 class SourceError(Exception):
@@ -44,41 +54,45 @@ class SourceError(Exception):
 
 @dataclass
 class BoundedQueue(Generic[Item]):
-    """What a thread has read and nobody has taken yet: a bounded queue, drops counted."""
+    """A bounded queue from a reader thread to the run; it counts the items it drops."""
 
-    blocks_when_full: bool = False  # the reader waits where there is no room
+    blocks_when_full: bool = False  # instead of dropping the oldest item
     dropped: int = 0
-    is_cancelled: bool = False  # nobody waits any more
-    is_finished: bool = False  # nothing more comes
-    error: Exception | None = None  # that ended the reader
+    is_cancelled: bool = False  # by the consumer
+    is_finished: bool = False  # by the reader
+    error: Exception | None = None  # of the reader
     thread: threading.Thread | None = None
     items: deque[Item] = field(default_factory=deque)
     changed: threading.Condition = field(default_factory=threading.Condition)
 
     def put(self, item: Item | None) -> None:
-        """Add a row or a message, in place of the oldest where there is no room; None ends."""
+        """Append an item; drop the oldest one where the queue is full. None ends the stream."""
         with self.changed:
-            while self.blocks_when_full and len(self.items) >= _ROOM and not self.is_cancelled:
-                self.changed.wait(_WAIT)
+            while (
+                self.blocks_when_full
+                and len(self.items) >= MAX_QUEUE_LENGTH
+                and not self.is_cancelled
+            ):
+                self.changed.wait(POLL_INTERVAL)
             if item is None:
                 self.is_finished = True
             else:
-                if len(self.items) >= _ROOM:
+                if len(self.items) >= MAX_QUEUE_LENGTH:
                     self.items.popleft()
                     self.dropped += 1
                 self.items.append(item)
             self.changed.notify_all()
 
     def __iter__(self) -> Iterator[Item | None]:
-        """Yield what was read, and None where there was nothing for a while."""
+        """Yield the items, and None after an interval without one."""
         while True:
             with self.changed:
                 if not self.items and not self.is_finished:
-                    self.changed.wait(_WAIT)
+                    self.changed.wait(POLL_INTERVAL)
                 item = self.items.popleft() if self.items else None
                 if item is None and self.is_finished:
                     break
-                if len(self.items) == _ROOM - 1:
+                if len(self.items) == MAX_QUEUE_LENGTH - 1:
                     self.changed.notify_all()
             yield item
         if self.error is not None:
@@ -86,7 +100,7 @@ class BoundedQueue(Generic[Item]):
             raise SourceError(f"the source can no longer be read: {text}") from self.error
 
     def start_reader(self, read: Callable[[BoundedQueue[Item]], None]) -> BoundedQueue[Item]:
-        """Start a thread that reads; its end is the stream's, and so is its error."""
+        """Start a thread that fills the queue; the consumer receives its error."""
 
         def run() -> None:
             try:
@@ -101,63 +115,63 @@ class BoundedQueue(Generic[Item]):
         return self
 
     def cancel(self) -> None:
-        """Tell the reader that it may end, and wait until it has."""
+        """Stop the reader and wait for its end; a reader of standard input may never end."""
         self.is_cancelled = True
-        if self.thread is not None:
-            self.thread.join(_END)
+        if self.thread is not None and not self.blocks_when_full:
+            self.thread.join(JOIN_TIMEOUT)
 
 
 @dataclass
 class LogRows:
-    """The samples of a log, as fast as they are taken or at their own pace."""
+    """The samples of a log, at full speed or in real time."""
 
     log: Log
     is_real_time: bool = False
-    first: int = 0  # the pace begins here; samples before it are passed over at once
+    first: int = 0  # index of the sample from which real time counts
 
     def __iter__(self) -> Iterator[Row | None]:
-        """Yield samples, and None now and then in a pause between two."""
-        elapsed, first, begun = self.log.elapsed, -1, 0.0
+        """Yield the samples, and None at intervals while waiting for the next one."""
+        elapsed, first, origin = self.log.elapsed, -1, 0.0
         for k, row in enumerate(rows_of(self.log)):
             if self.is_real_time and k >= self.first:
                 if first != self.first:
-                    first, begun = self.first, time.monotonic() - elapsed[k]
-                while (pause := begun + elapsed[k] - time.monotonic()) > 0.0:
-                    time.sleep(min(pause, _WAIT))
+                    first, origin = self.first, time.monotonic() - elapsed[k]
+                while (pause := origin + elapsed[k] - time.monotonic()) > 0.0:
+                    time.sleep(min(pause, POLL_INTERVAL))
                     yield None
             yield row
 
     def skip_to(self, first: int) -> None:
-        """Let the pace begin at a sample."""
+        """Yield the samples before ``first`` without waiting."""
         self.first = first
 
 
 def line_reader(descriptor: int = 0) -> Callable[[BoundedQueue[Row]], None]:
-    """Return what reads JSON lines or a canonical CSV, from standard input by default."""
+    """Return a reader of JSON lines or a canonical CSV, from standard input by default."""
 
-    def read(waiting: BoundedQueue[Row]) -> None:
-        row_of, rest = LineParser(), b""
+    def read_lines(queue: BoundedQueue[Row]) -> None:
+        parse, buffer = LineParser(), b""
         # Python's own buffer would be locked by this thread when the program ends.
-        while chunk := os.read(descriptor, _CHUNK):
-            *lines, rest = (rest + chunk).split(b"\n")
-            if len(rest) > _LONGEST:
-                lines, rest = [*lines, rest], b""
+        while chunk := os.read(descriptor, CHUNK_SIZE):
+            *lines, buffer = (buffer + chunk).split(b"\n")
+            if len(buffer) > MAX_LINE_LENGTH:
+                lines, buffer = [*lines, buffer], b""
             for line in lines:
-                if (row := row_of(line)) is not None:
-                    waiting.put(row)
-        if (row := row_of(rest)) is not None:
-            waiting.put(row)
+                if (row := parse(line)) is not None:
+                    queue.put(row)
+        if (row := parse(buffer)) is not None:
+            queue.put(row)
 
-    return read
+    return read_lines
 
 
 class LineParser:
-    """Turns lines into rows: JSON objects, or a header and what stands below it."""
+    """Parse lines: JSON objects, or a CSV header and the lines below it."""
 
     header: list[str] | None = None
 
     def __call__(self, line: bytes) -> Row | None:
-        """Return the row of a line; None where it holds none, such as a header."""
+        """Return the row of a line; None for a header, a comment or an empty line."""
         text = line.decode("utf-8-sig", "replace").strip()
         if not text or text.startswith("#"):
             return None
@@ -172,7 +186,7 @@ class LineParser:
             return None
         if self.header is None or len(cells) != len(self.header):
             return UNREADABLE
-        return {name: _cell(cell) for name, cell in zip(self.header, cells, strict=True)}
+        return {name: _parse_cell(cell) for name, cell in zip(self.header, cells, strict=True)}
 
 
 def parse_json(text: str | bytes) -> Row:
@@ -184,102 +198,189 @@ def parse_json(text: str | bytes) -> Row:
     return content if isinstance(content, dict) else UNREADABLE
 
 
-def _cell(text: str) -> float | str:
+def _parse_cell(text: str) -> float | str:
     try:
         return float(text) if text else float("nan")
     except ValueError:
         return text
 
 
-def bind_socket(address: str, allow: bool) -> socket.socket:
-    """Return the socket of an address, open to this machine alone unless allowed."""
-    parts = urlsplit(address)
-    kind = parts.scheme
+def bind_socket(address: str, allow_remote: bool) -> socket.socket:
+    """Return a UDP socket bound to an address; by default only loopback is allowed."""
+    url = urlsplit(address)
     try:
-        host, port = parts.hostname or "127.0.0.1", parts.port
+        host, port = url.hostname or "127.0.0.1", url.port
     except ValueError:
         port = None
     if port is None:
         raise ProblemError(
-            f"`--source {address}` must be {kind}://HOST:PORT, such as {kind}://:14660."
+            f"`--source {address}` must be {url.scheme}://HOST:PORT, such as {url.scheme}://:14660."
         )
-    check_host(host, allow)
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    one = socket.socket(family, socket.SOCK_DGRAM)
-    one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
-    try:
-        one.bind((host, port))
-    except OSError as error:
-        one.close()
-        raise ProblemError(f"`--source {address}` cannot be bound: {error.strerror}.") from error
-    return one
-
-
-def check_host(host: str, allow: bool) -> None:
-    """Refuse an address that others on the network reach."""
-    if not allow and host not in ("127.0.0.1", "::1", "localhost"):
+    if not allow_remote and host not in ("127.0.0.1", "::1", "localhost"):
         raise ProblemError(
-            f"{host} is no address of this machine alone: whoever reaches it can send samples, "
-            "without a password, and so spoil the estimate. Say `--allow-remote` if only those "
-            "whom you trust can reach it, or bind to 127.0.0.1."
+            f"{host} is reachable from the network and the protocol is unauthenticated: anyone can "
+            "send samples and spoil the estimate. Bind to 127.0.0.1, or pass `--allow-remote`."
         )
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    receiver = socket.socket(family, socket.SOCK_DGRAM)
+    receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_SIZE)
+    try:
+        receiver.bind((host, port))
+    except OSError as error:
+        receiver.close()
+        raise ProblemError(f"`--source {address}` cannot be bound: {error.strerror}.") from error
+    return receiver
 
 
 class DatagramSocket:
-    """Datagrams of a socket until nobody waits any more; then it is closed."""
+    """A UDP socket that counts, on Linux, the datagrams the kernel drops."""
 
-    def __init__(self, one: socket.socket) -> None:
-        """Ask the kernel to tell how many datagrams it drops."""
-        self.socket, self.n_kernel_drops = one, 0
-        one.settimeout(_WAIT)
+    def __init__(self, receiver: socket.socket) -> None:
+        self.socket, self.n_kernel_drops = receiver, 0
+        receiver.settimeout(POLL_INTERVAL)
         if sys.platform == "linux":
             with suppress(OSError):
-                one.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
+                receiver.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
 
-    def receive(self, waiting: BoundedQueue[Any]) -> Iterator[bytes]:
-        """Yield what arrives."""
+    def receive(self, queue: BoundedQueue[Any]) -> Iterator[bytes]:
+        """Yield datagrams until the queue is cancelled, and close the socket."""
         with self.socket:
-            while not waiting.is_cancelled:
-                with suppress(TimeoutError, ConnectionResetError):  # Windows tells of ICMP so
-                    yield self._received()
+            while not queue.is_cancelled:
+                with suppress(TimeoutError, ConnectionResetError):  # Windows reports ICMP like this
+                    yield self._receive_one()
 
-    def _received(self) -> bytes:
+    def _receive_one(self) -> bytes:
         if sys.platform != "linux":
-            return self.socket.recv(_DATAGRAM)
-        data, ancillary, *_ = self.socket.recvmsg(_DATAGRAM, socket.CMSG_SPACE(4))
+            return self.socket.recv(MAX_DATAGRAM_SIZE)
+        data, ancillary, *_ = self.socket.recvmsg(MAX_DATAGRAM_SIZE, socket.CMSG_SPACE(4))
         for level, kind, count in ancillary:
-            if (level, kind) == (socket.SOL_SOCKET, _SO_RXQ_OVFL):
+            if (level, kind) == (socket.SOL_SOCKET, SO_RXQ_OVFL):
                 self.n_kernel_drops = int.from_bytes(count[:4], sys.byteorder)
         return data
 
 
 def datagram_reader(datagrams: DatagramSocket) -> Callable[[BoundedQueue[Row]], None]:
-    """Return what reads JSON objects from datagrams, one or several lines in each."""
+    """Return a reader of JSON objects from datagrams, one or several lines in each."""
 
-    def read(waiting: BoundedQueue[Row]) -> None:
-        for data in datagrams.receive(waiting):
+    def read_datagrams(queue: BoundedQueue[Row]) -> None:
+        for data in datagrams.receive(queue):
             for line in data.splitlines():
                 if line.strip():
-                    waiting.put(parse_json(line))
+                    queue.put(parse_json(line))
 
-    return read
+    return read_datagrams
 
 
 def packet_reader(
     datagrams: DatagramSocket, decoder: Decoder
 ) -> Callable[[BoundedQueue[Message]], None]:
-    """Return what reads MAVLink from datagrams, one or several packets in each."""
+    """Return a reader of MAVLink from datagrams, one or several packets in each."""
 
-    def read(waiting: BoundedQueue[Message]) -> None:
-        for data in datagrams.receive(waiting):
+    def read_packets(queue: BoundedQueue[Message]) -> None:
+        for data in datagrams.receive(queue):
             now = time.time()
             for packet in packets(data):
                 try:
-                    sent = decoder(packet)
+                    decoded = decoder(packet)
                 except ValueError:
-                    waiting.put(NO_MESSAGE)
+                    queue.put(UNREADABLE_MESSAGE)
                 else:
-                    if sent is not None:
-                        waiting.put(Message(sent.topic, now, sent.fields, sent.units))
+                    if decoded is not None:
+                        queue.put(Message(decoded.topic, now, decoded.fields, decoded.units))
 
-    return read
+    return read_packets
+
+
+@dataclass(frozen=True)
+class Source:
+    """The samples of a source, and the counts of what did not become samples."""
+
+    rows: Iterable[Row | None]
+    counts: Callable[[], dict[str, int]] = lambda: {"dropped": 0}
+    log: Log | None = None
+    close: Callable[[], None] = lambda: None
+    skip_to: Callable[[int], None] = lambda first: None  # samples before it are in the checkpoint
+
+
+def open_source(
+    address: str,
+    mapping: str | Path | None,
+    *,
+    allow_remote: bool,
+    real_time: bool,
+    on_message: Callable[[str], None],
+) -> Source:
+    """Return the samples of `stdin`, `ros2`, an address or a log."""
+    kind = urlsplit(address).scheme or address
+    if "://" in address and kind not in ("udp", "mavlink"):
+        raise ProblemError(
+            f"`--source {address}` is not supported: name `stdin`, `ros2`, udp://HOST:PORT,"
+            " mavlink://HOST:PORT, or the file of a log."
+        )
+    if kind not in ("stdin", "udp", "mavlink", "ros2"):
+        log = read_log(address, mapping)
+        log_rows = LogRows(log, real_time)
+        return Source(log_rows, log=log, skip_to=log_rows.skip_to)
+    synchroniser = None
+    if mapping is not None:
+        stream = stream_mapping(read_mapping(mapping), on_message)
+        synchroniser = MessageSynchroniser(stream, on_message)
+    elif kind in PRESETS:
+        raise ProblemError(
+            f"`--source {address}` needs `--mapping`, which assigns fields to channels: a file,"
+            f" or a preset such as {PRESETS[kind]}."
+        )
+    queue, datagrams = BoundedQueue[Any](blocks_when_full=kind == "stdin"), None
+    decoder = _open_decoder(address) if kind == "mavlink" else None
+    if kind in ("udp", "mavlink"):
+        datagrams = DatagramSocket(bind_socket(address, allow_remote))
+        on_message("listening at {}, port {}".format(*datagrams.socket.getsockname()[:2]))
+    reader: Callable[[BoundedQueue[Any]], None]
+    if kind == "ros2" and synchroniser is not None:
+        reader = _open_ros(synchroniser)
+    elif datagrams is None:
+        reader = line_reader()
+    else:
+        reader = packet_reader(datagrams, decoder) if decoder else datagram_reader(datagrams)
+    queue.start_reader(reader)
+
+    def counts() -> dict[str, int]:
+        n = {"dropped": queue.dropped}
+        n |= {"kernel drops": datagrams.n_kernel_drops} if datagrams else {}
+        return n | ({"passed over": synchroniser.n_discarded} if synchroniser else {})
+
+    rows: Iterable[Row | None] = queue
+    if synchroniser is not None:
+        rows = synchroniser.synchronise(queue if kind in PRESETS else map(_to_message, queue))
+    return Source(rows, counts, close=queue.cancel)
+
+
+def _open_ros(synchroniser: MessageSynchroniser) -> Callable[[BoundedQueue[Message]], None]:
+    try:
+        from hydrodamp.live.ros import topic_reader
+
+        return topic_reader(synchroniser.accepts)
+    except ModuleNotFoundError as error:
+        raise ProblemError(
+            "ROS 2 needs rclpy, which is not installed: source the setup file of ROS first."
+        ) from error
+
+
+def _open_decoder(address: str) -> Decoder:
+    system = parse_qs(urlsplit(address).query).get("system", [""])[0]
+    if system and not system.isdecimal():
+        raise ProblemError(f"`system` of `--source {address}` must be a number; got '{system}'.")
+    try:
+        return Decoder(int(system) if system else None)
+    except ModuleNotFoundError as error:
+        raise ProblemError(
+            'MAVLink needs pymavlink, which is not installed: pip install "hydrodamp[live]"'
+        ) from error
+
+
+def _to_message(row: Row | None) -> Message | None:
+    """Return a JSON object as a message of its `topic`; that of a table where it has none."""
+    if row is None:
+        return None
+    fields = {name: read_number(row, name) for name in row if name != "topic"}
+    return Message(str(row.get("topic", "")), time.time(), fields)

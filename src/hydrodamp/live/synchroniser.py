@@ -1,4 +1,8 @@
-"""From messages of several topics to samples, by the mapping that serves a recording of them."""
+"""Synchroniser: samples on one clock from the messages of several topics.
+
+It applies the offline mapping to a buffer of recent messages at intervals, so that samples are
+those of a recording, bit for bit.
+"""
 
 from __future__ import annotations
 
@@ -20,228 +24,234 @@ from hydrodamp.ingest.mapping.streams import Stream, stamps_of
 from hydrodamp.live.samples import Row
 from hydrodamp.text import first_few
 
-_EACH = 0.2  # s, between two makings of samples
-_PATIENCE = 1.0  # s, that a sample waits for a topic that is late
-_SILENT = 10.0  # s, after which a topic is as good as absent
-_UNTOLD = 3.0  # s without a sample, after which the reason is told
-_HISTORY = 30  # messages of a topic that are kept behind the last sample
-_NAMES, _LISTED = 1000, 12  # topics of which nothing is taken that are remembered, and told
-_ROOM = 20_000  # messages of a topic that may wait
-_UNUSED = ("position", "specific_force", "acceleration", "segment")  # by what runs on board
-_NOTHING: Mapping[str, str] = MappingProxyType({})
+UPDATE_INTERVAL = 0.2  # s, between two runs of the mapping; by choice
+MAX_DELAY = 1.0  # s, that a sample waits for a late topic; by choice
+DROPOUT_TIME = 10.0  # s, after which a silent topic is absent; by choice
+REPORT_DELAY = 3.0  # s without a sample, after which the reason is reported; by choice
+HISTORY_LENGTH = 30  # messages of a topic before the last sample, for interpolation
+MAX_UNUSED_TOPICS, MAX_LISTED_TOPICS = 1000, 12  # that are remembered, and reported
+MAX_MESSAGES = 20_000  # of a topic in the buffer
+UNUSED_KEYS = ("position", "specific_force", "acceleration", "segment")  # by live estimators
+NO_UNITS: Mapping[str, str] = MappingProxyType({})
 
 
 class Message(NamedTuple):
-    """What one topic says at one moment: numbers as they stand there; none is junk."""
+    """Numbers of one topic at one time; no fields for one that cannot be read."""
 
     topic: str
     received: float  # s
     fields: Mapping[str, float]
-    units: Mapping[str, str] = _NOTHING
+    units: Mapping[str, str] = NO_UNITS
 
 
-def stream_mapping(mapping: LogMapping, say: Callable[[str], None]) -> LogMapping:
-    """Return what counts of a mapping on board; refuse one that needs the whole log."""
+def stream_mapping(mapping: LogMapping, on_message: Callable[[str], None]) -> LogMapping:
+    """Return a mapping without what a stream does not need; refuse one that needs a whole log."""
     if mapping.steps:
         raise ProblemError(
-            f"the steps of `--mapping {mapping.name}` work on a whole log, and a stream has none."
-            " Write a mapping without them, that `extends` this one and says `steps: []`."
+            f"the steps of `--mapping {mapping.name}` need a whole log, and a stream has none."
+            " Write a mapping that `extends` this one and has `steps: []`."
         )
     if mapping.clock.rate is not None:
-        say(f"`clock: {{rate: {mapping.clock.rate:g}}}` thins a log; on board each sample counts.")
-    if any(one.rate for one in mapping.time):
+        on_message(f"`clock: {{rate: {mapping.clock.rate:g}}}` is ignored: live uses each sample.")
+    if any(source.rate for source in mapping.time):
         raise ProblemError(
             f"`time` of `--mapping {mapping.name}` counts rows, and a stream may lose some: name"
-            " the field that tells the time, or say `recorded`."
+            " the field of the time, or `recorded`."
         )
     clock = Clock(topic=mapping.clock.topic)
-    return mapping.model_copy(update={**dict.fromkeys(_UNUSED), "clock": clock})
+    return mapping.model_copy(update={**dict.fromkeys(UNUSED_KEYS), "clock": clock})
 
 
 @dataclass(eq=False)
-class _TopicBuffer:
-    """The messages of one topic that still count, and their times."""
+class TopicBuffer:
+    """Recent messages of one topic, and their times."""
 
     fields: frozenset[str]
-    holds: bool  # what it said last, however long
+    is_held: bool  # sample and hold: the last value counts without limit
     messages: list[Message] = field(default_factory=list)
     time: FloatArray = field(default_factory=lambda: np.empty(0))
 
     def topic(self) -> Topic:
-        """Return the messages as a topic."""
-        name, said = self.messages[0].topic, [message.fields for message in self.messages]
-        there = [key for key in self.fields if any(key in one for one in said)]
-        columns = {key: np.array([one.get(key, np.nan) for one in said]) for key in there}
+        """Return the messages as a topic of a recording."""
+        name, rows = self.messages[0].topic, [message.fields for message in self.messages]
+        present = [key for key in self.fields if any(key in row for row in rows)]
+        columns = {key: np.array([row.get(key, np.nan) for row in rows]) for key in present}
         units = {key: unit for key, unit in self.messages[0].units.items() if key in columns}
         received = np.array([message.received for message in self.messages])
         return Topic(name, received if name else None, columns, units=units)
 
     @property
     def last(self) -> float:
-        """When it spoke last, by its own clock [s]."""
+        """Time of the last message, by its own clock [s]."""
         return float(self.time[-1])
 
-    def speaks(self, now: float) -> bool:
-        """Return whether it spoke lately, or has no need to."""
-        return self.holds or self.last > now - _SILENT
+    def is_present(self, now: float) -> bool:
+        """Return whether the topic has no dropout, or is held."""
+        return self.is_held or self.last > now - DROPOUT_TIME
 
-    def forget(self, before: float) -> None:
-        """Forget what is no longer needed once there are samples up to a time."""
-        behind = int(np.searchsorted(self.time, before, side="right"))
-        del self.messages[: max(0, behind - _HISTORY)]
+    def discard_before(self, time: float) -> None:
+        """Discard messages that later samples do not need."""
+        n = int(np.searchsorted(self.time, time, side="right"))
+        del self.messages[: max(0, n - HISTORY_LENGTH)]
 
 
 @dataclass
 class MessageSynchroniser:
-    """Messages that samples are made of, once every topic has spoken past them.
-
-    They are brought to one clock by what does so with a recording, so the numbers are the same.
-    """
+    """Buffers of all topics that a mapping uses, and the samples made from them."""
 
     mapping: LogMapping
     on_message: Callable[[str], None]
-    n_discarded: int = 0  # messages that came twice, late, or too many to wait
-    _buffers: dict[str, _TopicBuffer] = field(default_factory=dict)
-    _unused_topics: dict[str, None] = field(
-        default_factory=dict
-    )  # topics of which nothing is taken
-    _latest: _TopicBuffer | None = None  # who spoke last
-    _made: float = -math.inf  # time of the last sample
-    _now: float = math.nan  # by the clock of the receiver, as all of these
-    _due: float = math.nan  # when samples are made again
-    _since: float = math.nan  # when the last one was made
-    _is_told: bool = False  # why there is none since then
+    n_discarded: int = 0  # repeated, late or surplus messages
+    _buffers: dict[str, TopicBuffer] = field(default_factory=dict)
+    _unused_topics: dict[str, None] = field(default_factory=dict)
+    _latest: TopicBuffer | None = None  # of the last message
+    _sample_time: float = -math.inf  # of the last sample
+    _now: float = math.nan  # by the clock of the receiver, as all below
+    _next_update: float = math.nan
+    _last_update: float = math.nan  # of a sample
+    _is_reported: bool = False  # why there is no sample
 
     def synchronise(self, messages: Iterable[Message | None]) -> Iterator[Row | None]:
-        """Yield samples, and None where there was nothing for a while; junk passes through."""
+        """Yield samples, None for an interval without messages, and unreadable messages as {}."""
         for message in messages:
             if message is None:
-                yield from self._samples(_PATIENCE)
+                yield from self._make_samples(MAX_DELAY)
                 yield None
             elif not message.fields:
                 yield {}
             else:
-                self._keep(message)
-                if not self._due - _EACH <= self._now < self._due:  # it may be set back
-                    self._due = self._now + _EACH
-                    yield from self._samples(_PATIENCE)
+                self._add(message)
+                if not self._next_update - UPDATE_INTERVAL <= self._now < self._next_update:
+                    self._next_update = self._now + UPDATE_INTERVAL  # also after a clock set back
+                    yield from self._make_samples(MAX_DELAY)
         self._now = math.inf
-        yield from self._samples(0.0)
+        yield from self._make_samples(0.0)
 
-    def _keep(self, message: Message) -> None:
+    def _add(self, message: Message) -> None:
         topic, self._now = message.topic, message.received
-        if math.isnan(self._since):
-            self._since = self._now
-        heard = self._buffers.get(topic)
-        if heard is None:
-            if topic in self._unused_topics or (heard := self._wanted(topic)) is None:
-                if len(self._unused_topics) < _NAMES:
+        if math.isnan(self._last_update):
+            self._last_update = self._now
+        buffer = self._buffers.get(topic)
+        if buffer is None:
+            if topic in self._unused_topics or (buffer := self._make_buffer(topic)) is None:
+                if len(self._unused_topics) < MAX_UNUSED_TOPICS:
                     self._unused_topics[topic] = None
                 return
-            self._buffers[topic] = heard
-        fields = {name: one for name, one in message.fields.items() if name in heard.fields}
-        heard.messages.append(message._replace(fields=fields))
-        self._latest = heard
-        if len(heard.messages) > _ROOM:
-            self.n_discarded += _ROOM // 2
-            del heard.messages[: _ROOM // 2]
+            self._buffers[topic] = buffer
+        fields = {name: value for name, value in message.fields.items() if name in buffer.fields}
+        buffer.messages.append(message._replace(fields=fields))
+        self._latest = buffer
+        if len(buffer.messages) > MAX_MESSAGES:
+            self.n_discarded += MAX_MESSAGES // 2
+            del buffer.messages[: MAX_MESSAGES // 2]
 
     def accepts(self, topic: str) -> bool:
-        """Return whether the mapping takes something of a topic."""
-        return self._wanted(topic) is not None
+        """Return whether the mapping uses a field of a topic."""
+        return self._make_buffer(topic) is not None
 
-    def _wanted(self, topic: str) -> _TopicBuffer | None:
-        """Return the place for a topic, where the mapping takes something of it."""
-        names = (name for name, those in self.mapping.topics.items() if topic in those)
-        called = tuple(f"{name}." for name in (topic, *names)) if topic else ("",)
-        sources = [source for one in self.mapping.entries for source in one.choices]
-        own = [source for source in sources if source.column.startswith(called)]
-        if not own:
+    def _make_buffer(self, topic: str) -> TopicBuffer | None:
+        """Return a buffer for a topic; None where the mapping uses none of its fields."""
+        names = (name for name, aliases in self.mapping.topics.items() if topic in aliases)
+        prefixes = tuple(f"{name}." for name in (topic, *names)) if topic else ("",)
+        sources = [
+            source
+            for entry in self.mapping.entries
+            for source in entry.choices
+            if source.column.startswith(prefixes)
+        ]
+        if not sources:
             return None
-        columns = {name for one in (*own, *self.mapping.time) for name in _columns(one)}
-        whole = [next(filter(name.startswith, called), "") for name in columns]
-        fields = [name.removeprefix(start) for name, start in zip(columns, whole, strict=True)]
-        return _TopicBuffer(frozenset(fields), all(source.hold for source in own))
+        columns = {name for each in (*sources, *self.mapping.time) for name in _columns(each)}
+        fields = (
+            name.removeprefix(next(filter(name.startswith, prefixes), "")) for name in columns
+        )
+        return TopicBuffer(frozenset(fields), all(source.hold for source in sources))
 
-    def _samples(self, patience: float) -> list[Row]:
-        """Return the samples that can be made; forget messages that raise an error."""
+    def _make_samples(self, max_delay: float) -> list[Row]:
+        """Return new samples; discard all messages where they raise an error."""
         try:
-            return [*self._made_of_messages(patience)]
-        except Exception as error:  # whatever messages say, the next ones may do
-            self.n_discarded += sum(len(one.messages) for one in self._buffers.values())
+            return [*self._apply_mapping(max_delay)]
+        except Exception as error:  # bad messages must not end the run
+            self.n_discarded += sum(len(buffer.messages) for buffer in self._buffers.values())
             self._buffers.clear()
-            self._tell(f"{type(error).__name__}: {error}")
+            self._report(f"{type(error).__name__}: {error}")
             return []
 
-    def _made_of_messages(self, patience: float) -> Iterator[Row]:
-        """Yield the samples that can be made, and forget what they were made of."""
+    def _apply_mapping(self, max_delay: float) -> Iterator[Row]:
+        """Yield new samples, and discard messages that later ones do not need."""
         try:
             sampler = sampler_of(self.mapping, self._recording())
-            made = Assembly(self.mapping, sampler)
-            if made.faults:
-                raise LogError(made.faults)
+            assembly = Assembly(self.mapping, sampler)
+            if assembly.faults:
+                raise LogError(assembly.faults)
         except LogError as error:
-            self._tell(str(error))
+            self._report(str(error))
             return
         time = sampler.ticks.time
-        ready = (time > self._made) & (time <= _until(sampler.streams, patience))
-        if not ready.any():
+        is_ready = (time > self._sample_time) & (time <= _ready_time(sampler.streams, max_delay))
+        if not is_ready.any():
             return
-        columns = {name: values[ready].tolist() for name, values in made.numbers.items()}
+        columns = {name: values[is_ready].tolist() for name, values in assembly.numbers.items()}
         for values in zip(*columns.values(), strict=True):
             yield dict(zip(columns, values, strict=True))
-        self._made, self._since, self._is_told = float(time[ready][-1]), self._now, False
-        heard = [one for one in self._buffers.values() if one.messages]
-        begun = min([self._made, *(one.last for one in heard if one.speaks(self._made))])
-        for one in heard:
-            one.forget(begun)
+        self._sample_time, self._last_update = float(time[is_ready][-1]), self._now
+        self._is_reported = False
+        buffers = self._nonempty()
+        present = [buffer.last for buffer in buffers if buffer.is_present(self._sample_time)]
+        for buffer in buffers:
+            buffer.discard_before(min([self._sample_time, *present]))
+
+    def _nonempty(self) -> list[TopicBuffer]:
+        return [buffer for buffer in self._buffers.values() if buffer.messages]
 
     def _recording(self) -> Recording:
-        """Return what was heard lately, each topic in the order of its clock."""
-        heard = [one for one in self._buffers.values() if one.messages]
-        topics = {one: self._in_order(one) for one in heard}
-        heard = [one for one in heard if one.messages]
-        if not heard:
+        """Return the topics without a dropout, each in the order of its clock."""
+        topics = {buffer: self._sort(buffer) for buffer in self._nonempty()}
+        buffers = self._nonempty()
+        if not buffers:
             return Recording((), "the stream", "stream")
-        now = next((one.last for one in heard if one is self._latest), heard[-1].last)
-        if self._made > now + _SILENT:  # the clock was set back
-            self._made = -math.inf
-        for one in heard:
-            if one.last > now + _SILENT:
-                one.messages = []
-        lately = [topics[one] for one in heard if one.messages and one.speaks(now)]
-        return Recording(tuple(lately), "the stream", "stream")
+        now = (self._latest if self._latest in buffers else buffers[-1]).last
+        if self._sample_time > now + DROPOUT_TIME:  # the clock was set back
+            self._sample_time = -math.inf
+        for buffer in buffers:
+            if buffer.last > now + DROPOUT_TIME:
+                buffer.messages = []
+        recent = [topics[each] for each in buffers if each.messages and each.is_present(now)]
+        return Recording(tuple(recent), "the stream", "stream")
 
-    def _in_order(self, one: _TopicBuffer) -> Topic:
-        """Return a topic without what came twice or late, or before its clock was set back."""
-        topic = one.topic()
+    def _sort(self, buffer: TopicBuffer) -> Topic:
+        """Discard repeated and late messages, and those before the clock was set back."""
+        topic = buffer.topic()
         stamps = stamps_of(topic, self.mapping.time)
-        back = np.flatnonzero(np.diff(stamps) < -_SILENT)
-        begun = int(back[-1]) + 1 if len(back) else 0
-        latest = np.fmax.accumulate(np.append(-np.inf, stamps[begun:]))
-        rows = begun + np.flatnonzero(stamps[begun:] > latest[:-1])
-        one.time = stamps[rows]
+        set_back = np.flatnonzero(np.diff(stamps) < -DROPOUT_TIME)
+        first = int(set_back[-1]) + 1 if len(set_back) else 0
+        latest = np.fmax.accumulate(np.append(-np.inf, stamps[first:]))
+        rows = first + np.flatnonzero(stamps[first:] > latest[:-1])
+        buffer.time = stamps[rows]
         if len(rows) < topic.n:
-            self.n_discarded += topic.n - begun - len(rows)
-            one.messages = [one.messages[row] for row in rows.tolist()]
-        return topic if len(rows) in (0, topic.n) else one.topic()
+            self.n_discarded += topic.n - first - len(rows)
+            buffer.messages = [buffer.messages[row] for row in rows.tolist()]
+        return topic if len(rows) in (0, topic.n) else buffer.topic()
 
-    def _tell(self, reason: str) -> None:
-        """Say why there is no sample, once it lasts."""
-        if self._now - self._since > _UNTOLD and not self._is_told:
-            self._is_told = True
-            others = ", ".join(first_few([*self._unused_topics], _LISTED, "topics"))
-            also = f" Heard besides: {others}." if others else ""
-            why = reason.rstrip(".")
-            self.on_message(f"no sample can be made of what is heard: {why}.{also}")
+    def _report(self, reason: str) -> None:
+        """Report why there is no sample, once per dropout."""
+        if self._now - self._last_update > REPORT_DELAY and not self._is_reported:
+            self._is_reported = True
+            unused = ", ".join(first_few([*self._unused_topics], MAX_LISTED_TOPICS, "topics"))
+            suffix = f" Unused topics: {unused}." if unused else ""
+            self.on_message(f"the messages give no sample: {reason.rstrip('.')}.{suffix}")
 
 
 def _columns(source: Source) -> Iterator[str]:
     yield from (source.column, *source.where, *source.plus)
 
 
-def _until(streams: Sequence[Stream], patience: float) -> float:
-    """Return the time that every topic has spoken past, or has had the time to."""
-    waited_for = [one for one in streams if not all(it.source.hold for it in one.channels.values())]
-    spoken = [float(one.stamps.time[-1]) for one in waited_for or streams]
-    return max(min(spoken), max(spoken) - patience)
+def _ready_time(streams: Sequence[Stream], max_delay: float) -> float:
+    """Return the time up to which every topic has spoken, or is late by ``max_delay``."""
+    required = [
+        stream
+        for stream in streams
+        if not all(channel.source.hold for channel in stream.channels.values())
+    ]
+    last = [float(stream.stamps.time[-1]) for stream in required or streams]
+    return max(min(last), max(last) - max_delay)

@@ -47,8 +47,8 @@ def messages(until=20.0, start=100.0):
         )
 
 
-def recorded(said):
-    topics = {name: [one for one in said if one.topic == name] for name, *_ in said}
+def recorded(stream):
+    topics = {name: [one for one in stream if one.topic == name] for name, *_ in stream}
     return Recording(
         tuple(
             Topic(
@@ -63,12 +63,12 @@ def recorded(said):
     )
 
 
-def gathered(said, mapping=MAPPING):
-    heard = []
-    gathering = MessageSynchroniser(
-        stream_mapping(LogMapping.from_dict(mapping), heard.append), heard.append
+def synchronise(stream, mapping=MAPPING):
+    reports = []
+    synchroniser = MessageSynchroniser(
+        stream_mapping(LogMapping.from_dict(mapping), reports.append), reports.append
     )
-    return [*gathering.synchronise(said)], heard, gathering
+    return [*synchroniser.synchronise(stream)], reports, synchroniser
 
 
 def numbers(rows):
@@ -76,12 +76,12 @@ def numbers(rows):
 
 
 def test_samples_are_those_of_the_recording_bit_for_bit():
-    said = [*messages()]
-    rows, heard, gathering = gathered(said)
+    stream = [*messages()]
+    rows, reports, synchroniser = synchronise(stream)
     with pytest.warns(GapWarning):  # where topics begin and end
-        log = LogMapping.from_dict(MAPPING).log(recorded(said))
-    assert heard == []
-    assert gathering.n_discarded == 0
+        log = LogMapping.from_dict(MAPPING).log(recorded(stream))
+    assert reports == []
+    assert synchroniser.n_discarded == 0
     columns = [log.time, *log.attitude.T, *log.velocity[:, [0, 1, 2, 5]].T, *log.commands.T]
     assert numbers(rows) == [*zip(*(column.tolist() for column in columns), strict=True)]
     assert list(rows[0]) == ["time", "qw", "qx", "qy", "qz", "u", "v", "w", "r", "fin", "lamp"]
@@ -89,102 +89,103 @@ def test_samples_are_those_of_the_recording_bit_for_bit():
 
 @pytest.mark.parametrize("each", [5, 1000])
 def test_pauses_of_the_receiver_change_nothing(each):
-    said = [*messages()]
+    stream = [*messages()]
     paused = [
         one
-        for k, message in enumerate(said)
+        for k, message in enumerate(stream)
         for one in ([message, None] if k % each == 0 else [message])
     ]
-    rows = [row for row in gathered(paused)[0] if row is not None]
-    assert numbers(rows) == numbers(gathered(said)[0])
+    rows = [row for row in synchronise(paused)[0] if row is not None]
+    assert numbers(rows) == numbers(synchronise(stream)[0])
 
 
 def test_what_comes_twice_or_late_is_passed_over():
-    said = [*messages()]
-    wanted = numbers(gathered(said)[0])
-    twice = [*itertools.chain.from_iterable((one, one) for one in said[:100]), *said[100:]]
-    rows, _, gathering = gathered(twice)
-    assert (numbers(rows), gathering.n_discarded) == (wanted, 100)
-    late = [*said[:300], *said[290:300], *said[300:]]
-    rows, _, gathering = gathered(late)
-    assert (numbers(rows), gathering.n_discarded) == (wanted, 10)
+    stream = [*messages()]
+    expected = numbers(synchronise(stream)[0])
+    twice = [*itertools.chain.from_iterable((one, one) for one in stream[:100]), *stream[100:]]
+    rows, _, synchroniser = synchronise(twice)
+    assert (numbers(rows), synchroniser.n_discarded) == (expected, 100)
+    late = [*stream[:300], *stream[290:300], *stream[300:]]
+    rows, _, synchroniser = synchronise(late)
+    assert (numbers(rows), synchroniser.n_discarded) == (expected, 10)
 
 
 def test_a_sample_waits_a_second_for_a_topic_that_fell_silent():
-    said = [one for one in messages(18.0) if one.topic != "fin" or one.received < 110.0]
-    rows, heard, _ = gathered(said)
-    assert len(rows) == len(gathered([*messages(18.0)])[0])
-    assert heard == []
+    stream = [one for one in messages(18.0) if one.topic != "fin" or one.received < 110.0]
+    rows, reports, _ = synchronise(stream)
+    assert len(rows) == len(synchronise([*messages(18.0)])[0])
+    assert reports == []
     known = [row for row in rows if not math.isnan(row["fin"])]
     assert 109.8 < known[-1]["time"] < 110.1
 
 
 def test_a_topic_that_stays_silent_is_told_once_and_comes_back():
-    said = [one for one in messages(60.0) if one.topic != "fin" or not 110 < one.received < 140]
-    rows, heard, _ = gathered(said)
-    assert len(heard) == 1
-    assert "no topic `fin`" in heard[0]
+    stream = [one for one in messages(60.0) if one.topic != "fin" or not 110 < one.received < 140]
+    rows, reports, _ = synchronise(stream)
+    assert len(reports) == 1
+    assert "no topic `fin`" in reports[0]
     assert sum(row["time"] > 141.0 for row in rows) > 900
 
 
 def test_a_clock_that_is_set_back_is_followed():
-    said = [*messages(10.0), *messages(10.0, start=50.0)]
-    times = [row["time"] for row in gathered(said)[0]]
+    stream = [*messages(10.0), *messages(10.0, start=50.0)]
+    times = [row["time"] for row in synchronise(stream)[0]]
     assert (max(times) > 109.0, 49.9 < min(times) < 50.1, times[-1] < 60.1) == (True, True, True)
     assert sum(time < 60.1 for time in times) > 480
 
 
 def test_memory_is_bounded_while_no_sample_can_be_made():
-    said = (Message("imu", 0.001 * k, {"stamp": 0.001 * k, "rate": 0.1}) for k in range(25_000))
-    rows, heard, gathering = gathered(said)
+    stream = (Message("imu", 0.001 * k, {"stamp": 0.001 * k, "rate": 0.1}) for k in range(25_000))
+    rows, reports, synchroniser = synchronise(stream)
     assert rows == []
-    assert "no topic `dvl`" in heard[0]
-    assert len(heard) == 1
-    assert sum(len(one.messages) for one in gathering._buffers.values()) <= 20_000
+    assert "no topic `dvl`" in reports[0]
+    assert len(reports) == 1
+    assert sum(len(one.messages) for one in synchroniser._buffers.values()) <= 20_000
 
 
 def test_junk_and_topics_that_nobody_asked_for_pass():
-    said = [*messages(5.0)]
+    stream = [*messages(5.0)]
     junk = [
         Message("", 0.0, {}),
         Message("lights", 100.0, {"stamp": 1.0}),
         Message("imu", 100.0, {"x": 1}),
     ]
-    rows, heard, _ = gathered([*junk, *said])
+    rows, reports, _ = synchronise([*junk, *stream])
     assert rows[0] == {}
-    assert numbers(rows[1:]) == numbers(gathered(said)[0])
-    assert heard == []
+    assert numbers(rows[1:]) == numbers(synchronise(stream)[0])
+    assert reports == []
 
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"steps": ["rates_from_attitude"]}, "work on a whole log"),
+        ({"steps": ["rates_from_attitude"]}, "need a whole log"),
         ({"time": {"rate": 50}}, "counts rows"),
     ],
 )
 def test_mappings_that_need_a_whole_log_are_refused(change, sentence):
     with pytest.raises(ProblemError, match=sentence):
-        gathered([], MAPPING | change)
+        synchronise([], MAPPING | change)
 
 
 def test_a_rate_is_told_to_count_for_nothing():
-    rows, heard, _ = gathered([*messages(5.0)], MAPPING | {"clock": {"rate": 2}})
-    assert "each sample counts" in heard[0]
+    rows, reports, _ = synchronise([*messages(5.0)], MAPPING | {"clock": {"rate": 2}})
+    assert "is ignored" in reports[0]
     assert len(rows) > 200
 
 
 def test_other_peoples_topics_are_forgotten_and_told_in_part():
-    said = (Message(f"lights{k}", 100.0 + 0.001 * k, {"level": 1.0}) for k in range(5000))
-    rows, heard, gathering = gathered(said)
+    stream = (Message(f"lights{k}", 100.0 + 0.001 * k, {"level": 1.0}) for k in range(5000))
+    rows, reports, synchroniser = synchronise(stream)
     assert rows == []
-    assert len(gathering._unused_topics) == 1000
-    assert "lights11, ... and 988 more topics" in heard[0]
+    assert len(synchroniser._unused_topics) == 1000
+    assert "lights11, ... and 988 more topics" in reports[0]
 
 
 def test_the_receivers_clock_may_be_set_back():
-    said = [*messages()]
+    stream = [*messages()]
     back = [
-        one._replace(received=one.received - 3600.0) if one.received > 110 else one for one in said
+        one._replace(received=one.received - 3600.0) if one.received > 110 else one
+        for one in stream
     ]
-    assert numbers(gathered(back)[0]) == numbers(gathered(said)[0])
+    assert numbers(synchronise(back)[0]) == numbers(synchronise(stream)[0])

@@ -11,8 +11,8 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
 from hydrodamp.live import estimator
-from hydrodamp.live.opening import open_source
-from live.conftest import MODEL, heard
+from hydrodamp.live.sources import open_source
+from live.conftest import MODEL, run_live
 
 pytest.importorskip("pymavlink")
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "onboard"
@@ -56,16 +56,16 @@ def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
     batch = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY).identify(
         hd.prepare(vehicle, log, MODEL), MODEL
     )
-    said = []
+    messages = []
     where = "mavlink://127.0.0.1:0"
     source = open_source(
-        where, MAPPING, allow_remote=False, real_time=False, on_message=said.append
+        where, MAPPING, allow_remote=False, real_time=False, on_message=messages.append
     )
-    port = int(said[0].rpartition(" ")[2])
+    port = int(messages[0].rpartition(" ")[2])
     rows = rows_of(source, port, [packet for _, packet in sent])
-    told = heard(rows, vehicle, source_counts=source.counts)
-    assert told.coefficients == batch.damping.coefficients.tolist()
-    assert told.counts == {"taken": log.n, "first": 1, "gap": 3}
+    record = run_live(rows, vehicle, source_counts=source.counts)
+    assert record.coefficients == batch.damping.coefficients.tolist()
+    assert record.counts == {"taken": log.n, "first": 1, "gap": 3}
 
 
 def test_an_address_says_whom_to_listen_to(sent):

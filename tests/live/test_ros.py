@@ -14,9 +14,9 @@ from hydrodamp.data.attitude import quaternion_product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.message_layout import columns_of
-from hydrodamp.live import estimator, opening
+from hydrodamp.live import estimator, sources
 from hydrodamp.live.ros import message_fields, subscribe_new_topics
-from live.conftest import MODEL, heard
+from live.conftest import MODEL, run_live
 
 MAPPING = """
 extends: rep103-odometry
@@ -78,7 +78,7 @@ def test_only_wanted_topics_are_subscribed_each_once():
 def test_without_ros_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(ProblemError, match="source the setup file"):
-        opening.open_source(
+        sources.open_source(
             "ros2", "rep103-odometry", allow_remote=False, real_time=False, on_message=print
         )
 
@@ -89,7 +89,7 @@ def odometry(log):
     quarter = np.array([np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5)])
     turned = quaternion_product(quarter, log.attitude) * (1.0, 1.0, -1.0, -1.0)
     moves = log.velocity * (1.0, -1.0, -1.0, 1.0, -1.0, -1.0)
-    nanoseconds, said = 0, []
+    nanoseconds, messages = 0, []
     for run in log.segments:
         start = nanoseconds + 5_000_000_000
         for k in range(run.start, run.stop):
@@ -106,13 +106,13 @@ def odometry(log):
             for topic, message in (("/fins", fins), ("/odom", pose)):
                 stamp = message.header.stamp
                 stamp.sec, stamp.nanosec = divmod(nanoseconds, 10**9)
-                said.append((topic, message))
-    return said
+                messages.append((topic, message))
+    return messages
 
 
-def recorded(said):
+def recorded(messages):
     rows: dict[str, list[dict[str, float]]] = {"/fins": [], "/odom": []}
-    for name, message in said:
+    for name, message in messages:
         rows[name].append(message_fields(message))
     topics = (
         Topic(
@@ -131,25 +131,25 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     vehicle, log = dive
     path = tmp_path / "mapping.yaml"
     path.write_text(MAPPING)
-    said = odometry(log)
+    messages = odometry(log)
     rclpy.init()
     node = rclpy.create_node("vehicle")
-    out = {name: node.create_publisher(type(one), name, 5000) for name, one in said[:2]}
-    source = opening.open_source(
+    out = {name: node.create_publisher(type(one), name, 5000) for name, one in messages[:2]}
+    source = sources.open_source(
         "ros2", path, allow_remote=False, real_time=False, on_message=print
     )
 
     def send():
         while any(one.get_subscription_count() < 1 for one in out.values()):
             time.sleep(0.05)
-        for topic, message in said:
+        for topic, message in messages:
             out[topic].publish(message)
             time.sleep(0.0005)
 
     sender = threading.Thread(target=send)
     sender.start()
     rows = iter(source.rows)
-    told = heard(
+    record = run_live(
         iter(lambda: next(rows) if sender.is_alive() else next(rows) or 0, 0),
         vehicle,
         source_counts=source.counts,
@@ -158,8 +158,8 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     node.destroy_node()
     rclpy.shutdown()
     with pytest.warns(hd.GapWarning):
-        whole = hd.read_mapping(path).log(recorded(said))
+        whole = hd.read_mapping(path).log(recorded(messages))
     way = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY)
     fit = way.identify(hd.prepare(vehicle, whole, MODEL), MODEL)
-    assert told.counts == {"taken": log.n, "first": 1, "gap": 3}
-    assert told.coefficients == fit.damping.coefficients.tolist()
+    assert record.counts == {"taken": log.n, "first": 1, "gap": 3}
+    assert record.coefficients == fit.damping.coefficients.tolist()

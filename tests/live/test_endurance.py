@@ -15,17 +15,17 @@ from hydrodamp.live import sources
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup, Motion
-from live.conftest import heard
+from live.conftest import run_live
 
 
 def received(reader, datagrams):
     """Return what a reader of a socket makes of datagrams."""
-    waiting = sources.BoundedQueue()
-    sent = (datagram[: sources._DATAGRAM] for datagram in datagrams)
-    reader(SimpleNamespace(until_over=lambda _: sent))(waiting)
-    assert waiting.dropped == 0
-    waiting.put(None)
-    return [*waiting]
+    queue = sources.BoundedQueue()
+    sent = (datagram[: sources.MAX_DATAGRAM_SIZE] for datagram in datagrams)
+    reader(SimpleNamespace(receive=lambda _: sent))(queue)
+    assert queue.dropped == 0
+    queue.put(None)
+    return [*queue]
 
 
 def junk(seed, n, good):
@@ -55,21 +55,21 @@ def test_samples_among_junk_are_all_taken(dive):
     vehicle, log = dive
     rows = [*islice(rows_of(log), 300)]
     datagrams = [*among(rows, [*junk(11, 6000, rows[0])])]
-    told = heard(received(sources.datagram_reader, datagrams), vehicle)
-    counts = told.counts
+    record = run_live(received(sources.datagram_reader, datagrams), vehicle)
+    counts = record.counts
     assert counts["taken"] == 300
     assert sum(counts.values()) - counts["first"] - counts["again"] >= 6300
     assert counts["incomplete"] > 800
-    assert len(told.sentences) < 30
+    assert len(record.messages) < 30
 
 
 def test_noise_at_the_port_of_mavlink_is_counted():
     noise = [*junk(12, 6000, {"time": 0.0})]
     decoder = Decoder()
-    heard_there = received(lambda one: sources.packet_reader(one, decoder), noise)
+    received_messages = received(lambda one: sources.packet_reader(one, decoder), noise)
     mapping = stream_mapping(read_mapping("ardusub-mavlink"), print)
-    gathering = MessageSynchroniser(mapping, print)
-    rows = [row for row in gathering.synchronise(heard_there) if row is not None]
+    synchroniser = MessageSynchroniser(mapping, print)
+    rows = [row for row in synchroniser.synchronise(received_messages) if row is not None]
     assert rows == [{}] * len(rows)
     assert len(rows) >= 6000
 
@@ -86,7 +86,7 @@ def test_memory_does_not_grow(dive):
             yield {**row, "time": 0.1 * k, "u": 2.0 + 0.1 * (k % 7), "r": 0.01 * (k % 5)}
 
     tracemalloc.start()
-    heard(endless(), vehicle, output_interval=1e9)
+    run_live(endless(), vehicle)
     tracemalloc.stop()
     assert tops[2] - tops[1] < 20_000
 
@@ -107,9 +107,9 @@ def straight(row, seconds, after):
 def test_a_straight_course_moves_no_estimate_out_of_its_interval(dive):
     vehicle, log = dive
     rows = [*rows_of(log)]
-    before = heard(rows, vehicle).lines[-1]["coefficients"]
+    before = run_live(rows, vehicle).lines[-1]["coefficients"]
     line = straight(rows[0], 600, rows[-1]["time"] + 100.0)
-    after = heard([*rows, *line], vehicle, output_interval=1e9).lines[-1]["coefficients"]
+    after = run_live([*rows, *line], vehicle).lines[-1]["coefficients"]
     for label, one in before.items():
         moved = abs(after[label]["value"] - one["value"])
         assert moved < 2 * after[label]["standard_error"], label

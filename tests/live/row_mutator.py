@@ -1,6 +1,6 @@
 """Rows of a log, seeded and mutated: numbers, types, order and size.
 
-``python tests/live/mutator.py 1000000 | hydrodamp live --vehicle vt690 --model prestero
+``python tests/live/row_mutator.py 1000000 | hydrodamp live --vehicle vt690 --model prestero
 --source stdin --checkpoint s.json --output-interval 1e4`` must end with
 status 0 and a finite estimate.
 """

@@ -10,16 +10,16 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.live import estimator, sources
 from hydrodamp.live.samples import rows_of
-from live.conftest import MODEL, heard
+from live.conftest import MODEL, run_live
 
 
 def batch(vehicle, log, method):
-    way = (
+    identifier = (
         hd.AdaptiveIdentifier()
         if method == "ai"
         else hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY)
     )
-    return way.identify(hd.prepare(vehicle, log, MODEL), MODEL)
+    return identifier.identify(hd.prepare(vehicle, log, MODEL), MODEL)
 
 
 def from_log(log, _):
@@ -45,31 +45,31 @@ def from_csv(log, folder):
 
 
 def from_datagrams(log, _):
-    receiver = sources.bind_socket("udp://127.0.0.1:0", allow=False)
-    waiting = sources.BoundedQueue().start_reader(
+    receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
+    queue = sources.BoundedQueue().start_reader(
         sources.datagram_reader(sources.DatagramSocket(receiver))
     )
-    rows = (row for row in waiting if row is not None)
+    rows = (row for row in queue if row is not None)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for row in rows_of(log):
             sender.sendto(json.dumps(row).encode(), receiver.getsockname())
             yield next(rows)
-    waiting.cancel()
+    queue.cancel()
 
 
 @pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])
 @pytest.mark.parametrize("method", ["rls", "ai"])
 def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
     vehicle, log = dive
-    told = heard(source(log, tmp_path), vehicle, method)
+    record = run_live(source(log, tmp_path), vehicle, method)
     fit = batch(vehicle, log, method)
-    assert told.coefficients == fit.damping.coefficients.tolist()
-    assert told.counts == {"taken": log.n, "first": 1, "joined": 3}
+    assert record.coefficients == fit.damping.coefficients.tolist()
+    assert record.counts == {"taken": log.n, "first": 1, "joined": 3}
 
 
-def test_standard_errors_are_those_of_the_batch_fit(dive):
+def test_standard_errors_are_those_of_the_batch_fit(dive, reference):
     vehicle, log = dive
-    line = heard(sources.LogRows(log), vehicle).lines[-1]
+    line = reference["rls"].lines[-1]
     errors = [one["standard_error"] for one in line["coefficients"].values()]
     wanted = np.sqrt(batch(vehicle, log, "rls").damping.covariance.diagonal())
     assert errors == wanted.tolist()
@@ -88,12 +88,12 @@ def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
             commands={name: [row[name] for row in rows] for name in log.command_names},
         )
     assert len(whole.segments) == 3
-    told = heard(rows, vehicle)
-    assert told.coefficients == batch(vehicle, whole, "rls").damping.coefficients.tolist()
-    assert told.counts == {"taken": 369, "first": 1, "gap": 1, "incomplete": 1, "again": 1}
+    record = run_live(rows, vehicle)
+    assert record.coefficients == batch(vehicle, whole, "rls").damping.coefficients.tolist()
+    assert record.counts == {"taken": 369, "first": 1, "gap": 1, "incomplete": 1, "again": 1}
 
 
 def test_a_line_each_second_of_samples(dive):
     vehicle, log = dive
-    told = heard(itertools.islice(rows_of(log), 101), vehicle)
-    assert [line["time"] for line in told.lines] == [*map(float, range(1, 11)), 10.0]
+    record = run_live(itertools.islice(rows_of(log), 101), vehicle, output_interval=1.0)
+    assert [line["time"] for line in record.lines] == [*map(float, range(1, 11)), 10.0]
