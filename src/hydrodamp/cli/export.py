@@ -45,7 +45,7 @@ def export(
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
     from hydrodamp.data.record import first_few
-    from hydrodamp.export.folder import check_export
+    from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
 
