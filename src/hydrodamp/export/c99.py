@@ -13,7 +13,6 @@ import shutil
 import subprocess
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,10 +26,14 @@ import numpy as np
 from cffi import FFI
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.errors import demand
-from hydrodamp.export.codegen import C99, command, template_values, vehicle_identifier
+from hydrodamp.export.codegen import (
+    C99,
+    command,
+    identifier_values,
+    template_values,
+    vehicle_identifier,
+)
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.target import (
     Files,
@@ -43,9 +46,6 @@ from hydrodamp.export.target import (
 )
 from hydrodamp.export.verification import MAX_STEP, Engine, attitude_quaternions
 from hydrodamp.files import save_all
-from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.recursive import USUAL, RecursiveLeastSquares
-from hydrodamp.kernels import core
 
 #: C files of equation 1, their headers, and C files of the embedded estimators.
 SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
@@ -138,48 +138,6 @@ def render_header(plant: ExportedPlant) -> str:
         free=plant.vehicle.free.astype(int).tolist(),
         of_terms=[command(channel) for channel in table.channels],
     )
-
-
-def identifier_values(plant: ExportedPlant) -> dict[str, object]:
-    """Return the template values of the embedded estimators: settings of ``hydrodamp live``."""
-    model, columns = plant.damping.model, plant.columns
-    recursive = RecursiveLeastSquares(typical_velocity=USUAL).bind(columns, model)
-    gains, recursion = AdaptiveIdentifier().bind(columns, model).gains, recursive.recursion
-    table = columns.plant
-    arrays = table.mass_matrix, table.free, table.factors, recursion.known, recursion.unit
-    checksum = zlib.crc32(repr(model.labels).encode() + b"".join(map(np.ndarray.tobytes, arrays)))
-    return {
-        "labels": model.labels,
-        "rooms": core.rooms(gains, recursion),
-        "start": recursive.start.coefficients.tolist(),
-        "exported": plant.damping.coefficients.tolist(),
-        "starts": recursion.starts.tolist(),
-        "rows": recursion.rows.tolist(),
-        "known": recursion.known.tolist(),
-        "unit": recursion.unit.tolist(),
-        "forgetting": recursion.forgetting,
-        "length": recursion.block,
-        "a": gains.a.tolist(),
-        "gamma": gains.gamma.tolist(),
-        "marks": {"rls": checksum, "ai": checksum ^ 1},
-        "holds_speed": plant.uses_propulsion_speed and not plant.needs_propulsion_speed,
-        "needs_propulsion_speed": plant.needs_propulsion_speed,
-        "has_wrench": not plant.vehicle.actuators,
-        "columns": [*_log_columns(plant)],
-    }
-
-
-def _log_columns(plant: ExportedPlant) -> Iterator[tuple[str, int, float]]:
-    """Yield columns of the canonical log, whether each is required, and its default."""
-    yield "time", 1, 0.0
-    free = plant.vehicle.free.astype(int).tolist()
-    required = dict(zip(VELOCITIES, free, strict=True))
-    required |= dict.fromkeys((*ATTITUDE.columns, *EULER[:2]), 0)
-    required |= dict.fromkeys(plant.commands, 1)
-    required |= {"eta": 1} if plant.needs_propulsion_speed else {}
-    required |= {} if plant.vehicle.actuators else dict.fromkeys(AXES, 0)
-    for name, flag in required.items():
-        yield name, flag, 0.0
 
 
 def core_sources(names: Sequence[str]) -> dict[str, bytes]:

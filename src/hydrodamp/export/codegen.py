@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, PROPULSION, is_absolute
+import numpy as np
+
+from hydrodamp.basis.atoms import (
+    ABSOLUTES,
+    ATOM_PLACE,
+    AXES,
+    PROPULSION,
+    VELOCITIES,
+    is_absolute,
+)
 from hydrodamp.basis.basis import SLOWEST
 from hydrodamp.basis.term import Term
+from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.identification.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.recursive import USUAL, RecursiveLeastSquares
+from hydrodamp.kernels import core
 from hydrodamp.vehicle.actuators import Limited, Thruster
 
 #: Identifiers of u_c and of the propulsion ratio minus one in every language.
@@ -136,6 +150,48 @@ def template_values(plant: ExportedPlant, language: Language = PYTHON) -> dict[s
         "inverse": plant.inverse.tolist(),
         "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
     }
+
+
+def identifier_values(plant: ExportedPlant) -> dict[str, object]:
+    """Return the template values of the embedded estimators: settings of ``hydrodamp live``."""
+    model, columns = plant.damping.model, plant.columns
+    recursive = RecursiveLeastSquares(typical_velocity=USUAL).bind(columns, model)
+    gains, recursion = AdaptiveIdentifier().bind(columns, model).gains, recursive.recursion
+    table = columns.plant
+    arrays = table.mass_matrix, table.free, table.factors, recursion.known, recursion.unit
+    checksum = zlib.crc32(repr(model.labels).encode() + b"".join(map(np.ndarray.tobytes, arrays)))
+    return {
+        "labels": model.labels,
+        "rooms": core.rooms(gains, recursion),
+        "start": recursive.start.coefficients.tolist(),
+        "exported": plant.damping.coefficients.tolist(),
+        "starts": recursion.starts.tolist(),
+        "rows": recursion.rows.tolist(),
+        "known": recursion.known.tolist(),
+        "unit": recursion.unit.tolist(),
+        "forgetting": recursion.forgetting,
+        "length": recursion.block,
+        "a": gains.a.tolist(),
+        "gamma": gains.gamma.tolist(),
+        "marks": {"rls": checksum, "ai": checksum ^ 1},
+        "holds_speed": plant.uses_propulsion_speed and not plant.needs_propulsion_speed,
+        "needs_propulsion_speed": plant.needs_propulsion_speed,
+        "has_wrench": not plant.vehicle.actuators,
+        "columns": [*_log_columns(plant)],
+    }
+
+
+def _log_columns(plant: ExportedPlant) -> Iterator[tuple[str, int, float]]:
+    """Yield columns of the canonical log, whether each is required, and its default."""
+    yield "time", 1, 0.0
+    free = plant.vehicle.free.astype(int).tolist()
+    required = dict(zip(VELOCITIES, free, strict=True))
+    required |= dict.fromkeys((*ATTITUDE.columns, *EULER[:2]), 0)
+    required |= dict.fromkeys(plant.commands, 1)
+    required |= {"eta": 1} if plant.needs_propulsion_speed else {}
+    required |= {} if plant.vehicle.actuators else dict.fromkeys(AXES, 0)
+    for name, flag in required.items():
+        yield name, flag, 0.0
 
 
 def _plain_text(*sentences: str) -> str:

@@ -74,8 +74,7 @@ class ExportedPlant:
             covariance = covariance[np.ix_(indices, indices)]
         coefficients = damping.coefficients[indices]
         return cls(
-            vehicle,
-            replace(damping, model=model, coefficients=coefficients, covariance=covariance),
+            vehicle, replace(damping, model=model, coefficients=coefficients, covariance=covariance)
         )
 
     @cached_property

@@ -90,12 +90,12 @@ class _AxisProblem(NamedTuple):
         """Return the problem of columns (n, m) with small singular values raised to the minimum."""
         unit = np.linalg.norm(columns, axis=0)
         unit[unit == 0.0] = 1.0
-        left, singular, right = svd(columns / unit, full_matrices=False)
+        u, singular, vh = svd(columns / unit, full_matrices=False)
         minimum = MIN_SINGULAR_RATIO * singular.max(initial=0.0) or 1.0
         is_small = singular < minimum
         weight = np.where(is_small, minimum, singular)
-        projected = np.where(is_small, 0.0, left.T @ target)
-        return cls(weight[:, None] * right * unit, projected, upper)
+        projected = np.where(is_small, 0.0, u.T @ target)
+        return cls(weight[:, None] * vh * unit, projected, upper)
 
     def solve(self, free: BoolArray | None = None, start: FloatArray | None = None) -> FloatArray:
         """Return the solution; if given, only ``free`` entries of ``start`` change."""
