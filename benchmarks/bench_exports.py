@@ -14,9 +14,9 @@ import pytest
 from interleaving import on_all_cores
 
 import hydrodamp as hd
-from hydrodamp.export.c99 import SOURCES, STATES, STRICT, loaded
+from hydrodamp.export.c99 import SOURCES, STATES, STRICT, open_fmu
 from hydrodamp.export.plant import ExportedPlant, States
-from hydrodamp.export.scripts import executed
+from hydrodamp.export.scripts import execute_module
 from hydrodamp.export.target import NotRun
 
 VEHICLE, DAMPING = hd.fleet["vt690"], hd.published["vt690-sname2022"]
@@ -64,14 +64,14 @@ def in_c(folder: Path, precision: str) -> Form:
 
 def in_unit(folder: Path, held: ExitStack) -> Form:
     path = written(hd.find_target("fmu"), folder / "fmu") / "auv_vt690.fmu"
-    unit = held.enter_context(loaded(path))
+    unit = held.enter_context(open_fmu(path))
     unit.setReal([STATES], [2.0])
     unit.exitInitializationMode()
     return lambda: unit.doStep(0.0, 0.05 * STEPS), 4 * STEPS
 
 
 def in_python(folder: Path, many: bool) -> Form:
-    module = executed(written(hd.find_target("python"), folder / "python") / "auv_vt690.py")
+    module = execute_module(written(hd.find_target("python"), folder / "python") / "auv_vt690.py")
     given = states(100_000 if many else 1000)
     if many:
         columns = [part.T for part in given]
@@ -81,7 +81,7 @@ def in_python(folder: Path, many: bool) -> Form:
 
 def in_casadi(folder: Path, many: bool) -> Form:
     pytest.importorskip("casadi")
-    module = executed(written(hd.find_target("casadi"), folder / "casadi") / "auv_vt690.py")
+    module = execute_module(written(hd.find_target("casadi"), folder / "casadi") / "auv_vt690.py")
     given = states(50_000 if many else 1000)
     if many:
         function, columns = module.acceleration.map(50_000), [part.T for part in given]
@@ -90,9 +90,9 @@ def in_casadi(folder: Path, many: bool) -> Form:
 
 
 def in_octave(folder: Path, held: ExitStack) -> Form:
-    craft, target = ExportedPlant.of(VEHICLE, DAMPING), hd.find_target("octave")
-    engine = held.enter_context(target.read(written(target, folder / "octave"), craft))
-    return lambda: engine.rates(states(10_000)), 10_000
+    plant, target = ExportedPlant.of(VEHICLE, DAMPING), hd.find_target("octave")
+    engine = held.enter_context(target.open_engine(written(target, folder / "octave"), plant))
+    return lambda: engine.accelerations(states(10_000)), 10_000
 
 
 FORMS = {

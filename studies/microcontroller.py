@@ -14,9 +14,9 @@ from pathlib import Path
 
 import hydrodamp as hd
 from benchmark import fill
-from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
-from hydrodamp.export.folder import save
+from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.target import save_files
 
 PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "live" / "microcontroller.md"
 
@@ -144,7 +144,17 @@ def on_cortex(folder: Path, program: str, flags: Sequence[str] = ()) -> str:
     (folder / "start.c").write_text(START)
     (folder / "layout.ld").write_text(LAYOUT)
     call = [TOOLS[0], *STRICT, *CORTEX, *flags, "--specs=rdimon.specs", "-nostartfiles"]
-    call += ["-T", "layout.ld", program, "start.c", *SOURCES, *ON_BOARD, "-lm", "-o", "cortex.elf"]
+    call += [
+        "-T",
+        "layout.ld",
+        program,
+        "start.c",
+        *SOURCES,
+        *IDENTIFIER_SOURCES,
+        "-lm",
+        "-o",
+        "cortex.elf",
+    ]
     subprocess.run(call, cwd=folder, check=True)
     machine = [TOOLS[1], "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-semihosting"]
     machine += ["-icount", "shift=0", "-monitor", "none", "-serial", "none", "-kernel"]
@@ -164,10 +174,10 @@ def rows(model: str, precision: str) -> list[str]:
     """Return rows of the table for the identifiers of a model."""
     identified = hd.catalog[model]
     damping = hd.Damping(identified, [-1.0] * identified.n_coefficients)
-    craft, form = ExportedPlant.of(hd.fleet["vt690"], damping), C(precision=precision)
+    plant, form = ExportedPlant.of(hd.fleet["vt690"], damping), C(precision=precision)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        save(form.write(craft), folder)
+        save_files(form.render_files(plant), folder)
         told = on_cortex(folder, write_program(folder, "auv_vt690"), form.flags)
         header = (folder / "auv_vt690_identifier.h").read_text()
     size, made = 4 if precision == "float" else 8, []

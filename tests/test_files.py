@@ -47,7 +47,7 @@ def test_a_failed_write_leaves_nothing(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     for path in ("folder", "none/a.txt", "file/a.txt"):
-        with pytest.raises(hd.FileError, match=f"{path}: cannot be written: .*a folder that"):
+        with pytest.raises(hd.FileError, match=f"{path}: cannot be written"):
             save_bytes(b"one", tmp_path / path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
@@ -88,7 +88,7 @@ def test_several_files_are_written_in_their_order(tmp_path):
     with pytest.raises(hd.FileError, match=r"b\.txt: cannot be written"):
         save_all(contents)
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
-    with pytest.raises(hd.FileError, match="the folder cannot be made"):
+    with pytest.raises(hd.FileError, match=r"a\.txt: the folder"):
         save_all({tmp_path / "deep" / "a.txt" / "d": b"d"})
 
 
@@ -154,9 +154,7 @@ def test_unreadable_yaml_tells_its_line(tmp_path, text, line):
     [("a: 1\nb: 2\na: 3\n", 3), ("x:\n  - a: 1\n    'a': 2\n", 3), ("1: a\n1: b\n", 2)],
 )
 def test_a_key_that_comes_twice_is_refused(text, line):
-    with pytest.raises(
-        hd.FileError, match=rf"mine, line {line}: .*the key `.` stands in line . alre"
-    ):
+    with pytest.raises(hd.FileError, match=rf"mine, line {line}: .*the key `.` is in line ."):
         parse_yaml(text, "mine")
 
 

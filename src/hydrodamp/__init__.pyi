@@ -64,10 +64,9 @@ from .experiment_design.result import (
     PlanSegment as PlanSegment,
     Prediction as Prediction,
 )
-from .export.export import export as export
+from .export.export import TARGETS as TARGETS, export as export, find_target as find_target
 from .export.fidelity import Fidelity as Fidelity, Replays as Replays
 from .export.target import Target as Target
-from .export.targets import TARGETS as TARGETS, find_target as find_target
 from .identification.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
     History as History,

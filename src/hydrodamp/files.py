@@ -1,4 +1,4 @@
-"""Text, YAML and JSON, read with line numbers and written whole or not at all."""
+"""Text, YAML and JSON files: errors with line numbers, and atomic writes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import os
 import re
 from collections import Counter, UserDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -22,11 +22,11 @@ Value = TypeVar("Value")
 
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
 
-MAX_DEPTH = 32  # levels of tables and lists; the deepest file of hydrodamp's has 8
+MAX_DEPTH = 32  # levels of tables and lists; the deepest file of hydrodamp has 8
 MAX_NODES = 200_000  # values of a YAML file, aliases written out; a fleet vehicle has 300
 _TOO_DEEP = f"tables and lists are nested more than {MAX_DEPTH} deep"
 
-#: hydrodamp's own files: what one is, how it is given, and keys of which only it has any.
+#: Kinds of hydrodamp files: name, how to pass one, and keys that occur in no other kind.
 KINDS = {
     "log": ("a log", "give it as LOG", ""),
     "vehicle": ("a vehicle", "give it as `--vehicle`", "mass_matrix rigid_body added_mass"),
@@ -56,21 +56,21 @@ def load_text(path: str | os.PathLike[str]) -> str:
 
 
 def missing_file_message(path: str | os.PathLike[str]) -> str:
-    """Return the message for a file that does not exist, with its nearest neighbour."""
+    """Return the message for a file that does not exist, with the most similar name."""
     return f"{path}: cannot be read: No such file or directory.{nearest_file(path)}"
 
 
 def nearest_file(path: str | os.PathLike[str]) -> str:
-    """Return a clause naming the file beside a path whose stem is nearest, in either case."""
-    place = Path(path)
-    beside = sorted(place.parent.iterdir()) if place.parent.is_dir() else ()
-    there = {entry.stem.casefold(): entry for entry in beside}
-    near = difflib.get_close_matches(place.stem.casefold(), there, n=1)
-    return f" Did you mean '{there[near[0]]}'?" if near else ""
+    """Return a question naming the file in the same folder with the most similar stem."""
+    target = Path(path)
+    entries = sorted(target.parent.iterdir()) if target.parent.is_dir() else ()
+    stems = {entry.stem.casefold(): entry for entry in entries}
+    matches = difflib.get_close_matches(target.stem.casefold(), stems, n=1)
+    return f" Did you mean '{stems[matches[0]]}'?" if matches else ""
 
 
 def load_json(path: str | os.PathLike[str]) -> object:
-    """Return the content of a JSON file; a key given twice is refused."""
+    """Return the content of a JSON file; refuse duplicate keys."""
     try:
         content: object = json.loads(load_text(path), object_pairs_hook=_unique_keys)
     except json.JSONDecodeError as error:
@@ -80,7 +80,7 @@ def load_json(path: str | os.PathLike[str]) -> object:
         ) from error
     except RecursionError as error:
         raise FileError(f"{path}: cannot be read as JSON: {_TOO_DEEP}.") from error
-    except ValueError as error:  # a key given twice, or an integer of thousands of digits
+    except ValueError as error:  # a duplicate key, or an integer of thousands of digits
         raise FileError(f"{path}: cannot be read as JSON: {error}.") from error
     if _is_too_deep(content):
         raise FileError(f"{path}: cannot be read as JSON: {_TOO_DEEP}.")
@@ -91,8 +91,8 @@ def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
         counts = Counter(key for key, _ in pairs)
-        twice = next(key for key, count in counts.items() if count > 1)
-        raise ValueError(f"the key `{twice}` is given {counts[twice]} times in one table; keep one")
+        key, count = counts.most_common(1)[0]
+        raise ValueError(f"the key `{key}` is given {count} times in one table; keep one")
     return table
 
 
@@ -100,13 +100,13 @@ def _is_too_deep(content: object) -> bool:
     """Return whether tables and lists are nested beyond :data:`MAX_DEPTH`, without recursion."""
     level = [content]
     for _ in range(MAX_DEPTH + 1):
-        level = [
-            part
-            for each in level
-            if isinstance(each, (dict, list))
-            for part in (each.values() if isinstance(each, dict) else each)
-        ]
-    return any(isinstance(each, (dict, list)) for each in level)
+        containers = [value for value in level if isinstance(value, (dict, list))]
+        level = [x for values in containers for x in _children(values)]
+    return any(isinstance(value, (dict, list)) for value in level)
+
+
+def _children(values: dict[str, object] | list[object]) -> Iterable[object]:
+    return values.values() if isinstance(values, dict) else values
 
 
 def load_yaml(path: str | os.PathLike[str]) -> object:
@@ -115,14 +115,14 @@ def load_yaml(path: str | os.PathLike[str]) -> object:
 
 
 def parse_yaml(text: str, source: str) -> object:
-    """Return what a YAML text holds; a key given twice is refused."""
+    """Return the content of a YAML text; refuse duplicate keys."""
     import yaml
 
     try:
         content: object = yaml.load(text, _loader())
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
-        # An error in a single character tells its place in the text instead of a mark.
+        # An error in a single character has a position in the text instead of a mark.
         line = mark.line if mark else text.count("\n", 0, getattr(error, "position", 0))
         problem = getattr(error, "problem", None) or getattr(error, "reason", error)
         raise FileError(f"{source}, line {line + 1}: cannot be read as YAML: {problem}.") from error
@@ -135,13 +135,13 @@ def parse_yaml(text: str, source: str) -> object:
 
 @lru_cache
 def _loader() -> type[yaml.SafeLoader]:
-    """Return the safe loader that refuses keys given twice, reads 1e3 and leaves dates as text."""
+    """Return a safe loader that refuses duplicate keys, reads 1e3 as float and dates as text."""
     from yaml import MappingNode, Node, SafeLoader, ScalarNode
     from yaml.constructor import ConstructorError
 
     class Loader(SafeLoader):
         def get_single_node(self) -> Node | None:
-            """Return the document; one nested too deeply or that aliases blow up is refused."""
+            """Return the document; refuse excessive nesting and alias expansion."""
             root: Node | None = super().get_single_node()
             if root is not None:
                 _count_nodes(root, {})
@@ -151,10 +151,10 @@ def _loader() -> type[yaml.SafeLoader]:
             node = super().compose_mapping_node(anchor)
             first: dict[tuple[str, str], ScalarNode] = {}
             for key in (key for key, _ in node.value if isinstance(key, ScalarNode)):
-                other = first.setdefault((key.tag, key.value), key)
-                if other is not key:
-                    line = other.start_mark.line + 1
-                    problem = f"the key `{key.value}` stands in line {line} already"
+                earlier = first.setdefault((key.tag, key.value), key)
+                if earlier is not key:
+                    line = earlier.start_mark.line + 1
+                    problem = f"the key `{key.value}` is in line {line} already"
                     raise ConstructorError(None, None, problem, key.start_mark)
             return node
 
@@ -167,24 +167,26 @@ def _loader() -> type[yaml.SafeLoader]:
 
 
 def _count_nodes(node: yaml.Node, counts: dict[int, int], depth: int = 0) -> int:
-    """Return how many nodes a node stands for once its aliases are replaced by what they name."""
+    """Return the number of nodes below a node after expansion of its aliases."""
     from yaml.constructor import ConstructorError
 
     if depth > MAX_DEPTH:
         raise ConstructorError(None, None, _TOO_DEEP, node.start_mark)
     if id(node) not in counts:
-        counts[id(node)] = MAX_NODES  # until it is counted: a node inside itself has no end
-        parts = node.value if isinstance(node.value, list) else ()
-        inner = (part for each in parts for part in (each if isinstance(each, tuple) else (each,)))
-        counts[id(node)] = 1 + sum(_count_nodes(part, counts, depth + 1) for part in inner)
+        counts[id(node)] = MAX_NODES  # until it is counted: a node may contain itself
+        entries = node.value if isinstance(node.value, list) else ()
+        children = (
+            x for entry in entries for x in (entry if isinstance(entry, tuple) else [entry])
+        )
+        counts[id(node)] = 1 + sum(_count_nodes(child, counts, depth + 1) for child in children)
     if counts[id(node)] > MAX_NODES:
-        problem = f"with its aliases written out it holds more than {MAX_NODES} values"
+        problem = f"with aliases expanded it has more than {MAX_NODES} values"
         raise ConstructorError(None, None, problem, node.start_mark)
     return counts[id(node)]
 
 
 class PackageData(UserDict[str, Value]):
-    """Values made from YAML files that come with the package, each when it is first asked for."""
+    """Mapping of values parsed lazily from YAML files of the package."""
 
     def __init__(self, folder: Path, make: Callable[[str], Value]) -> None:
         self.data: dict[str, Any] = {
@@ -201,27 +203,27 @@ class PackageData(UserDict[str, Value]):
         return self._make(name)
 
 
-def wrong_kind_message(content: object, source: str, wanted: str) -> str:
-    """Return the message for a file that is another of hydrodamp's own than was asked for."""
+def wrong_kind_message(content: object, source: str, required: str) -> str:
+    """Return the message for a hydrodamp file of another kind than required; empty if none."""
     if not isinstance(content, Mapping) or isinstance(content.get("time"), list):
         return ""
     kinds = {key: kind for kind, (_, _, keys) in KINDS.items() for key in keys.split()}
-    found = {kinds[key]: key for key in content if key in kinds}
-    if not found or wanted in found:
+    matches = {kinds[key]: key for key in content if key in kinds}
+    if not matches or required in matches:
         return ""
-    kind, key = found.popitem()
+    kind, key = matches.popitem()
     name, use, _ = KINDS[kind]
-    return f"{source} is {name} (it has {key}), not {KINDS[wanted][0]}: {use}."
+    return f"{source} is {name} (it has {key}), not {KINDS[required][0]}: {use}."
 
 
 def temporary_prefix(target: Path) -> str:
-    """Return how the names of temporary files of a target begin; 16 hexadecimal digits follow."""
+    """Return the prefix of temporary files of a target; 16 hexadecimal digits follow."""
     return f".hydrodamp-{target.name[:100]}-"
 
 
 @contextmanager
 def open_atomic(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
-    """Open a temporary file beside ``path`` that takes its place once all of it is on the disk."""
+    """Open a temporary file that replaces ``path`` once all of it is on the disk."""
     target = Path(path)
     temporary = target.parent / f"{temporary_prefix(target)}{os.urandom(8).hex()}"
     try:
@@ -234,8 +236,8 @@ def open_atomic(path: str | os.PathLike[str], *, binary: bool = False) -> Iterat
         temporary.replace(target)
     except OSError as error:
         raise FileError(
-            f"{target}: cannot be written: {error.strerror or error}. Make room, close it in other "
-            "programs, or give a file in a folder that exists and may be written."
+            f"{target}: cannot be written: {error.strerror or error}. Free disk space, close it in "
+            "other programs, or give a file in a writable folder."
         ) from error
     finally:
         with suppress(OSError):
@@ -243,13 +245,13 @@ def open_atomic(path: str | os.PathLike[str], *, binary: bool = False) -> Iterat
 
 
 def save_text(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a text file whole or not at all."""
+    """Write a text file atomically."""
     with open_atomic(path) as stream:
         stream.write(text)
 
 
 def save_json(document: object, path: str | os.PathLike[str]) -> None:
-    """Write a document of strict JSON whole or not at all."""
+    """Write a document as strict JSON atomically."""
     save_text(as_json(document), path)
 
 
@@ -259,30 +261,30 @@ def as_json(document: object) -> str:
 
 
 def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
-    """Write a file of bytes whole or not at all."""
+    """Write a file of bytes atomically."""
     with open_atomic(path, binary=True) as stream:
         stream.write(content)
 
 
 def save_all(contents: Mapping[Path, bytes]) -> None:
-    """Write files in their order, each whole or not at all, and make their folders."""
+    """Write files in their order, each atomically, and create their folders."""
     for path, content in contents.items():
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise FileError(
-                f"{path.parent}: the folder cannot be made: {error.strerror}."
+                f"{path.parent}: the folder cannot be created: {error.strerror}."
             ) from error
         save_bytes(content, path)
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:
-    """Refuse a folder that cannot be made or written, before work starts."""
+    """Refuse a folder that cannot be created or written, before work starts."""
     folder = Path(path).absolute()
-    there = next(each for each in (folder, *folder.parents) if each.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        reason = "may not be written" if there.is_dir() else "is a file"
-        raise FileError(f"{path}: cannot be written: {there} {reason}. Give another one.")
+    existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        reason = "is not writable" if existing.is_dir() else "is a file"
+        raise FileError(f"{path}: cannot be written: {existing} {reason}. Give another one.")
 
 
 def check_file(path: str | os.PathLike[str]) -> None:

@@ -1,15 +1,17 @@
-"""Files of results: what hydrodamp wrote in a folder, and what may therefore be replaced.
+"""Result folders: a manifest of written files with SHA-256 digests, and transactional replacement.
 
-A folder of results holds a manifest of the files in it that hydrodamp wrote, with digests. A file
-that is not listed there, or that was changed since, belongs to somebody and is never touched.
+The manifest ``.hydrodamp.json`` lists the files that hydrodamp wrote. A file that it does not list,
+or whose content differs from its digest, belongs to the user and is never replaced.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from hydrodamp.errors import FileError
 from hydrodamp.files import check_file, check_folder, load_json, save_all, save_json, save_text
@@ -19,7 +21,7 @@ _FORMAT = "hydrodamp-manifest"
 
 
 def check_new_file(path: Path, force: bool) -> None:
-    """Refuse a file that cannot be written, or that exists unless it may be replaced."""
+    """Refuse a file that cannot be written, or that exists unless ``force`` permits replacing."""
     check_file(path)
     if path.exists() and not force:
         raise FileError(f"{path}: exists already. Name another file, or replace it with `--force`.")
@@ -28,103 +30,158 @@ def check_new_file(path: Path, force: bool) -> None:
 def check_results(folder: Path, patterns: Iterable[str], force: bool) -> None:
     """Refuse, before work starts, a folder in which results would replace files.
 
-    Patterns name the results that may be written, by their paths in the folder. With force those
-    may be there that hydrodamp wrote and nobody changed since. Of a pattern with a star the files
-    that hydrodamp did not write are no results, and stay.
+    Patterns are paths in the folder. A pattern with a star matches listed files only, so that other
+    files of the user may remain. With ``force``, files that hydrodamp wrote and that nobody changed
+    may be replaced.
     """
     check_folder(folder)
-    listed = _listed(folder)
+    manifest = _read_manifest(folder)
     files = [
         path
         for pattern in patterns
         for path in sorted(folder.glob(pattern))
-        if path.is_file() and ("*" not in pattern or _name(path, folder) in listed)
+        if path.is_file() and ("*" not in pattern or _name(path, folder) in manifest)
     ]
     if files and not force:
         raise FileError(
             f"{folder}: holds results already, such as {files[0].relative_to(folder)}. Name another"
             " folder, or replace what hydrodamp wrote there with `--force`."
         )
-    _check_written(files, folder)
+    _check_replaceable(files, folder, manifest)
 
 
-def save_results(contents: Mapping[Path, bytes], folder: Path) -> None:
-    """Write files into a folder and list them in its manifest.
+def save_results(
+    contents: Mapping[Path, bytes], folder: Path, *, replace_all: bool = False
+) -> None:
+    """Write files into a folder and its manifest: all of them, or none.
 
-    Files that hydrodamp did not write are refused before any is written.
+    With ``replace_all`` the other files of the manifest are removed. Files that hydrodamp did not
+    write are refused before any is written; an error or interrupt restores the earlier files.
     """
-    _check_written(contents, folder)
+    manifest = _read_manifest(folder)
+    _check_replaceable(contents, folder, manifest)
+    earlier = {path for path in contents if path.exists()}
+    if replace_all:
+        earlier |= {
+            folder / name for name in manifest if _is_replaceable(folder / name, folder, manifest)
+        }
+    check_folder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
     digests = {path: hashlib.sha256(content).hexdigest() for path, content in contents.items()}
-    _list(digests, folder)  # first, so that whoever is interrupted leaves no file without an owner
-    save_all(contents)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder) as staging:
+            new, backup = Path(staging, "new"), Path(staging, "backup")
+            save_all({new / _name(path, folder): content for path, content in contents.items()})
+            _update_manifest(digests, folder)  # first: an aborted process leaves no unlisted file
+            moves = [(path, backup / _name(path, folder)) for path in sorted(earlier)]
+            moves += [(new / _name(path, folder), path) for path in contents]
+            _move_files(moves, folder)
+    except BaseException:
+        _update_manifest({}, folder)
+        with suppress(OSError):  # the folder holds files
+            folder.rmdir()
+        raise
+    _remove_empty_folders(earlier, folder)
+
+
+def _move_files(moves: Sequence[tuple[Path, Path]], folder: Path) -> None:
+    """Move files in their order; where one fails, move all back."""
+    finished: list[tuple[Path, Path]] = []
+    try:
+        for source, target in moves:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            source.rename(target)
+            finished.append((source, target))
+    except BaseException as error:
+        for source, target in reversed(finished):
+            target.rename(source)
+        _remove_empty_folders((target for _, target in moves), folder)
+        if isinstance(error, OSError):
+            raise FileError(f"{folder}: cannot be written: {error}.") from error
+        raise
 
 
 def register_results(paths: Iterable[Path], folder: Path) -> None:
-    """List files in the manifest of a folder that were just written by other means."""
-    _list({path: digest for path in paths if (digest := _digest(path))}, folder)
+    """Add files to the manifest that another library has just written."""
+    _update_manifest({path: digest for path in paths if (digest := _digest(path))}, folder)
 
 
 def save_result(text: str, path: Path) -> None:
-    """Write a file that a user named, and list it where its folder is one of results."""
+    """Write a file that the user named, and register it where its folder has a manifest."""
     save_text(text, path)
     if (path.parent / MANIFEST).is_file():
         register_results((path,), path.parent)
 
 
 def remove_results(folder: Path, patterns: Iterable[str], keep: Iterable[Path] = ()) -> None:
-    """Remove what hydrodamp wrote in a folder, by patterns, but what was changed or is kept."""
-    listed, kept = _listed(folder), {*keep}
+    """Remove unchanged files that hydrodamp wrote, by patterns, except those to ``keep``."""
+    manifest, excluded = _read_manifest(folder), {*keep}
     for path in [path for pattern in patterns for path in sorted(folder.glob(pattern))]:
-        if path not in kept and path.is_file() and _is_written(path, folder, listed):
+        if path not in excluded and path.is_file() and _is_replaceable(path, folder, manifest):
             path.unlink()
-            if path.parent != folder:
-                with suppress(OSError):  # it holds other files
-                    path.parent.rmdir()
+            _remove_empty_folders((path,), folder)
 
 
-def _check_written(paths: Iterable[Path], folder: Path) -> None:
-    """Refuse files that are there and not as hydrodamp wrote them."""
-    listed = _listed(folder)
+def _remove_empty_folders(paths: Iterable[Path], folder: Path) -> None:
     for path in paths:
-        if path.exists() and not _is_written(path, folder, listed):
-            is_listed = _name(path, folder) in listed
-            why = "was changed since hydrodamp wrote it" if is_listed else "is not hydrodamp's"
+        for parent in path.parents:
+            if not parent.is_relative_to(folder) or parent == folder:
+                break
+            with suppress(OSError):  # the folder holds other files
+                parent.rmdir()
+
+
+def _check_replaceable(
+    paths: Iterable[Path], folder: Path, manifest: Mapping[str, list[str]]
+) -> None:
+    """Refuse files that exist and differ from what hydrodamp wrote."""
+    for path in paths:
+        if os.path.lexists(path) and not _is_replaceable(path, folder, manifest):
+            is_listed = _name(path, folder) in manifest
+            reason = "was changed since hydrodamp wrote it" if is_listed else "is not hydrodamp's"
             raise FileError(
-                f"{path}: {why}, so nothing replaces it, `--force` neither. Move it elsewhere, or"
-                " name another folder."
+                f"{path}: {reason}, so `--force` does not replace it. Move it elsewhere, or name"
+                " another folder."
             )
 
 
-def _is_written(path: Path, folder: Path, listed: Mapping[str, list[str]]) -> bool:
-    return _digest(path) in listed.get(_name(path, folder), ())
+def _is_replaceable(path: Path, folder: Path, manifest: Mapping[str, list[str]]) -> bool:
+    return _digest(path) in manifest.get(_name(path, folder), ())
 
 
-def _listed(folder: Path) -> dict[str, list[str]]:
+def _read_manifest(folder: Path) -> dict[str, list[str]]:
     """Return the digests that each file may have: as written last, and before that."""
     path = folder / MANIFEST
     if not path.is_file():
         return {}
     content = load_json(path)
-    files = content.get("files") if isinstance(content, dict) else None
-    if not isinstance(files, dict) or not all(isinstance(it, list) for it in files.values()):
-        raise FileError(f"{path}: is no manifest of hydrodamp's. Move it elsewhere.")
-    return files
+    manifest = content.get("files") if isinstance(content, dict) else None
+    if not isinstance(manifest, dict) or not all(
+        isinstance(digests, list) and _is_inside(name) for name, digests in manifest.items()
+    ):
+        raise FileError(f"{path}: is not a manifest of hydrodamp. Move it elsewhere.")
+    return manifest
 
 
-def _list(digests: Mapping[Path, str], folder: Path) -> None:
-    listed = _listed(folder)
+def _is_inside(name: str) -> bool:
+    return not Path(name).is_absolute() and ".." not in PurePosixPath(name).parts
+
+
+def _update_manifest(digests: Mapping[Path, str], folder: Path) -> None:
+    manifest = _read_manifest(folder)
     for path, digest in digests.items():
         name = _name(path, folder)
         # Until the new content is in place, the old one is hydrodamp's too.
-        listed[name] = [digest, *(old for old in listed.get(name, ())[:1] if old != digest)]
-    there = {name: known for name, known in listed.items() if _may_exist(name, folder, digests)}
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    save_json({"format": _FORMAT, "files": dict(sorted(there.items()))}, folder / MANIFEST)
-
-
-def _may_exist(name: str, folder: Path, digests: Mapping[Path, str]) -> bool:
-    return folder / name in digests or (folder / name).exists()
+        manifest[name] = [digest, *(old for old in manifest.get(name, ())[:1] if old != digest)]
+    existing = {
+        name: manifest[name]
+        for name in sorted(manifest)
+        if folder / name in digests or (folder / name).exists()
+    }
+    if existing:
+        save_json({"format": _FORMAT, "files": existing}, folder / MANIFEST)
+    else:
+        (folder / MANIFEST).unlink(missing_ok=True)
 
 
 def _name(path: Path, folder: Path) -> str:
@@ -132,7 +189,7 @@ def _name(path: Path, folder: Path) -> str:
 
 
 def _digest(path: Path) -> str:
-    """Return the digest of a file's content; empty for what is no file."""
+    """Return the SHA-256 digest of a file; empty for what is no file."""
     if not path.is_file():
         return ""
     with path.open("rb") as stream:

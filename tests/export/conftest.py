@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export import c99
-from hydrodamp.export.folder import save
 from hydrodamp.export.plant import ExportedPlant, States
-from hydrodamp.export.verification import scattered
+from hydrodamp.export.target import save_files
+from hydrodamp.export.verification import sample_states
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
 
@@ -63,36 +62,36 @@ def coefficients(model: hd.DampingModel, seed: int = 0) -> hd.Damping:
     return hd.Damping(model, values)
 
 
-def states(craft: ExportedPlant, n: int = 50, seed: int = 1) -> States:
+def states(plant: ExportedPlant, n: int = 50, seed: int = 1) -> States:
     """Return random states; commands within and beyond their limits."""
     random = np.random.default_rng(seed)
     down = random.normal(size=(n, 3))
     return States(
         random.normal(size=(n, 6)),
         down / np.linalg.norm(down, axis=1, keepdims=True),
-        random.normal(size=(n, len(craft.inputs))),
+        random.normal(size=(n, len(plant.inputs))),
         random.normal(size=(n, 6)),
     )
 
 
-def core(craft: ExportedPlant, at: States) -> np.ndarray:
+def core(plant: ExportedPlant, at: States) -> np.ndarray:
     """Return the accelerations of the C core, called by itself."""
-    columns = craft.columns
+    columns = plant.columns
     from hydrodamp.simulation.problem import held_channels
 
-    named = dict(zip(craft.commands, at.inputs.T, strict=False))
+    named = dict(zip(plant.commands, at.inputs.T, strict=False))
     channels = held_channels(columns, named, len(at.velocity))
-    known = craft.vehicle.propulsion_speed(named)
+    known = plant.vehicle.propulsion_speed(named)
     speed = at.inputs[:, -1] if known is None and len(at.inputs.T) else known
-    plant, inverse = plant_of(columns.plant), mass_inverse(columns.plant)
-    table, rates = np.ascontiguousarray(craft.matrix), []
+    core_plant, inverse = plant_of(columns.plant), mass_inverse(columns.plant)
+    table, rates = np.ascontiguousarray(plant.matrix), []
     atoms, xi = np.zeros(C.hd_atom_count(channels.shape[1])), np.zeros(len(table))
     for k in range(len(at.velocity)):
         rate, row = np.empty(6), np.ascontiguousarray(channels[k])
-        nu = np.ascontiguousarray(at.velocity[k] * craft.vehicle.free)
+        nu = np.ascontiguousarray(at.velocity[k] * plant.vehicle.free)
         recorded = at.down[k].copy(), at.wrench[k].copy(), row if row.size else None
         driven = 0.0 if speed is None else float(speed[k])
-        call("hd_acceleration", plant, inverse, table, nu, *recorded, driven, rate, atoms, xi)
+        call("hd_acceleration", core_plant, inverse, table, nu, *recorded, driven, rate, atoms, xi)
         rates.append(rate)
     return np.array(rates)
 
@@ -130,15 +129,13 @@ def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
     return boat, damping, replace(log, velocity=moved)
 
 
-def written(form, craft, folder):
-    """Return the folder that a form's files of a craft are in, their size not measured."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(c99, "size_of", lambda *_: "")
-        save(form.write(form.project(craft, scattered(craft))), folder)
+def written(form, plant, folder):
+    """Write a form's files of a plant into a folder, and return it."""
+    save_files(form.render_files(form.project_plant(plant, sample_states(plant))), folder)
     return folder
 
 
-def rates_of(form, folder, craft, at):
+def rates_of(form, folder, plant, at):
     """Return the accelerations that a form's files in a folder give."""
-    with form.read(folder, craft) as engine:
-        return engine.rates(at)
+    with form.open_engine(folder, plant) as engine:
+        return engine.accelerations(at)

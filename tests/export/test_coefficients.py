@@ -36,10 +36,10 @@ COUPLED = hd.Damping.from_dict(
 def test_a_craft_whose_origin_is_its_centre_of_gravity_comes_back(form, damping, tmp_path):
     if damping is COUPLED and form.key != "uuv":
         return
-    craft = ExportedPlant.of(STIFF, damping)
-    at = states(craft, 12)
-    found = rates_of(form, written(form, craft, tmp_path), craft, at)
-    np.testing.assert_allclose(found, core(craft, at), rtol=1e-10, atol=1e-10)
+    plant = ExportedPlant.of(STIFF, damping)
+    at = states(plant, 12)
+    found = rates_of(form, written(form, plant, tmp_path), plant, at)
+    np.testing.assert_allclose(found, core(plant, at), rtol=1e-10, atol=1e-10)
 
 
 def test_linear_damping_about_any_origin_comes_back(tmp_path):
@@ -56,10 +56,10 @@ def test_linear_damping_about_any_origin_comes_back(tmp_path):
     drag = turn.T @ np.diag([-4.0, -6.0, -8.0, -0.5, -0.4, -0.6]) @ turn
     labels = [[f"{axis}_{name}" for name in "uvwpqr"] for axis in "XYZKMN"]
     damping = dict(zip(np.ravel(labels).tolist(), drag.ravel().tolist(), strict=True))
-    craft = ExportedPlant.of(vehicle, hd.Damping.from_dict(None, damping))
-    at = states(craft, 12)
-    found = rates_of(form, written(form, craft, tmp_path), craft, at)
-    np.testing.assert_allclose(found, core(craft, at), rtol=1e-9, atol=1e-9)
+    plant = ExportedPlant.of(vehicle, hd.Damping.from_dict(None, damping))
+    at = states(plant, 12)
+    found = rates_of(form, written(form, plant, tmp_path), plant, at)
+    np.testing.assert_allclose(found, core(plant, at), rtol=1e-9, atol=1e-9)
 
 
 def test_quadratic_drag_is_exact_where_the_centre_of_gravity_is_below_the_origin(tmp_path):
@@ -70,8 +70,8 @@ def test_quadratic_drag_is_exact_where_the_centre_of_gravity_is_below_the_origin
 
 def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u": -4.0, "Y_v": -6.0, "Y_r": 2.0, "M_w": 0.7})
-    craft = ExportedPlant.of(hd.fleet["remus100"], damping)
-    root = ElementTree.parse(written(UUV(), craft, tmp_path) / "uuv.urdf").getroot()
+    plant = ExportedPlant.of(hd.fleet["remus100"], damping)
+    root = ElementTree.parse(written(UUV(), plant, tmp_path) / "uuv.urdf").getroot()
 
     def read(tag):
         return np.array(root.findtext(f".//{tag}").split(), dtype=float)
@@ -86,13 +86,13 @@ def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
     lift = -float(root.findtext(".//volume")) * 1000.0 * 9.80665 * down
     weight = float(root.find(".//mass").get("value")) * 9.80665 * down
     moment = np.cross(read("center_of_buoyancy") * TURN, lift)
-    wanted = craft.vehicle.restoring_wrench(down[None])[0]
+    wanted = plant.vehicle.restoring_wrench(down[None])[0]
     np.testing.assert_allclose([*(lift + weight), *moment], wanted, atol=1e-9)
 
 
 def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
-    craft = ExportedPlant.of(hd.fleet["bluerov2"], EVERY)
-    root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
+    plant = ExportedPlant.of(hd.fleet["bluerov2"], EVERY)
+    root = ElementTree.parse(written(URDF(), plant, tmp_path) / "hydrodynamics.urdf").getroot()
 
     def read(tag, names):
         return np.array([float(root.find(f".//{tag}").get(name)) for name in names.split()])
@@ -112,19 +112,19 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
     added = -read("added_mass", "Xdu Ydv Zdw Kdp Mdq Ndr")
     matrix = np.diag(added) + np.diag([mass, mass, mass, *inertia])
     nu = np.random.default_rng(0).normal(size=6)
-    wanted = nu @ craft.vehicle.mass_matrix @ nu
+    wanted = nu @ plant.vehicle.mass_matrix @ nu
     assert nu @ matrix @ nu == pytest.approx(wanted, rel=0.05)  # no coupled mass
     drag = read("linear", "Xu Yv Zw Kp Mq Nr") * nu
     drag += read("quadratic", "Xuu Yvv Zww Kpp Mqq Nrr") * np.abs(nu) * nu
-    np.testing.assert_allclose(drag, np.diag(craft.damping.wrench(np.diag(nu))), rtol=1e-12)
+    np.testing.assert_allclose(drag, np.diag(plant.damping.wrench(np.diag(nu))), rtol=1e-12)
     moment = np.cross(read("center_of_buoyancy", "x y z"), -lift * down)
     found = np.concatenate([(weight - lift) * down, moment])
-    np.testing.assert_allclose(found, craft.vehicle.restoring_wrench(down[None])[0], atol=1e-9)
+    np.testing.assert_allclose(found, plant.vehicle.restoring_wrench(down[None])[0], atol=1e-9)
 
 
 def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path):
-    craft = ExportedPlant.of(STIFF, EVERY)
-    text = (written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text()
+    plant = ExportedPlant.of(STIFF, EVERY)
+    text = (written(MarineGym(), plant, tmp_path) / "marinegym.yaml").read_text()
     assert "keep `rotor_configuration`" in text
     said = yaml.safe_load(text)
     assert said["hydro_coef"]["linear_damping"][:2] == [4.0, 6.0]
@@ -132,7 +132,7 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
     assert said["hydro_coef"]["added_mass"][1] == pytest.approx(7.1206, abs=0.01)
     assert said["coBM"] == pytest.approx(0.03)
     assert said["volume"] * 997.0 * 9.8 == pytest.approx(STIFF.buoyancy)
-    root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
+    root = ElementTree.parse(written(URDF(), plant, tmp_path) / "hydrodynamics.urdf").getroot()
     assert float(root.find(".//damping/linear").get("Yv")) == -6.0
     assert float(root.find(".//added_mass").get("Xdu")) == pytest.approx(-6.3567, abs=0.01)
     assert float(root.find(".//center_of_buoyancy").get("z")) == pytest.approx(-0.03)
@@ -146,9 +146,9 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     card = hd.export(published, sailed.vehicle, key, tmp_path / "a", log=log, force=True)
     assert not card.exact
     assert card.replays.source_to_target.rms > 0.0
-    assert "Not run here" in str(card)
+    assert card.not_run
     boat, damping, _ = planar
-    with pytest.raises(hd.VehicleError, match="moves all six axes"):
+    with pytest.raises(hd.VehicleError, match="six axes"):
         hd.export(damping, boat, key, tmp_path / "b")
     righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_down_y": 3.0})
     with pytest.raises(hd.ModelError, match="no terms of attitude such as K_down_y"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.rigid_body import FLU, term_sign
+from hydrodamp.export.plant import FLU, term_sign
 from hydrodamp.kernels.core import coriolis
 
 MODELS = [hd.catalog[key] for key in hd.PAPER_MODELS]

@@ -14,7 +14,7 @@ import pytest
 import hydrodamp as hd
 import hydrodamp.kernels
 from hydrodamp.data.attitude import euler_from_quaternion
-from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
+from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.sources import LineParser
@@ -56,7 +56,7 @@ def compiled(tmp_path_factory):
         call = [compiler or COMPILERS[0], *STRICT, *flags]
         if tuple(call) not in made:
             place = made[tuple(call)] = tmp_path_factory.mktemp("objects")
-            sources = [csrc / name for name in (*SOURCES, *ON_BOARD)]
+            sources = [csrc / name for name in (*SOURCES, *IDENTIFIER_SOURCES)]
             subprocess.run([*call, "-c", *sources], cwd=place, check=True)
         objects = sorted(made[tuple(call)].glob("*.o"))
         subprocess.run(

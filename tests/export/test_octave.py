@@ -12,7 +12,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Octave
-from hydrodamp.export.verification import upright
+from hydrodamp.export.verification import attitude_quaternions
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
@@ -24,10 +24,10 @@ here = pytest.mark.skipif(
 @here
 @pytest.mark.parametrize("model", [MODELS[-1], ALL_ATOMS], ids=lambda model: model.key)
 def test_accelerations_are_those_of_the_core(model, tmp_path):
-    craft = ExportedPlant.of(RICH, coefficients(model))
-    at = states(craft, 12)
-    found = rates_of(Octave(), written(Octave(), craft, tmp_path), craft, at)
-    np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
+    plant = ExportedPlant.of(RICH, coefficients(model))
+    at = states(plant, 12)
+    found = rates_of(Octave(), written(Octave(), plant, tmp_path), plant, at)
+    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
 
 
 @here
@@ -41,8 +41,8 @@ def test_it_sails_as_the_core_does(sailed, tmp_path):
 
 @here
 def test_angles_and_a_current(tmp_path):
-    craft = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    written(Octave(), craft, tmp_path)
+    plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    written(Octave(), plant, tmp_path)
     # With the current, heading north: still in the water, whatever the state is written in.
     lines = (
         "x = [0 0.5 0 0 0 0.2 0 0 0 0.1 0.3 0]';",
@@ -77,6 +77,8 @@ def test_a_down_direction_has_an_attitude():
     directions = np.random.default_rng(0).normal(size=(50, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     directions[:3] = [0, 0, 1], [0, 0, -1], [1, 0, 0]
-    w, x, y, z = upright(1.02 * directions).T  # between two samples lengths are not one
+    w, x, y, z = attitude_quaternions(
+        1.02 * directions
+    ).T  # between two samples lengths are not one
     found = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
     np.testing.assert_allclose(np.transpose(found), 1.02 * directions, atol=1e-15)

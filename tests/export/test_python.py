@@ -13,8 +13,8 @@ from hydrodamp.export.scripts import Python
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states
 
 
-def module_of(craft, folder):
-    for name, text in Python().write(craft).items():
+def module_of(plant, folder):
+    for name, text in Python().render_files(plant).items():
         (folder / name).write_text(text, encoding="utf-8")
     names = {}
     exec(next(folder.glob("*.py")).read_text(encoding="utf-8"), names)
@@ -24,10 +24,10 @@ def module_of(craft, folder):
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 @pytest.mark.parametrize("vehicle", [RICH, hd.fleet["remus100"]], ids=lambda v: v.name)
 def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
-    craft = ExportedPlant.of(vehicle, coefficients(model))
-    module_of(craft, tmp_path)
-    at = states(craft)
-    found, wanted = rates_of(Python(), tmp_path, craft, at), core(craft, at)
+    plant = ExportedPlant.of(vehicle, coefficients(model))
+    module_of(plant, tmp_path)
+    at = states(plant)
+    found, wanted = rates_of(Python(), tmp_path, plant, at), core(plant, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
 
 
@@ -56,18 +56,18 @@ def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
 
 
 def test_a_current_carries_the_vehicle_along(tmp_path):
-    craft = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    boat = module_of(craft, tmp_path)["auv_vt690"](0.5, np.pi / 2)
+    plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    boat = module_of(plant, tmp_path)["auv_vt690"](0.5, np.pi / 2)
     nu = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])  # with the water, heading north
     still, _ = boat.dynamics(np.zeros(6), nu, boat.u_actual, np.zeros(3), 0.1)
     np.testing.assert_allclose(still, nu, atol=1e-15)
 
 
 def test_holoocean_is_asked_in_its_own_world(tmp_path):
-    craft = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
-    names = module_of(craft, tmp_path)
+    plant = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
+    names = module_of(plant, tmp_path)
     quaternion = quaternion_from_euler(np.array([[0.3, -0.4, 2.0]]))[0]
-    nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(craft.inputs), 0.2)
+    nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(plant.inputs), 0.2)
     turn, turned = rotation_matrices(quaternion[None])[0], np.array([1.0, -1.0, -1.0])
     w, x, y, z = quaternion
     state = np.concatenate(

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.targets import Randomisation
+from hydrodamp.export.export import Randomisation, draw_coefficients
+from hydrodamp.export.plant import ExportedPlant
 
 LABELS = {"X_u|u|": -3.0, "Y_v": -2.0, "N_v": 0.5, "N_r": -4.0}
 COVARIANCE = np.array([[0.01, 0, 0, 0], [0, 1.0, 0.3, 0], [0, 0.3, 0.2, 0], [0, 0, 0, 0.0]])
@@ -39,22 +40,26 @@ def test_draws_have_the_covariance_of_the_fit(damping, tmp_path):
     np.testing.assert_array_equal(drawn(tmp_path / "b"), rows)
 
 
-def test_draws_that_feed_the_motion_are_drawn_again(damping, tmp_path):
-    box = hd.OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
-    for asked, worst in ((False, True), (True, False)):
-        form = Randomisation(draws=40, dissipative=asked)
-        hd.export(damping, hd.fleet["vt690"], form, tmp_path / str(asked))
-        powers = [
-            hd.max_damping_power(hd.Damping(damping.model, row), box).power
-            for row in drawn(tmp_path / str(asked))
-        ]
-        assert (max(powers) > 0.0) == worst
-    feeding = hd.Damping(damping.model, -damping.coefficients, COVARIANCE)
-    with pytest.raises(hd.MethodError, match="only 0 of 100 draws dissipate"):
-        hd.export(
-            *(feeding, hd.fleet["vt690"], Randomisation(draws=5, dissipative=True)),
-            tmp_path / "none",
-        )
+class Generator:
+    """A generator that returns given samples."""
+
+    def __init__(self, rows):
+        self.rows = rows
+
+    def multivariate_normal(self, mean, covariance, n, method):
+        return np.array(self.rows * n)[:n]
+
+
+def test_draws_that_inject_energy_are_rejected(damping):
+    plant = ExportedPlant.of(hd.fleet["vt690"], damping)
+    passive, active = damping.coefficients.tolist(), (-damping.coefficients).tolist()
+    generator = Generator([active, passive])
+    draws = draw_coefficients(plant, 2, generator, dissipative=False)
+    np.testing.assert_array_equal(draws, [active, passive])
+    draws = draw_coefficients(plant, 2, generator, dissipative=True)
+    np.testing.assert_array_equal(draws, [passive, passive])
+    with pytest.raises(hd.MethodError, match="only 0 of 20 draws"):
+        draw_coefficients(plant, 1, Generator([active]), dissipative=True)
 
 
 def test_each_draw_is_written_for_another_target(damping, tmp_path):
@@ -80,7 +85,7 @@ def test_what_cannot_be_drawn_is_told(damping, tmp_path):
 
 def test_draws_for_a_form_that_lacks_terms_are_refused(damping, tmp_path):
     """Dropped silently, cross terms such as N_v would leave draws of another model."""
-    with pytest.raises(hd.MethodError, match=r"'urdf' cannot hold .*draws are not projected"):
+    with pytest.raises(hd.MethodError, match=r"'urdf' .*N_v.* not projected"):
         hd.export(
             damping, hd.fleet["bluerov2"], Randomisation(draws=2, form="urdf"), tmp_path / "x"
         )

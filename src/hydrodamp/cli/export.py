@@ -53,7 +53,7 @@ def export(
     json: options.Json = False,
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
-    from hydrodamp.export.folder import check_export
+    from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
     from hydrodamp.text import first_few

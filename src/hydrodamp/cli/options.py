@@ -20,7 +20,7 @@ TARGETS = (
     "python, c, octave, casadi, fmu, gz-sim, vrx, mujoco, uuv, urdf, marinegym, stonefish, "
     "randomisation"
 )
-"""All targets of an export, for help; those of ``export.targets``."""
+"""All targets of an export, for help; those of ``export.export.TARGETS``."""
 
 #: All methods, for help.
 KEYS = ", ".join(METHODS)

@@ -1,6 +1,7 @@
-"""C99: hydrodamp's own files, unchanged, and one header of a vehicle and its model.
+"""C99 export: hydrodamp's C core, unchanged, and one header with the constants of a plant.
 
-As a library, and as a functional mock-up unit.
+``c`` is a library of equation 1 and of the embedded estimators (recursive least squares and the
+adaptive identifier); ``fmu`` packs the same functions into a functional mock-up unit.
 """
 
 from __future__ import annotations
@@ -8,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import io
 import platform
-import re
 import shutil
 import subprocess
 import tempfile
@@ -16,6 +16,7 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -26,53 +27,55 @@ from cffi import FFI
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.codegen import C99, command, name_of, said_of
-from hydrodamp.export.embedded import identified_of
+from hydrodamp.export.codegen import (
+    C99,
+    command,
+    identifier_values,
+    template_values,
+    vehicle_identifier,
+)
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.target import (
     Files,
     NotRun,
     RunError,
     Target,
-    rendered,
-    require,
-    version_of,
+    program_version,
+    render_template,
+    require_package,
 )
-from hydrodamp.export.verification import LONGEST_STEP, Engine, upright
+from hydrodamp.export.verification import MAX_STEP, Engine, attitude_quaternions
 from hydrodamp.files import save_all
 
-#: What a vehicle's header stands on, and what is there for the estimators on board.
+#: C files of equation 1, their headers, and C files of the embedded estimators.
 SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
 HEADERS = ("batch.h", "onboard.h")
-ON_BOARD = (
-    "adaptive.c",
-    "blocks.c",
-    "identifiers.c",
-    "instrumental_variables.c",
-    "recursive.c",
-    "steps.c",
+IDENTIFIER_SOURCES = (
+    *(
+        "adaptive.c",
+        "blocks.c",
+        "identifiers.c",
+        "instrumental_variables.c",
+        "recursive.c",
+        "steps.c",
+    ),
 )
 
-#: The same bits everywhere: no contraction to fused multiply-add, no reordered sums.
+#: Bit-identical results on every machine: no fused multiply-add, no reordered sums.
 STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 
-#: What calls the functions of the headers, to measure them.
-_CALLERS = ("called.c", "identified.c")
-
-_CORTEX_M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
-
-
-_CALL = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *);"
+CALL_SIGNATURE = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *);"
 
 
 @dataclass(frozen=True)
 class C(Target):
-    """A C99 library: no allocation, no input or output, no state between calls.
+    """A C99 library without allocation, input, output or state between calls.
 
     Parameters
     ----------
     precision : str
-        ``double`` or ``float``: what is run, and what CMake builds unless told otherwise.
+        ``double`` or ``float``: the type that the fidelity card is measured with and that CMake
+        builds by default.
     """
 
     key: ClassVar[str] = "c"
@@ -80,152 +83,129 @@ class C(Target):
     precision: str = "double"
 
     def __post_init__(self) -> None:
-        """Refuse what is no type of numbers."""
+        """Check the precision."""
         known = self.precision in ("double", "float")
         demand(known, "precision", "double or float", f"'{self.precision}'.")
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """What the compiler is told of it."""
+        """Compiler flags of the precision."""
         return ("-DHD_FLOAT",) if self.precision == "float" else ()
 
-    def write(self, craft: ExportedPlant) -> Files:
-        """Return the header, hydrodamp's own files, and two examples in a folder of theirs."""
-        name, own = name_of(craft), own_files((*HEADERS, *SOURCES, *ON_BOARD))
-        said = said_of(craft) | identified_of(craft)
-        code = {
-            f"{name}.h": header_of(craft).encode(),
-            f"{name}_identifier.h": rendered("identifier.h.j2", **said).encode(),
-            **own,
-        }
-        built = {
+    def render_files(self, plant: ExportedPlant) -> Files:
+        """Return the two headers, the C core, and two examples in a folder of their own."""
+        name = vehicle_identifier(plant)
+        values = template_values(plant) | identifier_values(plant)
+        build = {
             "precision": self.precision,
-            "sources": (*SOURCES, *ON_BOARD),
-            "size": size_of(code, said, self.flags),
+            "sources": (*SOURCES, *IDENTIFIER_SOURCES),
             "bytes": 4 if self.precision == "float" else 8,
         }
         return {
-            **code,
-            "examples/simulate.c": rendered("simulate.c.j2", **said),
-            "examples/estimate.c": rendered("estimate.c.j2", **said),
-            "CMakeLists.txt": rendered("CMakeLists.txt.j2", **said, **built),
-            "README.md": rendered("readme_c.md.j2", **said, **built),
+            f"{name}.h": render_header(plant),
+            f"{name}_identifier.h": render_template("identifier.h.j2", **values),
+            **core_sources((*HEADERS, *SOURCES, *IDENTIFIER_SOURCES)),
+            "examples/simulate.c": render_template("simulate.c.j2", **values),
+            "examples/estimate.c": render_template("estimate.c.j2", **values),
+            "CMakeLists.txt": render_template("CMakeLists.txt.j2", **values, **build),
+            "README.md": render_template("readme_c.md.j2", **values, **build),
         }
 
     @contextmanager
-    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
-        """Compile the files, and return the accelerations of the library."""
-        name = name_of(craft)
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Compile the files and yield the accelerations of the library."""
         ffi: Any = FFI()
-        with tempfile.TemporaryDirectory() as place:
-            library, called = Path(place, "vehicle.so"), Path(place, "called.c")
-            called.write_text(rendered("called.c.j2", name=name), encoding="utf-8")
-            sources = (*SOURCES, *ON_BOARD, str(called))
-            by = shared(folder, sources, (*self.flags, f"-I{folder}"), library)
-            ffi.cdef(_CALL.format(self.precision))
-            loaded = ffi.dlopen(str(library))
+        with tempfile.TemporaryDirectory() as build:
+            library, caller = Path(build, "vehicle.so"), Path(build, "caller.c")
+            name = vehicle_identifier(plant)
+            caller.write_text(render_template("caller.c.j2", name=name), encoding="utf-8")
+            sources = (*SOURCES, *IDENTIFIER_SOURCES, str(caller))
+            compiler = compile_library(folder, sources, (*self.flags, "-I."), library)
+            ffi.cdef(CALL_SIGNATURE.format(self.precision))
+            module = ffi.dlopen(str(library))
         real = np.float64 if self.precision == "double" else np.float32
-        pointed = ffi.typeof(f"{self.precision}[]")
+        pointer = ffi.typeof(f"{self.precision}[]")
 
-        def rates(at: States) -> FloatArray:
-            found = np.empty((len(at.velocity), 6), real)
-            for row in zip(*(each.astype(real) for each in at), found, strict=True):
-                loaded.acceleration(*(ffi.from_buffer(pointed, each) for each in row))
-            return found.astype(np.float64)
+        def accelerations(at: States) -> FloatArray:
+            result = np.empty((len(at.velocity), 6), real)
+            for row in zip(*(values.astype(real) for values in at), result, strict=True):
+                module.acceleration(*(ffi.from_buffer(pointer, values) for values in row))
+            return result.astype(np.float64)
 
-        yield Engine(f"{by}, {self.precision}", rates)
+        yield Engine(f"{compiler}, {self.precision}", accelerations)
 
 
-def header_of(craft: ExportedPlant) -> str:
-    """Return the header of constants and functions of a vehicle."""
-    table = craft.columns
-    return rendered(
+def render_header(plant: ExportedPlant) -> str:
+    """Return the header with the constants and functions of a plant."""
+    table = plant.columns
+    return render_template(
         "vehicle.h.j2",
-        **said_of(craft, C99),
+        **template_values(plant, C99),
         factors=table.plant.factors.tolist(),
-        free=craft.vehicle.free.astype(int).tolist(),
+        free=plant.vehicle.free.astype(int).tolist(),
         of_terms=[command(channel) for channel in table.channels],
     )
 
 
-def own_files(names: Sequence[str]) -> dict[str, bytes]:
-    """Return some of hydrodamp's own C files, unchanged."""
+def core_sources(names: Sequence[str]) -> dict[str, bytes]:
+    """Return files of hydrodamp's C core."""
     folder = files("hydrodamp.kernels").joinpath("csrc")
     return {name: folder.joinpath(name).read_bytes() for name in names}
 
 
-def compiler() -> str:
-    """Return the C compiler that is here, or say that there is none."""
-    found = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
-    if found is None:
+def find_compiler() -> str:
+    """Return the name of the installed C compiler; raise NotRun without one."""
+    name = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
+    if name is None:
         raise NotRun("no C compiler (cc, gcc or clang) is installed")
-    return found
+    return name
 
 
-def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: Path) -> str:
-    """Compile a shared library, every warning an error; return what compiled it."""
-    call = [compiler(), *STRICT, "-fPIC", "-shared", *flags, *sources, "-lm", "-o", str(library)]
-    done = _run(call, folder)
+def compile_library(
+    folder: Path, sources: Sequence[str], flags: Sequence[str], library: Path, *link_flags: str
+) -> str:
+    """Compile a shared library, every warning an error; return the version of the compiler."""
+    call = (find_compiler(), *STRICT, "-fPIC", *flags)
+    cached = [name for name in sources if name in (*SOURCES, *IDENTIFIER_SOURCES)]
+    contents = tuple((name, (folder / name).read_bytes()) for name in (*HEADERS, *cached))
+    with tempfile.TemporaryDirectory() as build:
+        objects = {Path(build, name): data for name, data in _compile_core(call, contents).items()}
+        save_all(objects)
+        linked = [*(name for name in sources if name not in cached), *map(str, objects)]
+        _run_compiler([*call, "-shared", *link_flags, *linked, "-lm", "-o", str(library)], folder)
+    return program_version(call[0])
+
+
+@cache
+def _compile_core(
+    call: tuple[str, ...], contents: tuple[tuple[str, bytes], ...]
+) -> Mapping[str, bytes]:
+    """Return object files of C files that no vehicle's header enters, compiled once a content."""
+    with tempfile.TemporaryDirectory() as build:
+        save_all({Path(build, name): content for name, content in contents})
+        sources = [name for name, _ in contents if name.endswith(".c")]
+        _run_compiler([*call, "-c", *sources], build)
+        return {path.name: path.read_bytes() for path in sorted(Path(build).glob("*.o"))}
+
+
+def _run_compiler(call: Sequence[str], folder: str | Path) -> None:
+    done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise RunError(f"{call[0]} refused it: {done.stderr.strip().rstrip('.')}")
-    return version_of(call[0])
+        raise RunError(f"{call[0]} reports: {done.stderr.strip().rstrip('.')}")
 
 
-def size_of(code: Mapping[str, bytes], said: Mapping[str, object], flags: Sequence[str]) -> str:
-    """Tell what code takes on a Cortex-M7, else on this machine; nothing where no gcc can."""
-    callers = {each: rendered(f"{each}.j2", **said).encode() for each in _CALLERS}
-    whole = {**code, **callers}
-    sources = [each for each in whole if each.endswith(".c")]
-    for prefix, kit, processor in (
-        ("arm-none-eabi-", _CORTEX_M7, "a Cortex-M7"),
-        ("", (), "this machine"),
-    ):
-        with tempfile.TemporaryDirectory() as place:
-            save_all({Path(place, each): content for each, content in whole.items()})
-            call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kit, *flags, "-c", *sources]
-            if not shutil.which(call[0]) or _run(call, place).returncode:
-                continue  # not there, or a cross compiler without its C library
-            vehicle, identifiers = (
-                _taken(Path(place), prefix, [Path(each).stem for each in group])
-                for group in ((*SOURCES, _CALLERS[0]), (*ON_BOARD, _CALLERS[1]))
-            )
-        return (
-            f"By {prefix}gcc -Os for {processor}, the vehicle takes {vehicle}; the identifiers "
-            f"take {identifiers} besides."
-        )
-    return ""
-
-
-def _taken(place: Path, prefix: str, units: Sequence[str]) -> str:
-    """Tell the size of some compiled units, and how much of the stack they take."""
-    told = _run([f"{prefix}size", *(f"{unit}.o" for unit in units)], place).stdout
-    rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
-    frames = " ".join((place / f"{unit}.su").read_text() for unit in units)
-    code, data, unset = rows.sum(axis=0).tolist()
-    # No function calls itself, so that all frames together are more than there ever are.
-    stack = sum(map(int, re.findall(r"\t(\d+)\t", frames)))
-    return (
-        f"{code} bytes of code and constants, {data + unset} bytes of variables and at most "
-        f"{stack} bytes of stack"
-    )
-
-
-def _run(call: Sequence[str], place: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(call, cwd=place, capture_output=True, text=True, check=False)
-
-
-#: Places of a binary in FMI 2.0 and 3.0, and its suffix; other systems get the sources alone.
-_PLACES = {
+#: Folders of a binary in FMI 2.0 and 3.0, and its suffix; other systems get the sources alone.
+BINARY_FOLDERS = {
     ("Linux", "x86_64"): ("linux64", "x86_64-linux", "so"),
     ("Linux", "aarch64"): ("", "aarch64-linux", "so"),
     ("Darwin", "x86_64"): ("darwin64", "x86_64-darwin", "dylib"),
     ("Darwin", "arm64"): ("darwin64", "aarch64-darwin", "dylib"),
 }
 
-#: Where a unit without a binary says why: none is made here, or the compiler failed.
-_WHY = {NotRun: "resources/no_binary.txt", RunError: "resources/compile_error.txt"}
+#: Files of a unit without a binary that state why: no compiler, or the compiler failed.
+FAILURE_FILES = {NotRun: "resources/no_binary.txt", RunError: "resources/compile_error.txt"}
 
-#: References of states, of their rates and of inputs.
+#: Value references of the first state, state derivative and input.
 STATES, RATES, INPUTS = 0, 13, 26
 
 
@@ -244,69 +224,72 @@ class FMU(Target):
     fmi: str = "2.0"
 
     def __post_init__(self) -> None:
-        """Refuse versions that are not written."""
+        """Check the version."""
         demand(self.fmi in ("2.0", "3.0"), "fmi", "2.0 or 3.0", f"'{self.fmi}'.")
 
-    def write(self, craft: ExportedPlant) -> Files:
-        """Return the unit: model description, sources, and a binary where one can be made."""
+    def render_files(self, plant: ExportedPlant) -> Files:
+        """Return the unit: model description, sources, and a binary where one can be compiled."""
         import hydrodamp
 
-        name, header, code = name_of(craft), header_of(craft), f"fmi{self.fmi[0]}.c"
-        said = {
-            **said_of(craft),
+        name, header = vehicle_identifier(plant), render_header(plant)
+        code = f"fmi{self.fmi[0]}.c"
+        values = {
+            **template_values(plant),
             "guid": hashlib.sha256(header.encode()).hexdigest()[:32],
             "version": hydrodamp.__version__,
-            "longest": LONGEST_STEP,
+            "longest": MAX_STEP,
             "sources": (*SOURCES, code),
         }
         sources = {
-            **own_files((*HEADERS, *SOURCES)),
+            **core_sources((*HEADERS, *SOURCES)),
             f"{name}.h": header.encode(),
-            code: rendered(f"{code}.j2", **said).encode(),
+            code: render_template(f"{code}.j2", **values).encode(),
         }
         if self.fmi == "3.0":
-            sources["buildDescription.xml"] = rendered("buildDescription.xml.j2", **said).encode()
-        parts = {f"sources/{path}": content for path, content in sources.items()}
-        parts["modelDescription.xml"] = rendered(f"fmi{self.fmi[0]}.xml.j2", **said).encode()
+            description = render_template("buildDescription.xml.j2", **values)
+            sources["buildDescription.xml"] = description.encode()
+        members = {f"sources/{path}": content for path, content in sources.items()}
+        description = render_template(f"fmi{self.fmi[0]}.xml.j2", **values)
+        members["modelDescription.xml"] = description.encode()
         try:
-            parts |= _binary(name, sources, self.fmi)
-        except NotRun as why:
-            parts[_WHY[type(why)]] = str(why).encode()
-        return {f"{name}.fmu": _zipped(parts)}
+            members |= _compile_binary(name, sources, self.fmi)
+        except NotRun as reason:
+            members[FAILURE_FILES[type(reason)]] = str(reason).encode()
+        return {f"{name}.fmu": _zip_archive(members)}
 
     @contextmanager
-    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
-        """Load the unit by fmpy, and hold its rates of model exchange."""
-        require("fmpy")
-        path = folder / f"{name_of(craft)}.fmu"
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Load the unit by fmpy and yield its derivatives for model exchange."""
+        require_package("fmpy")
+        path = folder / f"{vehicle_identifier(plant)}.fmu"
         with zipfile.ZipFile(path) as archive:
-            for outcome, member in _WHY.items():
+            for outcome, member in FAILURE_FILES.items():
                 if member in archive.namelist():
                     raise outcome(archive.read(member).decode())
-        with loaded(path) as unit:
+        with open_fmu(path) as unit:
 
-            def rates(at: States) -> FloatArray:
-                found, n = [], len(at.velocity)
-                states = np.column_stack([at.velocity, np.zeros((n, 3)), upright(at.down)])
-                for state, *given in zip(states, at.wrench, at.inputs, strict=True):
+            def accelerations(at: States) -> FloatArray:
+                result, origin = [], np.zeros((len(at.velocity), 3))
+                states = np.column_stack([at.velocity, origin, attitude_quaternions(at.down)])
+                for state, *inputs in zip(states, at.wrench, at.inputs, strict=True):
                     unit.setReal(range(STATES, RATES), state)
-                    values = np.concatenate(given)
+                    values = np.concatenate(inputs)
                     unit.setReal(range(INPUTS, INPUTS + len(values)), values)
-                    found.append(unit.getReal(range(RATES, RATES + 6)))
-                return np.array(found)
+                    result.append(unit.getReal(range(RATES, RATES + 6)))
+                return np.array(result)
 
-            yield Engine(f"fmpy {version('fmpy')}", rates)
+            yield Engine(f"fmpy {version('fmpy')}", accelerations)
 
 
 @contextmanager
-def loaded(path: Path) -> Iterator[Any]:
-    """Hold a unit for co-simulation, in its initialization: its state may be set."""
+def open_fmu(path: Path) -> Iterator[Any]:
+    """Yield a unit for co-simulation in initialization mode, where its state may be set."""
     from fmpy import extract, instantiate_fmu, read_model_description
 
-    with tempfile.TemporaryDirectory() as place:
-        extract(path, place)
+    with tempfile.TemporaryDirectory() as folder:
+        extract(path, folder)
         description = read_model_description(path)
-        unit = instantiate_fmu(place, description, "CoSimulation")
+        unit = instantiate_fmu(folder, description, "CoSimulation")
         try:
             if description.fmiVersion == "2.0":
                 unit.setupExperiment()
@@ -318,23 +301,23 @@ def loaded(path: Path) -> Iterator[Any]:
             unit.freeInstance()
 
 
-def _binary(name: str, sources: dict[str, bytes], fmi: str) -> dict[str, bytes]:
-    """Return the unit's binary for this system by its place."""
+def _compile_binary(name: str, sources: Mapping[str, bytes], fmi: str) -> dict[str, bytes]:
+    """Return the binary of this system by its path in the unit."""
     system = platform.system(), platform.machine()
-    *places, suffix = _PLACES.get(system, ("", "", ""))
-    if not (place := places[fmi == "3.0"]):
+    *folders, suffix = BINARY_FOLDERS.get(system, ("", "", ""))
+    if not (folder := folders[fmi == "3.0"]):
         raise NotRun(f"no binary of FMI {fmi} is made for {' on '.join(system)}")
-    with tempfile.TemporaryDirectory() as here:
-        save_all({Path(here, path): content for path, content in sources.items()})
-        library = Path(here, f"{name}.{suffix}")
+    with tempfile.TemporaryDirectory() as build:
+        save_all({Path(build, path): content for path, content in sources.items()})
+        library = Path(build, f"{name}.{suffix}")
         code = [path for path in sources if path.endswith(".c")]
-        shared(Path(here), code, ("-fvisibility=hidden", "-s"), library)
-        return {f"binaries/{place}/{library.name}": library.read_bytes()}
+        compile_library(Path(build), code, ("-fvisibility=hidden",), library, "-s")
+        return {f"binaries/{folder}/{library.name}": library.read_bytes()}
 
 
-def _zipped(parts: dict[str, bytes]) -> bytes:
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, content in parts.items():
+def _zip_archive(members: Mapping[str, bytes]) -> bytes:
+    archive_bytes = io.BytesIO()
+    with zipfile.ZipFile(archive_bytes, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, content in members.items():
             archive.writestr(zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED)
-    return packed.getvalue()
+    return archive_bytes.getvalue()

@@ -1,27 +1,41 @@
-"""A craft printed in a language: its terms and actuators, and the words its files have."""
+"""Code generation: terms, actuators and template values of a plant in a programming language."""
 
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, PROPULSION, is_absolute
+import numpy as np
+
+from hydrodamp.basis.atoms import (
+    ABSOLUTES,
+    ATOM_PLACE,
+    AXES,
+    PROPULSION,
+    VELOCITIES,
+    is_absolute,
+)
 from hydrodamp.basis.basis import SLOWEST
 from hydrodamp.basis.term import Term
+from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.identification.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.recursive import TYPICAL_VELOCITY, RecursiveLeastSquares
+from hydrodamp.kernels import core
 from hydrodamp.vehicle.actuators import Limited, Thruster
 
-#: What u_c and the propulsion ratio less one are called in every language.
+#: Identifiers of u_c and of the propulsion ratio minus one in every language.
 SPEED, RATIO = "u_c", "eta_1"
 
-#: Before every generated name: no keyword, built-in, file or function of an export has it.
+#: Prefix of every generated identifier; no keyword, built-in, file or function begins with it.
 PREFIX = "auv_"
 
 
 @dataclass(frozen=True)
 class Language:
-    """How a language spells what its template does not: ``limited``, ``outside``, ``along``."""
+    """Syntax of expressions: prefix of functions, absolute value, constants, lookup tables."""
 
     prefix: str = ""
     absolute: str = "abs({})"
@@ -29,7 +43,7 @@ class Language:
     table: str = "[{at}], [{values}]"
 
     def number(self, value: float) -> str:
-        """Return a number in the middle of a formula."""
+        """Return a number as part of an expression."""
         return self.constant.format(number(value))
 
 
@@ -43,49 +57,51 @@ C99 = Language(
 
 
 def number(value: float) -> str:
-    """Return the shortest decimal that is read back as the same double."""
+    """Return the shortest decimal that parses to the same double."""
     return repr(float(value))
 
 
 def command(name: str) -> str:
-    """Return what a command or a channel is called in every language."""
+    """Return the identifier of a command or channel in every language."""
     return f"cmd_{name}"
 
 
-def actuation(craft: ExportedPlant, language: Language) -> Iterator[tuple[str, str]]:
-    """Yield the actuators' channels, and u_c, by what they are made of."""
-    for actuator in craft.vehicle.actuators:
+def actuator_channels(plant: ExportedPlant, language: Language) -> Iterator[tuple[str, str]]:
+    """Yield the channels derived from commands, and u_c, each with its expression."""
+    for actuator in plant.vehicle.actuators:
         if isinstance(actuator, Limited) and actuator.derived:
             yield command(actuator.channel), _channel(actuator, language)
     known = [
-        f"({language.number(one.speed_slope or 0.0)} * {command(one.channel)} "
-        f"+ {language.number(one.speed_offset)})"
-        for one in craft.propellers
+        f"({language.number(propeller.speed_slope or 0.0)} * {command(propeller.channel)} "
+        f"+ {language.number(propeller.speed_offset)})"
+        for propeller in plant.propellers
     ]
-    if known and craft.asks_speed:
+    if known and plant.uses_propulsion_speed:
         yield SPEED, known[0] if len(known) == 1 else f"({' + '.join(known)}) / {len(known)}"
 
 
 def _channel(actuator: Limited, language: Language) -> str:
-    """Return what a command does within its limit, nothing in its dead zone."""
-    given = command(actuator.command)
+    """Return the expression of a command within its limit, zero in its dead zone."""
+    value = command(actuator.command)
     if actuator.limit is not None:
-        given = f"{language.prefix}limited({given}, {language.number(actuator.limit)})"
-    acting = given
+        value = f"{language.prefix}limited({value}, {language.number(actuator.limit)})"
+    acting = value
     if isinstance(actuator, Thruster) and actuator.curve is None:
-        acting = f"{language.number(actuator.gain or 0.0)} * {given}"
+        acting = f"{language.number(actuator.gain or 0.0)} * {value}"
     elif isinstance(actuator, Thruster) and actuator.curve is not None:
-        at, values = (", ".join(map(number, each)) for each in zip(*actuator.curve, strict=True))
+        at, values = (
+            ", ".join(map(number, points)) for points in zip(*actuator.curve, strict=True)
+        )
         table = language.table.format(n=len(actuator.curve), at=at, values=values)
-        acting = f"{language.prefix}along({given}, {table})"
+        acting = f"{language.prefix}along({value}, {table})"
     if actuator.dead_zone is None:
         return acting
     low, high = map(language.number, actuator.dead_zone)
-    return f"{acting} * {language.prefix}outside({given}, {low}, {high})"
+    return f"{acting} * {language.prefix}outside({value}, {low}, {high})"
 
 
 def product(term: Term, language: Language) -> str:
-    """Return a term as a product."""
+    """Return a term as a product of identifiers."""
     return " * ".join(_factor(factor, language) for factor in term.factors) or "1.0"
 
 
@@ -97,44 +113,89 @@ def _factor(factor: str, language: Language) -> str:
     return factor if factor in ATOM_PLACE else command(factor)
 
 
-def name_of(craft: ExportedPlant) -> str:
-    """Return the vehicle's name as an identifier of every language."""
-    plain = re.sub(r"[^A-Za-z0-9]+", "_", craft.vehicle.name).strip("_")
-    return f"{PREFIX}{plain or 'vehicle'}"
+def vehicle_identifier(plant: ExportedPlant) -> str:
+    """Return the vehicle's name as a valid identifier of every language."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", plant.vehicle.name).strip("_")
+    return f"{PREFIX}{name or 'vehicle'}"
 
 
-def said_of(craft: ExportedPlant, language: Language = PYTHON) -> dict[str, object]:
-    """Return what the templates of all languages take: words, inputs, terms and matrices."""
+def template_values(plant: ExportedPlant, language: Language = PYTHON) -> dict[str, object]:
+    """Return the values of templates in all languages: texts, inputs, terms and matrices."""
     import hydrodamp
 
-    vehicle, damping = craft.vehicle, craft.damping
+    vehicle, damping = plant.vehicle, plant.damping
     locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
     terms = (*vehicle.known_columns(), *damping.model.basis)
     return {
-        "name": name_of(craft),
-        "title": _plain(f"{vehicle.name} with damping after {damping.model.title}."),
-        "about": _plain(
+        "name": vehicle_identifier(plant),
+        "title": _plain_text(f"{vehicle.name} with damping after {damping.model.title}."),
+        "about": _plain_text(
             f"Written by hydrodamp {hydrodamp.__version__}.",
             f"Vehicle: {vehicle.source}." if vehicle.source else "",
             f"Coefficients: {damping.source}." if damping.source else "",
         ),
-        "inputs": craft.inputs,
-        "variables": [*map(command, craft.commands), *([SPEED] if craft.needs_speed else [])],
-        "channels": [*actuation(craft, language)],
-        "asks_speed": craft.asks_speed,
+        "inputs": plant.inputs,
+        "variables": [
+            *map(command, plant.commands),
+            *([SPEED] if plant.needs_propulsion_speed else []),
+        ],
+        "channels": [*actuator_channels(plant, language)],
+        "uses_propulsion_speed": plant.uses_propulsion_speed,
         "slowest": SLOWEST,
         "terms": [*map(str, terms)],
         "products": [product(term, language) for term in terms],
-        "n_known": craft.columns.n_known,
-        "matrix": craft.matrix.tolist(),
+        "n_known": plant.columns.n_known,
+        "matrix": plant.matrix.tolist(),
         "mass": vehicle.mass_matrix.tolist(),
-        "inverse": craft.inverse.tolist(),
+        "inverse": plant.inverse.tolist(),
         "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
     }
 
 
-def _plain(*sentences: str) -> str:
-    """Return sentences that begin or end no comment and end no text of any language."""
+def identifier_values(plant: ExportedPlant) -> dict[str, object]:
+    """Return the template values of the embedded estimators: settings of ``hydrodamp live``."""
+    model, columns = plant.damping.model, plant.columns
+    recursive = RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY).bind(columns, model)
+    gains, recursion = AdaptiveIdentifier().bind(columns, model).gains, recursive.recursion
+    table = columns.plant
+    arrays = table.mass_matrix, table.free, table.factors, recursion.known, recursion.unit
+    checksum = zlib.crc32(repr(model.labels).encode() + b"".join(map(np.ndarray.tobytes, arrays)))
+    return {
+        "labels": model.labels,
+        "buffer_sizes": core.buffer_sizes(gains, recursion),
+        "start": recursive.start.coefficients.tolist(),
+        "exported": plant.damping.coefficients.tolist(),
+        "starts": recursion.starts.tolist(),
+        "rows": recursion.rows.tolist(),
+        "known": recursion.known.tolist(),
+        "unit": recursion.unit.tolist(),
+        "forgetting": recursion.forgetting,
+        "length": recursion.block,
+        "a": gains.a.tolist(),
+        "gamma": gains.gamma.tolist(),
+        "marks": {"rls": checksum, "ai": checksum ^ 1},
+        "holds_speed": plant.uses_propulsion_speed and not plant.needs_propulsion_speed,
+        "needs_propulsion_speed": plant.needs_propulsion_speed,
+        "has_wrench": not plant.vehicle.actuators,
+        "columns": [*_log_columns(plant)],
+    }
+
+
+def _log_columns(plant: ExportedPlant) -> Iterator[tuple[str, int, float]]:
+    """Yield columns of the canonical log, whether each is required, and its default."""
+    yield "time", 1, 0.0
+    free = plant.vehicle.free.astype(int).tolist()
+    required = dict(zip(VELOCITIES, free, strict=True))
+    required |= dict.fromkeys((*ATTITUDE.columns, *EULER[:2]), 0)
+    required |= dict.fromkeys(plant.commands, 1)
+    required |= {"eta": 1} if plant.needs_propulsion_speed else {}
+    required |= {} if plant.vehicle.actuators else dict.fromkeys(AXES, 0)
+    for name, flag in required.items():
+        yield name, flag, 0.0
+
+
+def _plain_text(*sentences: str) -> str:
+    """Return sentences without delimiters of comments or strings in any language."""
     text = " ".join(" ".join(sentences).split())
     text = text.replace("\\", "/").replace('"""', "'''")
     return text.replace("*/", "* /").replace("/*", "/ *")

@@ -1,27 +1,43 @@
-"""The verb: a vehicle's damping into files of a target, with the card of how faithful they are."""
+"""Export: render a damping and its vehicle for a target, verify the files, write card and files."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from itertools import islice
 from pathlib import Path
+from typing import ClassVar
 
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
-from hydrodamp.export.fidelity import Fidelity, measured, some
-from hydrodamp.export.folder import CARD, check_export, manifest_of, replace_export, save
-from hydrodamp.export.plant import WITHIN_ONE, ExportedPlant
-from hydrodamp.export.target import Target
-from hydrodamp.export.targets import find_target
-from hydrodamp.export.verification import VerificationRun, scattered
-from hydrodamp.files import as_json
-from hydrodamp.identification.dissipativity import OperatingBox, operating_box
+from hydrodamp.errors import FileError, MethodError, ModelError, demand, no_such
+from hydrodamp.export.c99 import FMU, C
+from hydrodamp.export.coefficients import URDF, UUV, MarineGym
+from hydrodamp.export.fidelity import Fidelity, first_labels, measure_fidelity
+from hydrodamp.export.gazebo import VRX, GzSim
+from hydrodamp.export.mujoco import MuJoCo
+from hydrodamp.export.plant import UNIT_BOX, ExportedPlant
+from hydrodamp.export.scripts import CasADi, Octave, Python
+from hydrodamp.export.stonefish import Stonefish
+from hydrodamp.export.target import Files, Target, save_files
+from hydrodamp.export.verification import Engine, VerificationRun, sample_states
+from hydrodamp.files import as_json, load_text
+from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
+from hydrodamp.results import MANIFEST, check_results, save_results
 from hydrodamp.vehicle.vehicle import Vehicle
 
-WORST_ERROR = 100.0
+CARD = "fidelity.json"
+"""Name of the fidelity card in the folder of an export."""
+
+MAX_WRENCH_ERROR = 100.0
 """Greatest wrench error of an axis [% of the rms of its damping]; no damping at all has 100 %."""
 
 
@@ -37,30 +53,30 @@ def export(
 ) -> Fidelity:
     """Write a damping and its vehicle as files that a simulator or a controller reads.
 
-    What was written is read back and run, and a card says how faithful it is; it lies beside the
-    files as ``fidelity.json``.
+    The files are read back and run. A fidelity card states their errors; it is written as
+    ``fidelity.json`` into the same folder.
 
     Parameters
     ----------
     damping : Damping
         Coefficients that belong to the vehicle.
     vehicle : Vehicle
-        Mass, restoring forces and actuators. A log with a recorded wrench takes the place of
-        the actuators: what is written is driven by a wrench then.
+        Mass, restoring forces and actuators. If the log has a recorded wrench, the actuators are
+        left out, and a wrench is the input of the exported model.
     target : str or Target
         A key of :data:`TARGETS`, or one of its values with other settings.
     out : str or path
         The folder; the files are written whole or not at all.
     log : Log, optional
-        What the written model is driven with, and where terms are fitted that the target cannot
-        hold.
+        Commands and velocities of the verification run. Terms that the target cannot represent are
+        projected at its samples.
     box : OperatingBox, optional
-        The velocities that they are fitted at without a log, and that powers are looked at within;
-        by default those of the log.
+        Velocities [m/s, rad/s] at which terms are projected without a log, and where the greatest
+        power of the damping is searched; by default those of the log.
     force : bool, optional
-        Replace the files of an earlier export, all others stay, and keep one whose wrench error is
-        above 100 % on an axis with fitted terms, or whose replay diverges though that of its source
-        does not.
+        Replace the files of an earlier export (other files stay), and accept an export whose
+        wrench error is above 100 % on an axis with projected terms, or whose replay diverges while
+        that of the source does not.
 
     Returns
     -------
@@ -72,8 +88,8 @@ def export(
     ModelError
         If the coefficients belong to another vehicle, or cannot be exported.
     MethodError
-        If there is no such target, terms would have to be fitted without any velocities, or the
-        wrench error of a projection is above 100 %, or its replay diverges.
+        If there is no such target, terms must be projected and neither ``log`` nor ``box`` is
+        given, or the wrench error of a projection is above 100 %, or its replay diverges.
     FileError
         If the folder holds files that an earlier export did not write or that were edited since;
         without ``force`` if it holds an export at all.
@@ -93,44 +109,55 @@ def export(
     form = find_target(target) if isinstance(target, str) else target
     folder = Path(out)
     check_export(folder, force)
-    craft = ExportedPlant.of(vehicle, damping, log)
-    drive = None if log is None else VerificationRun.of(craft, log)
-    where = box or (WITHIN_ONE if drive is None else operating_box(drive.problem))
-    craft = replace(craft, box=where)
-    at = scattered(craft) if drive is None else drive.states
-    if (lost := form.unrepresented_effects(craft)) and log is None and box is None:
+    plant = ExportedPlant.of(vehicle, damping, log)
+    run = None if log is None else VerificationRun.of(plant, log)
+    default_box = UNIT_BOX if run is None else operating_box(run.problem)
+    plant = replace(plant, box=box or default_box)
+    at = sample_states(plant) if run is None else run.states
+    if (labels := form.unrepresented_effects(plant)) and log is None and box is None:
         raise MethodError(
-            f"'{form.key}' cannot hold {some(lost)}: their wrench is to be fitted at "
-            "velocities, and there are none. Give a log."
+            f"'{form.key}' cannot represent {first_labels(labels)}: their wrench must be projected "
+            "at velocities of a log, and no log is given. Give a log."
         )
-    held = form.project(craft, at)
-    beside = folder.resolve().parent
-    beside.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=beside) as place:
-        made, files = Path(place, "export"), form.write(held)
-        save(files, made)
-        card = measured(form, craft, held, at, drive, made)
-        if not force:
-            _check_replay(card)
-            _check_wrench(card)
-        document = {**card.document(), "files": manifest_of(files)}
-        save({CARD: as_json(document)}, made)
-        replace_export(folder, made, files, Path(place, "earlier"))
+    projected = form.project_plant(plant, at)
+    files = form.render_files(projected)
+    with tempfile.TemporaryDirectory() as verification_folder:
+        contents = save_files(files, Path(verification_folder))
+        card = measure_fidelity(form, plant, projected, at, run, Path(verification_folder))
+    if not force:
+        _check_replay(card)
+        _check_wrench(card)
+    digests = {path: sha256(content).hexdigest() for path, content in contents.items()}
+    contents[CARD] = as_json({**card.document(), "files": digests}).encode("utf-8")
+    results = {folder / path: content for path, content in contents.items()}
+    save_results(results, folder, replace_all=True)
     return card
+
+
+def check_export(folder: Path, force: bool) -> None:
+    """Refuse a folder with other files than an export's, or without ``force`` with an export."""
+    is_export = (folder / MANIFEST).is_file()
+    if folder.is_dir() and any(folder.iterdir()) and not is_export:
+        raise FileError(f"{folder}: holds files that are no export; name a new folder.")
+    check_results(folder, ("**/*",), force)
 
 
 def _check_wrench(card: Fidelity) -> None:
     """Refuse a projection that is worse on an axis than no damping at all.
 
-    On an axis whose terms are all held the error is of the mass matrix: no other model mends it.
+    The error of an axis without projected terms is one of the mass matrix: no model reduces it.
     """
     errors, projected = card.wrench_error, {read_label(label)[0] for label in card.projected}
-    worse = [f"{x} {errors[x]:.3g} %" for x in errors if x in projected and errors[x] > WORST_ERROR]
+    worse = [
+        f"{axis} {error:.3g} %"
+        for axis, error in errors.items()
+        if axis in projected and error > MAX_WRENCH_ERROR
+    ]
     if worse:
         raise MethodError(
             f"'{card.target}' would have a wrench error of {', '.join(worse)} of the damping's "
-            "rms; no damping at all has 100 %. Nothing is written: take a target or a "
-            "model that fits, or say --force."
+            "rms; no damping at all has 100 %. Nothing is written: choose another target, or "
+            "another model, or use --force."
         )
 
 
@@ -138,13 +165,148 @@ def _check_replay(card: Fidelity) -> None:
     """Refuse a projection whose replay diverges where that of its source does not."""
     if card.exact or card.replays is None:
         return
-    found = card.replays
-    if found.target_to_log.diverged and not found.source_to_log.diverged:
-        name, time = found.target_to_log.diverged[0]
-        worst = max(card.wrench_error.values())
+    replays = card.replays
+    if replays.target_to_log.diverged and not replays.source_to_log.diverged:
+        name, time = replays.target_to_log.diverged[0]
+        error = max(card.wrench_error.values())
         raise MethodError(
-            f"'{card.target}' cannot hold {some(card.projected)}, and with what takes their "
-            f"place the replay diverges {time:.1f} s into segment '{name}' (wrench error up to "
-            f"{worst:.3g} %); the source's does not. Nothing is written: identify a model that the "
-            "target can hold, or say --force."
+            f"'{card.target}' cannot represent {first_labels(card.projected)}, and with the "
+            f"projected terms the replay diverges {time:.1f} s into segment '{name}' (wrench error "
+            f"up to {error:.3g} %); that of the source does not. Nothing is written: identify a "
+            "model that the target can represent, or use --force."
         )
+
+
+_SINGLE_TARGETS = (
+    *(Python, C, Octave, CasADi, FMU, GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish),
+)
+SINGLE_TARGETS: dict[str, Target] = {target.key: target() for target in _SINGLE_TARGETS}
+"""The targets that write one plant, by their keys, with default settings."""
+
+DRAWS_FILE = "draws.csv"
+MAX_ATTEMPTS = 20  # samples per draw that must be dissipative
+
+
+@dataclass(frozen=True)
+class Randomisation(Target):
+    """Draws of the coefficients from the covariance of a fit, for domain randomisation.
+
+    Parameters
+    ----------
+    draws : int
+        Number of draws.
+    form : str
+        Key of the target that each draw is also written for; empty for the table alone.
+    dissipative : bool
+        Whether to reject draws whose damping injects energy within the operating box.
+    seed : int
+        Seed of the random numbers.
+    """
+
+    key: ClassVar[str] = "randomisation"
+    description: ClassVar[str] = "domain randomisation"
+    draws: int = 100
+    form: str = ""
+    dissipative: bool = False
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the number of draws and the target."""
+        demand(self.draws > 0, "draws", "at least 1", f"{self.draws}.")
+        known = not self.form or self.form in SINGLE_TARGETS
+        demand(known, "form", f"one of {', '.join(SINGLE_TARGETS)}", f"'{self.form}'.")
+
+    def render_files(self, plant: ExportedPlant) -> Files:
+        """Return the table, the estimate first, and the files of each draw."""
+        form = SINGLE_TARGETS.get(self.form)
+        if form is not None and (labels := form.unrepresented_effects(plant)):
+            raise MethodError(
+                f"'{self.form}' cannot represent {', '.join(labels)}, and draws are not projected: "
+                "choose a form that has every term, or identify a model that it can represent."
+            )
+        damping, generator = plant.damping, np.random.default_rng(self.seed)
+        draws = draw_coefficients(plant, self.draws, generator, dissipative=self.dissipative)
+        table = [("draw", *damping.model.labels), ("estimate", *damping.coefficients.tolist())]
+        table += [(str(number), *row.tolist()) for number, row in enumerate(draws, start=1)]
+        text = "".join(f"{','.join(map(str, row))}\n" for row in table)
+        files: dict[str, str | bytes] = {DRAWS_FILE: text}
+        if form is not None:
+            for number, row in enumerate(draws, start=1):
+                rendered = form.render_files(_replace_coefficients(plant, row))
+                files |= {f"{number:04d}/{path}": content for path, content in rendered.items()}
+        return files
+
+    @contextmanager
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Read the table back and yield equation 1 with the estimate in it."""
+        lines = load_text(folder / DRAWS_FILE).split("\n")
+        labels, estimate = (line.split(",")[1:] for line in lines[:2])
+        values = dict(zip(labels, map(float, estimate), strict=True))
+        damping = Damping.from_dict(plant.damping.model, values)
+        engine = replace(plant, damping=damping).acceleration
+        yield Engine("hydrodamp, the estimate of the table", engine)
+
+
+def draw_coefficients(
+    plant: ExportedPlant, n: int, generator: np.random.Generator, *, dissipative: bool
+) -> list[FloatArray]:
+    """Return n samples of the normal distribution of a fit, rejecting energy injection if asked."""
+    damping = plant.damping
+    if damping.covariance is None or not np.isfinite(damping.covariance).all():
+        raise ModelError(
+            f"'{damping.model.key}' has no covariance to draw from: give a damping file that "
+            "`hydrodamp identify` wrote by a method that estimates one."
+        )
+    attempts = n * (MAX_ATTEMPTS if dissipative else 1)
+    samples = generator.multivariate_normal(
+        damping.coefficients, damping.covariance, attempts, method="eigh"
+    )
+    accepted = (row for row in samples if not dissipative or _is_dissipative(plant, row))
+    draws = [*islice(accepted, n)]
+    if len(draws) < n:
+        raise MethodError(
+            f"only {len(draws)} of {attempts} draws dissipate at all velocities searched in "
+            f"{plant.box}; {n} are required. Identify by `dissipative`, or reduce `draws`."
+        )
+    return draws
+
+
+def _replace_coefficients(plant: ExportedPlant, coefficients: FloatArray) -> ExportedPlant:
+    return replace(plant, damping=replace(plant.damping, coefficients=coefficients))
+
+
+def _is_dissipative(plant: ExportedPlant, coefficients: FloatArray) -> bool:
+    damping = _replace_coefficients(plant, coefficients).damping
+    return max_damping_power(damping, plant.box).power <= 0.0
+
+
+TARGETS: dict[str, Target] = {**SINGLE_TARGETS, Randomisation.key: Randomisation()}
+"""The targets by their keys, with default settings."""
+
+
+def find_target(key: str) -> Target:
+    """Return the target of a key.
+
+    Parameters
+    ----------
+    key : str
+        Such as ``"python"``.
+
+    Returns
+    -------
+    target : Target
+        With default settings.
+
+    Raises
+    ------
+    MethodError
+        If there is no such target; the message names the most similar key.
+
+    Examples
+    --------
+    >>> find_target("python").key
+    'python'
+    """
+    if key not in TARGETS:
+        raise MethodError(no_such("target", key, TARGETS))
+    return TARGETS[key]

@@ -1,4 +1,8 @@
-"""The fidelity card: what was lost between a damping and what a target makes of it, measured."""
+"""Fidelity card: wrench error, replay RMS and projected terms of an export, measured.
+
+The wrench error of an axis is rms(M (dν/dt_target - dν/dt_source)) / rms(K ξ) at the samples of a
+log or over the operating box. The replay RMS is that of eq. 24 with attitude simulated.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +15,9 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.export.plant import ExportedPlant, States
-from hydrodamp.export.rigid_body import mass_ratio
+from hydrodamp.export.plant import ExportedPlant, States, mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target
-from hydrodamp.export.verification import Engine, VerificationRun, scattered
+from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 from hydrodamp.text import first_few
@@ -28,25 +31,22 @@ UNITS = {
     "mass_ratio": "added mass over the rigid body's",
 }
 
-#: Relative error of a wrench that is rounding.
-ROUNDING = 1e-9
-
-SLOW, _SLOW_STATES = 0.1, 100
-"""Share of the velocities at which the card asks again, near rest, and at how many of them."""
+ROUNDING = 1e-9  # relative error of a wrench; below it the difference is rounding
+LOW_SPEED_RATIO, MAX_LOW_SPEED_STATES = 0.1, 100  # of the velocities; number of states
 
 
 @dataclass(frozen=True)
 class Replays:
-    """Replays of a log, its attitude integrated too, each against another.
+    """Replays of a log with attitude simulated, compared in pairs.
 
     Attributes
     ----------
     source_to_target : Score
-        What the written file made of the log's commands, against equation 1: the error of eq. 24.
+        RMS error (eq. 24) of the exported files against equation 1.
     source_to_log, target_to_log : Score
-        Both against what was measured.
+        RMS errors of both against the measured velocity.
     step : str
-        How the target was stepped.
+        Integration step of the target.
     """
 
     source_to_target: Score
@@ -57,48 +57,48 @@ class Replays:
 
 @dataclass(frozen=True)
 class Fidelity:
-    """How faithful an export is.
+    """Errors of an export against its source.
 
     Attributes
     ----------
-    target, meant : str
-        Its key, and the program and version it is for.
+    target, description : str
+        Key of the target; the program and version that the files are for.
     settings : dict of str to str
-        Of the target.
+        Settings of the target.
     vehicle, model : str
-        What was exported.
+        Name of the vehicle, title of the damping model.
     inputs : tuple of str
-        What drives the written model.
+        Inputs of the exported model.
     projected : tuple of str
-        Coefficients that the target cannot hold: their wrench was fitted with terms that it can.
-        Empty where the export is exact.
+        Labels of the projected terms: the target cannot represent them, and their wrench was fitted
+        with terms that it can. Empty if the export is exact.
     about : list of float
-        The point that the target's coefficients are about, from the origin of the vehicle's body
-        frame [m].
+        Reference point of the target's coefficients, from the origin of the vehicle's body frame
+        [m].
     ignores : str
-        What of equation 1 the target leaves out.
+        Unrepresented effects of equation 1.
     run_by : str
-        What ran the written file; empty where nothing could.
+        Program that ran the files; empty if none could.
     not_run : str
-        Why it was not run.
+        Why the files were not run.
     run_error : str
-        What the compiler or interpreter that is here said where it failed on the files.
+        Message of the installed compiler or interpreter that failed on the files.
     wrench_error : dict of str to float
         By axis, RMS difference between the wrenches of source and target [% of the rms of the
         damping].
     slow_error : dict of str to float
-        The same at a tenth of the velocities: how a simulation begins that starts at rest.
+        The same at a tenth of the velocities, as when a simulation starts at rest.
     asked_at : str
-        At which velocities.
+        Velocities at which the errors are evaluated.
     replays : Replays or None
-        None without a log, or where nothing could run.
+        None without a log, or if the files could not be run.
     power : dict of str to float
         Greatest power that the damping of source and of target puts into the motion within
-        ``box`` [W]; negative where it dissipates everywhere that was looked at.
+        ``box`` [W]; negative if it dissipates at all velocities searched.
     box : str
-        The velocities, in words: those that the vehicle is used at, and down to rest.
+        Range of the velocities searched: the operating box, extended to rest.
     mass_ratio : dict of str to float
-        Added mass over that of the rigid body, by axis, where both are known.
+        Added mass over rigid-body mass by axis, where both are known.
     """
 
     target: str
@@ -123,176 +123,167 @@ class Fidelity:
 
     @property
     def exact(self) -> bool:
-        """Whether the target has every term."""
+        """Whether the target represents every term."""
         return not self.projected
 
     def document(self) -> dict[str, Any]:
-        """Return what ``fidelity.json`` holds."""
+        """Return the content of ``fidelity.json``."""
         import hydrodamp
 
-        said = {"format": FORMAT, "version": VERSION, "hydrodamp": hydrodamp.__version__}
-        return {**said, "text": str(self), "exact": self.exact, **asdict(self), "units": UNITS}
+        head = {"format": FORMAT, "version": VERSION, "hydrodamp": hydrodamp.__version__}
+        return {**head, "text": str(self), "exact": self.exact, **asdict(self), "units": UNITS}
 
     def __str__(self) -> str:
-        """Return the card, a line a sentence."""
-        return "\n".join(_sentences(self))
+        """Return the card, one line per message."""
+        return "\n".join(_summary_lines(self))
 
 
-def some(labels: Iterable[str]) -> str:
-    """Return a few labels, and how many more there are."""
-    return ", ".join(first_few([*labels], 6, "coefficients"))
-
-
-def _sentences(card: Fidelity) -> Iterator[str]:
-    worst = max(card.wrench_error.values(), default=0.0)
+def _summary_lines(card: Fidelity) -> Iterator[str]:
     if card.exact:
-        yield f"{card.description} has every term of {card.model}."
+        yield f"{card.description} represents every term of {card.model}."
     else:
-        lost = some(card.projected)
-        yield f"{card.description} cannot hold {lost}: their wrench is fitted with its own terms."
+        labels = first_labels(card.projected)
+        yield f"Projected terms: {card.description} cannot represent {labels}."
     if any(card.about):
-        yield (
-            f"Its coefficients are about the point {' '.join(f'{x:g}' for x in card.about)} m of "
-            "the vehicle's frame: they are fitted there."
-        )
+        point = " ".join(f"{x:g}" for x in card.about)
+        yield f"Reference point of its coefficients: {point} m in the vehicle's frame."
     if card.run_by:
         yield f"Read back and run by {card.run_by}."
     if card.not_run:
-        yield f"Not run here: {card.not_run}."
+        yield f"Not run: {card.not_run}."
     if card.run_error:
-        yield f"Failed here: {card.run_error}."
-    small = worst < 100.0 * ROUNDING
-    asked_at = (
-        card.asked_at if card.run_by else f"{card.asked_at}, by formula and not from the files"
-    )
-    yield (
-        f"Wrench at {asked_at}: the same but for rounding ({worst:.1g} %)."
-        if small
-        else f"Wrench error at {asked_at} [% of the damping's rms]: {_percent(card.wrench_error)}."
-    )
+        yield f"Failed: {card.run_error}."
+    source = card.asked_at if card.run_by else f"{card.asked_at}, computed and not from the files"
+    worst = max(card.wrench_error.values(), default=0.0)
+    if worst < 100.0 * ROUNDING:
+        yield f"Wrench error at {source}: rounding only ({worst:.1g} %)."
+    else:
+        errors = _format_errors(card.wrench_error)
+        yield f"Wrench error at {source} [% of the damping's rms]: {errors}."
     if max(card.slow_error.values(), default=0.0) >= 100.0 * ROUNDING:
-        yield f"At a tenth of these velocities: {_percent(card.slow_error)}."
+        yield f"Wrench error at a tenth of these velocities: {_format_errors(card.slow_error)}."
     if card.replays is not None:
-        yield from _told(card.replays)
-    target = card.power["target"]
+        pairs = {
+            "target against source": card.replays.source_to_target,
+            "source against log": card.replays.source_to_log,
+            "target against log": card.replays.target_to_log,
+        }
+        errors = ", ".join(f"{name} {_format_score(value)}" for name, value in pairs.items())
+        yield f"Replay RMS (eq. 24, attitude simulated, {card.replays.step}): {errors}."
+    power, source_power = card.power["target"], card.power["source"]
     yield (
-        f"Its damping takes power everywhere looked at in {card.box}."
-        if target <= 0.0
-        else f"Its damping gives up to {target:.3g} W to the motion in {card.box}"
-        f" (before export {card.power['source']:.3g} W)."
+        f"Its damping dissipates at all velocities searched in {card.box}."
+        if power <= 0.0
+        else f"Its damping injects up to {power:.3g} W into the motion in {card.box}"
+        f" (source: {source_power:.3g} W)."
     )
     heavy = [axis for axis, ratio in card.mass_ratio.items() if ratio > 1.0]
     if heavy:
-        yield f"Added mass is above the rigid body's on {' '.join(heavy)}."
+        yield f"Added mass exceeds rigid-body mass on {' '.join(heavy)}."
     if card.ignores:
-        yield f"It leaves out {card.ignores}."
+        yield f"Unrepresented effects: {card.ignores}."
 
 
-def _percent(errors: dict[str, float]) -> str:
+def _format_errors(errors: dict[str, float]) -> str:
     return ", ".join(f"{axis} {error:.2g}" for axis, error in errors.items())
 
 
-def _told(found: Replays) -> Iterator[str]:
-    errors = {
-        "between source and target": found.source_to_target,
-        "of the source against the log": found.source_to_log,
-        "of the target against the log": found.target_to_log,
-    }
-    words = ", ".join(f"{name} {_error(each)}" for name, each in errors.items())
-    yield f"Replay error (eq. 24, attitude simulated, {found.step}): {words}."
+def _format_score(value: Score) -> str:
+    if value.rms is not None:
+        return f"{value.rms:.3g}"
+    first = min((time for _, time in value.diverged), default=0.0)
+    return f"none, diverged after {first:.1f} s" if value.diverged else "none"
 
 
-def _error(found: Score) -> str:
-    if found.rms is not None:
-        return f"{found.rms:.3g}"
-    soonest = min((time for _, time in found.diverged), default=0.0)
-    return f"none, diverged after {soonest:.1f} s" if found.diverged else "none"
-
-
-def measured(
+def measure_fidelity(
     form: Target,
-    craft: ExportedPlant,
-    held: ExportedPlant,
+    plant: ExportedPlant,
+    projected: ExportedPlant,
     at: States,
-    drive: VerificationRun | None,
-    made: Path,
+    run: VerificationRun | None,
+    folder: Path,
 ) -> Fidelity:
-    """Return the card of a craft as a target holds it, whose files are made."""
-    name, failure, replays = "", "", None
-    moved = None if drive is None else VerificationRun.of(held, drive.log)
-    own = scattered(held) if moved is None else moved.states
-    some_own, some_at = _slower(own), _slower(at)
+    """Return the card of a plant as projected for a target, whose files are in a folder."""
+    name, run_error, replays = "", "", None
+    target_run = None if run is None else VerificationRun.of(projected, run.log)
+    states = sample_states(projected) if target_run is None else target_run.states
+    slow_states, slow_at = _slow_states(states), _slow_states(at)
     try:
-        with form.read(made, held) as engine:
-            acceleration, slow = engine.rates(own), engine.rates(some_own)
-            name, reason = engine.name, engine.not_run
-            if drive is not None and moved is not None:
-                replays = replays_of(drive, moved, engine)
-    except NotRun as why:
-        acceleration, slow = held.acceleration(own), held.acceleration(some_own)
-        reason, failure = ("", str(why)) if isinstance(why, RunError) else (str(why), "")
-    low, high = np.minimum(craft.box.low, 0.0), np.maximum(craft.box.high, 0.0)
-    box = OperatingBox(low, high)
+        with form.open_engine(folder, projected) as engine:
+            acceleration, slow = engine.accelerations(states), engine.accelerations(slow_states)
+            name, not_run = engine.name, engine.not_run
+            if run is not None and target_run is not None:
+                replays = replay_target(run, target_run, engine)
+    except NotRun as error:
+        acceleration, slow = projected.acceleration(states), projected.acceleration(slow_states)
+        not_run, run_error = ("", str(error)) if isinstance(error, RunError) else (str(error), "")
+    box = OperatingBox(np.minimum(plant.box.low, 0.0), np.maximum(plant.box.high, 0.0))
     return Fidelity(
         target=form.key,
         description=form.description,
         settings={name: str(value) for name, value in asdict(form).items()},
-        vehicle=craft.vehicle.name,
-        model=craft.damping.model.title,
-        inputs=(*held.inputs, "wrench"),
-        projected=form.unrepresented_effects(craft),
-        about=[*form.point(craft)],
-        ignores=form.ignores,
+        vehicle=plant.vehicle.name,
+        model=plant.damping.model.title,
+        inputs=(*projected.inputs, "wrench"),
+        projected=form.unrepresented_effects(plant),
+        about=[*form.reference_point(plant)],
+        ignores=form.omitted_effects,
         run_by=name,
-        not_run=reason,
-        run_error=failure,
-        wrench_error=wrench_errors(craft, at, acceleration),
-        slow_error=wrench_errors(craft, some_at, slow),
-        asked_at="velocities all over the operating box" if drive is None else "the log's samples",
+        not_run=not_run,
+        run_error=run_error,
+        wrench_error=wrench_errors(plant, at, acceleration),
+        slow_error=wrench_errors(plant, slow_at, slow),
+        asked_at="velocities over the operating box" if run is None else "the log's samples",
         replays=replays,
         power={
-            "source": max_damping_power(craft.damping, box).power,
-            "target": max_damping_power(held.damping, box).power,
+            "source": max_damping_power(plant.damping, box).power,
+            "target": max_damping_power(projected.damping, box).power,
         },
         box=str(box),
-        mass_ratio=mass_ratio(craft.vehicle),
+        mass_ratio=mass_ratio(plant.vehicle),
     )
 
 
-def _slower(at: States) -> States:
-    """Return some of the states at a share of their velocities."""
-    step = max(1, len(at.velocity) // _SLOW_STATES)
-    velocity, *others = (part[::step] for part in at)
-    return States(SLOW * velocity, *others)
+def _slow_states(at: States) -> States:
+    """Return a subset of states at a tenth of their velocities."""
+    stride = max(1, len(at.velocity) // MAX_LOW_SPEED_STATES)
+    subset = States(*(values[::stride] for values in at))
+    return subset._replace(velocity=LOW_SPEED_RATIO * subset.velocity)
 
 
-def replays_of(source: VerificationRun, held: VerificationRun, engine: Engine) -> Replays:
-    """Run what was written with the log's commands, and score it."""
-    original, made = source.source(), held.target(engine)
-    step = engine.step.format(engine.longest)
-    return Replays(_between(original, made), score(original), score(made), step)
+def replay_target(source: VerificationRun, target: VerificationRun, engine: Engine) -> Replays:
+    """Replay source and target with the commands of a log, and score both."""
+    original, exported = source.simulate_source(), target.simulate_target(engine)
+    step = engine.step.format(engine.max_step)
+    return Replays(_compare(original, exported), score(original), score(exported), step)
 
 
-def _between(first: Trajectory, second: Trajectory) -> Score:
-    if first.diverged or second.diverged:
-        return no_score(first.axes, "deg", (*first.diverged, *second.diverged))
-    log = replace(second.log, velocity=first.velocity, acceleration=None)
-    return score(replace(second, log=log))
+def _compare(reference: Trajectory, trajectory: Trajectory) -> Score:
+    if diverged := (*reference.diverged, *trajectory.diverged):
+        return no_score(reference.axes, "deg", diverged)
+    log = replace(trajectory.log, velocity=reference.velocity, acceleration=None)
+    return score(replace(trajectory, log=log))
 
 
-def wrench_errors(craft: ExportedPlant, at: States, acceleration: FloatArray) -> dict[str, float]:
-    """Return by axis how far the wrench of a target is from that of its source [%].
+def wrench_errors(plant: ExportedPlant, at: States, acceleration: FloatArray) -> dict[str, float]:
+    """Return the wrench error of a target by axis [%].
 
-    An axis that the source does not damp counts by what damps the others: forces and moments each.
+    On an axis without damping the error is relative to the greatest rms of the damping forces, or
+    of the moments.
     """
-    missing = (acceleration - craft.acceleration(at)) @ craft.vehicle.mass_matrix
-    size = np.sqrt(np.mean(craft.damping_wrench(at) ** 2, axis=0))
-    error = np.sqrt(np.mean(missing**2, axis=0))
-    others = np.repeat([size[:3].max(), size[3:].max()], 3)
-    unit = np.where(size > 0.0, size, np.where(others > 0.0, others, size.max() or 1.0))
-    found = dict(zip(AXES, (100.0 * error / unit).tolist(), strict=True))
+    difference = (acceleration - plant.acceleration(at)) @ plant.vehicle.mass_matrix
+    damping = np.sqrt(np.mean(plant.damping_wrench(at) ** 2, axis=0))
+    error = np.sqrt(np.mean(difference**2, axis=0))
+    greatest = np.repeat([damping[:3].max(), damping[3:].max()], 3)
+    fallback = np.where(greatest > 0.0, greatest, damping.max() or 1.0)
+    percent = (100.0 * error / np.where(damping > 0.0, damping, fallback)).tolist()
     return {
-        axis: found[axis]
-        for axis, damped in zip(AXES, (size > 0.0).tolist(), strict=True)
-        if axis in craft.vehicle.axes and (damped or found[axis] > 100.0 * ROUNDING)
+        axis: value
+        for axis, value, size in zip(AXES, percent, damping.tolist(), strict=True)
+        if axis in plant.vehicle.axes and (size > 0.0 or value > 100.0 * ROUNDING)
     }
+
+
+def first_labels(labels: Iterable[str]) -> str:
+    """Return the first six labels, and the number of the others."""
+    return ", ".join(first_few([*labels], 6, "coefficients"))

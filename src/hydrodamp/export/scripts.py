@@ -1,4 +1,4 @@
-"""Python, CasADi and Octave: files that print equation 1 in the words of a language."""
+"""Python, CasADi and Octave: files with equation 1 in the syntax of a language."""
 
 from __future__ import annotations
 
@@ -17,16 +17,24 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.codegen import CASADI, name_of, said_of
+from hydrodamp.export.codegen import CASADI, template_values, vehicle_identifier
 from hydrodamp.export.plant import ExportedPlant, States
-from hydrodamp.export.target import Files, NotRun, RunError, Target, rendered, require, version_of
-from hydrodamp.export.verification import Engine, upright
+from hydrodamp.export.target import (
+    Files,
+    NotRun,
+    RunError,
+    Target,
+    program_version,
+    render_template,
+    require_package,
+)
+from hydrodamp.export.verification import Engine, attitude_quaternions
 from hydrodamp.files import load_text
 
 
 @dataclass(frozen=True)
 class Python(Target):
-    """One Python file that needs NumPy alone, with the forms of two simulators.
+    """One Python file that needs NumPy only, with the interfaces of two simulators.
 
     Functions of the wrench and the acceleration, a vehicle class of the Python Vehicle Simulator,
     and HoloOcean's six accelerations.
@@ -35,14 +43,18 @@ class Python(Target):
     key: ClassVar[str] = "python"
     description: ClassVar[str] = "Python with NumPy, PythonVehicleSimulator and HoloOcean 2"
 
-    def write(self, craft: ExportedPlant) -> Files:
+    def render_files(self, plant: ExportedPlant) -> Files:
         """Return the file."""
-        return {f"{name_of(craft)}.py": rendered("python.py.j2", **said_of(craft))}
+        return {
+            f"{vehicle_identifier(plant)}.py": render_template(
+                "python.py.j2", **template_values(plant)
+            )
+        }
 
     @contextmanager
-    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
-        """Run the file, and hold its accelerations."""
-        yield _module(folder, craft, f"NumPy {np.__version__}")
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Run the file and yield its accelerations."""
+        yield _module(folder, plant, f"NumPy {np.__version__}")
 
 
 @dataclass(frozen=True)
@@ -52,8 +64,8 @@ class CasADi(Target):
     Parameters
     ----------
     smooth : float
-        Where |x|, sign(x) and speeds are rounded off, so that they have derivatives at rest
-        [m/s, rad/s or the unit of a command]; 0 leaves them as they are.
+        Width over which |x|, sign(x) and speeds are smoothed, so that they are differentiable at
+        rest [m/s, rad/s or the unit of a command]; 0 disables smoothing.
     """
 
     key: ClassVar[str] = "casadi"
@@ -61,83 +73,85 @@ class CasADi(Target):
     smooth: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what rounds nothing off."""
-        good = 0.0 <= self.smooth < np.inf
-        demand(good, "smooth", "zero or positive", f"{self.smooth:g}.")
+        """Check the width."""
+        valid = 0.0 <= self.smooth < np.inf
+        demand(valid, "smooth", "zero or positive", f"{self.smooth:g}.")
 
     @property
-    def ignores(self) -> str:
-        """The corners that are rounded off."""
-        return f"corners of |x|, rounded off over {self.smooth:g}" if self.smooth else ""
+    def omitted_effects(self) -> str:
+        """The smoothed non-differentiable points."""
+        return f"corners of |x|, smoothed over {self.smooth:g}" if self.smooth else ""
 
-    def write(self, craft: ExportedPlant) -> Files:
+    def render_files(self, plant: ExportedPlant) -> Files:
         """Return the module, and an example of predictive control."""
-        said, name = said_of(craft, CASADI), name_of(craft)
+        values, name = template_values(plant, CASADI), vehicle_identifier(plant)
         return {
-            f"{name}.py": rendered("casadi.py.j2", **said, smooth=self.smooth),
-            "mpc.py": rendered("mpc.py.j2", name=name, free=craft.vehicle.free.astype(int)),
+            f"{name}.py": render_template("casadi.py.j2", **values, smooth=self.smooth),
+            "mpc.py": render_template("mpc.py.j2", name=name, free=plant.vehicle.free.astype(int)),
         }
 
     @contextmanager
-    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
-        """Run the module, and hold its accelerations."""
-        require("casadi")
-        yield _module(folder, craft, f"CasADi {version('casadi')}")
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Run the module and yield its accelerations."""
+        require_package("casadi")
+        yield _module(folder, plant, f"CasADi {version('casadi')}")
 
 
-def executed(path: Path) -> ModuleType:
-    """Return a written Python file as a module."""
+def execute_module(path: Path) -> ModuleType:
+    """Return a Python file as a module."""
     module = ModuleType(path.stem)
     exec(compile(load_text(path), str(path), "exec"), module.__dict__)
     return module
 
 
-def _module(folder: Path, craft: ExportedPlant, name: str) -> Engine:
-    module: Any = executed(folder / f"{name_of(craft)}.py")
+def _module(folder: Path, plant: ExportedPlant, name: str) -> Engine:
+    module: Any = execute_module(folder / f"{vehicle_identifier(plant)}.py")
 
-    def rates(at: States) -> FloatArray:
-        return np.asarray(module.acceleration(*(part.T for part in at))).T
+    def accelerations(at: States) -> FloatArray:
+        return np.asarray(module.acceleration(*(values.T for values in at))).T
 
-    return Engine(name, rates)
+    return Engine(name, accelerations)
 
 
 @dataclass(frozen=True)
 class Octave(Target):
-    """Two functions for GNU Octave and MATLAB, in the form of the Marine Systems Simulator."""
+    """Two functions for GNU Octave and MATLAB, as the Marine Systems Simulator has them."""
 
     key: ClassVar[str] = "octave"
     description: ClassVar[str] = "GNU Octave, MATLAB and the Marine Systems Simulator"
 
-    def write(self, craft: ExportedPlant) -> Files:
-        """Return the function of the state's rate, and that of the wrench."""
-        said, name = said_of(craft), name_of(craft)
+    def render_files(self, plant: ExportedPlant) -> Files:
+        """Return the functions of the state derivative and of the wrench."""
+        values, name = template_values(plant), vehicle_identifier(plant)
         return {
-            f"{name}.m": rendered("octave.m.j2", **said),
-            f"{name}_tau.m": rendered("octave_tau.m.j2", **said),
+            f"{name}.m": render_template("octave.m.j2", **values),
+            f"{name}_tau.m": render_template("octave_tau.m.j2", **values),
         }
 
     @contextmanager
-    def read(self, folder: Path, craft: ExportedPlant) -> Iterator[Engine]:
-        """Run the files in Octave, which answers each state with its rate."""
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Run the files in Octave and yield its accelerations."""
         program = next(filter(shutil.which, ("octave-cli", "octave")), None)
         if program is None:
             raise NotRun("GNU Octave is not installed")
-        with tempfile.TemporaryDirectory() as place:
-            script = Path(place, "answer.m")
-            words = {"name": name_of(craft), "inputs": craft.inputs}
-            script.write_text(rendered("answer.m.j2", **words), encoding="utf-8")
+        with tempfile.TemporaryDirectory() as scratch:
+            script = Path(scratch, "answer.m")
+            names = {"name": vehicle_identifier(plant), "inputs": plant.inputs}
+            script.write_text(render_template("answer.m.j2", **names), encoding="utf-8")
             call = [program, "--no-init-file", "--quiet", "--path", str(folder), str(script)]
             with Popen(call, stdin=PIPE, stdout=PIPE, stderr=PIPE) as octave:
-                yield Engine(version_of(program), lambda at: _answers(octave, at))
+                yield Engine(program_version(program), lambda at: _query_octave(octave, at))
 
 
-def _answers(octave: Any, at: States) -> FloatArray:
-    """Send states to Octave, one after the other, and return the accelerations it answers."""
-    still, found = np.zeros((len(at.velocity), 3)), []
-    for row in np.column_stack([at.velocity, still, upright(at.down), at.wrench, at.inputs]):
+def _query_octave(octave: Any, at: States) -> FloatArray:
+    """Send states to Octave one by one and return its accelerations."""
+    origin, result = np.zeros((len(at.velocity), 3)), []
+    for row in np.column_stack(
+        [at.velocity, origin, attitude_quaternions(at.down), at.wrench, at.inputs]
+    ):
         octave.stdin.write(row.tobytes())
         octave.stdin.flush()
-        found.append(octave.stdout.read(48))
-        if not found[-1]:
-            raise RunError(f"Octave refused it: {octave.stderr.read().decode().strip()}")
-    return np.frombuffer(b"".join(found)).reshape(-1, 6)
+        result.append(octave.stdout.read(48))
+        if not result[-1]:
+            raise RunError(f"Octave reports: {octave.stderr.read().decode().strip()}")
+    return np.frombuffer(b"".join(result)).reshape(-1, 6)

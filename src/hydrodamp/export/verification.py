@@ -1,4 +1,8 @@
-"""What drives a written model: a log's commands, open loop, its attitude integrated too."""
+"""Verification run: open-loop simulation of an exported model with the commands of a log.
+
+Attitude is integrated too. Engines without an integrator of their own take classical Runge-Kutta
+steps of equation 1, as ``replay.c`` does.
+"""
 
 from __future__ import annotations
 
@@ -20,179 +24,184 @@ from hydrodamp.simulation.closed_loop import rk4_step
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, Trajectory, replay
 
-LONGEST_STEP = 0.05
-"""No Runge-Kutta step is longer [s]: as in replays."""
+MAX_STEP = 0.05  # s; of a Runge-Kutta step, as in replay.c
+CLOCK_TOLERANCE = 1e-6  # of a step; rounding of time stamps, as in replay.c
+LEVEL_ATTITUDE = (1.0, 0.0, 0.0, 0.0)
 
-Rates = Callable[[States], FloatArray]
+AccelerationFunction = Callable[[States], FloatArray]
 
-_SLACK = 1e-6  # clocks round: as in replay.c
-_LEVEL = (1.0, 0.0, 0.0, 0.0)
+
+class Engine:
+    """What runs exported files: their accelerations, integrated by Runge-Kutta steps."""
+
+    step = "Runge-Kutta, at most {:g} s"
+
+    def __init__(
+        self,
+        name: str,
+        accelerations: AccelerationFunction,
+        max_step: float = MAX_STEP,
+        not_run: str = "",
+    ) -> None:
+        self.name, self.accelerations = name, accelerations
+        self.max_step, self.not_run = max_step, not_run
+        self._state = np.zeros(10)
+
+    def set_state(self, attitude: FloatArray, velocity: FloatArray) -> None:
+        """Set the quaternion (4,) from body to world and the velocity (6,)."""
+        self._state = np.concatenate([velocity, attitude])
+
+    def advance(
+        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        """Take a step [s] with a wrench linear from first to last; return the velocity after it."""
+
+        def rate(state: FloatArray, fraction: float) -> FloatArray:
+            return self._derivative(state, inputs, (1.0 - fraction) * first + fraction * last)
+
+        state = rk4_step(rate, self._state, h)
+        state[6:] /= np.linalg.norm(state[6:])
+        self._state = state
+        return state[:6]
+
+    def _derivative(self, state: FloatArray, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+        *_, p, q, r, w, x, y, z = state.tolist()
+        down = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
+        vector_rate = -x * p - y * q - z * r, w * p - z * q + y * r, z * p + w * q - x * r
+        quaternion_rate = np.array([*vector_rate, -y * p + x * q + w * r])
+        at = States(*(values[None] for values in (state[:6], down, inputs, wrench)))
+        return np.concatenate([self.accelerations(at)[0], 0.5 * quaternion_rate])
+
+
+class Simulator(Engine):
+    """An engine with an integrator of its own; states and wrenches in hydrodamp's frame."""
+
+    step = "steps of {:g} s"
+
+    def __init__(self, name: str, max_step: float) -> None:
+        super().__init__(name, self._evaluate_states, max_step)
+
+    def _evaluate_states(self, at: States) -> FloatArray:
+        result = []
+        for attitude, velocity, inputs, wrench in zip(
+            attitude_quaternions(at.down), at.velocity, at.inputs, at.wrench, strict=True
+        ):
+            self.set_state(attitude, velocity)
+            self.apply_inputs(inputs, wrench)
+            result.append(self.compute_acceleration())
+        return np.array(result)
+
+    def advance(
+        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        """Take a step [s] with the mean of the wrench; return the velocity after it."""
+        self.apply_inputs(inputs, 0.5 * (first + last))
+        return self.take_step(h)
+
+    @abstractmethod
+    def apply_inputs(self, inputs: FloatArray, wrench: FloatArray) -> None:
+        """Set the inputs of the next step."""
+
+    @abstractmethod
+    def compute_acceleration(self) -> FloatArray:
+        """Return the acceleration at the present state."""
+
+    @abstractmethod
+    def take_step(self, h: float) -> FloatArray:
+        """Take a step [s]; return the velocity after it."""
 
 
 @dataclass(frozen=True, eq=False)
 class VerificationRun:
-    """A craft and the log that drives it."""
+    """A plant and the log whose commands are its inputs."""
 
-    craft: ExportedPlant
+    plant: ExportedPlant
     problem: Problem
     states: States
-    attitude: FloatArray  # (n, 4), of which each segment takes its first
+    attitude: FloatArray  # (n, 4); each segment starts at its first
 
     @classmethod
-    def of(cls, craft: ExportedPlant, log: Log) -> VerificationRun:
-        """Return the drive of a log, or refuse it with what it lacks."""
-        if craft.propellers:
+    def of(cls, plant: ExportedPlant, log: Log) -> VerificationRun:
+        """Return the run of a log; refuse a log without the propulsion speed if it is an input."""
+        if plant.propellers:
             log = replace(log, propulsion_ratio=None)
-        problem = prepare(craft.vehicle, log, craft.damping.model)
-        if craft.needs_speed and not problem.propulsion_known:
+        problem = prepare(plant.vehicle, log, plant.damping.model)
+        if plant.needs_propulsion_speed and not problem.propulsion_known:
             raise ProblemError(
-                f"{log.source or 'log'}: terms with (eta-1) are exported, and nothing says what "
-                "u_c is: record `eta`, give a propeller its `speed_slope`, or leave out --log."
+                f"{log.source or 'log'}: the model has terms with (eta-1), and u_c is unknown: "
+                "record `eta`, give a propeller its `speed_slope`, or leave out --log."
             )
-        given = problem.inputs
-        held = [log.command(name) for name in craft.commands]
-        inputs = np.column_stack([*held, given.propulsion[:, : craft.needs_speed]])
-        recorded = np.tile(_LEVEL, (log.n, 1)) if log.attitude is None else log.attitude
-        states = States(given.velocity, given.down, inputs, given.wrench)
-        return cls(craft, problem, states, recorded)
+        recorded = problem.inputs
+        commands = [log.command(name) for name in plant.commands]
+        propulsion = recorded.propulsion[:, : plant.needs_propulsion_speed]
+        inputs = np.column_stack([*commands, propulsion])
+        attitude = np.tile(LEVEL_ATTITUDE, (log.n, 1)) if log.attitude is None else log.attitude
+        states = States(recorded.velocity, recorded.down, inputs, recorded.wrench)
+        return cls(plant, problem, states, attitude)
 
     @property
     def log(self) -> Log:
         """The log."""
         return self.problem.log
 
-    def source(self) -> Trajectory:
-        """Return what equation 1 gives, by hydrodamp's own core."""
-        return replay(self.problem, self.craft.damping, "simulated")
+    def simulate_source(self) -> Trajectory:
+        """Return the replay of equation 1 by hydrodamp's core."""
+        return replay(self.problem, self.plant.damping, "simulated")
 
-    def target(self, engine: Engine) -> Trajectory:
-        """Return what an engine gives, each segment from its start until it diverges."""
-        log, given = self.log, self.states
-        velocity, ended = np.full((log.n, 6), np.nan), []
-        for part in log.segments:
-            velocity[part.start] = given.velocity[part.start]
-            engine.set_state(self.attitude[part.start], given.velocity[part.start])
-            label = f"running what was written in {engine.name}"
-            between = count_items(range(part.start, part.stop - 1), label, part.stop - part.start)
-            for after, *step in (each for k in between for each in self._steps(k, engine.longest)):
-                velocity[after] = engine.advance(*step)
-                if not np.all(np.abs(velocity[after]) <= DIVERGENCE_LIMIT):
-                    velocity[after] = np.nan
-                    ended.append((part.name, float(log.time[after] - log.time[part.start])))
+    def simulate_target(self, engine: Engine) -> Trajectory:
+        """Return the replay of an engine, each segment from its first sample until it diverges."""
+        log, states = self.log, self.states
+        velocity, diverged = np.full((log.n, 6), np.nan), []
+        for segment in log.segments:
+            start, stop = segment.start, segment.stop
+            velocity[start] = states.velocity[start]
+            engine.set_state(self.attitude[start], states.velocity[start])
+            samples = count_items(
+                range(start, stop - 1), f"running the export in {engine.name}", stop - start
+            )
+            steps = (step for index in samples for step in self._steps(index, engine.max_step))
+            for k, *step in steps:
+                velocity[k] = engine.advance(*step)
+                if not np.all(np.abs(velocity[k]) <= DIVERGENCE_LIMIT):
+                    velocity[k] = np.nan
+                    diverged.append((segment.name, float(log.time[k] - log.time[start])))
                     break
-        return Trajectory(log, velocity, tuple(ended), "simulated", self.craft.vehicle.axes)
+        return Trajectory(log, velocity, tuple(diverged), "simulated", self.plant.vehicle.axes)
 
-    def _steps(self, k: int, longest: float) -> Iterator[tuple[Any, ...]]:
-        """Yield the steps to the next sample: that, length, inputs, the wrench at both ends."""
-        given, time = self.states, self.log.time
-        length = float(time[k + 1] - time[k])
-        steps = max(1, math.ceil(length / longest * (1.0 - _SLACK)))
-        rise = (given.wrench[k + 1] - given.wrench[k]) / steps
-        for index in range(steps):
-            first = given.wrench[k] + index * rise
-            yield k + 1, length / steps, given.inputs[k], first, first + rise
+    def _steps(self, k: int, max_step: float) -> Iterator[tuple[Any, ...]]:
+        """Yield steps to the next sample: its index, length, inputs, wrench at start and end."""
+        states, time = self.states, self.log.time
+        interval = float(time[k + 1] - time[k])
+        n = max(1, math.ceil(interval / max_step * (1.0 - CLOCK_TOLERANCE)))
+        increment = (states.wrench[k + 1] - states.wrench[k]) / n
+        for index in range(n):
+            first = states.wrench[k] + index * increment
+            yield k + 1, interval / n, states.inputs[k], first, first + increment
 
 
-def scattered(craft: ExportedPlant) -> States:
-    """Return states all over the craft's box, upright and not, without commands."""
-    velocity = sample_box(craft.box.restrict(craft.vehicle.free))
+def sample_states(plant: ExportedPlant) -> States:
+    """Return states that cover the operating box of a plant, of any attitude, without commands."""
+    velocity = sample_box(plant.box.restrict(plant.vehicle.free))
     n, random = len(velocity), np.random.default_rng(0)
     directions = random.normal(size=(n, 3))
     return States(
         velocity,
         directions / np.linalg.norm(directions, axis=1, keepdims=True),
-        np.tile([*[0.0] * len(craft.commands), *[1.0] * craft.needs_speed], (n, 1)),
+        np.tile([*[0.0] * len(plant.commands), *[1.0] * plant.needs_propulsion_speed], (n, 1)),
         np.zeros((n, 6)),
     )
 
 
-def upright(down: FloatArray) -> FloatArray:
-    """Return quaternions, shape (n, 4), of which the world's down direction is as given.
+def attitude_quaternions(down: FloatArray) -> FloatArray:
+    """Return quaternions (n, 4) of which the down vectors are as given.
 
-    Their length is the root of the direction's: between two samples neither is one.
+    Their squared norm is the norm of the down vector: interpolated vectors are not of unit length.
     """
-    length = np.linalg.norm(down, axis=1)
-    x, y, z = down.T / length
+    norm = np.linalg.norm(down, axis=1)
+    x, y, z = down.T / norm
     half = np.sqrt((1.0 + np.abs(z)) / 2.0)
-    across, along, none = y / (2.0 * half), x / (2.0 * half), np.zeros(len(z))
-    upwards = np.column_stack([half, across, -along, none])
-    downwards = np.column_stack([across, half, none, along])
-    unit = np.where(z[:, None] < 0.0, downwards, upwards)
-    return np.asarray(unit * np.sqrt(length)[:, None])
-
-
-class Engine:
-    """What was written, read back and ready to run: its accelerations, in steps as replay.c's."""
-
-    step = "Runge-Kutta, at most {:g} s"
-
-    def __init__(
-        self, name: str, rates: Rates, longest: float = LONGEST_STEP, not_run: str = ""
-    ) -> None:
-        self.name, self.rates, self.longest, self.not_run = name, rates, longest, not_run
-        self._state = np.zeros(10)
-
-    def set_state(self, attitude: FloatArray, velocity: FloatArray) -> None:
-        """Set the state, of a quaternion from body to world and a velocity."""
-        self._state = np.concatenate([velocity, attitude])
-
-    def advance(
-        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
-    ) -> FloatArray:
-        """Take a step [s] with the wrench at both its ends, and return the velocity after it."""
-        state = rk4_step(
-            lambda state, fraction: self._slope(
-                state, inputs, (1.0 - fraction) * first + fraction * last
-            ),
-            self._state,
-            h,
-        )
-        state[6:] /= np.linalg.norm(state[6:])
-        self._state = state
-        return state[:6]
-
-    def _slope(self, state: FloatArray, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
-        *_, p, q, r, w, x, y, z = state.tolist()
-        down = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
-        turning = -x * p - y * q - z * r, w * p - z * q + y * r, z * p + w * q - x * r
-        rolling = np.array([*turning, -y * p + x * q + w * r])
-        at = States(*(each[None] for each in (state[:6], down, inputs, wrench)))
-        return np.concatenate([self.rates(at)[0], 0.5 * rolling])
-
-
-class Simulator(Engine):
-    """One vehicle in a simulator that takes steps of its own; all in hydrodamp's frame."""
-
-    step = "steps of {:g} s"
-
-    def __init__(self, name: str, longest: float) -> None:
-        super().__init__(name, self._each, longest)
-
-    def _each(self, at: States) -> FloatArray:
-        found = []
-        for attitude, velocity, inputs, wrench in zip(
-            upright(at.down), at.velocity, at.inputs, at.wrench, strict=True
-        ):
-            self.set_state(attitude, velocity)
-            self.push(inputs, wrench)
-            found.append(self.acceleration())
-        return np.array(found)
-
-    def advance(
-        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
-    ) -> FloatArray:
-        """Take a step [s] with the mean of the wrench, and return the velocity after it."""
-        self.push(inputs, 0.5 * (first + last))
-        return self.move(h)
-
-    @abstractmethod
-    def push(self, inputs: FloatArray, wrench: FloatArray) -> None:
-        """Set what drives it until the next time."""
-
-    @abstractmethod
-    def acceleration(self) -> FloatArray:
-        """Return the acceleration where it is."""
-
-    @abstractmethod
-    def move(self, h: float) -> FloatArray:
-        """Take a step [s], and return the velocity after it."""
+    roll, pitch, zero = y / (2.0 * half), x / (2.0 * half), np.zeros(len(z))
+    upright = np.column_stack([half, roll, -pitch, zero])
+    inverted = np.column_stack([roll, half, zero, pitch])
+    unit = np.where(z[:, None] < 0.0, inverted, upright)
+    return np.asarray(unit * np.sqrt(norm)[:, None])

@@ -1,4 +1,4 @@
-"""The page of an export: its fidelity card as one HTML file."""
+"""HTML page of a fidelity card: wrench errors, replay RMS, power and origin of an export."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from hydrodamp.errors import FileError
-from hydrodamp.files import load_json, save_text
+from hydrodamp.files import load_json
 from hydrodamp.report.page import render_page
 from hydrodamp.report.table import NOTHING, Table
+from hydrodamp.results import save_result
 
 CARD, PAGE = "fidelity.json", "fidelity.html"
 """The card in the folder of an export, and its page."""
@@ -28,58 +29,64 @@ def read_card(folder: Path) -> dict[str, Any]:
 
 
 def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
-    """Write the page of an export's card, into its folder unless told otherwise."""
-    document = read_card(folder)
-    title, subtitle = f"{document['vehicle']} for {document['target']}", "Fidelity of the export"
-    content = render_page(
-        title, subtitle, [document["text"]], [*_grids(document)], facts=_origin(document)
+    """Write the page of an export's card, by default into its folder."""
+    document, page_path = read_card(folder), path or folder / PAGE
+    html = render_page(
+        f"{document['vehicle']} for {document['target']}",
+        "Fidelity of the export",
+        [document["text"]],
+        [*_tables(document)],
+        facts=_origin(document),
     )
-    save_text(content, path or folder / PAGE)
-    return path or folder / PAGE
+    save_result(html, page_path)
+    return page_path
 
 
-def _grids(card: dict[str, Any]) -> Iterator[Table]:
+def _tables(card: dict[str, Any]) -> Iterator[Table]:
     errors = {
         "wrench error [% of rms]": card["wrench_error"],
         "at a tenth of the velocities": card.get("slow_error", {}),
-        "added mass / rigid body": card["mass_ratio"],
+        "added mass / rigid-body mass": card["mass_ratio"],
     }
-    yield _side_by_side(f"By axis, at {card['asked_at']}", "axis", errors)
-    if card["replays"] is not None:
+    yield _merge_columns(f"By axis, at {card['asked_at']}", "axis", errors)
+    if replays := card["replays"]:
         pairs = ("source", "target"), ("source", "log"), ("target", "log")
-        scores = {f"{a} and {b}": card["replays"][f"{a}_to_{b}"] for a, b in pairs}
-        errors = {key: {"all": one["rms"], **one["rms_by_axis"]} for key, one in scores.items()}
-        title = f"Replay errors: RMS in m/s and deg/s. {card['replays']['step']}."
-        yield _side_by_side(title, "", errors)
+        scores = {f"{a} and {b}": replays[f"{a}_to_{b}"] for a, b in pairs}
+        rms = {key: {"all": score["rms"], **score["rms_by_axis"]} for key, score in scores.items()}
+        title = f"Replay RMS in m/s and deg/s. {replays['step']}."
+        yield _merge_columns(title, "", rms)
     power = {f"of the {key}": value for key, value in card["power"].items()}
-    yield _side_by_side(f"Greatest power of the damping within {card['box']}", "", {"[W]": power})
+    title = f"Greatest power of the damping within {card['box']}"
+    yield _merge_columns(title, "", {"[W]": power})
 
 
-def _side_by_side(
+def _merge_columns(
     title: str, first: str, columns: Mapping[str, Mapping[str, float | None]]
 ) -> Table:
-    """Return a table of numbers by name, a column each."""
-    names = dict.fromkeys(name for one in columns.values() for name in one)
-    rows = ((name, *(_word(one.get(name)) for one in columns.values())) for name in names)
+    """Return a table of numbers by name, one column each."""
+    names = dict.fromkeys(name for values in columns.values() for name in values)
+    rows = (
+        (name, *(_format_number(values.get(name)) for values in columns.values())) for name in names
+    )
     return Table.of_words(title, (first, *columns), "l" + "r" * len(columns), rows)
 
 
 def _origin(card: dict[str, Any]) -> dict[str, str]:
     facts = {
-        "meant for": card["description"],
+        "written for": card["description"],
         "model": card["model"],
         "inputs": card["inputs"],
-        "fitted with other terms": card["projected"],
-        "left out": card["ignores"],
+        "projected terms": card["projected"],
+        "unrepresented effects": card["ignores"],
         "run by": card["run_by"],
         "not run": card["not_run"],
         "failed": card.get("run_error", ""),
         **card["settings"],
         "hydrodamp": card["hydrodamp"],
     }
-    words = {key: [fact] if isinstance(fact, str) else fact for key, fact in facts.items()}
-    return {key: ", ".join(word) for key, word in words.items() if any(word)}
+    texts = {key: [fact] if isinstance(fact, str) else fact for key, fact in facts.items()}
+    return {key: ", ".join(text) for key, text in texts.items() if any(text)}
 
 
-def _word(value: float | None) -> str:
+def _format_number(value: float | None) -> str:
     return NOTHING if value is None else format(value, ".3g")

@@ -14,15 +14,15 @@ from .conftest import ALL_ATOMS, RICH, coefficients, core, states
 
 @pytest.mark.parametrize("vehicle", [RICH, hd.fleet["bluerov2-heavy"]], ids=lambda v: v.name)
 def test_the_acceleration_is_that_of_the_core(vehicle):
-    craft = ExportedPlant.of(vehicle, coefficients(ALL_ATOMS))
-    at = states(craft)
-    np.testing.assert_allclose(craft.acceleration(at), core(craft, at), rtol=1e-12, atol=1e-12)
+    plant = ExportedPlant.of(vehicle, coefficients(ALL_ATOMS))
+    at = states(plant)
+    np.testing.assert_allclose(plant.acceleration(at), core(plant, at), rtol=1e-12, atol=1e-12)
 
 
 def test_a_zero_coefficient_asks_for_no_input():
     damping = hd.Damping.from_dict(None, {"X_u": -1.0, "N_r*gain": 0.0, "X_u^2(eta-1)": 0.0})
-    craft = ExportedPlant.of(hd.fleet["remus100"], damping)
-    assert craft.inputs == hd.fleet["remus100"].commands
+    plant = ExportedPlant.of(hd.fleet["remus100"], damping)
+    assert plant.inputs == hd.fleet["remus100"].commands
     more = hd.Damping.from_dict(None, {"X_u": -1.0, "X_u^2(eta-1)": 2.0})
     assert ExportedPlant.of(hd.fleet["remus100"], more).inputs[-1] == "u_c"
 
