@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.data.attitude import product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
-from hydrodamp.ingest.formats.message_layout import columns_of
+from hydrodamp.ingest.formats.message_layout import deserialize_columns
 from hydrodamp.live import estimator, opening
 from hydrodamp.live.ros import fields_of, hear
 from live.conftest import MODEL, heard
@@ -60,7 +60,7 @@ def test_fields_are_those_of_a_bag(kind):
 
     message = filled(kind)
     raw = bytes(store.serialize_cdr(message, kind))
-    wanted = columns_of([raw], kind, store.fielddefs, aligned=True).numbers
+    wanted = deserialize_columns([raw], kind, store.fielddefs, aligned=True).numbers
     assert fields_of(as_ros(message)) == {name: column[0] for name, column in wanted.items()}
 
 

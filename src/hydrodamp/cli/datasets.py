@@ -28,24 +28,24 @@ def datasets(
     json: options.Json = False,
 ) -> None:
     """List public logs, or fetch one: licence first, each file checked."""
-    from hydrodamp.ingest.datasets import look
+    from hydrodamp.ingest.datasets import check_folder
 
     if name is None:
         _list(json)
         return
     dataset = hd.find_dataset(name)
     place = folder or Path("datasets", name)
-    before = look(dataset, place)
+    before = check_folder(dataset, place)
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
     here = hd.fetch(dataset, place) if yes else before
-    if len(here.lacking) == len(dataset.files):
+    if len(here.missing) == len(dataset.files):
         raise FileError(
             f"{place}: holds none of the {len(dataset.files)} files of '{name}', such as"
             f" {dataset.files[0].name}. They come from {dataset.page}; --yes accepts the licence"
             " and downloads those that have an address."
         )
-    downloaded = [file for file in before.lacking if file not in here.lacking]
+    downloaded = [file for file in before.missing if file not in here.missing]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
         emit(asdict(here) | document | {"folder": str(place)})
@@ -54,7 +54,7 @@ def datasets(
         (downloaded, "downloaded"),
         (here.verified, "with the checksum that hydrodamp knows"),
         (here.unchecked, "taken as they are: no checksum is known"),
-        (here.lacking, "not there"),
+        (here.missing, "not there"),
     ):
         if names:
             note(f"{len(names)} of {len(dataset.files)} files {said}")

@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
-from hydrodamp.ingest.formats.mavlink import Decoder, packets
+from hydrodamp.ingest.formats.mavlink import Decoder, split_packets
 from hydrodamp.live.samples import Row, rows_of
 from hydrodamp.live.synchroniser import Message
 
@@ -271,7 +271,7 @@ def of_packets(datagrams: Datagrams, decoder: Decoder) -> Callable[[BoundedQueue
     def read(waiting: BoundedQueue[Message]) -> None:
         for data in datagrams.until_over(waiting):
             now = time.time()
-            for packet in packets(data):
+            for packet in split_packets(data):
                 try:
                     sent = decoder(packet)
                 except ValueError:

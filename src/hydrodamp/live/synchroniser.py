@@ -15,9 +15,9 @@ from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assemble import Assembly, sampler_of
+from hydrodamp.ingest.mapping.assemble import Assembly, build_resampler
 from hydrodamp.ingest.mapping.schema import Clock, Source
-from hydrodamp.ingest.mapping.streams import Stream, stamps_of
+from hydrodamp.ingest.mapping.streams import Stream, read_timestamps
 from hydrodamp.live.samples import Row
 
 _EACH = 0.2  # s, between two makings of samples
@@ -174,7 +174,7 @@ class MessageSynchroniser:
     def _made_of_messages(self, patience: float) -> Iterator[Row]:
         """Yield the samples that can be made, and forget what they were made of."""
         try:
-            sampler = sampler_of(self.mapping, self._recording())
+            sampler = build_resampler(self.mapping, self._recording())
             made = Assembly(self.mapping, sampler)
             if made.faults:
                 raise LogError(made.faults)
@@ -213,7 +213,7 @@ class MessageSynchroniser:
     def _in_order(self, one: _TopicBuffer) -> Topic:
         """Return a topic without what came twice or late, or before its clock was set back."""
         topic = one.topic()
-        stamps = stamps_of(topic, self.mapping.time)
+        stamps = read_timestamps(topic, self.mapping.time)
         back = np.flatnonzero(np.diff(stamps) < -_SILENT)
         begun = int(back[-1]) + 1 if len(back) else 0
         latest = np.fmax.accumulate(np.append(-np.inf, stamps[begun:]))

@@ -15,14 +15,14 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.inspection.columns import Ticking, is_stamp
 from hydrodamp.ingest.inspection.roles import Guess, Roles
-from hydrodamp.ingest.mapping.schema import COMPASS
+from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 #: Confidence [%] below which a guess is left out, and from which it is sure.
 LEAST, SURE = 40, 70
 
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
-_SPEEDS = (*"uvw", *COMPASS)
+_SPEEDS = (*"uvw", *WORLD_DIRECTIONS)
 _VERTICAL = frozenset(f"position.{name}" for name in ("up", "down", "depth"))
 _NAMES = 12  # columns of one message and reason that are named
 _LACKING = (
@@ -98,7 +98,7 @@ def drafted(roles: Roles) -> list[Guess]:
     angles = {f"attitude.{name}" for name in (*EULER, "heading")}
     out = _surer(there, parts, angles) if parts <= names else parts
     out |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
-    body, world = ({f"velocity.{name}" for name in way} for way in ("uvw", COMPASS))
+    body, world = ({f"velocity.{name}" for name in way} for way in ("uvw", WORLD_DIRECTIONS))
     out |= _surer(there, body, world) if {"velocity.north", "velocity.east"} <= names else world
     if len(names & {"position.north", "position.east"}) == 1:
         out |= {"position.north", "position.east"}

@@ -14,7 +14,7 @@ from hydrodamp.data.agreement import NONE, Agreement, agreement, rotate_back
 from hydrodamp.data.attitude import down, quaternion_from_euler, rotation
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
-from hydrodamp.ingest.formats.files import usual_axes
+from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, together
 
 _MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
@@ -143,7 +143,7 @@ def weigh(form: str, roles: Roles) -> Upright:
 
 def custom_sign(form: str) -> Iterator[Sign]:
     """Yield the axes that a format has by custom."""
-    axes = usual_axes(form)
+    axes = conventional_axes(form)
     if axes == "FLU over ENU":
         yield Sign(-_ROS, f"{form}: forward-port-up over east-north-up by custom (REP 103)")
     elif axes:

@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.vertical import Upright
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
-from hydrodamp.ingest.formats.files import usual_axes
+from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, Ticking, clocks_of, counted, series_of
 from hydrodamp.ingest.inspection.elements import split_index
 from hydrodamp.ingest.inspection.frames import (
@@ -23,7 +23,7 @@ from hydrodamp.ingest.inspection.frames import (
     weigh,
 )
 from hydrodamp.ingest.inspection.names import hint, quantity_of_role, words
-from hydrodamp.ingest.mapping.schema import COMPASS
+from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 _PULSES = (800.0, 2200.0)  # us, of a servo
 _SERVO = frozenset(("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"))
@@ -33,7 +33,7 @@ _IDLE = (0.0, 1500.0, 65535.0)  # of a servo that is not there, or never used
 _DEAD = 1e-5  # rad/s or deg/s, less than any gyro's noise
 _STILL = {"commands": 0.0, "flag": 0.0} | dict.fromkeys((f"velocity.{one}" for one in "pqr"), _DEAD)
 _STILL |= dict.fromkeys((f"velocity.{one}" for one in ("xyzuvw")), 0.0)
-_STILL |= dict.fromkeys((f"velocity.{one}" for one in COMPASS), 0.0)
+_STILL |= dict.fromkeys((f"velocity.{one}" for one in WORLD_DIRECTIONS), 0.0)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
 #: For every angle the largest that it may be in radians; one beyond is in degrees.
@@ -154,7 +154,7 @@ def _in_units(playing: Mapping[str, Series]) -> dict[str, Series]:
 
 
 def _world(form: str, body: str) -> str:
-    return "NED" if body == "FRD" else "ENU" if usual_axes(form).endswith("ENU") else "NWU"
+    return "NED" if body == "FRD" else "ENU" if conventional_axes(form).endswith("ENU") else "NWU"
 
 
 def _placed(one: Guess, world: str, way: WayMatch) -> Guess:
