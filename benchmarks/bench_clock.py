@@ -12,7 +12,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assemble import record_of
+from hydrodamp.ingest.mapping.assemble import build_record
 
 pytestmark = pytest.mark.usefixtures("one_core")
 MESSAGES = 1_000_000
@@ -69,7 +69,10 @@ def interpolate(recording: Recording) -> None:
 def test_ten_topics_on_one_clock(benchmark, ledger, recording, mapping):
     """Clocks set right, gaps found, attitude turned, commands held: a record, not yet checked."""
     ours, alone = interleaved(
-        benchmark, lambda: record_of(mapping, recording), lambda: interpolate(recording), rounds=3
+        benchmark,
+        lambda: build_record(mapping, recording),
+        lambda: interpolate(recording),
+        rounds=3,
     )
     ledger.within("ten topics of 1e6 on one clock: np.interp of each channel", ours, alone)
     ledger.within("ten topics of 1e6 on one clock: what was asked for", ours, SECONDS, target=1.0)

@@ -50,7 +50,7 @@ def test_csv(benchmark, ledger, csv_file, name, other):
     """A million rows of twenty columns; CPU time counts, as all three use all cores."""
     pytest.importorskip(name)
     mine, theirs = interleaved(
-        benchmark, lambda: files.read(csv_file), lambda: other(csv_file), rounds=7
+        benchmark, lambda: files.read_files(csv_file), lambda: other(csv_file), rounds=7
     )
     ledger.within(f"CSV, 1e6 x 20, CPU time: {name} alone", mine, theirs, target=1.3)
 
@@ -59,7 +59,7 @@ def test_csv_on_the_wall(benchmark, ledger, csv_file):
     """The same by the clock on the wall, which only an idle machine can tell."""
     pytest.importorskip("polars")
     mine, theirs = on_all_cores(
-        benchmark, lambda: files.read(csv_file), lambda: _polars(csv_file), rounds=7
+        benchmark, lambda: files.read_files(csv_file), lambda: _polars(csv_file), rounds=7
     )
     ledger.within("CSV, 1e6 x 20, wall time: polars alone", mine.best, theirs.best)
 
@@ -72,7 +72,7 @@ def test_csv_without_arrow(benchmark, ledger, csv_file, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
     mine, theirs = interleaved(
         benchmark,
-        lambda: files.read(path),
+        lambda: files.read_files(path),
         lambda: np.loadtxt(path, delimiter=",", skiprows=1),
         rounds=3,
     )
@@ -89,7 +89,7 @@ def test_bag(benchmark, ledger, tmp_path, kind):
         with highlevel.AnyReader([path]) as bag:
             return [bag.deserialize(raw, it.msgtype) for it, _, raw in bag.messages()]
 
-    ours, other = interleaved(benchmark, lambda: files.read(path), alone, rounds=5)
+    ours, other = interleaved(benchmark, lambda: files.read_files(path), alone, rounds=5)
     ledger.within(f"ROS 2 bag ({kind}), 2e4 odometry: rosbags alone", ours, other, target=1.2)
 
 
@@ -101,7 +101,7 @@ def test_mcap_against_its_own_reader(benchmark, ledger, tmp_path):
     (file,) = path.glob("*.mcap")
     ours, other = interleaved(
         benchmark,
-        lambda: files.read(file),
+        lambda: files.read_files(file),
         lambda: [it.ros_msg for it in reader.read_ros2_messages(str(file))],
         rounds=3,
     )
@@ -150,7 +150,7 @@ def test_dataflash(benchmark, ledger, tmp_path):
         log.close()
         return count
 
-    ours, other = interleaved(benchmark, lambda: files.read(path), alone, rounds=3)
+    ours, other = interleaved(benchmark, lambda: files.read_files(path), alone, rounds=3)
     ledger.within("ArduPilot .bin, 6e4 messages: pymavlink alone", ours, other, target=1.2)
 
 
@@ -184,7 +184,7 @@ def test_px4(benchmark, ledger, tmp_path):
         body += struct.pack("<HBHQ4f", 26, b"D"[0], 0, 2_500 * k, 1.0, 0.0, 0.0, 0.0)
     path.write_bytes(body)
     ours, other = interleaved(
-        benchmark, lambda: files.read(path), lambda: pyulog.ULog(str(path)), rounds=5
+        benchmark, lambda: files.read_files(path), lambda: pyulog.ULog(str(path)), rounds=5
     )
     ledger.within("PX4 .ulg, 2e4 messages: pyulog alone", ours, other)
 
@@ -195,6 +195,6 @@ def test_parquet(benchmark, ledger, tmp_path, table):
     path = tmp_path / "log.parquet"
     reader.write_table(arrow.table({f"c{k}": table[:, k] for k in range(COLUMNS)}), path)
     mine, theirs = on_all_cores(
-        benchmark, lambda: parquet.read(path), lambda: reader.read_table(path), rounds=5
+        benchmark, lambda: parquet.read_file(path), lambda: reader.read_table(path), rounds=5
     )
     ledger.within("Parquet, 1e6 x 20: pyarrow alone", mine.best, theirs.best, target=1.5)

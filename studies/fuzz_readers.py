@@ -22,9 +22,9 @@ with atheris.instrument_imports(include=["hydrodamp.ingest.formats"]):
 from hydrodamp.errors import HydrodampError
 
 READERS = (
-    (moos.read, "a.alog"),
-    (delimited.read, "a.csv"),
-    (ardupilot.read, "a.bin"),
+    (moos.read_file, "a.alog"),
+    (delimited.read_file, "a.csv"),
+    (ardupilot.read_file, "a.bin"),
 )
 
 

@@ -24,7 +24,7 @@ from hydrodamp.files import (
     save_text,
     wrong_kind_message,
 )
-from hydrodamp.ingest.formats.files import read
+from hydrodamp.ingest.formats.files import read_files
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -219,7 +219,7 @@ def test_a_key_or_two_make_no_other_file(content):
 def test_none_of_them_is_a_log(files, given):
     _, other, option = READERS[given]
     with pytest.raises(hd.HydrodampError, match=f"{given} is {other}.*not a log: .*`{option}`"):
-        read(files / given)
+        read_files(files / given)
 
 
 def test_a_comparison_is_told(tmp_path):

@@ -10,19 +10,19 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from hydrodamp.ingest.clock import (
     Clock,
-    Stamps,
     Ticks,
-    at_rate,
-    brackets,
-    interpolated,
-    matched,
-    set_right,
-    turned,
+    Timestamps,
+    align_runs,
+    bracket_ticks,
+    clean_timestamps,
+    interpolate,
+    interpolate_attitude,
+    make_even_ticks,
 )
 
 
-def stamps(time: list[float] | np.ndarray, topic: str = "dvl") -> Stamps:
-    return set_right(Clock(topic, np.asarray(time, float)))
+def stamps(time: list[float] | np.ndarray, topic: str = "dvl") -> Timestamps:
+    return clean_timestamps(Clock(topic, np.asarray(time, float)))
 
 
 def ticks(time: list[float] | np.ndarray, run: list[int] | None = None) -> Ticks:
@@ -36,7 +36,7 @@ def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[f
     time = np.cumsum([0.0, *steps])
     values = np.sin(7 * time)
     wanted = np.sort(asked)
-    got = interpolated(values, brackets(stamps(time), ticks(wanted)))
+    got = interpolate(values, bracket_ticks(stamps(time), ticks(wanted)))
     inside = (wanted >= 0) & (wanted <= time[-1])
     np.testing.assert_array_equal(np.isnan(got), ~inside)
     np.testing.assert_allclose(got[inside], np.interp(wanted, time, values)[inside], atol=1e-12)
@@ -44,8 +44,8 @@ def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[f
 
 def test_runs_know_nothing_of_one_another() -> None:
     two = stamps([90, 91, 92, 0, 1, 2])
-    found = brackets(two, ticks([90.5, 92.0, 0.5, 3.0, 0.5], [0, 0, 1, 1, 2]))
-    got = interpolated(np.array([0.0, 1, 2, 10, 11, 12]), found)
+    found = bracket_ticks(two, ticks([90.5, 92.0, 0.5, 3.0, 0.5], [0, 0, 1, 1, 2]))
+    got = interpolate(np.array([0.0, 1, 2, 10, 11, 12]), found)
     np.testing.assert_allclose(got, [0.5, 2.0, 10.5, np.nan, np.nan])
 
 
@@ -57,7 +57,7 @@ def test_attitude_turns_as_scipy_turns_it() -> None:
     wanted.sort()
     # Any quaternion may come with the other sign.
     given = turns.as_quat(scalar_first=True) * rng.choice([-1.0, 1.0], 60)[:, np.newaxis]
-    got = turned(given, brackets(stamps(time), ticks(wanted)))
+    got = interpolate_attitude(given, bracket_ticks(stamps(time), ticks(wanted)))
     expected = Slerp(time, turns)(wanted)
     apart = (Rotation.from_quat(got, scalar_first=True) * expected.inv()).magnitude()
     np.testing.assert_allclose(apart, 0, atol=1e-7)
@@ -67,7 +67,7 @@ def test_attitude_turns_as_scipy_turns_it() -> None:
 @pytest.mark.parametrize("rate", [3.0, 7.0, 10.0, 50.0])
 def test_even_ticks_reach_the_last_message(rate: float) -> None:
     time = np.arange(0, 100 * rate + 1) / rate
-    assert at_rate(stamps(time), rate).time.tolist() == pytest.approx(time.tolist())
+    assert make_even_ticks(stamps(time), rate).time.tolist() == pytest.approx(time.tolist())
 
 
 @pytest.mark.parametrize(
@@ -82,4 +82,4 @@ def test_even_ticks_reach_the_last_message(rate: float) -> None:
 def test_runs_are_matched_in_order_or_where_they_overlap_most(
     base: list[float], other: list[float], run: list[int]
 ) -> None:
-    assert matched(stamps(other), stamps(base)).run.tolist() == run
+    assert align_runs(stamps(other), stamps(base)).run.tolist() == run

@@ -9,16 +9,16 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, integers
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock import Clock, Stamps, set_right
-from hydrodamp.ingest.irregularity import Oddity
+from hydrodamp.ingest.clock import Clock, Timestamps, clean_timestamps
+from hydrodamp.ingest.irregularity import IrregularityKind
 
 
-def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Stamps:
-    return set_right(Clock("dvl", np.asarray(time, float), labels))
+def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Timestamps:
+    return clean_timestamps(Clock("dvl", np.asarray(time, float), labels))
 
 
-def oddities(stamps: Stamps) -> dict[Oddity, int]:
-    return {one.oddity: one.count for one in stamps.irregularities}
+def oddities(stamps: Timestamps) -> dict[IrregularityKind, int]:
+    return {one.kind: one.count for one in stamps.irregularities}
 
 
 NAN, INF = np.nan, np.inf
@@ -32,14 +32,20 @@ NAN, INF = np.nan, np.inf
             None,
             [0, 1, 2, 4, 7, 9],
             [0] * 6,
-            {Oddity.REPEATED: 2, Oddity.LATE: 2},
+            {IrregularityKind.REPEATED: 2, IrregularityKind.OUT_OF_ORDER: 2},
         ),
-        ([0, NAN, 1, INF, 2], None, [0, 2, 4], [0] * 3, {Oddity.ABSENT: 2}),
-        ([100, 101, 50, 51], None, [0, 1, 2, 3], [0, 0, 1, 1], {Oddity.LEAP: 1}),
-        ([0, 1, 5e6, 5e6 + 1], None, [0, 1, 2, 3], [0, 0, 1, 1], {Oddity.LEAP: 1}),
+        ([0, NAN, 1, INF, 2], None, [0, 2, 4], [0] * 3, {IrregularityKind.MISSING: 2}),
+        ([100, 101, 50, 51], None, [0, 1, 2, 3], [0, 0, 1, 1], {IrregularityKind.RESET: 1}),
+        ([0, 1, 5e6, 5e6 + 1], None, [0, 1, 2, 3], [0, 0, 1, 1], {IrregularityKind.RESET: 1}),
         ([0, 1, 0, 1], "aabb", [0, 1, 2, 3], [0, 0, 1, 1], {}),
         ([0, 1, 2, 3], "aabb", [0, 1, 2, 3], [0] * 4, {}),
-        ([0, 1, 2, NAN, 1, 2], "aaabbb", [0, 1, 2, 4, 5], [0, 0, 0, 1, 1], {Oddity.ABSENT: 1}),
+        (
+            [0, 1, 2, NAN, 1, 2],
+            "aaabbb",
+            [0, 1, 2, 4, 5],
+            [0, 0, 0, 1, 1],
+            {IrregularityKind.MISSING: 1},
+        ),
     ],
     ids=["repeated, late", "absent", "set back", "epoch", "label", "label alone", "absent label"],
 )
@@ -48,7 +54,7 @@ def test_odd_stamps_are_dropped_or_begin_a_run(
     labels: str | None,
     rows: list[int],
     run: list[int],
-    odd: dict[Oddity, int],
+    odd: dict[IrregularityKind, int],
 ) -> None:
     stamps = right(time, None if labels is None else list(labels))
     assert stamps.rows.tolist() == rows
@@ -76,16 +82,16 @@ def test_a_coarse_clock_is_spread_and_copies_are_not() -> None:
     time = np.arange(0.0, 30.0, 0.1)
     stamps = right(np.floor(time + 1e-9))
     np.testing.assert_allclose(stamps.time, time, atol=1e-9)
-    assert oddities(stamps) == {Oddity.COARSE: 270}
+    assert oddities(stamps) == {IrregularityKind.COARSE: 270}
     copies = np.arange(300) % 2 == 0
-    stamps = set_right(Clock("dvl", np.repeat(time[:150], 2), None, copies))
+    stamps = clean_timestamps(Clock("dvl", np.repeat(time[:150], 2), None, copies))
     assert stamps.rows.tolist() == np.flatnonzero(copies).tolist()
-    assert oddities(stamps) == {Oddity.REPEATED: 150}
+    assert oddities(stamps) == {IrregularityKind.REPEATED: 150}
 
 
 def test_a_clock_that_stops_says_what_counts_on() -> None:
     stamps = right(np.minimum(np.arange(0.0, 30.0, 0.1), 20.0))
     assert len(stamps.rows) == 201
     (odd,) = stamps.irregularities
-    assert odd.oddity is Oddity.STOPPED
+    assert odd.kind is IrregularityKind.STOPPED
     assert "`time: {rate: HERTZ}`" in odd.describe()

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from hydrodamp.errors import FileError
-from hydrodamp.ingest.datasets import DataFile, Dataset, datasets, fetch, find_dataset, look
+from hydrodamp.ingest.datasets import DataFile, Dataset, check_folder, datasets, fetch, find_dataset
 from hydrodamp.ingest.mapping import read_mapping
 
 CONTENT = {"a.dat": b"time,u\n0,1\n" * 20_000, "b.dat": b"time,v\n0,2\n"}
@@ -78,14 +78,14 @@ def test_the_registry_is_whole() -> None:
     ],
 )
 def test_measured_logs_are_those_of_the_registry(measured_logs, name, place, counts) -> None:
-    found = look(find_dataset(name), measured_logs(place))
-    assert (len(found.verified), len(found.unchecked), len(found.lacking)) == counts
+    found = check_folder(find_dataset(name), measured_logs(place))
+    assert (len(found.verified), len(found.unchecked), len(found.missing)) == counts
 
 
 def test_what_is_there_is_checked_and_not_downloaded_again(served: Dataset, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     first = fetch(served, folder)
-    assert (first.verified, first.unchecked, first.lacking) == (("a.dat",), ("b.dat",), ())
+    assert (first.verified, first.unchecked, first.missing) == (("a.dat",), ("b.dat",), ())
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENT
     (folder / "b.dat").write_bytes(b"mine")
     assert fetch(served, folder) == first

@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
-from hydrodamp.ingest.formats.message_layout import columns_of
+from hydrodamp.ingest.formats.message_layout import deserialize_columns
 from hydrodamp.live import estimator, sources
 from hydrodamp.live.ros import message_fields, subscribe_new_topics
 from live.conftest import MODEL, run_live
@@ -60,7 +60,7 @@ def test_fields_are_those_of_a_bag(kind):
 
     message = filled(kind)
     raw = bytes(store.serialize_cdr(message, kind))
-    wanted = columns_of([raw], kind, store.fielddefs, aligned=True).numbers
+    wanted = deserialize_columns([raw], kind, store.fielddefs, aligned=True).numbers
     assert message_fields(as_ros(message)) == {name: column[0] for name, column in wanted.items()}
 
 

@@ -14,9 +14,9 @@ from typing import Any
 from hydrodamp.batch.recordings import ResolvedMapping, digest_files, group_files
 from hydrodamp.errors import FileError, HydrodampError
 from hydrodamp.ingest.formats.files import SUFFIXES, is_bag, suffix_of
-from hydrodamp.ingest.formats.multi_file import JOINT, apart
+from hydrodamp.ingest.formats.multi_file import PATH_JOINER, split_joined_paths
 
-_JOINT_URL = re.compile(re.escape(JOINT) + r"(?=\w+://)")
+_JOINT_URL = re.compile(re.escape(PATH_JOINER) + r"(?=\w+://)")
 
 
 def expand_addresses(
@@ -54,7 +54,9 @@ def _match(address: str) -> Iterator[str]:
     for path in map(Path, sorted(glob.glob(pattern, recursive=True)) if is_pattern else [address]):
         if path.is_dir() and not is_bag(path):
             yield from _walk(path)
-        elif path.exists() or (len(parts := apart(path)) > 1 and all(p.exists() for p in parts)):
+        elif path.exists() or (
+            len(parts := split_joined_paths(path)) > 1 and all(p.exists() for p in parts)
+        ):
             yield str(path)
 
 

@@ -12,8 +12,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from hydrodamp.data.record import name_of_source
-from hydrodamp.ingest.formats.multi_file import JOINT, apart, called
-from hydrodamp.ingest.mapping.log_mapping import LogMapping, composed, load, read_mapping
+from hydrodamp.ingest.formats.multi_file import PATH_JOINER, split_joined_paths, topic_names
+from hydrodamp.ingest.mapping.log_mapping import (
+    LogMapping,
+    load_content,
+    read_mapping,
+    resolve_extends,
+)
 
 
 @dataclass(frozen=True)
@@ -29,9 +34,9 @@ class ResolvedMapping:
         if mapping is None:
             return None
         read_mapping(mapping)
-        content, _ = load(mapping)
+        content, _ = load_content(mapping)
         assert isinstance(content, dict)
-        return cls(mapping, json.dumps(composed(content, Path(mapping)), default=str))
+        return cls(mapping, json.dumps(resolve_extends(content, Path(mapping)), default=str))
 
     @property
     def mapping(self) -> LogMapping:
@@ -71,7 +76,7 @@ def _split(file: str) -> tuple[str, str]:
 
 def _address(folder: str, key: str, parts: list[str]) -> str:
     if "://" in parts[0]:
-        return JOINT.join(parts)
+        return PATH_JOINER.join(parts)
     return parts[0] if key else folder  # the reader finds the other files of `files` itself
 
 
@@ -94,10 +99,10 @@ def _run_of(name: str, patterns: Mapping[str, str]) -> str | None:
 def digest_files(address: str, mapping: ResolvedMapping | None) -> str:
     """Return the digest of all files of a local recording, with their names where several."""
     files: list[Path] = []
-    for path in apart(address):
+    for path in split_joined_paths(address):
         files += sorted(path.rglob("*")) if path.is_dir() else [path]
     if mapping is not None and mapping.mapping.files:
-        files = [*called(files, mapping.mapping.files)]
+        files = [*topic_names(files, mapping.mapping.files)]
     files = [file for file in files if file.is_file()]
     digest = hashlib.sha256()
     for file in files:

@@ -33,24 +33,24 @@ def datasets(
     json: options.Json = False,
 ) -> None:
     """List public logs, or download one with checksums verified."""
-    from hydrodamp.ingest.datasets import look
+    from hydrodamp.ingest.datasets import check_folder
 
     if name is None:
         _list(json)
         return
     dataset = hd.find_dataset(name)
     target = out or Path("datasets", name)
-    present = look(dataset, target)
+    present = check_folder(dataset, target)
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
     files = hd.fetch(dataset, target) if yes else present
-    if len(files.lacking) == len(dataset.files):
+    if len(files.missing) == len(dataset.files):
         raise FileError(
             f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"
             f" {dataset.files[0].name}. Source: {dataset.page}. Use --yes to accept the licence and"
             " download the files that have a URL."
         )
-    downloaded = [file for file in present.lacking if file not in files.lacking]
+    downloaded = [file for file in present.missing if file not in files.missing]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
         emit(asdict(files) | document | {"folder": str(target)})
@@ -59,7 +59,7 @@ def datasets(
         (downloaded, "downloaded"),
         (files.verified, "verified by checksum"),
         (files.unchecked, "not verified: no checksum is known"),
-        (files.lacking, "missing"),
+        (files.missing, "missing"),
     ):
         if names:
             note(f"{len(names)} of {len(dataset.files)} files {state}")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hydrodamp.data.canonical import check_log_file
 from hydrodamp.errors import FileError, ProblemError
-from hydrodamp.ingest.formats.multi_file import apart
+from hydrodamp.ingest.formats.multi_file import split_joined_paths
 from hydrodamp.report.files import RESULTS, is_result
 from hydrodamp.results import check_new_file, check_results
 
@@ -69,7 +69,7 @@ def _files(inputs: Inputs) -> list[Path]:
 
 def _paths(inputs: Inputs) -> list[Path]:
     """Return the distinct input files and folders."""
-    return [*dict.fromkeys(path for name in inputs if name for path in apart(name))]
+    return [*dict.fromkeys(path for name in inputs if name for path in split_joined_paths(name))]
 
 
 def _all_files(inputs: Inputs) -> Iterator[Path]:

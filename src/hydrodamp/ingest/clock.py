@@ -1,4 +1,9 @@
-"""Clocks set right, and the values of topics at the ticks of one of them, never over gaps."""
+"""Timestamps: cleaning of a topic's clock, and resampling at the ticks of another clock.
+
+Cleaning drops missing, duplicate and out-of-order timestamps, splits runs where the clock is reset,
+and spaces samples of a coarse clock evenly. Resampling interpolates linearly, or holds the last
+sample (sample and hold), and gives NaN across dropouts: steps above a limit from the median step.
+"""
 
 from __future__ import annotations
 
@@ -14,37 +19,45 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import slerp
 from hydrodamp.data.record import EPOCH_GAP_S, label_changes, max_step
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.irregularity import Irregularity, Oddity
+from hydrodamp.ingest.irregularity import Irregularity, IrregularityKind
 
-#: Share of rows with the stamp of the one before, from which a clock is a coarse one.
-COARSE = 0.25
+#: Share of rows with the timestamp of the previous row above which the clock is coarse.
+COARSE_SHARE = 0.25
 
-_MOST_RUNS = 200
-_STOPPED = 20  # rows, and times the usual number, with the last stamp of all
+_MAX_RESETS = 200  # of a clock; more is no clock
+_MAX_STOPPED_ROWS = 20  # rows with the last timestamp, and ratio to the median count
 
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """The time stamps of a topic as they stand in the file."""
+    """Timestamps of a topic as recorded [s], with segment labels and runs of the clock.
+
+    ``is_new`` marks rows that differ from the previous row; ``run`` gives the run of each row where
+    the rows are a selection of a table.
+    """
 
     topic: str
     time: FloatArray
     labels: Sequence[str] | None = None
-    fresh: BoolArray | None = None  # which rows are no copies of the one before
-    run: IntArray | None = None  # of each row, where these are some rows of a table
+    is_new: BoolArray | None = None
+    run: IntArray | None = None
 
     @cached_property
     def runs(self) -> IntArray:
-        """The run that each row belongs to."""
-        stamps = set_right(self)
+        """Run of each row: the number of clock resets before it."""
+        stamps = clean_timestamps(self)
         run = np.zeros(len(self.time), dtype=np.int64)
         run[stamps.rows] = stamps.run
         return np.maximum.accumulate(run)
 
 
 @dataclass(frozen=True, eq=False)
-class Stamps:
-    """The usable messages of a topic, in order."""
+class Timestamps:
+    """Cleaned timestamps of a topic: increasing within each run.
+
+    ``rows`` are indices into the recorded rows, ``step`` is the median step [s], and steps above
+    ``limit`` [s] are dropouts.
+    """
 
     rows: IntArray
     time: FloatArray
@@ -53,223 +66,241 @@ class Stamps:
     limit: float
     irregularities: tuple[Irregularity, ...] = ()
 
-    def kept(self, keep: BoolArray) -> Stamps:
-        """Return some of the messages."""
-        if keep.all():
+    def select(self, mask: BoolArray) -> Timestamps:
+        """Return the selected messages."""
+        if mask.all():
             return self
-        rows, time, run = self.rows[keep], self.time[keep], self.run[keep]
+        rows, time, run = self.rows[mask], self.time[mask], self.run[mask]
         return replace(self, rows=rows, time=time, run=run)
 
 
-def set_right(clock: Clock) -> Stamps:
-    """Return the usable messages of a topic."""
-    return _Draft(clock).stamps()
+def clean_timestamps(clock: Clock) -> Timestamps:
+    """Drop missing, duplicate and out-of-order timestamps; split runs at resets."""
+    return _TimestampCleaner(clock).stamps()
 
 
-class _Draft:
-    """A clock without its absent stamps."""
+class _TimestampCleaner:
+    """Cleaning of one clock; holds the rows kept so far and the irregularities found."""
 
     def __init__(self, clock: Clock) -> None:
         self.topic, self.irregularities = clock.topic, list[Irregularity]()
         self.rows: IntArray = np.arange(len(clock.time))
-        self.time, self.joins = clock.time, label_changes(clock.labels, len(clock.time))
+        self.time, self.is_segment_start = clock.time, label_changes(clock.labels, len(clock.time))
         if clock.run is not None:
-            self.joins |= np.diff(clock.run, prepend=clock.run[:1]) != 0
-        self._keep(np.isfinite(clock.time), Oddity.ABSENT)
-        steps = np.abs(np.diff(self.time))[~self.joins[1:]]
-        self.far = max_step(steps[steps > 0.0])  # that no step is, forward or back
-        self._spread(clock.fresh)
+            self.is_segment_start |= np.diff(clock.run, prepend=clock.run[:1]) != 0
+        self._drop_unless(np.isfinite(clock.time), IrregularityKind.MISSING)
+        steps = np.abs(np.diff(self.time))[~self.is_segment_start[1:]]
+        self.max_step = max_step(steps[steps > 0.0])  # s; a larger step back is a reset
+        self._spread_coarse(clock.is_new)
 
-    def _spread(self, fresh: BoolArray | None) -> None:
-        """Spread rows that share a coarse stamp evenly up to the next stamp."""
+    def _spread_coarse(self, fresh: BoolArray | None) -> None:
+        """Space rows that share a coarse timestamp evenly up to the next timestamp."""
         if fresh is not None:
-            self._keep(fresh[self.rows] | ~_repeats(self.time), Oddity.REPEATED)
-        starts = np.flatnonzero(~_repeats(self.time))
+            self._drop_unless(
+                fresh[self.rows] | ~_is_repeated(self.time), IrregularityKind.REPEATED
+            )
+        starts = np.flatnonzero(~_is_repeated(self.time))
         counts = np.diff(np.append(starts, len(self.time)))
-        if len(counts) and counts[-1] > _STOPPED * np.median(counts):
-            counts[-1] = 1  # no coarse stamp, but the last of all
-        if len(counts) < 2 or np.sum(counts - 1) < COARSE * len(self.time):
+        if len(counts) and counts[-1] > _MAX_STOPPED_ROWS * np.median(counts):
+            counts[-1] = 1  # the clock stopped; it is not coarse
+        if len(counts) < 2 or np.sum(counts - 1) < COARSE_SHARE * len(self.time):
             return
         steps = np.maximum(np.diff(self.time[starts]), 0.0)
         steps = np.append(steps, np.median(steps))
         block = np.repeat(np.arange(len(starts)), counts)
-        self._note(Oddity.COARSE, len(block) - len(starts), int(np.argmax(_repeats(self.time))))
-        moved = steps[block] * (np.arange(len(block)) - starts[block]) / counts[block]
-        self.time = self.time + np.pad(moved, (0, len(self.time) - len(block)))
+        self._add_irregularity(
+            IrregularityKind.COARSE,
+            len(block) - len(starts),
+            int(np.argmax(_is_repeated(self.time))),
+        )
+        offsets = steps[block] * (np.arange(len(block)) - starts[block]) / counts[block]
+        self.time = self.time + np.pad(offsets, (0, len(self.time) - len(block)))
 
-    def _keep(self, keep: BoolArray, oddity: Oddity) -> None:
-        """Drop what is not kept, and say so."""
+    def _drop_unless(self, keep: BoolArray, oddity: IrregularityKind) -> None:
+        """Keep the selected rows and report the others."""
         if keep.all():
             return
         dropped = np.flatnonzero(~keep)
-        self._note(oddity, len(dropped), dropped[0])
-        # A join among the dropped ones passes to the next that stays.
-        begun = np.cumsum(self.joins)[keep]
+        self._add_irregularity(oddity, len(dropped), dropped[0])
+        # If a segment start is dropped, the next row that remains starts the segment.
+        segment = np.cumsum(self.is_segment_start)[keep]
         self.rows, self.time = self.rows[keep], self.time[keep]
-        self.joins = np.append(False, np.diff(begun) > 0)[: len(begun)]
+        self.is_segment_start = np.append(False, np.diff(segment) > 0)[: len(segment)]
 
-    def _note(self, oddity: Oddity, count: int, place: int) -> None:
+    def _add_irregularity(self, oddity: IrregularityKind, count: int, place: int) -> None:
         self.irregularities.append(Irregularity(self.topic, oddity, count, float(self.time[place])))
 
-    def stamps(self) -> Stamps:
-        """Return the messages in order, in runs, and say where they pause."""
-        run: IntArray = np.cumsum(self._restarts(), dtype=np.int64)
-        ordered = self._in_order(self.time, run)
-        keep = slice(None) if ordered.all() else ordered
+    def stamps(self) -> Timestamps:
+        """Return the increasing timestamps by run, and report dropouts."""
+        run: IntArray = np.cumsum(self._find_resets(), dtype=np.int64)
+        is_increasing = self._is_increasing(self.time, run)
+        keep = slice(None) if is_increasing.all() else is_increasing
         rows, time, run = self.rows[keep], self.time[keep], run[keep]
         steps = np.diff(time)
-        inside = run[1:] == run[:-1]
-        step = float(np.median(steps[inside])) if inside.any() else 0.0
-        limit = max_step(steps[inside])
-        if len(late := np.flatnonzero((steps > limit) & inside)):
-            pause = Irregularity(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
-            self.irregularities.append(pause)
-        return Stamps(rows, time, run, step, limit, tuple(self.irregularities))
+        same_run = run[1:] == run[:-1]
+        step = float(np.median(steps[same_run])) if same_run.any() else 0.0
+        limit = max_step(steps[same_run])
+        if len(gaps := np.flatnonzero((steps > limit) & same_run)):
+            dropout = Irregularity(
+                self.topic, IrregularityKind.DROPOUT, len(gaps), float(time[gaps[0]]), limit
+            )
+            self.irregularities.append(dropout)
+        return Timestamps(rows, time, run, step, limit, tuple(self.irregularities))
 
-    def _restarts(self) -> BoolArray:
-        """Find where the clock runs anew: at a join, set back far, or leapt to another epoch."""
+    def _find_resets(self) -> BoolArray:
+        """Return where a run begins: at a segment start, a large step back or a change of epoch."""
         steps = np.append(0.0, np.diff(self.time))[: len(self.time)]
-        anew = ((steps < -self.far) | (steps > EPOCH_GAP_S)) & ~self.joins
-        count = int(np.count_nonzero(anew))
-        if count > _MOST_RUNS:
-            of = f" of `{self.topic}`" if self.topic else ""
+        is_reset = ((steps < -self.max_step) | (steps > EPOCH_GAP_S)) & ~self.is_segment_start
+        count = int(np.count_nonzero(is_reset))
+        if count > _MAX_RESETS:
+            of_topic = f" of `{self.topic}`" if self.topic else ""
             raise LogError(
-                f"the clock{of} leaps {count} times; it is no clock. Name another in `time`"
+                f"the clock{of_topic} is reset {count} times; expected an increasing time. Set"
+                " another column in `time`"
             )
         if count:
-            self._note(Oddity.LEAP, count, int(np.argmax(anew)))
-        return np.asarray(anew | (self.joins & (steps <= 0)))
+            self._add_irregularity(IrregularityKind.RESET, count, int(np.argmax(is_reset)))
+        return np.asarray(is_reset | (self.is_segment_start & (steps <= 0)))
 
-    def _in_order(self, time: FloatArray, run: IntArray) -> BoolArray:
-        """Keep the messages later than all before them in their run."""
+    def _is_increasing(self, time: FloatArray, run: IntArray) -> BoolArray:
+        """Return which messages are later than all previous ones in their run."""
         edges = np.flatnonzero(np.diff(run)) + 1
-        latest = np.concatenate([np.maximum.accumulate(part) for part in np.split(time, edges)])
+        latest = np.concatenate([np.maximum.accumulate(times) for times in np.split(time, edges)])
         before = np.append(-np.inf, latest[:-1])
         before[edges] = -np.inf
         repeated = time == before
         tail = len(time) - int(np.flatnonzero(~repeated)[-1]) - 1 if len(time) else 0
-        stopped = np.arange(len(time)) >= len(time) - (tail if tail > _STOPPED else 0)
-        for oddity, odd in (
-            (Oddity.REPEATED, repeated & ~stopped),
-            (Oddity.STOPPED, stopped),
-            (Oddity.LATE, time < before),
+        stopped = np.arange(len(time)) >= len(time) - (tail if tail > _MAX_STOPPED_ROWS else 0)
+        for oddity, mask in (
+            (IrregularityKind.REPEATED, repeated & ~stopped),
+            (IrregularityKind.STOPPED, stopped),
+            (IrregularityKind.OUT_OF_ORDER, time < before),
         ):
-            if odd.any():
-                self._note(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
+            if mask.any():
+                self._add_irregularity(oddity, int(np.count_nonzero(mask)), int(np.argmax(mask)))
         return np.asarray(time > before)
 
 
-def _repeats(time: FloatArray) -> BoolArray:
+def _is_repeated(time: FloatArray) -> BoolArray:
     return np.append(False, np.diff(time) == 0)[: len(time)]
 
 
 class Ticks(NamedTuple):
-    """The times that all topics are brought to."""
+    """Sample times of the resampled log [s], and the run of each."""
 
     time: FloatArray
     run: IntArray
 
 
 class Brackets(NamedTuple):
-    """Between which messages each tick lies, runs side by side."""
+    """Message before each tick, and whether the tick may be interpolated or held.
+
+    Times of messages and ticks are offset run by run, so that runs do not overlap. ``invalid``: no
+    interpolation (dropout or end of a run); ``stale``: the last sample is too old to hold;
+    ``before_first``: no message precedes the tick in its run.
+    """
 
     messages: FloatArray
     ticks: FloatArray
     before: IntArray
-    unknown: BoolArray
-    spent: BoolArray
-    early: BoolArray
+    invalid: BoolArray
+    stale: BoolArray
+    before_first: BoolArray
 
 
-def brackets(stamps: Stamps, ticks: Ticks) -> Brackets:
-    """Return between which messages, at least one, each tick lies."""
-    messages, wanted = _side_by_side(stamps, ticks)
-    # Faster than a binary search for each, as both are in order; rounding may reach the next.
-    index = np.interp(wanted, messages, np.arange(float(len(messages)))).astype(np.int64)
-    index -= (messages[index] > wanted) & (index > 0)
-    since = wanted - messages[index]
-    early = (since < 0) | (stamps.run[index] != ticks.run)
-    ends = np.append(np.diff(stamps.run) != 0, True)
-    gaps = np.append(np.diff(messages) > stamps.limit, True) | ends
-    unknown = early | ((since > 0) & gaps[index])
-    spent = unknown & (early | ~ends[index] | (since > stamps.step))
-    return Brackets(messages, wanted, index, unknown, spent, early)
+def bracket_ticks(stamps: Timestamps, ticks: Ticks) -> Brackets:
+    """Return the message before each tick; there must be at least one message."""
+    messages, times = _offset_runs(stamps, ticks)
+    # Faster than searchsorted since both increase; rounding may give the next message.
+    index = np.interp(times, messages, np.arange(float(len(messages)))).astype(np.int64)
+    index -= (messages[index] > times) & (index > 0)
+    since = times - messages[index]
+    before_first = (since < 0) | (stamps.run[index] != ticks.run)
+    is_run_end = np.append(np.diff(stamps.run) != 0, True)
+    is_gap = np.append(np.diff(messages) > stamps.limit, True) | is_run_end
+    invalid = before_first | ((since > 0) & is_gap[index])
+    stale = invalid & (before_first | ~is_run_end[index] | (since > stamps.step))
+    return Brackets(messages, times, index, invalid, stale, before_first)
 
 
-def _side_by_side(stamps: Stamps, ticks: Ticks) -> tuple[FloatArray, FloatArray]:
-    """Return both times with each run behind the one before, also where a clock was set back."""
+def _offset_runs(stamps: Timestamps, ticks: Ticks) -> tuple[FloatArray, FloatArray]:
+    """Return both times with offsets that separate the runs, also after a reset."""
     if stamps.run[-1] == ticks.run[-1] == 0:
-        return stamps.time, ticks.time  # a single run, as nearly always
+        return stamps.time, ticks.time  # a single run, the common case
     edges = [edge for time in (stamps.time, ticks.time) for edge in (time.min(), time.max())]
     span = max(edges) - min(edges) + 1.0
     return stamps.time + span * stamps.run, ticks.time + span * ticks.run
 
 
-def interpolated(values: FloatArray, found: Brackets) -> FloatArray:
-    """Return values between messages on a straight line."""
-    taken: FloatArray = np.interp(found.ticks, found.messages, values)
-    taken[found.unknown] = np.nan
-    return taken
+def interpolate(values: FloatArray, brackets: Brackets) -> FloatArray:
+    """Interpolate values linearly between messages; NaN across dropouts."""
+    result: FloatArray = np.interp(brackets.ticks, brackets.messages, values)
+    result[brackets.invalid] = np.nan
+    return result
 
 
-def held(values: FloatArray, found: Brackets, *, until_next: bool = False) -> FloatArray:
-    """Return the value of the last message before each tick."""
-    taken = values[found.before]
-    taken[found.early if until_next else found.spent] = np.nan
-    return taken
+def sample_and_hold(
+    values: FloatArray, brackets: Brackets, *, until_next: bool = False
+) -> FloatArray:
+    """Return the value of the last message before each tick; NaN where it is stale."""
+    result = values[brackets.before]
+    result[brackets.before_first if until_next else brackets.stale] = np.nan
+    return result
 
 
-def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
-    """Return attitudes between messages, turned at a constant rate."""
-    after = np.minimum(found.before + 1, len(quaternions) - 1)
-    begun, ended = found.messages[found.before], found.messages[after]
-    share = (found.ticks - begun) / np.where(ended > begun, ended - begun, 1.0)
-    share[found.unknown] = np.nan
-    return slerp(quaternions[found.before], quaternions[after], share)
+def interpolate_attitude(quaternions: FloatArray, brackets: Brackets) -> FloatArray:
+    """Interpolate attitudes between messages (slerp); NaN across dropouts."""
+    after = np.minimum(brackets.before + 1, len(quaternions) - 1)
+    start, end = brackets.messages[brackets.before], brackets.messages[after]
+    fraction = (brackets.ticks - start) / np.where(end > start, end - start, 1.0)
+    fraction[brackets.invalid] = np.nan
+    return slerp(quaternions[brackets.before], quaternions[after], fraction)
 
 
-def at_rate(stamps: Stamps, rate: float) -> Ticks:
-    """Return evenly spaced ticks over the runs of a topic."""
+def make_even_ticks(stamps: Timestamps, rate: float) -> Ticks:
+    """Return ticks at a rate [Hz] over the runs of a topic."""
     times, runs = [], []
-    for number, place in parts_of(stamps.run):
-        first, last = stamps.time[place][[0, -1]].tolist()
-        # A little more, so that rounding does not cost the last tick.
+    for number, span in split_runs(stamps.run):
+        first, last = stamps.time[span][[0, -1]].tolist()
+        # Tolerance for rounding, so that the last tick is not lost.
         count = int((last - first) * rate * (1 + 1e-12) + 1e-9) + 1
         times.append(np.minimum(first + np.arange(count) / rate, last))
         runs.append(np.full(count, number))
     return Ticks(np.concatenate(times), np.concatenate(runs))
 
 
-def matched(stamps: Stamps, base: Stamps) -> Stamps:
-    """Return the runs of a topic that the base has too, numbered as there."""
-    own, its = parts_of(stamps.run), parts_of(base.run)
-    if len(own) == len(its):
-        places = [*range(len(own))]
+def align_runs(stamps: Timestamps, base: Timestamps) -> Timestamps:
+    """Match the runs of a topic with those of the reference clock; drop runs without a match."""
+    runs, base_runs = split_runs(stamps.run), split_runs(base.run)
+    if len(runs) == len(base_runs):
+        indices = [*range(len(runs))]
     else:
-        places = _by_overlap(
+        indices = _match_by_overlap(
             *(
-                [t.time[[a.start, a.stop - 1]].tolist() for _, a in parts]
-                for t, parts in ((stamps, own), (base, its))
+                [t.time[[a.start, a.stop - 1]].tolist() for _, a in spans]
+                for t, spans in ((stamps, runs), (base, base_runs))
             )
         )
-    numbers = [*(number for number, _ in its), -1]
-    lengths = [place.stop - place.start for _, place in own]
-    run = np.repeat(np.array([numbers[place] for place in places], np.int64), lengths)
-    return replace(stamps, run=run).kept(run >= 0)
+    numbers = [*(number for number, _ in base_runs), -1]
+    lengths = [span.stop - span.start for _, span in runs]
+    run = np.repeat(np.array([numbers[index] for index in indices], np.int64), lengths)
+    return replace(stamps, run=run).select(run >= 0)
 
 
-def _by_overlap(own: Sequence[Sequence[float]], its: Sequence[Sequence[float]]) -> list[int]:
-    """Return for every span that of the others, in order, with most in common; -1 for none."""
-    places: list[int] = []
-    for first, last in own:
-        least = places[-1] + 1 if places else 0
-        shared = [min(last, b) - max(first, a) for a, b in its[least:]]
-        places.append(least + int(np.argmax(shared)) if shared else len(its))
-    return places
+def _match_by_overlap(
+    spans: Sequence[Sequence[float]], base_spans: Sequence[Sequence[float]]
+) -> list[int]:
+    """Return for each span the reference span of largest overlap, in order."""
+    indices: list[int] = []
+    for first, last in spans:
+        first_free = indices[-1] + 1 if indices else 0
+        overlaps = [min(last, b) - max(first, a) for a, b in base_spans[first_free:]]
+        indices.append(first_free + int(np.argmax(overlaps)) if overlaps else len(base_spans))
+    return indices
 
 
-def parts_of(run: IntArray) -> list[tuple[int, slice]]:
-    """Return every run of consecutive equal numbers and where it lies."""
+def split_runs(run: IntArray) -> list[tuple[int, slice]]:
+    """Return number and slice of each run of equal numbers."""
     if len(run) == 0:
         return []
     edges = [0, *(np.flatnonzero(np.diff(run)) + 1).tolist(), len(run)]

@@ -1,4 +1,4 @@
-"""Public logs by name: what is there is checked, what is not is downloaded once."""
+"""Registry of public logs: download of missing files, check of SHA-256 sums."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from hydrodamp.errors import FileError, list_faults, no_such
 from hydrodamp.files import load_yaml, save_all
 from hydrodamp.progress import progress
 
-_BLOCK = 1 << 16  # bytes
-MAX_DOWNLOAD = 1 << 28  # bytes; the files of the registry have up to 5 MB
-_TIMEOUT = 60.0  # s
+_BLOCK_BYTES = 1 << 16  # bytes
+MAX_DOWNLOAD_BYTES = 1 << 28  # the files of the registry have up to 5 MB
+_TIMEOUT_SECONDS = 60.0  # s
 
 
 @dataclass(frozen=True)
 class DataFile:
-    """A file of a public log; without a checksum where nobody has hashed it."""
+    """A file of a public log; the checksum is empty if unknown."""
 
     name: str
     url: str = ""
@@ -35,15 +35,15 @@ class Dataset:
     Attributes
     ----------
     name, title, note : str
-        What it is.
+        Identifier, title and description.
     page : str
-        Where its authors show it.
+        Web page of the authors.
     licence, citation : str
-        What one may do with it, and whom to name.
+        Terms of use, and the reference to cite.
     mapping : str
-        The preset that reads it.
+        Preset that reads it.
     files : tuple of DataFile
-        All of it, by name.
+        All files, sorted by name.
 
     Examples
     --------
@@ -62,49 +62,49 @@ class Dataset:
 
 
 @dataclass(frozen=True)
-class Fetched:
-    """A public log in a folder: its files with the right checksum, without one, and missing."""
+class DatasetFiles:
+    """Files of a public log in a folder: verified, without a known checksum, and missing."""
 
     folder: Path
     verified: tuple[str, ...]
     unchecked: tuple[str, ...]
-    lacking: tuple[str, ...]
+    missing: tuple[str, ...]
 
 
 @lru_cache(maxsize=1)
 def datasets() -> Mapping[str, Dataset]:
-    """Return all public logs that are known."""
+    """Return the registry of public logs by name."""
     content: Any = load_yaml(Path(__file__).with_name("datasets.yaml"))
-    return MappingProxyType({name: _dataset(name, entry) for name, entry in content.items()})
+    return MappingProxyType({name: _make_dataset(name, entry) for name, entry in content.items()})
 
 
-def _dataset(name: str, entry: Mapping[str, Any]) -> Dataset:
-    words = dict(entry)
-    found = [
+def _make_dataset(name: str, entry: Mapping[str, Any]) -> Dataset:
+    fields = dict(entry)
+    files = [
         DataFile(file, f"{source['base']}{file}" if source["base"] else "", checksum or "")
-        for source in words.pop("sources")
+        for source in fields.pop("sources")
         for file, checksum in source["files"].items()
     ]
-    return Dataset(name, **words, files=tuple(sorted(found, key=lambda file: file.name)))
+    return Dataset(name, **fields, files=tuple(sorted(files, key=lambda file: file.name)))
 
 
 def find_dataset(name: str) -> Dataset:
-    """Return a public log.
+    """Return the registry entry of a public log.
 
     Parameters
     ----------
     name : str
-        Such as ``"kvlcc2-hsva"``.
+        Identifier such as ``"kvlcc2-hsva"``.
 
     Returns
     -------
     dataset : Dataset
-        What is known of it; nothing is downloaded.
+        Its entry; nothing is downloaded.
 
     Raises
     ------
     FileError
-        If there is none of this name, with the nearest.
+        If the name is unknown; the message suggests the nearest name.
 
     Examples
     --------
@@ -117,21 +117,22 @@ def find_dataset(name: str) -> Dataset:
     return known[name]
 
 
-def look(dataset: Dataset, folder: Path) -> Fetched:
-    """Check what a folder holds of a public log; nothing is downloaded."""
-    there = [file for file in dataset.files if (folder / file.name).exists()]
+def check_folder(dataset: Dataset, folder: Path) -> DatasetFiles:
+    """Check the files of a public log in a folder; nothing is downloaded."""
+    present = [file for file in dataset.files if (folder / file.name).exists()]
     faults = [
-        f"`{file.name}` is not the file that the registry knows; remove it to fetch it anew"
-        for file in there
+        f"`{file.name}` does not match the SHA-256 checksum of the registry; delete it to download"
+        " it again"
+        for file in present
         if file.sha256 and _sha256(folder / file.name) != file.sha256
     ]
     if faults:
         raise FileError(list_faults(str(folder), faults))
-    return Fetched(
+    return DatasetFiles(
         folder,
-        verified=tuple(file.name for file in there if file.sha256),
-        unchecked=tuple(file.name for file in there if not file.sha256),
-        lacking=tuple(file.name for file in dataset.files if file not in there),
+        verified=tuple(file.name for file in present if file.sha256),
+        unchecked=tuple(file.name for file in present if not file.sha256),
+        missing=tuple(file.name for file in dataset.files if file not in present),
     )
 
 
@@ -143,59 +144,60 @@ def _sha256(path: Path) -> str:
         raise FileError(f"{path}: cannot be read: {error.strerror or error}.") from error
 
 
-def fetch(dataset: Dataset, folder: Path) -> Fetched:
-    """Bring a public log into a folder, and check it.
+def fetch(dataset: Dataset, folder: Path) -> DatasetFiles:
+    """Download the missing files of a public log into a folder and verify all files.
 
     Parameters
     ----------
     dataset : Dataset
-        From :func:`find_dataset`; mind its licence.
+        From :func:`find_dataset`; observe its licence.
     folder : Path
-        Where its files shall lie; made if need be. What is there is not downloaded again.
+        Target folder, created if missing. Existing files are not downloaded again.
 
     Returns
     -------
     fetched : Fetched
-        The names of the files by what they were compared with.
+        Names of the verified, unchecked and missing files.
 
     Raises
     ------
     FileError
-        If a file differs from its checksum or cannot be downloaded; files that came before stay.
+        If a file differs from its checksum or cannot be downloaded; files downloaded before
+        remain.
     """
-    lacking = look(dataset, folder).lacking
+    missing = check_folder(dataset, folder).missing
     for file in dataset.files:
-        if file.name in lacking and file.url:
-            save_all({folder / file.name: _downloaded(file, folder)})
-    return look(dataset, folder)
+        if file.name in missing and file.url:
+            save_all({folder / file.name: _download(file, folder)})
+    return check_folder(dataset, folder)
 
 
-def _downloaded(file: DataFile, folder: Path) -> bytes:
-    """Return the content of a file, with the checksum that the registry knows."""
+def _download(file: DataFile, folder: Path) -> bytes:
+    """Download a file and verify its checksum."""
     from http.client import HTTPException
     from urllib.request import urlopen
 
     content = bytearray()
     try:
-        with urlopen(file.url, timeout=_TIMEOUT) as answer:
-            stated = answer.headers.get("Content-Length") or "0"
-            size = int(stated) if stated.isascii() and stated.isdigit() else 0
+        with urlopen(file.url, timeout=_TIMEOUT_SECONDS) as response:
+            length = response.headers.get("Content-Length") or "0"
+            size = int(length) if length.isascii() and length.isdigit() else 0
             with progress(f"downloading {file.name}", size or None) as step:
-                while part := answer.read(_BLOCK):
-                    content += part
-                    step(len(part))
-                    if max(size, len(content)) > MAX_DOWNLOAD:
-                        raise OSError(f"it is larger than {MAX_DOWNLOAD >> 20} MiB")
+                while block := response.read(_BLOCK_BYTES):
+                    content += block
+                    step(len(block))
+                    if max(size, len(content)) > MAX_DOWNLOAD_BYTES:
+                        raise OSError(f"it is larger than {MAX_DOWNLOAD_BYTES >> 20} MiB")
         if len(content) < size:
-            raise OSError(f"its last {size - len(content)} bytes did not come")
+            raise OSError(f"the last {size - len(content)} bytes are missing")
     except (OSError, HTTPException) as error:
         raise FileError(
-            f"{file.url}: cannot be downloaded: {error}. Fetch it by other means into {folder},"
-            " and call again"
+            f"{file.url}: cannot be downloaded: {error}. Download it manually into {folder}"
+            " and try again"
         ) from error
     if file.sha256 and hashlib.sha256(content).hexdigest() != file.sha256:
         raise FileError(
-            f"{file.url}: what came is not the file that the registry knows, and was not kept."
-            " It changed, or something stands between."
+            f"{file.url}: the download does not match the SHA-256 checksum of the registry and was"
+            " discarded. The file has changed, or a proxy replaced it."
         )
     return bytes(content)

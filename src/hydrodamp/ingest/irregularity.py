@@ -1,4 +1,4 @@
-"""What can be odd about the time stamps of a topic, a sentence each."""
+"""Irregularities of the timestamps of a topic, described in one sentence each."""
 
 from __future__ import annotations
 
@@ -9,55 +9,60 @@ from enum import Enum
 from hydrodamp.text import format_time
 
 
-class Oddity(Enum):
-    """What can be odd about time stamps; the value is the sentence on it."""
+class IrregularityKind(Enum):
+    """Kind of irregularity; the value is the template of its sentence."""
 
-    ABSENT = "{count} without a time stamp, dropped"
-    REPEATED = "{count} with a repeated time stamp, dropped (first at {at})"
+    MISSING = "{count} without a timestamp, dropped"
+    REPEATED = "{count} with a duplicate timestamp, dropped (first at {first_time})"
     COARSE = (
-        "{count} with the stamp of the one before, though they say something new: the clock is"
-        " coarse, and they were spread evenly up to the next stamp (first at {at})"
+        "{count} with new values but the timestamp of the previous one: the resolution of the clock"
+        " is coarse; they were spaced evenly up to the next timestamp (first at {first_time})"
     )
     STOPPED = (
-        "the clock stands still at {at}, and {count} after it were dropped. If they came"
-        " evenly, `time: {{rate: HERTZ}}` in the mapping counts them"
+        "the clock stops at {first_time}; {count} after it were dropped. If they are evenly"
+        " sampled, set `time: {{rate: HERTZ}}` in the mapping"
     )
-    LATE = "{count} out of order, dropped (first at {at})"
-    LEAP = (
-        "the clock was set back or to another epoch {times}, where a segment begins (first at {at})"
+    OUT_OF_ORDER = "{count} out of order, dropped (first at {first_time})"
+    RESET = (
+        "the clock was reset or changed its epoch {times}; a segment begins there (first at"
+        " {first_time})"
     )
-    DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {at})"
-    EMPTY = "{count} without a number of {what}, dropped (first at {at})"
+    DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {first_time})"
+    INVALID = "{count} without a value of {channel}, dropped (first at {first_time})"
 
 
 @dataclass(frozen=True)
 class Irregularity:
-    """One kind of oddity in one topic."""
+    """Irregularities of one kind in one topic: count, time of the first [s], longest step [s]."""
 
     topic: str
-    oddity: Oddity
+    kind: IrregularityKind
     count: int
-    at: float
+    first_time: float
     limit: float = 0.0
-    what: str = ""
+    channel: str = ""
 
     def describe(self, first: float = 0.0) -> str:
-        """Return what is odd; times count from the first sample of the log."""
-        thing = "message" if self.topic else "row"
-        return self.oddity.value.format(
-            count=f"{self.count} {thing}{'s' if self.count != 1 else ''}",
+        """Return the sentence; times count from the first sample of the log."""
+        noun = "message" if self.topic else "row"
+        return self.kind.value.format(
+            count=f"{self.count} {noun}{'s' if self.count != 1 else ''}",
             times="once" if self.count == 1 else f"{self.count} times",
-            at=format_time(self.at, first),
+            first_time=format_time(self.first_time, first),
             limit=self.limit,
-            what=self.what,
+            channel=self.channel,
         )
 
 
-def sentences(found: Iterable[Irregularity], first: float) -> Iterator[tuple[Oddity, str]]:
-    """Yield one sentence on every oddity, with all topics of which it is true."""
-    topics: dict[tuple[Oddity, str], list[str]] = {}
-    for one in found:
-        topics.setdefault((one.oddity, one.describe(first)), []).append(one.topic)
-    for (oddity, told), names in topics.items():
-        whose = " ".join(f"`{name}`" for name in names if name)
-        yield oddity, f"{whose}: {told}" if whose else told
+def describe_irregularities(
+    irregularities: Iterable[Irregularity], first: float
+) -> Iterator[tuple[IrregularityKind, str]]:
+    """Yield each distinct sentence once, with the topics it applies to."""
+    topics: dict[tuple[IrregularityKind, str], list[str]] = {}
+    for irregularity in irregularities:
+        topics.setdefault((irregularity.kind, irregularity.describe(first)), []).append(
+            irregularity.topic
+        )
+    for (kind, sentence), names in topics.items():
+        listed = " ".join(f"`{name}`" for name in names if name)
+        yield kind, f"{listed}: {sentence}" if listed else sentence

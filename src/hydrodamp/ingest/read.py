@@ -1,4 +1,4 @@
-"""The door to recorded files: through a mapping, or as a table in the canonical form."""
+"""Reading of logs from files: with a mapping, or as a table in the canonical form."""
 
 from __future__ import annotations
 
@@ -20,29 +20,33 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.columns import FoundColumn, labels_of
+from hydrodamp.ingest.mapping.columns import FoundColumn, read_labels
 from hydrodamp.ingest.mapping.schema import Entry, Source
 from hydrodamp.text import first_few
 
 #: A file or a folder.
-Place = str | Path
+LogPath = str | Path
 
-_DRAFT = "Let `hydrodamp probe LOG --draft mapping.yaml` draft one, and give it by `--mapping`"
-_UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
-_TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
+_DRAFT_HINT = (
+    "Run `hydrodamp probe LOG --draft mapping.yaml` to draft one, and pass it with `--mapping`"
+)
+_UNNAMED = re.compile(r"column \d+")  # name that readers give to an unnamed column
+_DUPLICATE = re.compile(r"(.*) \(\d+\)")  # and to a repeated name
 
 
-def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
-    """Read one log, from one file or from several that were recorded together.
+def read_log(
+    path: LogPath | Sequence[LogPath], mapping: LogMapping | str | Path | None = None
+) -> Log:
+    """Read one log, from one file or from several files of one recording.
 
     Parameters
     ----------
     path : str or Path, or sequence of them
-        A file, the files or the folder of one recording, in any format that can be read;
-        ``pose.csv+pwm.csv`` joins two.
+        A file, the files or the folder of one recording, in any supported format;
+        ``pose.csv+pwm.csv`` joins two files.
     mapping : LogMapping, str or Path, optional
-        How its topics and columns are called and measured: a mapping, its YAML file, or the name
-        of a preset; without one the file must be a table in the canonical form.
+        Names, units and axes of topics and columns: a mapping, its YAML file, or the name of a
+        preset. Without a mapping, the file must be a table in the canonical form.
 
     Returns
     -------
@@ -54,169 +58,180 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
     FileError
         If a file cannot be opened, or its reader is not installed.
     LogError
-        With every fault of the file.
+        With all faults of the file.
 
     Warns
     -----
     GapWarning
         Once, if a gap or missing values split the log.
     ClockWarning
-        Once, if a clock repeats, runs backwards or leaps.
+        Once, if a clock has duplicate or out-of-order timestamps or resets.
     """
-    given = _mapping(mapping)
-    return _log(read_recording(path, given), given)
+    log_mapping = _load_mapping(mapping)
+    return _make_log(read_recording(path, log_mapping), log_mapping)
 
 
 def read_recording(
-    path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None
+    path: LogPath | Sequence[LogPath], mapping: LogMapping | str | Path | None = None
 ) -> Recording:
-    """Read all topics of one recording, as they stand in the file.
+    """Read all topics of one recording, unconverted.
 
     Parameters
     ----------
     path : str or Path, or sequence of them
-        A file, the files or the folder of one recording; ``pose.csv+pwm.csv`` joins two.
-        Files beside others that cannot be read are left out, with a note.
+        A file, the files or the folder of one recording; ``pose.csv+pwm.csv`` joins two files.
+        Unreadable files of several are skipped with a note.
     mapping : LogMapping, str or Path, optional
-        Its ``files`` say which others belong to a file.
+        Its ``files`` name the other files of the recording.
 
     Returns
     -------
     recording : Recording
-        Numbers in the units and axes of the file, each topic on its own clock.
+        Numbers in the units and axes of the file; each topic has its own clock.
 
     Raises
     ------
     FileError
         If a file cannot be opened, or its reader is not installed.
     LogError
-        With every fault of the file.
+        With all faults of the file.
     """
-    given = _mapping(mapping)
-    return files.read(path, None if given is None else given.files)
+    log_mapping = _load_mapping(mapping)
+    return files.read_files(path, None if log_mapping is None else log_mapping.files)
 
 
 def read_logs(
-    paths: Iterable[Place] | Place, mapping: LogMapping | str | Path | None = None
+    paths: Iterable[LogPath] | LogPath, mapping: LogMapping | str | Path | None = None
 ) -> Log:
-    """Read several logs as one, each file at least a segment of its own.
+    """Read several logs as one; each file begins a new segment.
 
     Parameters
     ----------
     paths : iterable of str or Path, or one of them
         The files; their columns must agree.
     mapping : LogMapping, str or Path, optional
-        As for :func:`read_log`, for all of them.
+        As for :func:`read_log`; applies to all files.
 
     Returns
     -------
     log : Log
-        The logs one after the other.
+        The concatenated logs.
 
     Raises
     ------
     FileError
         If a file cannot be opened.
     LogError
-        With the faults of every file.
+        With the faults of all files.
     """
-    given_paths = [paths] if isinstance(paths, (str, Path)) else list(paths)
-    given = _mapping(mapping)
-    return concatenate(files.each(given_paths, lambda path: read_log(path, given)))
+    path_list = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    log_mapping = _load_mapping(mapping)
+    return concatenate(
+        files.map_reporting_all_faults(path_list, lambda path: read_log(path, log_mapping))
+    )
 
 
-def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None) -> Log:
-    """Return several recordings as one log, each at least a segment of its own."""
-    given = _mapping(mapping)
-    return concatenate(files.each(recordings, lambda recording: _log(recording, given)))
+def combine_recordings(
+    recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None
+) -> Log:
+    """Concatenate several recordings to one log; each begins a new segment."""
+    log_mapping = _load_mapping(mapping)
+    return concatenate(
+        files.map_reporting_all_faults(
+            recordings, lambda recording: _make_log(recording, log_mapping)
+        )
+    )
 
 
-def _log(recording: Recording, mapping: LogMapping | None) -> Log:
+def _make_log(recording: Recording, mapping: LogMapping | None) -> Log:
     if mapping is not None and mapping.entries:
         return mapping.log(recording)
     log = Log.from_record(canonical_record(recording))
     return log if mapping is None else clean(log, mapping.steps)
 
 
-def _mapping(given: LogMapping | str | Path | None) -> LogMapping | None:
-    return read_mapping(given) if isinstance(given, str | Path) else given
+def _load_mapping(mapping: LogMapping | str | Path | None) -> LogMapping | None:
+    return read_mapping(mapping) if isinstance(mapping, str | Path) else mapping
 
 
 def canonical_record(recording: Recording) -> Record:
-    """Return the record of a table in the canonical form."""
+    """Return the record of a table in the canonical form; raise all faults."""
     if len(recording.topics) != 1 or recording.topics[0].name:
-        raise LogError(_no_table(recording), source=recording.source)
+        raise LogError(_describe_topics(recording), source=recording.source)
     table = recording.topics[0]
     names = dict.fromkeys([*table.fields, *table.texts, *table.faults])
     if names.keys().isdisjoint(VELOCITIES):
         raise LogError(
-            "there is no velocity column, none of u v w p q r among"
-            f" {', '.join(first_few([*names], 8, 'columns'))}. {_DRAFT}",
+            "expected a velocity column u v w p q r, found"
+            f" {', '.join(first_few([*names], 8, 'columns'))}. {_DRAFT_HINT}",
             source=recording.source,
         )
-    columns = [*_columns(table)]
-    faults = {one.field: [*one.faults()] for one in columns}
-    # What cannot be read is there all the same, so that nothing else is said to be missing.
+    columns = [*_find_columns(table)]
+    faults = {column.field: [*column.faults()] for column in columns}
+    # Unreadable columns count as present, so that they are not also reported as missing.
     numbers = {
-        one.field: np.zeros(table.n) if faults[one.field] else one.values() for one in columns
+        column.field: np.zeros(table.n) if faults[column.field] else column.values()
+        for column in columns
     }
     if "time" not in numbers and table.time is not None:
         numbers["time"] = table.time
-    record, wrong = record_of_columns(
+    record, record_messages = record_of_columns(
         numbers,
-        tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
-        labels_of(table, "segment"),
+        tuple(name for name in numbers if name not in RESERVED and not _is_unnamed(name, table)),
+        read_labels(table, "segment"),
         table.lines or None,
         recording.source,
     )
-    told = [fault for each in faults.values() for fault in each]
-    told += [*wrong, *_name_faults((*table.fields, *table.texts))]
-    if told and record is not None and not any(faults.values()):
-        told += record_faults(record)
-    if told or record is None:
-        raise LogError(told or ["there are no samples"], source=recording.source)
+    messages = [fault for column_faults in faults.values() for fault in column_faults]
+    messages += [*record_messages, *_name_faults((*table.fields, *table.texts))]
+    if messages and record is not None and not any(faults.values()):
+        messages += record_faults(record)
+    if messages or record is None:
+        raise LogError(messages or ["the table has no samples"], source=recording.source)
     return dataclasses.replace(record, notes=recording.notes)
 
 
-def _columns(table: Topic) -> Iterator[FoundColumn]:
-    """Yield the columns, but for the names of segments."""
+def _find_columns(table: Topic) -> Iterator[FoundColumn]:
+    """Yield all columns except segment labels."""
     for name in dict.fromkeys((*table.faults, *table.fields, *table.texts)):
         if name != SEGMENT or (name in table.faults and name not in table.texts):
             source = Source(column=name)
             yield FoundColumn(Entry("", name, (source,), QUANTITIES.get(name)), source, table, name)
 
 
-def _is_odd(name: str, table: Topic) -> bool:
-    """Return whether a column has no name of its own: none at all, or one that stands twice."""
-    twice = _TWICE.fullmatch(name)
-    return bool(_UNNAMED.fullmatch(name)) or (twice is not None and twice[1] in table.faults)
+def _is_unnamed(name: str, table: Topic) -> bool:
+    """Return whether a column is unnamed or repeats a name."""
+    duplicate = _DUPLICATE.fullmatch(name)
+    return bool(_UNNAMED.fullmatch(name)) or (
+        duplicate is not None and duplicate[1] in table.faults
+    )
 
 
 def _name_faults(names: Collection[str]) -> Iterator[str]:
-    """Yield the names that are empty, or reserved ones (`time` is missed anyway) in other case."""
+    """Yield faults of empty names and of reserved names in upper case."""
     for name in names:
         if _UNNAMED.fullmatch(name):
-            yield f"{name} has no name; drop it (pandas: `to_csv(..., index=False)`)"
+            yield f"{name} has no name; delete it (pandas: `to_csv(..., index=False)`)"
         lower = name.lower()
         if len(name) > 1 and name != lower and lower in RESERVED[1:] and lower not in names:
-            yield f"column `{name}` must be spelt `{lower}`; names keep their case"
+            yield f"column `{name}` must be named `{lower}`; names are case-sensitive"
 
 
-def _no_table(recording: Recording) -> str:
+def _describe_topics(recording: Recording) -> str:
     names = [topic.name or "(a table)" for topic in recording.topics]
     if len(names) > 1 and all(map(is_canonical, recording.topics)):
         return (
-            f"each of {', '.join(names)} is a whole log in the canonical form. Read them one after"
-            " another by `read_logs`; `read_log` takes several files as the topics of one recording"
+            f"each of {', '.join(names)} is a complete log in the canonical form. Read them with"
+            " `read_logs`; `read_log` takes several files as the topics of one recording"
         )
-    told = ", ".join(first_few(names, 8, "topics"))
+    listed = ", ".join(first_few(names, 8, "topics"))
     return (
-        f"it holds the topics {told or 'none'}; a mapping must say which is what. {_DRAFT}, or take"
-        f" a preset: {', '.join(presets())}"
+        f"it holds the topics {listed or 'none'}; a mapping is required to assign channels."
+        f" {_DRAFT_HINT}, or use a preset: {', '.join(presets())}"
     )
 
 
 def is_canonical(topic: Topic) -> bool:
-    """Return whether a topic has a time and a velocity by their canonical names."""
+    """Return whether a topic has columns `time` and a velocity in the canonical form."""
     names = {*topic.fields, *topic.texts, *topic.faults}
     return "time" in names and not names.isdisjoint(VELOCITIES)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-from hydrodamp.ingest.formats.message_layout import LONGEST
+from hydrodamp.ingest.formats.message_layout import MAX_ARRAY_LENGTH
 from hydrodamp.live.sources import BoundedQueue
 from hydrodamp.live.synchroniser import Message
 
@@ -30,7 +30,7 @@ def _walk_fields(value: Any, path: str) -> Iterator[tuple[str, float]]:
             return
         for name in names:
             yield from _walk_fields(getattr(value, name), f"{path}.{name}" if path else name)
-    elif not isinstance(value, str | bytes) and len(value) <= LONGEST:
+    elif not isinstance(value, str | bytes) and len(value) <= MAX_ARRAY_LENGTH:
         items = value.tolist() if hasattr(value, "tolist") else value
         for index, item in enumerate(items):
             yield from _walk_fields(item, f"{path}[{index}]")

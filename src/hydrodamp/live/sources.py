@@ -22,7 +22,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
-from hydrodamp.ingest.formats.mavlink import Decoder, packets
+from hydrodamp.ingest.formats.mavlink import Decoder, split_packets
 from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.ingest.read import read_log
 from hydrodamp.live.samples import Row, read_number, rows_of
@@ -279,7 +279,7 @@ def packet_reader(
     def read_packets(queue: BoundedQueue[Message]) -> None:
         for data in datagrams.receive(queue):
             now = time.time()
-            for packet in packets(data):
+            for packet in split_packets(data):
                 try:
                     decoded = decoder(packet)
                 except ValueError:

@@ -18,9 +18,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assemble import Assembly, sampler_of
+from hydrodamp.ingest.mapping.assemble import Assembly, build_resampler
 from hydrodamp.ingest.mapping.schema import Clock, Source
-from hydrodamp.ingest.mapping.streams import Stream, stamps_of
+from hydrodamp.ingest.mapping.streams import Stream, read_timestamps
 from hydrodamp.live.samples import Row
 from hydrodamp.text import first_few
 
@@ -180,7 +180,7 @@ class MessageSynchroniser:
     def _apply_mapping(self, max_delay: float) -> Iterator[Row]:
         """Yield new samples, and discard messages that later ones do not need."""
         try:
-            sampler = sampler_of(self.mapping, self._recording())
+            sampler = build_resampler(self.mapping, self._recording())
             assembly = Assembly(self.mapping, sampler)
             if assembly.faults:
                 raise LogError(assembly.faults)
@@ -222,7 +222,7 @@ class MessageSynchroniser:
     def _sort(self, buffer: TopicBuffer) -> Topic:
         """Discard repeated and late messages, and those before the clock was set back."""
         topic = buffer.topic()
-        stamps = stamps_of(topic, self.mapping.time)
+        stamps = read_timestamps(topic, self.mapping.time)
         set_back = np.flatnonzero(np.diff(stamps) < -DROPOUT_TIME)
         first = int(set_back[-1]) + 1 if len(set_back) else 0
         latest = np.fmax.accumulate(np.append(-np.inf, stamps[first:]))

@@ -41,7 +41,7 @@ def test_parquet_of_every_type(tmp_path: Path) -> None:
     }
     table = arrow.table(columns).append_column(stated, arrow.array([3.0, 4.0], arrow.float32()))
     writer.write_table(table, tmp_path / "run.parquet")
-    recording = parquet.read(tmp_path / "run.parquet")
+    recording = parquet.read_file(tmp_path / "run.parquet")
     topic = recording.topics[0]
     numbers = {name: values.tolist() for name, values in topic.fields.items()}
     nan = pytest.approx(np.nan, nan_ok=True)
@@ -75,7 +75,7 @@ def test_npz(tmp_path: Path) -> None:
         cube=np.zeros((5, 2, 2)),
         wide=np.zeros((5, 99)),
     )
-    recording = arrays.read(path)
+    recording = arrays.read_file(path)
     topic = recording.topics[0]
     np.testing.assert_array_equal(topic.fields["nu[1]"], nu[:, 1])
     np.testing.assert_array_equal(topic.fields["across[1]"], nu[:, 1])
@@ -90,7 +90,7 @@ def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path: Path) 
     arrow, writer = map(pytest.importorskip, ("pyarrow", "pyarrow.parquet"))
     writer.write_table(arrow.table(columns), tmp_path / "a.parquet")
     for name in ("a.npz", "a.parquet"):
-        (topic,) = files.read(tmp_path / name).topics
+        (topic,) = files.read_files(tmp_path / name).topics
         np.testing.assert_equal(topic.fields["u"], [0.5, 1000.0, np.nan])
         assert topic.texts["segment"] == ("001", "001", "2")
 
@@ -101,7 +101,7 @@ def test_structures_of_numpy_are_taken_apart(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", log=rows)
     np.save(tmp_path / "a.npy", rows)
     for name, stem in (("a.npz", "log."), ("a.npy", "")):
-        (topic,) = files.read(tmp_path / name).topics
+        (topic,) = files.read_files(tmp_path / name).topics
         assert [*topic.fields] == [f"{stem}{one}" for one in ("t", "v[0]", "v[1]", "v[2]")]
 
 
@@ -119,7 +119,7 @@ def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
         file["#refs#/a"] = TIME
         file["plain"] = TIME
         file["words"] = ["a", "b"]
-    recording = arrays.read(path)
+    recording = arrays.read_file(path)
     topic = recording.topics[0]
     assert sorted(topic.fields) == ["log.nu[0]", "log.nu[1]", "log.nu[2]", "log.time", "plain"]
     assert topic.fields["log.nu[1]"].tolist() == [5, 6, 7, 8, 9]
@@ -150,7 +150,7 @@ def test_arrays_and_tables_compressed_by_gzip(tmp_path: Path, name: str, write) 
     write(tmp_path / name)
     packed = tmp_path / f"{name}.gz"
     packed.write_bytes(gzip.compress((tmp_path / name).read_bytes()))
-    assert files.read(packed).topics[0].fields["time"].tolist() == TIME.tolist()
+    assert files.read_files(packed).topics[0].fields["time"].tolist() == TIME.tolist()
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -161,6 +161,6 @@ def test_mat_of_version_four(tmp_path: Path, order: str) -> None:
     if order == ">":
         header = struct.pack(">5i", 1000, 5, 1, 0, 5)
         path.write_bytes(header + b"time\0" + TIME.astype(">f8").tobytes())
-    topic = files.read(path).topics[0]
+    topic = files.read_files(path).topics[0]
     assert topic.fields["time"].tolist() == TIME.tolist()
     assert order == ">" or topic.fields["u"].tolist() == (2 * TIME).tolist()

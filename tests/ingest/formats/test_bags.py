@@ -33,7 +33,7 @@ def test_fields_are_those_of_rosbags(tmp_path: Path, bag: Any, kind: str) -> Non
         path = bag.ros1(tmp_path / "dive.bag", bag.twists(30, old=True))
     else:
         path = bag.ros2(tmp_path / "dive", bag.twists(30), kind)
-    topic = rosbag.read(path).topic("/dvl")
+    topic = rosbag.read_file(path).topic("/dvl")
     expected = one_by_one(path)["/dvl"]
     np.testing.assert_allclose(topic.time, [time / 1e9 for time, _ in expected], rtol=1e-15)
     messages = [message for _, message in expected]
@@ -55,7 +55,7 @@ def test_messages_of_changing_shape(tmp_path: Path, bag: Any) -> None:
         ("/joints", JOINTS, 1.0 + k, bag.joints(5.0 + k, *pair))
         for k, pair in enumerate(zip(angles, names, strict=True))
     ]
-    topic = rosbag.read(bag.ros2(tmp_path / "dive", messages)).topics[0]
+    topic = rosbag.read_file(bag.ros2(tmp_path / "dive", messages)).topics[0]
     nan = np.nan
     np.testing.assert_array_equal(topic.fields["position[0]"], [0.1, 0.2, nan, 0.4, 0.6])
     np.testing.assert_array_equal(topic.fields["position[1]"], [nan, 0.3, nan, 0.5, nan])
@@ -86,8 +86,10 @@ def test_any_message_lies_where_rosbags_finds_it(old: bool, data: st.DataObject)
     messages = [_message(store, kinds, data.draw) for _ in range(3)]
     pack = store.serialize_ros1 if old else store.serialize_cdr
     raw = [bytes(pack(message, "a/msg/Outer")) for message in messages]
-    columns = message_layout.columns_of(raw, "a/msg/Outer", store.fielddefs, aligned=not old)
-    assert columns.broken == []
+    columns = message_layout.deserialize_columns(
+        raw, "a/msg/Outer", store.fielddefs, aligned=not old
+    )
+    assert columns.truncated == []
     for row, message in enumerate(messages):
         _check(columns, row, "", message)
 
@@ -153,7 +155,7 @@ def test_long_arrays_and_large_messages_are_left_out(tmp_path: Path, bag: Any) -
         fixed=np.zeros(100), free=np.zeros(20_000, "i4"), last=2.5, parts=[]
     )
     sent = [("/long", "a/msg/Long", 1.0, message), ("/heavy", "a/msg/Long", 2.0, heavy)]
-    recording = rosbag.read(bag.ros2(tmp_path / "dive", sent))
+    recording = rosbag.read_file(bag.ros2(tmp_path / "dive", sent))
     assert recording.topic("/long").fields["last"].tolist() == [2.5]
     assert list(recording.topic("/long").fields) == ["last"]
     assert "`/heavy`: messages of 8" in recording.notes[0]
@@ -164,7 +166,7 @@ def test_big_endian_messages(bag: Any) -> None:
         bytes(bag.modern.serialize_cdr(bag.twist(2.0, k), TWIST, little_endian=k % 2 == 0))
         for k in range(4)
     ]
-    columns = message_layout.columns_of(raw, TWIST, bag.modern.fielddefs, aligned=True)
+    columns = message_layout.deserialize_columns(raw, TWIST, bag.modern.fielddefs, aligned=True)
     assert columns.numbers["twist.linear.x"].tolist() == [0, 1, 2, 3]
     assert columns.texts["header.frame_id"] == ["base"] * 4
 
@@ -173,8 +175,8 @@ def test_broken_messages_are_noted_and_left_out(tmp_path: Path, bag: Any, monkey
     pack = bag.modern.serialize_cdr
     sizes = iter([None, -8, 9, None, 20])
     monkeypatch.setattr(bag.modern, "serialize_cdr", lambda *it: pack(*it)[: next(sizes)])
-    recording = rosbag.read(bag.ros2(tmp_path / "dive", bag.twists(4)))
+    recording = rosbag.read_file(bag.ros2(tmp_path / "dive", bag.twists(4)))
     assert recording.topics[0].fields["twist.linear.x"].tolist() == [0.0, 0.03]
     assert "2 messages end before their fields do" in recording.notes[0]
     with pytest.raises(ValueError, match="1 messages end before their fields do"):
-        rosbag.read(bag.ros2(tmp_path / "other", bag.twists(1)))
+        rosbag.read_file(bag.ros2(tmp_path / "other", bag.twists(1)))

@@ -55,7 +55,7 @@ def test_hdf5_that_names_other_files_is_refused(tmp_path, secret, put):
         file["time"] = TIME
         put(file, secret)
     with pytest.raises(LogError, match=r"log\.h5: the values of `(nav/)?u` lie in other files"):
-        files.read(path)
+        files.read_files(path)
 
 
 def test_hdf5_with_links_within_itself_is_read(tmp_path):
@@ -64,29 +64,29 @@ def test_hdf5_with_links_within_itself_is_read(tmp_path):
     with h5py.File(path, "w") as file:
         file["time"], file["u"] = TIME, TIME
         file["same"] = h5py.SoftLink("/u")
-    assert files.read(path).topics[0].fields["u"].tolist() == TIME.tolist()
+    assert files.read_files(path).topics[0].fields["u"].tolist() == TIME.tolist()
 
 
 @pytest.mark.parametrize("n_mb", [1, 8])
 def test_a_gzip_file_may_unpack_in_proportion(tmp_path, monkeypatch, n_mb):
-    monkeypatch.setattr(content, "MAX_UNPACKED", 4 << 20)
+    monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 4 << 20)
     path = tmp_path / "log.csv.gz"
     path.write_bytes(gzip.compress(b"time,u\n" + b"0.5,0.25\n" * ((n_mb << 20) // 9)))
     if n_mb == 1:
-        assert files.read(path).topics[0].n == (1 << 20) // 9
+        assert files.read_files(path).topics[0].n == (1 << 20) // 9
         return
     with pytest.raises(LogError, match=r"MB unpack to more than 4\.194 MB, as no log of"):
-        files.read(path)
+        files.read_files(path)
 
 
 def test_a_gzip_file_for_a_library_that_seeks_is_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(content, "MAX_UNPACKED", 1 << 20)
+    monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
     path = tmp_path / "log.npy.gz"
     stream = io.BytesIO()
     np.save(stream, np.zeros(1 << 20))
     path.write_bytes(gzip.compress(stream.getvalue()))
     with pytest.raises(LogError, match="MB unpack to more than"):
-        files.read(path)
+        files.read_files(path)
 
 
 def npz(path):
@@ -109,10 +109,10 @@ def parquet(path):
 @pytest.mark.parametrize(("name", "put"), [("a.npz", npz), ("a.h5", hdf5), ("a.parquet", parquet)])
 def test_arrays_that_unpack_out_of_proportion_are_refused(tmp_path, monkeypatch, name, put):
     put(tmp_path / name)
-    monkeypatch.setattr(content, "MAX_UNPACKED", 1 << 20)
-    monkeypatch.setattr(content, "MAX_RATIO", 2)
+    monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
+    monkeypatch.setattr(content, "MAX_UNPACKED_RATIO", 2)
     with pytest.raises(LogError, match="MB unpack to more than"):
-        files.read(tmp_path / name)
+        files.read_files(tmp_path / name)
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
@@ -122,7 +122,7 @@ def test_a_table_of_very_many_columns_is_refused(tmp_path, delimiter):
     rows = (delimiter.join(f"{cell}{k}" for k in range(n)) for cell in ("c", "1", "2"))
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     with pytest.raises(LogError, match=rf"wide\.csv: the table has {n} columns, at most 4096"):
-        files.read(path)
+        files.read_files(path)
 
 
 @pytest.mark.parametrize(
@@ -137,9 +137,9 @@ def test_a_file_that_crashes_its_reader_costs_itself(tmp_path, monkeypatch, cras
 
     path = tmp_path / "log.mat"
     scipy.io.savemat(path, {"time": TIME, "u": TIME})
-    monkeypatch.setattr(matlab, "_CHILD", f"{crash} # {{path}} {{module}} {{bound}}")
+    monkeypatch.setattr(matlab, "_CHILD_CODE", f"{crash} # {{path}} {{module}} {{bound}}")
     with pytest.raises(LogError, match=words) as caught:
-        files.read(path)
+        files.read_files(path)
     assert "log.mat" in str(caught.value)
 
 
@@ -152,9 +152,9 @@ def test_a_mat_file_that_unpacks_without_end_is_refused(tmp_path):
     found = dict(matlab.read_arrays(path, []))
     assert found["time"].size == 1 << 22
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(content, "MAX_UNPACKED", 1 << 20)
+        patch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
         with pytest.raises(LogError, match=r"read as MATLAB file: .*Memory"):
-            files.read(path)
+            files.read_files(path)
 
 
 def test_no_file_of_the_working_folder_is_imported_for_a_mat_file(tmp_path, monkeypatch):
@@ -163,7 +163,7 @@ def test_no_file_of_the_working_folder_is_imported_for_a_mat_file(tmp_path, monk
     scipy.io.savemat(tmp_path / "log.mat", {"time": TIME, "u": TIME})
     (tmp_path / "numpy.py").write_text("raise SystemExit('imported')", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert files.read("log.mat").topics[0].n == 20
+    assert files.read_files("log.mat").topics[0].n == 20
 
 
 @pytest.mark.parametrize(
@@ -183,9 +183,9 @@ def test_whatever_a_reader_raises_names_the_file(tmp_path, monkeypatch, module, 
 
     path = tmp_path / name
     path.write_bytes(begin)
-    monkeypatch.setattr(f"hydrodamp.ingest.formats.{module}.read", fail)
+    monkeypatch.setattr(f"hydrodamp.ingest.formats.{module}.read_file", fail)
     with pytest.raises(LogError, match=f"{name}: the file is cut off or damaged; read as"):
-        files.read(path)
+        files.read_files(path)
 
 
 def test_an_archive_of_other_things_than_arrays_is_named(tmp_path):
@@ -193,4 +193,4 @@ def test_an_archive_of_other_things_than_arrays_is_named(tmp_path):
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("u.npy", b"\x93NUMPY\x01\x00\xff\xff")
     with pytest.raises(LogError, match=r"a\.npz: the file is cut off or damaged"):
-        files.read(path)
+        files.read_files(path)

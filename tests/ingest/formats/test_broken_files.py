@@ -297,10 +297,10 @@ def test_corpus(
     path = make(tmp_path, bag, dive, write_ulog)
     if becomes == refused:
         with pytest.raises((LogError, FileError), match=says) as caught:
-            files.read(path)
+            files.read_files(path)
         assert path.name in str(caught.value)
         return
-    recording = files.read(path)
+    recording = files.read_files(path)
     assert recording.topics
     if becomes == noted:
         assert any(re.search(says, note) for note in recording.notes), recording.notes

@@ -33,7 +33,7 @@ def read(tmp_path: Path) -> Read:
     def read_text(text: str | bytes) -> Recording:
         path = tmp_path / "log.csv"
         path.write_bytes(text.encode() if isinstance(text, str) else text)
-        return delimited.read(path)
+        return delimited.read_file(path)
 
     return read_text
 
@@ -134,7 +134,7 @@ def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: 
 def test_a_bad_column_keeps_its_cells_across_blocks(
     read: Read, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(delimited, "_BLOCK", 2)
+    monkeypatch.setattr(delimited, "_BLOCK_ROWS", 2)
     topic = read("t,u\n0,1.5\n1,2\n2,x\n3,4\n4,y\n5,6\n6,7\n").topics[0]
     assert topic.texts["u"] == ("1.5", "2.0", "x", "4", "y", "6", "7.0")
     assert "'x' in row 3 (line 4), 'y' in row 5 (line 6)" in topic.faults["u"]
@@ -165,4 +165,4 @@ def test_the_topics_of_virginia_tech(read: Read, reader: str) -> None:
 def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text("event,who\ndive,crew\nrise,crew\n")
-    assert delimited.read(path).topics[0].texts["event"] == ("dive", "rise")
+    assert delimited.read_file(path).topics[0].texts["event"] == ("dive", "rise")

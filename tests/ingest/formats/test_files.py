@@ -65,7 +65,7 @@ def test_a_missing_reader_is_named_with_its_command(
     monkeypatch.setitem(sys.modules, package, None)
     (tmp_path / name).write_bytes(content)
     with pytest.raises(FileError) as caught:
-        files.read(tmp_path / name)
+        files.read_files(tmp_path / name)
     assert f"the package {package}, is not installed" in str(caught.value)
     assert 'pip install "hydrodamp[logs]"' in str(caught.value)
 
@@ -76,22 +76,22 @@ def test_a_folder_of_tables_is_a_topic_each(tmp_path: Path) -> None:
     (tmp_path / "notes.md").write_text("calm sea")
     (tmp_path / ".hidden.csv").write_text("nothing")
     (tmp_path / "derived.npz").write_bytes(b"")
-    recording = files.read(tmp_path)
+    recording = files.read_files(tmp_path)
     assert [topic.name for topic in recording.topics] == ["dvl", "imu"]
     assert recording.notes == ("imu.CSV: column `r` must hold numbers; got 'x' in row 1 (line 2)",)
     assert recording.source == str(tmp_path)
     (tmp_path / "imu.CSV").unlink()
     (tmp_path / "derived.npz").unlink()
-    assert files.read(tmp_path).topics[0].name == "dvl"
+    assert files.read_files(tmp_path).topics[0].name == "dvl"
 
 
 def test_several_files_are_one_recording(tmp_path: Path) -> None:
     (tmp_path / "dvl.csv").write_text(TABLE)
     np.savez(tmp_path / "imu.npz", t=np.arange(3.0))
-    recording = files.read([tmp_path / "dvl.csv", tmp_path / "imu.npz"])
+    recording = files.read_files([tmp_path / "dvl.csv", tmp_path / "imu.npz"])
     assert {topic.name: topic.n for topic in recording.topics} == {"dvl": 2, "imu": 3}
     assert recording.format == "text in columns and NumPy arrays"
-    assert files.read([tmp_path / "dvl.csv"]).topics[0].name == ""
+    assert files.read_files([tmp_path / "dvl.csv"]).topics[0].name == ""
 
 
 def test_topics_of_unequal_fields_cannot_be() -> None:
@@ -127,7 +127,7 @@ def test_a_bar_counts_the_bytes_of_a_file(tmp_path: Path, bars: list[Any], name:
         mark = " u me " if "alog" in name else ","
         text = "".join(f"{k}{mark}{value}\n" for k, value in enumerate(values)).encode()
         path.write_bytes(gzip.compress(text) if name.endswith("gz") else text)
-    files.read(path)
+    files.read_files(path)
     ((label, total, steps),) = bars
     assert (label, total) == (f"reading {name}", path.stat().st_size)
     assert len(steps) > 1

@@ -44,12 +44,12 @@ def answers(read: Callable[[Path], Any], path: Path) -> Any:
 def test_any_bytes_are_answered(place: Path, name: str, content: bytes) -> None:
     path = place / name
     path.write_bytes(content)
-    answers(files.read, path)
+    answers(files.read_files, path)
 
 
 @SETTINGS
 @given(content=st.text(st.sampled_from("01.,;\t e-\n\r\"'#%tuNa_\0é="), max_size=200))
-@pytest.mark.parametrize("read", [delimited.read, moos.read, ardupilot.read])
+@pytest.mark.parametrize("read", [delimited.read_file, moos.read_file, ardupilot.read_file])
 def test_any_text_is_answered(place: Path, read: Callable[[Path], Any], content: str) -> None:
     path = place / "x.dat"
     path.write_bytes(content.encode())
@@ -65,10 +65,10 @@ def test_arrow_and_the_careful_reader_agree(place: Path, content: str) -> None:
     pytest.importorskip("pyarrow")
     path = place / "x.csv"
     path.write_text(content, newline="")
-    fast = answers(delimited.read, path)
+    fast = answers(delimited.read_file, path)
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "pyarrow.csv", None)
-        slow = answers(delimited.read, path)
+        slow = answers(delimited.read_file, path)
     assert (fast is None) == (slow is None)
     if fast is None:
         return
@@ -97,7 +97,7 @@ def test_tables_come_back_as_written(place: Path, fast: bool, data: st.DataObjec
     with pytest.MonkeyPatch.context() as patch:
         if not fast:
             patch.setitem(sys.modules, "pyarrow.csv", None)
-        topic = delimited.read(path).topics[0]
+        topic = delimited.read_file(path).topics[0]
     assert list(topic.fields) == names
     for column, values in zip(zip(*rows, strict=True), topic.fields.values(), strict=True):
         np.testing.assert_array_equal(values, column)
@@ -114,5 +114,5 @@ def test_damaged_logs_are_answered(
     for where, value in damage:
         content[where % len(content)] = value
     path.write_bytes(content)
-    recording = answers(ardupilot.read if name == "x.bin" else files.read, path)
+    recording = answers(ardupilot.read_file if name == "x.bin" else files.read_files, path)
     assert recording is None or recording.topics

@@ -33,7 +33,7 @@ def test_a_log_holds_what_the_autopilot_said(tmp_path, vehicle):
         ]
     path = tmp_path / "dive.tlog"
     path.write_bytes(stamped(sent))
-    recording = files.read(path)
+    recording = files.read_files(path)
     assert recording.format == "MAVLink log"
     assert [topic.name for topic in recording.topics] == ["ATTITUDE", "NAMED_VALUE_FLOAT[rpm]"]
     attitude = recording.topic("ATTITUDE")
@@ -81,7 +81,7 @@ def test_damage_is_noted_and_what_stands_before_it_is_read(tmp_path, vehicle):
     spoilt[5 * size + 8] = 0
     path = tmp_path / "dive.tlog"
     path.write_bytes(spoilt)
-    recording = files.read(path)
+    recording = files.read_files(path)
     assert recording.topic("ATTITUDE").fields["time_boot_ms"].tolist() == [0, 1, 3, 4]
     assert recording.notes == (
         f"{2 * size} of {6 * size} bytes are damaged, the first at byte {2 * size};"
@@ -105,7 +105,7 @@ def test_a_damaged_byte_costs_its_packet_and_no_other(tmp_path, vehicle):
         broken = bytearray(whole)
         broken[starts[100] + offset] ^= 0xFF
         path.write_bytes(broken)
-        recording = files.read(path)
+        recording = files.read_files(path)
         assert sum(topic.n for topic in recording.topics) == n - 1, offset
         assert len(recording.notes) == 1, recording.notes
     # Three bytes of the stamp's front, and one that is inserted or lost, shift what follows.
@@ -114,7 +114,7 @@ def test_a_damaged_byte_costs_its_packet_and_no_other(tmp_path, vehicle):
         whole[: starts[100] + 15] + whole[starts[100] + 16 :],
     ):
         path.write_bytes(broken)
-        assert sum(topic.n for topic in files.read(path).topics) == n - 1
+        assert sum(topic.n for topic in files.read_files(path).topics) == n - 1
 
 
 def test_messages_that_no_dialect_defines_are_counted(tmp_path, vehicle):
@@ -124,7 +124,7 @@ def test_messages_that_no_dialect_defines_are_counted(tmp_path, vehicle):
         unknown[7:10] = b"\xfe\xff\xfa"
     path = tmp_path / "dive.tlog"
     path.write_bytes(stamped([(0, known), (1000, bytes(unknown)), (2000, known)]))
-    recording = files.read(path)
+    recording = files.read_files(path)
     assert recording.topic("ATTITUDE").n == 2
     if unknown[0] == 0xFD:
         assert recording.notes == ("1 packets are of messages that no dialect defines; left out",)
@@ -135,13 +135,13 @@ def test_a_log_without_an_autopilot_is_refused(tmp_path):
     path = tmp_path / "dive.tlog"
     path.write_bytes(stamped([(0, ground.heartbeat_encode(6, 8, 0, 0, 0).pack(ground))]))
     with pytest.raises(LogError, match="no message of an autopilot"):
-        files.read(path)
+        files.read_files(path)
 
 
 def test_no_noise_is_more_than_an_error():
     decoder, random = mavlink.Decoder(), np.random.default_rng(5)
     for _ in range(5000):
         noise = random.bytes(int(random.integers(1, 300)))
-        for packet in mavlink.packets(b"\xfd" + noise):
+        for packet in mavlink.split_packets(b"\xfd" + noise):
             with suppress(ValueError):
                 assert decoder(packet) is None

@@ -13,7 +13,7 @@ from hydrodamp.ingest.formats import ardupilot, files, px4
 
 def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
     path = dive.save(tmp_path / "dive.bin")
-    recording = ardupilot.read(path)
+    recording = ardupilot.read_file(path)
     rows: dict[str, list[Any]] = {}
     for message in dive.messages(path):
         kind = message.get_type()
@@ -42,7 +42,7 @@ def test_messages_that_break_their_own_format(
     dive.put("FMT", 160, length, b"BAD", letters.encode(), columns.encode())
     dive.content += b"\xa3\x95\xa0" + bytes(length - 3)
     dive.put("ATT", 9_000_000, 1.0, 2.0, 3.0)
-    recording = ardupilot.read(dive.save(tmp_path / "dive.bin"))
+    recording = ardupilot.read_file(dive.save(tmp_path / "dive.bin"))
     assert recording.topic("ATT").n == 21
     assert "messages BAD do not fit their own format; left out" in recording.notes
 
@@ -63,7 +63,7 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
         "FMT, 144, 23, XKF1, QBf, TimeUS,C,VN\n"
         "XKF1, 1000000, 0, 1\nXKF1, 1000001, 1, 2\nXKF1, 2000000, 0, 3\n"
     )
-    recording = files.read(path)
+    recording = files.read_files(path)
     attitude = recording.topic("ATT")
     assert attitude.fields["Yaw"].tolist() == [270.5, 271.5]
     assert attitude.time.tolist() == [1.0, 1.1]
@@ -75,7 +75,7 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
 def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
     pyulog = pytest.importorskip("pyulog")
     path = write_ulog(tmp_path / "dive.ulg", instances=2)
-    recording = files.read(path)
+    recording = files.read_files(path)
     with path.open("rb") as file:
         log = pyulog.ULog(file)
     for dataset in log.data_list:
@@ -100,7 +100,7 @@ def test_corruption_that_pyulog_passes_over_is_noted(
     content = bytearray(path.read_bytes())
     content[900:960] = damage
     path.write_bytes(content)
-    recording = px4.read(path)
+    recording = px4.read_file(path)
     assert any("damaged at byte" in note for note in recording.notes)
     assert capsys.readouterr().out == ""
 
@@ -112,7 +112,7 @@ def test_what_pyulog_finds_damaged_is_noted(tmp_path: Path, write_ulog: Any) -> 
     content = path.read_bytes()
     place = content.rindex(b"big") + 3
     path.write_bytes(content[:place] + b"\x02\x00D\xff\xff" + content[place:])
-    recording = px4.read(path)
+    recording = px4.read_file(path)
     assert any("in places" in note for note in recording.notes)
 
 
@@ -135,7 +135,7 @@ MOOS = """\
 def test_moos(tmp_path: Path) -> None:
     path = tmp_path / "alpha.alog"
     path.write_text(MOOS)
-    recording = files.read(path)
+    recording = files.read_files(path)
     speed = recording.topic("NAV_SPEED")
     assert speed.time.tolist() == [0.25, 0.5]
     assert speed.fields["value"].tolist() == [1.5, 1.75]

@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, json_schema, presets, read_mapping
-from hydrodamp.ingest.mapping.log_mapping import composed
+from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 
 NAMES = (
     "ardusub",
@@ -32,7 +32,7 @@ def faults(content: object) -> tuple[str, ...]:
 def test_the_presets_are_those_promised_and_name_their_sources() -> None:
     assert presets() == NAMES
     for name in NAMES:
-        content = composed({"extends": name})
+        content = resolve_extends({"extends": name})
         assert "github.com" in content["source"], name
         assert read_mapping(name).name == name
 
@@ -209,7 +209,7 @@ def test_the_schema_knows_every_key_and_takes_the_presets() -> None:
     assert set(schema["properties"]) >= {"extends", "velocity", "sensors", "clock", "topics"}
     validator = jsonschema.Draft202012Validator(schema)
     for name in NAMES:
-        assert [*validator.iter_errors(composed({"extends": name}))] == []
+        assert [*validator.iter_errors(resolve_extends({"extends": name}))] == []
     assert [*validator.iter_errors({"velocty": {}})]
     assert [*validator.iter_errors({"velocity": {"u": {"colum": "a"}}})]
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assemble import record_of
+from hydrodamp.ingest.mapping.assemble import build_record
 
 # Rows are the axes of each world in north-east-down, and of each body in forward-starboard-down.
 WORLDS = {
@@ -30,7 +30,7 @@ def made(content: dict[str, object], **columns: np.ndarray) -> Record:
     """Return the record that a mapping makes of columns a second apart."""
     columns["t"] = np.arange(float(len(next(iter(columns.values())))))
     recording = Recording((Topic("", None, columns),), "log.parquet", "a test")
-    return record_of(LogMapping.from_dict({"time": "t", **content}), recording)
+    return build_record(LogMapping.from_dict({"time": "t", **content}), recording)
 
 
 def named(names: str, values: np.ndarray) -> dict[str, np.ndarray]:

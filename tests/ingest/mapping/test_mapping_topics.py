@@ -12,7 +12,7 @@ from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ClockWarning, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.assemble import record_of
+from hydrodamp.ingest.mapping.assemble import build_record
 
 FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 
@@ -222,7 +222,7 @@ def test_a_position_alone_makes_a_record_to_be_completed() -> None:
         {"time": "recorded", "position": {"north": "/gps.n", "east": "/gps.e"}}
     )
     gps = Topic("/gps", np.arange(3.0), {"n": np.arange(3.0), "e": np.arange(3.0)})
-    record = record_of(given, Recording((gps,), "dive.bag", "a test"))
+    record = build_record(given, Recording((gps,), "dive.bag", "a test"))
     assert record.velocity_names == ()
     assert record.blocks["position"][2].tolist() == [2, 2, 0]
 
@@ -347,6 +347,6 @@ def test_a_held_value_ends_with_its_run() -> None:
     commands = {"rpm": {"column": "rpm", "hold": True}}
     mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}, "commands": commands})
     with pytest.warns(ClockWarning):
-        record = record_of(mapping, Recording((table,), "runs.csv", "a test"))
+        record = build_record(mapping, Recording((table,), "runs.csv", "a test"))
     want = np.repeat([5.0, np.nan, 7.0], [10, 3, 7])
     np.testing.assert_array_equal(record.blocks["commands"][:, 0], want)

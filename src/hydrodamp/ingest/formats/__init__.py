@@ -1,1 +1,1 @@
-"""Readers, one module a format: from a file to a recording, numbers as they stand there."""
+"""Readers of log formats: each module returns a recording with the numbers of the file."""

@@ -1,4 +1,4 @@
-"""The bytes of a file, compressed by gzip or not; a file that cannot be opened is named."""
+"""Bytes of a log file, decompressed if gzip, with bounds against decompression bombs."""
 
 from __future__ import annotations
 
@@ -16,56 +16,55 @@ from hydrodamp.progress import Step, progress
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer
 
-_GZIP = b"\x1f\x8b"
-_BUFFER = 1 << 16  # bytes
-_BLOCK = 1 << 20  # bytes
-MAX_UNPACKED = 1 << 29  # bytes that any file may unpack to: a day of 20 columns at 30 Hz as text
-MAX_RATIO = 20  # unpacked to packed size; text of measured numbers shrinks 2 to 10 times
-MAX_COLUMNS = 4096  # of a table; whole-vehicle logs of PX4 have some 2000 fields in all topics
-_NO_BAR = nullcontext(lambda count: None)
+_GZIP_SIGNATURE = b"\x1f\x8b"
+_BUFFER_BYTES = 1 << 16  # bytes
+_BLOCK_BYTES = 1 << 20  # bytes
+MAX_UNPACKED_BYTES = 1 << 29  # a day of 20 text columns at 30 Hz
+MAX_UNPACKED_RATIO = 20  # gzip compresses measured numbers by 2 to 10
+MAX_COLUMNS = 4096  # PX4 logs have some 2000 fields in all topics
+_NO_PROGRESS = nullcontext(lambda count: None)
 
 
-def head(path: str | Path, size: int) -> bytes:
-    """Return the first bytes of a file, unpacked where it is compressed by gzip."""
-    with opened(path, counted=False) as file:
+def read_head(path: str | Path, size: int) -> bytes:
+    """Return the first bytes of a file, decompressed."""
+    with open_log(path, counted=False) as file:
         return file.read(size)
 
 
-def content(path: str | Path) -> bytes:
-    """Return all bytes of a file, unpacked where it is compressed by gzip."""
-    with opened(path) as file:
+def read_bytes(path: str | Path) -> bytes:
+    """Return all bytes of a file, decompressed."""
+    with open_log(path) as file:
         return file.read()
 
 
-def unpacked_bound(path: str | Path) -> int:
-    """Return to how many bytes a file may unpack."""
-    return max(MAX_UNPACKED, MAX_RATIO * Path(path).stat().st_size)
+def max_unpacked_bytes(path: str | Path) -> int:
+    """Return the largest decompressed size [bytes] allowed for a file."""
+    return max(MAX_UNPACKED_BYTES, MAX_UNPACKED_RATIO * Path(path).stat().st_size)
 
 
 def check_unpacked(size: float, path: str | Path) -> None:
-    """Refuse a file whose unpacked content is out of proportion to it."""
-    if size > (bound := unpacked_bound(path)):
+    """Refuse a file with an implausible compression ratio."""
+    if size > (bound := max_unpacked_bytes(path)):
         packed = Path(path).stat().st_size
         raise LogError(
-            f"its {packed / 1e6:.3g} MB unpack to more than {bound / 1e6:.4g} MB, as no log of"
-            " measured numbers does. If that is what you want, unpack it by other means and give"
-            " what comes out",
+            f"its {packed / 1e6:.3g} MB unpack to more than {bound / 1e6:.4g} MB, which is"
+            " implausible for a log. If the file is correct, unpack it and read the result",
             source=str(path),
         )
 
 
 def check_columns(n: int, path: str | Path) -> None:
-    """Refuse a table of more columns than any log has."""
+    """Refuse a table with an implausible number of columns."""
     if n > MAX_COLUMNS:
         raise LogError(
-            f"the table has {n} columns, at most {MAX_COLUMNS} are read. If rows and columns are"
-            " exchanged, transpose it; otherwise keep the columns of the vehicle's motion",
+            f"the table has {n} columns; the maximum is {MAX_COLUMNS}. If rows and columns are"
+            " swapped, transpose it; otherwise keep only the columns of the vehicle's motion",
             source=str(path),
         )
 
 
 class _BoundedGzip(gzip.GzipFile):
-    """A compressed file that is read up to :data:`MAX_UNPACKED` or :data:`MAX_RATIO`."""
+    """A gzip file with a bound on its decompressed size."""
 
     def __init__(self, file: IO[bytes], path: str | Path) -> None:
         super().__init__(fileobj=file)
@@ -73,30 +72,30 @@ class _BoundedGzip(gzip.GzipFile):
 
     def read(self, size: int | None = -1) -> bytes:
         if size is not None and size >= 0:
-            return self._checked(super().read(size))
-        parts = []
-        while part := self._checked(super().read(_BLOCK)):
-            parts.append(part)
-        return b"".join(parts)
+            return self._count(super().read(size))
+        blocks = []
+        while block := self._count(super().read(_BLOCK_BYTES)):
+            blocks.append(block)
+        return b"".join(blocks)
 
     def read1(self, size: int = -1) -> bytes:
-        return self._checked(super().read1(size))
+        return self._count(super().read1(size))
 
-    def _checked(self, part: bytes) -> bytes:
-        self.n_unpacked += len(part)
+    def _count(self, block: bytes) -> bytes:
+        self.n_unpacked += len(block)
         check_unpacked(self.n_unpacked, self.path)
-        return part
+        return block
 
 
 @contextmanager
-def seekable(path: str | Path) -> Iterator[IO[bytes]]:
-    """Open a file for a library that seeks in it: in memory where gzip has to unpack it."""
-    with opened(path) as file:
+def open_seekable(path: str | Path) -> Iterator[IO[bytes]]:
+    """Open a file for a library that seeks; a gzip file is decompressed in memory."""
+    with open_log(path) as file:
         yield io.BytesIO(file.read()) if isinstance(file, gzip.GzipFile) else file
 
 
 class _CountedFile(io.FileIO):
-    """A file that says how many of its bytes have been read."""
+    """A file that reports the bytes read to a progress bar."""
 
     def __init__(self, path: str | Path, step: Step) -> None:
         super().__init__(path)
@@ -108,27 +107,27 @@ class _CountedFile(io.FileIO):
         return count
 
     def readall(self) -> bytes:
-        rest = super().readall()
-        self.step(len(rest))
-        return rest
+        data = super().readall()
+        self.step(len(data))
+        return data
 
 
 @contextmanager
-def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
-    """Open a file for reading, unpacked where it is compressed by gzip, under a bar if counted."""
+def open_log(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
+    """Open a file for reading, decompressed, with a progress bar if `counted`."""
     try:
         size = Path(path).stat().st_size
-        bar = progress(f"reading {Path(path).name}", size) if counted else _NO_BAR
-        with bar as step, io.BufferedReader(_CountedFile(path, step), _BUFFER) as file:
-            packed = file.peek(len(_GZIP)).startswith(_GZIP)
+        bar = progress(f"reading {Path(path).name}", size) if counted else _NO_PROGRESS
+        with bar as step, io.BufferedReader(_CountedFile(path, step), _BUFFER_BYTES) as file:
+            packed = file.peek(len(_GZIP_SIGNATURE)).startswith(_GZIP_SIGNATURE)
             yield cast("IO[bytes]", _BoundedGzip(cast("IO[bytes]", file), path) if packed else file)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise LogError(
-            f"the gzip compression is cut off or damaged ({error}). Copy the file again, or unpack"
-            " what is left of it with `gzip -dc FILE > LOG`",
+            f"the gzip stream is truncated or damaged ({error}). Copy the file again, or recover"
+            " the readable beginning with `gzip -dc FILE > LOG`",
             source=str(path),
         ) from error
     except OSError as error:
-        if error.errno is None:  # not of the file system, but of who reads the file
+        if error.errno is None:  # raised by the reader, not by the file system
             raise
         raise FileError(f"{path}: cannot be read: {error.strerror or error}") from error

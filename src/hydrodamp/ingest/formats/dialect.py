@@ -1,4 +1,8 @@
-"""How a text file of columns is written, found from its first lines."""
+"""Delimited text, dialect: encoding, delimiter, decimal sign and header from the first lines.
+
+Each pair of delimiter and decimal sign is scored by the share of cells that are numbers times the
+share of rows of equal width; the best one is the dialect.
+"""
 
 from __future__ import annotations
 
@@ -15,29 +19,29 @@ from hydrodamp.data.units import is_unit
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import (
     Column,
-    Names,
-    column_of,
+    ColumnNames,
     is_missing,
     is_number,
-    number,
+    parse_column,
+    parse_number,
     unique_names,
 )
-from hydrodamp.ingest.formats.content import check_columns, head
+from hydrodamp.ingest.formats.content import check_columns, read_head
 
-#: How a line begins that holds no row.
+#: First characters of comment lines.
 COMMENTS = ("#", "%", "//")
 
-#: The name of what reads bytes that are no Unicode, as Windows-1252.
-WESTERN = "hydrodamp.western"
+#: Error handler that decodes bytes invalid in UTF-8 as Windows-1252.
+CP1252_FALLBACK = "hydrodamp.western"
 
 
-def _western(error: UnicodeError) -> tuple[str, int]:
+def _decode_cp1252(error: UnicodeError) -> tuple[str, int]:
     assert isinstance(error, UnicodeDecodeError)
-    odd = error.object[error.start : error.end].decode("cp1252", "replace")
-    return odd if error.encoding == "utf-8" else "\ufffd", error.end
+    decoded = error.object[error.start : error.end].decode("cp1252", "replace")
+    return decoded if error.encoding == "utf-8" else "\ufffd", error.end
 
 
-codecs.register_error(WESTERN, _western)
+codecs.register_error(CP1252_FALLBACK, _decode_cp1252)
 
 _ENCODINGS = {
     rb"\xef\xbb\xbf": "utf-8-sig",
@@ -45,59 +49,63 @@ _ENCODINGS = {
     rb"([^\0]\0){4}": "utf-16-le",
     rb"(\0[^\0]){4}": "utf-16-be",
 }
-_BEGIN = 1 << 18  # bytes
+_HEAD_BYTES = 1 << 18  # bytes
 _LINE = re.compile("\r\n|\n|\r")
 
-#: In order of preference; the empty one stands for any white space.
+#: In order of preference; the empty string is any white space.
 DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
 _COMMENT = re.compile(r"\s*(#|%|//)+")
-_SAMPLE = 200  # lines
+_SAMPLE_LINES = 200  # lines
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """The encoding of a text, its delimiter and decimal sign, and its header."""
+    """Encoding, delimiter, decimal sign and header of a text file, and its numeric columns."""
 
     encoding: str
-    quoted: bool
+    has_quotes: bool
     delimiter: str
     decimal: str
     header: Header
     numeric: tuple[bool, ...]
     width: int
-    first: int
+    first_line: int
 
-    def column(self, place: int, cells: Sequence[str]) -> Column:
-        """Return cells as a column."""
-        return column_of(cells, self.decimal, self.header.names[place])
+    def parse_column(self, index: int, cells: Sequence[str]) -> Column:
+        """Parse the cells of a column."""
+        return parse_column(cells, self.decimal, self.header.names[index])
 
 
 def find_dialect(path: str | Path) -> Dialect:
-    """Find how a file is written from its first lines."""
-    begin = head(path, _BEGIN)
-    encoding = next((one for mark, one in _ENCODINGS.items() if re.match(mark, begin)), "utf-8")
-    lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors=WESTERN))
-    if len(begin) == _BEGIN and len(lines) > 1:
+    """Detect the dialect of a file from its first lines."""
+    head = read_head(path, _HEAD_BYTES)
+    encoding = next(
+        (name for signature, name in _ENCODINGS.items() if re.match(signature, head)), "utf-8"
+    )
+    lines = _LINE.split(head.rstrip(b"\0").decode(encoding, errors=CP1252_FALLBACK))
+    if len(head) == _HEAD_BYTES and len(lines) > 1:
         lines.pop()
-    marks = [mark for mark in DELIMITERS if mark]
-    check_columns(1 + max(line.count(mark) for line in lines[:_SAMPLE] for mark in marks), path)
-    check_columns(max(len(line.split()) for line in lines[:_SAMPLE]), path)
+    delimiters = [mark for mark in DELIMITERS if mark]
+    check_columns(
+        1 + max(line.count(mark) for line in lines[:_SAMPLE_LINES] for mark in delimiters), path
+    )
+    check_columns(max(len(line.split()) for line in lines[:_SAMPLE_LINES]), path)
     try:
-        tables = {mark: _rows(lines[:_SAMPLE], mark) for mark in DELIMITERS}
+        tables = {mark: _split_rows(lines[:_SAMPLE_LINES], mark) for mark in DELIMITERS}
     except csv.Error as error:
-        raise LogError(f"the file is no text of columns: {error}", source=str(path)) from error
+        raise LogError(f"expected delimited text; {error}", source=str(path)) from error
     tables = {mark: rows for mark, rows in tables.items() if rows}
     if not tables:
         raise LogError(
             "the file is empty; it must begin with a line of column names", source=str(path)
         )
-    ways = [(mark, decimal) for mark in tables for decimal in ".,"]
-    delimiter, decimal = max(ways, key=lambda way: _score(tables[way[0]], way[1]))
+    candidates = [(mark, decimal) for mark in tables for decimal in ".,"]
+    delimiter, decimal = max(candidates, key=lambda way: _score_dialect(tables[way[0]], way[1]))
     if all(len(row.cells) == 1 for row in tables[delimiter]):
-        # Nothing splits the rows, so what splits the first line is the delimiter.
-        split = (mark for mark in tables if mark and tables[mark][0].filled > 1)
-        delimiter = next(split, next(iter(tables)))
-    return _described(tables[delimiter], encoding, '"' in "".join(lines), delimiter, decimal)
+        # No delimiter splits the rows: take the one that splits the first line.
+        splitting = (mark for mark in tables if mark and tables[mark][0].filled > 1)
+        delimiter = next(splitting, next(iter(tables)))
+    return _make_dialect(tables[delimiter], encoding, '"' in "".join(lines), delimiter, decimal)
 
 
 @dataclass(frozen=True)
@@ -108,61 +116,61 @@ class _Row:
 
     @property
     def filled(self) -> int:
-        """The number of cells without the empty ones at the end."""
+        """Number of cells without empty trailing ones."""
         return next((k + 1 for k in reversed(range(len(self.cells))) if self.cells[k].strip()), 0)
 
 
-def _rows(lines: Sequence[str], delimiter: str) -> list[_Row]:
-    """Return the rows that are not blank, without the mark of a comment."""
+def _split_rows(lines: Sequence[str], delimiter: str) -> list[_Row]:
+    """Split lines into non-empty rows, without comment marks."""
     rows = []
     for line, text in enumerate(lines, start=1):
         mark = _COMMENT.match(text)
-        bare, cells = text[mark.end() :] if mark else text, list[str]()
+        content, cells = text[mark.end() :] if mark else text, list[str]()
         if delimiter:
-            cells = next(csv.reader([bare], delimiter=delimiter, skipinitialspace=True), cells)
-        rows.append(_Row(line, tuple(cells if delimiter else bare.split()), mark is not None))
+            cells = next(csv.reader([content], delimiter=delimiter, skipinitialspace=True), cells)
+        rows.append(_Row(line, tuple(cells if delimiter else content.split()), mark is not None))
     return [row for row in rows if row.filled]
 
 
-def _later(rows: Sequence[_Row]) -> list[_Row]:
-    """Return the later half of the rows, past any header."""
-    plain = [row for row in rows if not row.comment] or list(rows)
-    return plain[len(plain) // 2 :]
+def _last_half(rows: Sequence[_Row]) -> list[_Row]:
+    """Return the second half of the rows, which lies below any header."""
+    uncommented = [row for row in rows if not row.comment] or list(rows)
+    return uncommented[len(uncommented) // 2 :]
 
 
-def _width(rows: Sequence[_Row], decimal: str) -> int:
-    """Return the length of the rows that hold most of the numbers."""
+def _dominant_width(rows: Sequence[_Row], decimal: str) -> int:
+    """Return the row width that holds most numbers."""
     weights: Counter[int] = Counter()
     for row in rows:
         weights[len(row.cells)] += 1 + 1000 * sum(is_number(cell, decimal) for cell in row.cells)
     return weights.most_common(1)[0][0]
 
 
-def _score(rows: Sequence[_Row], decimal: str) -> tuple[float, bool, float]:
-    """Return how well a delimiter fits: numbers, several columns, equal lengths."""
-    later = _later(rows)
-    width = _width(later, decimal)
-    even = [row for row in later if len(row.cells) == width]
-    cells = [cell for row in even for cell in row.cells if not is_missing(cell)]
+def _score_dialect(rows: Sequence[_Row], decimal: str) -> tuple[float, bool, float]:
+    """Return the score of a delimiter: numbers, several columns, equal widths."""
+    tail = _last_half(rows)
+    width = _dominant_width(tail, decimal)
+    regular = [row for row in tail if len(row.cells) == width]
+    cells = [cell for row in regular for cell in row.cells if not is_missing(cell)]
     numbers = sum(is_number(cell, decimal) for cell in cells) / max(len(cells), 1)
-    equal = len(even) / len(later)
-    return round(numbers * equal, 3), width > 1, equal
+    regularity = len(regular) / len(tail)
+    return round(numbers * regularity, 3), width > 1, regularity
 
 
-def _described(
+def _make_dialect(
     rows: list[_Row], encoding: str, quoted: bool, delimiter: str, decimal: str
 ) -> Dialect:
-    """Return the dialect of rows split by the delimiter that fits best."""
-    later = _later(rows)
-    width = _width(later, decimal)
-    even = [row.cells for row in later if len(row.cells) == width]
-    likely = [_is_numeric(column, decimal) for column in zip(*even, strict=True)]
-    start = next((k for k in range(len(rows)) if _is_data(rows, k, likely, decimal)), 1)
+    """Return the dialect of rows split by the best delimiter."""
+    tail = _last_half(rows)
+    width = _dominant_width(tail, decimal)
+    regular = [row.cells for row in tail if len(row.cells) == width]
+    is_numeric = [_is_numeric(column, decimal) for column in zip(*regular, strict=True)]
+    start = next((k for k in range(len(rows)) if _is_data(rows, k, is_numeric, decimal)), 1)
     filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
-    above = [_join_brackets(row, width, delimiter) for row in rows[:start]]
-    header = Header(above, filled, width, delimiter)
+    header_rows = [_join_brackets(row, width, delimiter) for row in rows[:start]]
+    header = Header(header_rows, filled, width, delimiter)
     numeric = (
-        likely[k : k + 1] == [True] and name != SEGMENT for k, name in enumerate(header.names)
+        is_numeric[k : k + 1] == [True] and name != SEGMENT for k, name in enumerate(header.names)
     )
     return Dialect(
         encoding,
@@ -177,7 +185,7 @@ def _described(
 
 
 def _join_brackets(row: _Row, width: int, delimiter: str) -> _Row:
-    """Join the cells of names such as `pd(1,1)` where a header has more cells than its rows."""
+    """Join header cells such as `pd(1,1)`, split at the comma in parentheses."""
     cells: list[str] = []
     for cell in row.cells:
         if cells and cells[-1].count("(") > cells[-1].count(")"):
@@ -188,20 +196,22 @@ def _join_brackets(row: _Row, width: int, delimiter: str) -> _Row:
 
 
 def _is_numeric(cells: Sequence[str], decimal: str) -> bool:
-    there = [cell for cell in cells if not is_missing(cell)]
-    numbers = sum(number(cell, decimal) is not None for cell in there)
-    return bool(there) and 2 * numbers >= len(there)
+    present = [cell for cell in cells if not is_missing(cell)]
+    numbers = sum(parse_number(cell, decimal) is not None for cell in present)
+    return bool(present) and 2 * numbers >= len(present)
 
 
-def _is_data(rows: Sequence[_Row], place: int, numeric: Sequence[bool], decimal: str) -> bool:
-    """Return whether a row is data rather than a header, by its cells in columns of numbers."""
-    row = rows[place]
+def _is_data(rows: Sequence[_Row], index: int, numeric: Sequence[bool], decimal: str) -> bool:
+    """Return whether a row is data and no header, by its cells in numeric columns."""
+    row = rows[index]
     cells = [cell for cell, is_so in zip(row.cells, numeric, strict=False) if is_so]
     if row.comment or not cells or _are_units(row):
         return False
     words = sum(not is_missing(cell) and not is_number(cell, decimal) for cell in cells)
-    named = any(1 < above.filled >= row.filled for above in rows[:place])
-    return 2 * words <= len(cells) and (named or (words == 0 and len(row.cells) == len(numeric)))
+    has_header = any(1 < above.filled >= row.filled for above in rows[:index])
+    return 2 * words <= len(cells) and (
+        has_header or (words == 0 and len(row.cells) == len(numeric))
+    )
 
 
 def _are_units(row: _Row) -> bool:
@@ -210,7 +220,7 @@ def _are_units(row: _Row) -> bool:
 
 
 class Header:
-    """What the lines above the rows say."""
+    """Column names and units, parsed from the lines above the data."""
 
     def __init__(self, rows: Sequence[_Row], filled: int, width: int, delimiter: str) -> None:
         self.names = unique_names([""] * filled)
@@ -218,19 +228,21 @@ class Header:
         self.units: dict[str, str] = {}
         self.faults: dict[str, str] = {}
         self.notes: list[str] = []
-        full = [row for row in rows if filled <= row.filled <= max(width, filled)]
-        if not full and delimiter and rows and rows[-1].filled > 1:
-            full = [rows[-1]]
-        if not full:
-            self.notes.append("no line of column names; the columns are called by their place")
+        candidates = [row for row in rows if filled <= row.filled <= max(width, filled)]
+        if not candidates and delimiter and rows and rows[-1].filled > 1:
+            candidates = [rows[-1]]
+        if not candidates:
+            self.notes.append("there is no line of column names; columns are named by their number")
             return
-        units = full.pop().cells if len(full) > 1 and _are_units(full[-1]) else ()
-        *above, row = full
-        self.notes += [f"line {one.line} above the column names was passed over" for one in above]
+        units = candidates.pop().cells if len(candidates) > 1 and _are_units(candidates[-1]) else ()
+        *skipped_rows, row = candidates
+        self.notes += [
+            f"line {skipped.line} above the column names was skipped" for skipped in skipped_rows
+        ]
         self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
-        # Quotation marks, padding and the escapes of typesetting are no part of a name.
-        called = Names([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])
-        below = zip(called.names, (unit.strip().strip("[]()") for unit in units), strict=False)
-        self.names, self.faults = called.names, called.faults
-        self.units = called.units | {name: unit for name, unit in below if unit}
+        # Strip quotation marks, padding and LaTeX escapes.
+        columns = ColumnNames([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])
+        unit_row = zip(columns.names, (unit.strip().strip("[]()") for unit in units), strict=False)
+        self.names, self.faults = columns.names, columns.faults
+        self.units = columns.units | {name: unit for name, unit in unit_row if unit}
         self.notes += self.faults.values()

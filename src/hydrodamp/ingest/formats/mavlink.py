@@ -1,4 +1,7 @@
-"""MAVLink: packets as the fields of messages, and telemetry logs (``.tlog``) of them."""
+"""MAVLink packets decoded by pymavlink, and telemetry logs (``.tlog``) of stamped packets.
+
+A packet counts only with a valid CRC; after damage the reader resynchronises at the next one.
+"""
 
 from __future__ import annotations
 
@@ -16,27 +19,27 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.content import content
+from hydrodamp.ingest.formats.content import read_bytes
 from hydrodamp.progress import Step, progress
 
-_STAMP = 8  # bytes, microseconds since 1970, before each packet of a telemetry log
-_OVERHEAD = {0xFE: 8, 0xFD: 12}  # bytes of a packet besides its payload, by how it begins
-_SIGNATURE = 13  # bytes, where the first flag of the third byte says so
-_AUTOPILOT = 1  # number of the component
-_TURN = 2.0**32  # microseconds, after which the clock of servo outputs begins anew
-_UNKNOWN = {
+_TIMESTAMP_BYTES = 8  # big-endian microseconds since 1970, before each packet of a .tlog
+_OVERHEAD_BYTES = {0xFE: 8, 0xFD: 12}  # header and CRC, by start byte
+_SIGNATURE_BYTES = 13  # present where bit 0 of the third byte is set
+_AUTOPILOT_COMPONENT = 1  # component number of the autopilot
+_SERVO_CLOCK_PERIOD_US = 2.0**32  # time_usec of SERVO_OUTPUT_RAW wraps after it
+_INVALID_VALUES = {
     "int16_t": 2**15 - 1,
     "uint16_t": 2**16 - 1,
     "int32_t": 2**31 - 1,
 }  # mavlink.io, "invalid"
-# A stamp of the years 2005 to 2041, and how a packet begins.
-_STAMPED = re.compile(rb"\0[\4-\7].{6}[\xfd\xfe]", re.DOTALL)
-_STAMPED_ANYWHERE = re.compile(rb"(?=\0[\4-\7].{6}[\xfd\xfe])", re.DOTALL)
-_STAMP_REACH = 10  # median steps between packets, by which a stamp may precede its neighbours
+# A timestamp of the years 2005 to 2041, followed by a start byte.
+_PACKET_START = re.compile(rb"\0[\4-\7].{6}[\xfd\xfe]", re.DOTALL)
+_PACKET_START_LOOKAHEAD = re.compile(rb"(?=\0[\4-\7].{6}[\xfd\xfe])", re.DOTALL)
+_MAX_DISORDER_STEPS = 10  # median steps; a larger deviation from both neighbours is damage
 
 
-class Sent(NamedTuple):
-    """What one message says: numbers by their names, and the units that MAVLink states."""
+class MavlinkFields(NamedTuple):
+    """Numeric fields of one message, and their units by the MAVLink definition."""
 
     topic: str
     fields: dict[str, float]
@@ -44,20 +47,20 @@ class Sent(NamedTuple):
 
 
 class Decoder:
-    """Turns packets of one vehicle's autopilot into what they say."""
+    """Decodes the packets of one vehicle's autopilot."""
 
     def __init__(self, system: int | None = None) -> None:
-        """Listen to a system by its number; to the first autopilot that speaks by default."""
+        """Decode the messages of a system number; by default, of the first autopilot received."""
         from pymavlink.dialects.v20 import all as dialect
 
         self.system, self._boot = system, 0.0
         self._link, self._failure = dialect.MAVLink(None), dialect.MAVError
         self._unknown = dialect.MAVLink_unknown
 
-    def message(self, packet: bytes) -> Any:
-        """Return the message of a packet with a valid CRC, None for one that no dialect defines.
+    def parse(self, packet: bytes) -> Any:
+        """Return the message of a packet; None for an unknown message type.
 
-        Raises ValueError for any other.
+        Raises ValueError for an invalid packet.
         """
         try:
             message = self._link.decode(bytearray(packet))
@@ -65,20 +68,20 @@ class Decoder:
             raise ValueError(str(error)) from error
         return None if isinstance(message, self._unknown) else message
 
-    def __call__(self, packet: bytes) -> Sent | None:
-        """Return what a packet says, None for one of somebody else; or raise ValueError."""
-        message = self.message(packet)
-        return None if message is None else self.sent(message)
+    def __call__(self, packet: bytes) -> MavlinkFields | None:
+        """Return the fields of a packet; None for another sender or an unknown type."""
+        message = self.parse(packet)
+        return None if message is None else self.decode_message(message)
 
-    def sent(self, message: Any) -> Sent | None:
-        """Return what a message says, None for one of somebody else."""
-        if message.get_srcComponent() != _AUTOPILOT:
+    def decode_message(self, message: Any) -> MavlinkFields | None:
+        """Return the fields of a message; None for another sender."""
+        if message.get_srcComponent() != _AUTOPILOT_COMPONENT:
             return None
         if self.system is None:
             self.system = message.get_srcSystem()
-        return self._sent(message) if message.get_srcSystem() == self.system else None
+        return self._to_fields(message) if message.get_srcSystem() == self.system else None
 
-    def _sent(self, message: Any) -> Sent:
+    def _to_fields(self, message: Any) -> MavlinkFields:
         fields = dict(_numbers(message))
         topic = message.get_type()
         if topic in ("NAMED_VALUE_FLOAT", "NAMED_VALUE_INT"):
@@ -86,15 +89,15 @@ class Decoder:
         if "time_boot_ms" in fields:
             self._boot = 1000.0 * fields["time_boot_ms"]
         if topic == "SERVO_OUTPUT_RAW":
-            turns = round((self._boot - fields["time_usec"]) / _TURN)
-            fields["time_usec"] += _TURN * max(turns, 0)
-        return Sent(topic, fields, message.fieldunits_by_name)
+            turns = round((self._boot - fields["time_usec"]) / _SERVO_CLOCK_PERIOD_US)
+            fields["time_usec"] += _SERVO_CLOCK_PERIOD_US * max(turns, 0)
+        return MavlinkFields(topic, fields, message.fieldunits_by_name)
 
 
 def _numbers(message: Any) -> Iterator[tuple[str, float]]:
-    """Yield the numbers of a message; NaN for the integers that stand for "unknown"."""
+    """Yield the numbers of a message; NaN for the integers that encode "invalid"."""
     for name, kind in zip(message.fieldnames, message.fieldtypes, strict=True):
-        value, unknown = getattr(message, name), _UNKNOWN.get(kind)
+        value, unknown = getattr(message, name), _INVALID_VALUES.get(kind)
         if isinstance(value, int | float):
             yield name, math.nan if value == unknown else float(value)
         elif isinstance(value, list):
@@ -102,8 +105,8 @@ def _numbers(message: Any) -> Iterator[tuple[str, float]]:
                 yield f"{name}[{index}]", math.nan if element == unknown else float(element)
 
 
-def packets(data: bytes) -> Iterator[bytes]:
-    """Yield the packets of a datagram; at last what begins as none."""
+def split_packets(data: bytes) -> Iterator[bytes]:
+    """Yield the packets of a datagram; the last one holds any bytes that are no packet."""
     start = 0
     while start < len(data):
         end = _end_of_packet(data, start)
@@ -114,28 +117,28 @@ def packets(data: bytes) -> Iterator[bytes]:
 
 
 def _end_of_packet(data: bytes, start: int) -> int | None:
-    """Return where the packet at a place ends by its header; None where none begins."""
-    overhead = _OVERHEAD.get(data[start]) if start + 3 <= len(data) else None
+    """Return the end offset of the packet at an offset by its header; None for no packet."""
+    overhead = _OVERHEAD_BYTES.get(data[start]) if start + 3 <= len(data) else None
     if overhead is None:
         return None
     is_signed = overhead == 12 and data[start + 2] & 1
-    return start + overhead + data[start + 1] + (_SIGNATURE if is_signed else 0)
+    return start + overhead + data[start + 1] + (_SIGNATURE_BYTES if is_signed else 0)
 
 
 class _Packets:
-    """The packets of a telemetry log that are whole, and the bytes that belong to none."""
+    """Complete packets of a telemetry log, and the count of damaged bytes."""
 
     def __init__(self, data: bytes, decoder: Decoder, step: Step) -> None:
         self.data, self.decoder, self.step = data, decoder, step
         self.n_damaged = self.first_damaged = self.n_unknown = 0
 
-    def __iter__(self) -> Iterator[tuple[float, Sent | None]]:
-        """Yield stamps [us] and messages; after damage go on at the next packet with a CRC."""
+    def __iter__(self) -> Iterator[tuple[float, MavlinkFields | None]]:
+        """Yield timestamps [us] and messages; resynchronise after damage."""
         start = 0
         while start < len(self.data):
-            end, is_whole, sent = self._decode(start)
-            if is_whole:
-                yield float(int.from_bytes(self.data[start : start + _STAMP])), sent
+            end, has_crc, message = self._decode(start)
+            if has_crc:
+                yield float(int.from_bytes(self.data[start : start + _TIMESTAMP_BYTES])), message
             elif not end:
                 end = self._resynchronise(start)
                 self.first_damaged = self.first_damaged if self.n_damaged else start
@@ -143,90 +146,97 @@ class _Packets:
             self.step(end - start)
             start = end
 
-    def _decode(self, start: int) -> tuple[int, bool, Sent | None]:
-        """Return where a packet ends, 0 for none; whether it has a valid CRC; and what it says."""
+    def _decode(self, start: int) -> tuple[int, bool, MavlinkFields | None]:
+        """Return end offset (0 for no packet), whether the CRC is valid, and the message."""
         end = self._end(start)
         if not end:
             return 0, False, None
         try:
-            message = self.decoder.message(self.data[start + _STAMP : end])
+            message = self.decoder.parse(self.data[start + _TIMESTAMP_BYTES : end])
         except ValueError:
             return 0, False, None
         if message is not None:
-            return end, True, self.decoder.sent(message)
-        # Without a definition there is no CRC to compute: what follows vouches for the length.
-        if end < len(self.data) and not _STAMPED.match(self.data, end):
+            return end, True, self.decoder.decode_message(message)
+        # The CRC of an unknown type cannot be checked; a packet that follows confirms the length.
+        if end < len(self.data) and not _PACKET_START.match(self.data, end):
             return 0, False, None
         self.n_unknown += 1
         return end, False, None
 
     def _end(self, start: int) -> int:
-        """Return where a stamped packet ends by its header, 0 where none is whole."""
-        if not _STAMPED.match(self.data, start):
+        """Return the end offset of a stamped packet by its header; 0 for no complete packet."""
+        if not _PACKET_START.match(self.data, start):
             return 0
-        end = _end_of_packet(self.data, start + _STAMP) or 0
+        end = _end_of_packet(self.data, start + _TIMESTAMP_BYTES) or 0
         return end if end <= len(self.data) else 0
 
     def _resynchronise(self, start: int) -> int:
-        """Return where the next packet with a valid CRC begins after a damaged one."""
-        for found in _STAMPED_ANYWHERE.finditer(self.data, start + 1):
-            end = self._end(found.start())
+        """Return the offset of the next packet with a valid CRC."""
+        for match in _PACKET_START_LOOKAHEAD.finditer(self.data, start + 1):
+            end = self._end(match.start())
             with suppress(ValueError):
-                if end and self.decoder.message(self.data[found.start() + _STAMP : end]):
-                    return found.start()
+                if end and self.decoder.parse(self.data[match.start() + _TIMESTAMP_BYTES : end]):
+                    return match.start()
         return len(self.data)
 
 
-def _are_stamps_in_order(stamps: FloatArray) -> BoolArray:
-    """Return which stamps fit those before and after them; damage in a stamp has no CRC."""
+def _are_timestamps_consistent(stamps: FloatArray) -> BoolArray:
+    """Return which timestamps agree with their neighbours; the CRC does not cover timestamps."""
     fit = np.ones(len(stamps), dtype=np.bool_)
     if len(stamps) < 3:
         return fit
     before, stamp, after = stamps[:-2], stamps[1:-1], stamps[2:]
-    reach = _STAMP_REACH * np.median(np.abs(np.diff(stamps)))
+    reach = _MAX_DISORDER_STEPS * np.median(np.abs(np.diff(stamps)))
     low, high = np.minimum(before, after) - reach, np.maximum(before, after) + reach
     fit[1:-1] = (low <= stamp) & (stamp <= high) | (np.abs(after - before) > reach)
     return fit
 
 
-def read(path: str | Path) -> Recording:
-    """Read a telemetry log: what the first autopilot in it says."""
-    data, decoder, foreign = content(path), Decoder(), 0
-    messages: list[tuple[float, Sent]] = []
+def read_file(path: str | Path) -> Recording:
+    """Read the messages of the first autopilot in a telemetry log."""
+    data, decoder, n_foreign = read_bytes(path), Decoder(), 0
+    messages: list[tuple[float, MavlinkFields]] = []
     with progress(f"reading {Path(path).name}", len(data)) as step:
-        found = _Packets(data, decoder, step)
-        for stamp, sent in found:
-            if sent is None:
-                foreign += 1
+        packets = _Packets(data, decoder, step)
+        for stamp, message in packets:
+            if message is None:
+                n_foreign += 1
             else:
-                messages.append((stamp / 1e6, sent))
+                messages.append((stamp / 1e6, message))
     if not messages:
-        raise LogError("the log holds no message of an autopilot", source=str(path))
-    is_kept = _are_stamps_in_order(np.array([1e6 * time for time, _ in messages]))
-    by_topic: dict[str, list[tuple[float, Sent]]] = defaultdict(list)
-    for message, keep in zip(messages, is_kept.tolist(), strict=True):
+        raise LogError("the log holds no message of an autopilot (component 1)", source=str(path))
+    in_order = _are_timestamps_consistent(np.array([1e6 * time for time, _ in messages]))
+    by_topic: dict[str, list[tuple[float, MavlinkFields]]] = defaultdict(list)
+    for stamped, keep in zip(messages, in_order.tolist(), strict=True):
         if keep:
-            by_topic[message[1].topic].append(message)
+            by_topic[stamped[1].topic].append(stamped)
     notes = []
-    if found.n_damaged:
+    if packets.n_damaged:
         notes.append(
-            f"{found.n_damaged} of {len(data)} bytes are damaged, the first at byte"
-            f" {found.first_damaged}; the packets that they belong to were left out"
+            f"{packets.n_damaged} of {len(data)} bytes are damaged, the first at byte"
+            f" {packets.first_damaged}; their packets were skipped"
         )
-    if odd := int(np.count_nonzero(~is_kept)):
-        notes.append(f"{odd} packets carry a time that contradicts their neighbours; left out")
-    if found.n_unknown:
-        notes.append(f"{found.n_unknown} packets are of messages that no dialect defines; left out")
-    notes += [f"{foreign} messages are of others than the autopilot; left out"] if foreign else []
-    topics = tuple(topic_of(name, each) for name, each in by_topic.items())
+    if n_inconsistent := int(np.count_nonzero(~in_order)):
+        notes.append(
+            f"{n_inconsistent} packets have a timestamp inconsistent with adjacent ones; skipped"
+        )
+    if packets.n_unknown:
+        notes.append(f"{packets.n_unknown} packets have an unknown message type; skipped")
+    notes += (
+        [f"{n_foreign} messages come from other senders than the autopilot; skipped"]
+        if n_foreign
+        else []
+    )
+    topics = tuple(make_topic(name, group) for name, group in by_topic.items())
     return Recording(topics, str(path), "MAVLink log", tuple(notes))
 
 
-def topic_of(name: str, messages: list[tuple[float, Sent]]) -> Topic:
-    """Return messages of one kind, with the times at which they were received, as a topic."""
-    names = dict.fromkeys(name for _, sent in messages for name in sent.fields)
+def make_topic(name: str, messages: list[tuple[float, MavlinkFields]]) -> Topic:
+    """Return messages of one type, with their times of reception [s], as a topic."""
+    names = dict.fromkeys(name for _, message in messages for name in message.fields)
     columns = {
-        name: np.array([sent.fields.get(name, np.nan) for _, sent in messages]) for name in names
+        name: np.array([message.fields.get(name, np.nan) for _, message in messages])
+        for name in names
     }
     units = {name: unit for name, unit in messages[0][1].units.items() if name in names}
     return Topic(name, np.array([time for time, _ in messages]), columns, units=units)

@@ -1,4 +1,4 @@
-"""Which files make one recording, and what each is called in it: named together, or by patterns."""
+"""Recordings of several files: joined paths, and file name patterns that give their topics."""
 
 from __future__ import annotations
 
@@ -10,61 +10,67 @@ from pathlib import Path
 from hydrodamp.data.record import name_of_source
 from hydrodamp.errors import FileError
 
-#: Joins files of one recording on the command line, as in ``pose.csv+pwm.csv``.
-JOINT = "+"
+#: Joins the files of one recording on the command line, as in ``pose.csv+pwm.csv``.
+PATH_JOINER = "+"
 
-_SEAM = re.compile(r"([_\-. ]+)")
-_WHOLE = "log"  # what a file is called whose name is that of the run alone
-
-
-def apart(path: str | Path) -> list[Path]:
-    """Return the files that a path joins; itself where it is there, or joins none."""
-    whole, text = Path(path), str(path)
-    if JOINT not in text or whole.exists():
-        return [whole]
-    return [Path(one) for one in filter(None, text.split(JOINT))]
+_SEPARATOR = re.compile(r"([_\-. ]+)")
+_DEFAULT_TOPIC = "log"  # topic of a file named by the recording only
 
 
-def patterns(files: Sequence[Path]) -> dict[str, str]:
-    """Return for every topic of files of one run its file, a star where the run is named."""
+def split_joined_paths(path: str | Path) -> list[Path]:
+    """Return the files that a path joins; the path itself if it exists or joins none."""
+    joined, text = Path(path), str(path)
+    if PATH_JOINER not in text or joined.exists():
+        return [joined]
+    return [Path(name) for name in filter(None, text.split(PATH_JOINER))]
+
+
+def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
+    """Return the file name pattern of each topic; ``*`` stands for the recording's name."""
     stems = [name_of_source(file.name) for file in files]
-    tails = [file.name.removeprefix(stem) for file, stem in zip(files, stems, strict=True)]
-    words = [_SEAM.split(stem) for stem in stems]
-    for front in (True, False):
-        places = zip(*(each if front else each[::-1] for each in words), strict=False)
-        count = sum(1 for _ in takewhile(lambda place: len(set(place)) == 1, places))
-        count -= 1 - count % 2  # the seam stays with what tells the files apart
+    suffixes = [file.name.removeprefix(stem) for file, stem in zip(files, stems, strict=True)]
+    tokens = [_SEPARATOR.split(stem) for stem in stems]
+    for is_prefix in (True, False):
+        columns = zip(*(split if is_prefix else split[::-1] for split in tokens), strict=False)
+        count = sum(1 for _ in takewhile(lambda place: len(set(place)) == 1, columns))
+        count -= 1 - count % 2  # the separator stays with the topic
         if count > 0:
-            rests = ["".join(each[count:] if front else each[:-count]) for each in words]
-            called = [_SEAM.sub(" ", rest).strip().replace(" ", "_") or _WHOLE for rest in rests]
-            starred = (f"*{rest}" if front else f"{rest}*" for rest in rests)
+            remainders = [
+                "".join(split[count:] if is_prefix else split[:-count]) for split in tokens
+            ]
+            labels = [
+                _SEPARATOR.sub(" ", remainder).strip().replace(" ", "_") or _DEFAULT_TOPIC
+                for remainder in remainders
+            ]
+            globs = (f"*{remainder}" if is_prefix else f"{remainder}*" for remainder in remainders)
             return {
-                name: one + tail for name, one, tail in zip(called, starred, tails, strict=True)
+                topic: glob + suffix
+                for topic, glob, suffix in zip(labels, globs, suffixes, strict=True)
             }
     return {stem: file.name for stem, file in zip(stems, files, strict=True)}
 
 
-def called(files: Sequence[Path], named: Mapping[str, str]) -> dict[Path, str]:
-    """Return the files of one recording, patterns' others too, and what its topic is called."""
-    found = dict.fromkeys(files, "")
+def topic_names(files: Sequence[Path], patterns: Mapping[str, str]) -> dict[Path, str]:
+    """Return the topic of each file of a recording, with further files that match the patterns."""
+    topics = dict.fromkeys(files, "")
     runs: dict[str, Path] = {}
     for file in files:
-        for topic in sorted(named, key=lambda topic: -len(named[topic])):
-            pattern = re.escape(named[topic]).replace(r"\*", "(.*)", 1)
-            if hit := re.fullmatch(pattern, file.name):
-                found[file] = topic
-                runs.setdefault("".join(hit.groups()), file)
+        for topic in sorted(patterns, key=lambda topic: -len(patterns[topic])):
+            pattern = re.escape(patterns[topic]).replace(r"\*", "(.*)", 1)
+            if match := re.fullmatch(pattern, file.name):
+                topics[file] = topic
+                runs.setdefault("".join(match.groups()), file)
                 break
     for run, file in runs.items():
-        for topic, pattern in named.items():
-            other = file.with_name(pattern.replace("*", run))
-            if topic in found.values() or other in found:
+        for topic, pattern in patterns.items():
+            sibling = file.with_name(pattern.replace("*", run))
+            if topic in topics.values() or sibling in topics:
                 continue
-            if not other.is_file():
+            if not sibling.is_file():
                 raise FileError(
-                    f"{other}: there is no such file, and `files` of the mapping says that"
-                    f" `{topic}` of the recording of {file.name} is in it. Bring it there, or"
+                    f"{sibling}: no such file. `files` of the mapping expects the topic"
+                    f" `{topic}` of the recording of {file.name} there. Add the file, or"
                     " change `files`"
                 )
-            found[other] = topic
-    return found
+            topics[sibling] = topic
+    return topics

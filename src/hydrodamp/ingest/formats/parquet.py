@@ -1,4 +1,4 @@
-"""Apache Parquet."""
+"""Apache Parquet files, read by pyarrow: nested structs and short lists become columns."""
 
 from __future__ import annotations
 
@@ -10,61 +10,63 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording
-from hydrodamp.ingest.formats.cells import Column, Names, column_of, topic_of
-from hydrodamp.ingest.formats.content import check_columns, check_unpacked, seekable
+from hydrodamp.ingest.formats.cells import Column, ColumnNames, make_topic, parse_column
+from hydrodamp.ingest.formats.content import check_columns, check_unpacked, open_seekable
 from hydrodamp.ingest.formats.delimited import arrow_numbers
 
-_LONGEST = 64  # values of a list
-_PARTS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+_MAX_LIST_LENGTH = 64  # values; longer lists are no samples of one instant
+_TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
-def read(path: str | Path) -> Recording:
+def read_file(path: str | Path) -> Recording:
     """Read a Parquet file."""
     from pyarrow.parquet import read_metadata, read_table
 
-    with seekable(path) as file:
-        about = read_metadata(file)
-        groups = [about.row_group(number).total_byte_size for number in range(about.num_row_groups)]
-        check_columns(about.num_columns, path)
-        check_unpacked(max(sum(groups), 8 * about.num_rows * about.num_columns), path)
+    with open_seekable(path) as file:
+        metadata = read_metadata(file)
+        sizes = [
+            metadata.row_group(number).total_byte_size for number in range(metadata.num_row_groups)
+        ]
+        check_columns(metadata.num_columns, path)
+        check_unpacked(max(sum(sizes), 8 * metadata.num_rows * metadata.num_columns), path)
         file.seek(0)
-        return _recording(read_table(file), path)
+        return _make_recording(read_table(file), path)
 
 
-def _recording(table: Any, path: str | Path) -> Recording:
+def _make_recording(table: Any, path: str | Path) -> Recording:
     """Return the columns of a table as a recording."""
     from pyarrow import types
 
     while any(types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
-    called = Names(table.column_names)
+    header = ColumnNames(table.column_names)
     columns: dict[str, Column] = {}
     units: dict[str, str] = {}
-    notes: list[str] = [*called.faults.values()]
-    for name, field, column in zip(called.names, table.schema, table.columns, strict=True):
+    notes: list[str] = [*header.faults.values()]
+    for name, field, column in zip(header.names, table.schema, table.columns, strict=True):
         kind = field.type
-        stated = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
-        unit = stated or called.units.get(name, "")
+        stated_unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
+        unit = stated_unit or header.units.get(name, "")
         if types.is_dictionary(kind):
             kind, column = kind.value_type, column.cast(kind.value_type)
         if types.is_string(kind) or types.is_large_string(kind):
-            columns[name] = column_of([word or "" for word in column.to_pylist()], name=name)
+            columns[name] = parse_column([word or "" for word in column.to_pylist()], name=name)
             continue
         if types.is_temporal(kind):
-            found, unit = {name: _seconds(column)}, stated or "s"
+            values, unit = {name: _to_seconds(column)}, stated_unit or "s"
         elif _is_number(kind):
-            found = {name: arrow_numbers(column.cast("float64", safe=False))}
+            values = {name: arrow_numbers(column.cast("float64", safe=False))}
         elif types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
-            found = _places(name, column) if _is_number(kind.value_type) else {}
+            values = _expand_lists(name, column) if _is_number(kind.value_type) else {}
         else:
-            found = {}
-        if not found:
-            notes.append(f"column `{name}` of type {kind} was left out")
-        columns |= {key: Column(values) for key, values in found.items()}
-        units |= dict.fromkeys(found, unit) if unit else {}
-    topic = topic_of("", columns, units=units)
+            values = {}
+        if not values:
+            notes.append(f"column `{name}` of type {kind} holds no numbers; it was skipped")
+        columns |= {key: Column(array) for key, array in values.items()}
+        units |= dict.fromkeys(values, unit) if unit else {}
+    topic = make_topic("", columns, units=units)
     notes += topic.faults.values()
-    topic = replace(topic, faults={**topic.faults, **called.faults})
+    topic = replace(topic, faults={**topic.faults, **header.faults})
     return Recording((topic,), str(path), "Parquet", tuple(notes))
 
 
@@ -75,21 +77,21 @@ def _is_number(kind: Any) -> bool:
     return any(test(kind) for test in tests)
 
 
-def _seconds(column: Any) -> FloatArray:
-    """Return dates (since 1970), times of day and durations in seconds."""
+def _to_seconds(column: Any) -> FloatArray:
+    """Return dates (since 1970), times of day and durations [s]."""
     if str(column.type).startswith("date"):
         column = column.cast("timestamp[ms]")
     kind = column.type
-    return arrow_numbers(column.cast(f"int{kind.bit_width}")) / _PARTS[kind.unit]
+    return arrow_numbers(column.cast(f"int{kind.bit_width}")) / _TICKS_PER_SECOND[kind.unit]
 
 
-def _places(name: str, column: Any) -> dict[str, FloatArray]:
-    """Turn lists into a column for each place in them; nothing where they are too long."""
+def _expand_lists(name: str, column: Any) -> dict[str, FloatArray]:
+    """Return one column per list index; none where a list is too long."""
     rows = column.to_pylist()
-    longest = max((len(row) for row in rows if row is not None), default=0)
-    if longest > _LONGEST:
+    length = max((len(row) for row in rows if row is not None), default=0)
+    if length > _MAX_LIST_LENGTH:
         return {}
-    block = np.full((len(rows), longest), np.nan)
-    for place, row in enumerate(rows):
-        block[place, : len(row or ())] = row or ()
-    return {f"{name}[{k}]": block[:, k] for k in range(longest)}
+    block = np.full((len(rows), length), np.nan)
+    for index, row in enumerate(rows):
+        block[index, : len(row or ())] = row or ()
+    return {f"{name}[{k}]": block[:, k] for k in range(length)}

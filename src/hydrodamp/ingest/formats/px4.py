@@ -1,4 +1,4 @@
-"""PX4's ULog, read by pyulog."""
+"""PX4 ULog files, read by pyulog after a scan of the message headers for damage."""
 
 from __future__ import annotations
 
@@ -13,56 +13,62 @@ import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.content import content
+from hydrodamp.ingest.formats.content import read_bytes
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
-_LONGEST = 64  # values of an array
-_HEADER = 16
-_KINDS, _ANNOUNCES = b"FIMPQARSODLCB", ord("A")
+_MAX_ARRAY_LENGTH = 64  # values; longer arrays are no samples of one instant
+_HEADER_BYTES = 16
+_MESSAGE_TYPES, _SUBSCRIPTION = b"FIMPQARSODLCB", ord("A")
 
 
-def read(path: str | Path) -> Recording:
+def read_file(path: str | Path) -> Recording:
     """Read a ULog."""
     import pyulog
 
-    data = content(path)
-    end, is_announced = _breaks_off(data)
-    if end < len(data) and not is_announced:  # pyulog may look for the next message for ever
+    data = read_bytes(path)
+    end, has_subscription = _scan_messages(data)
+    if end < len(data) and not has_subscription:  # pyulog may search for the next message forever
         raise LogError(
-            f"the log is cut off or damaged at byte {end}, among the definitions of its messages."
+            f"the log is truncated or damaged at byte {end}, in the definitions section."
             " Download it from the vehicle again",
             source=str(path),
         )
-    # pyulog prints what it stumbles on; standard output is not ours to write to.
+    # pyulog prints its warnings to standard output, which belongs to the caller.
     with redirect_stdout(io.StringIO()):
         log = pyulog.ULog(io.BytesIO(data))
     notes: list[str] = []
-    topics = tuple(_topics(log, notes))
+    topics = tuple(_make_topics(log, notes))
     if end < len(data):
         notes.append(
-            f"the log breaks off or is damaged at byte {end} of {len(data)}; of what follows only"
-            " whole messages that could be found again were read"
+            f"the log is truncated or damaged at byte {end} of {len(data)}; after it, only complete"
+            " messages were read"
         )
     elif log.file_corruption:
-        notes.append("the log is damaged in places, which pyulog passed over")
+        notes.append("the log is damaged; pyulog skipped the damaged bytes")
     if log.dropouts:
-        lost = sum(dropout.duration for dropout in log.dropouts) / 1e3
+        lost_seconds = sum(dropout.duration for dropout in log.dropouts) / 1e3
         first = (log.dropouts[0].timestamp - log.start_timestamp) * 1e-6
         notes.append(
-            f"the logger dropped messages {len(log.dropouts)} times, {lost:.3g} s in all, first"
-            f" {first:.4g} s after the start"
+            f"the logger dropped messages {len(log.dropouts)} times, {lost_seconds:.3g} s in all,"
+            f" first {first:.4g} s after the start"
         )
     if not topics:
-        raise LogError(["the log holds no message with a value", *notes], source=str(path))
+        raise LogError(
+            ["the log holds no message with a value; check that logging was enabled", *notes],
+            source=str(path),
+        )
     return Recording(topics, str(path), "PX4 ULog", tuple(notes))
 
 
-def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
+def _make_topics(log: Any, notes: list[str]) -> Iterator[Topic]:
     for dataset in sorted(log.data_list, key=lambda it: (it.name, it.multi_id)):
         name = dataset.name if dataset.multi_id == 0 else f"{dataset.name}[{dataset.multi_id}]"
         elements = [*filter(None, map(_ELEMENT.match, dataset.data))]
-        long = {found[1] for found in elements if int(found[2]) >= _LONGEST}
-        notes += [f"topic `{name}`: the long array `{field}` was left out" for field in long]
+        long = {match[1] for match in elements if int(match[2]) >= _MAX_ARRAY_LENGTH}
+        notes += [
+            f"topic `{name}`: array `{field}` has more than {_MAX_ARRAY_LENGTH} values; skipped"
+            for field in long
+        ]
         fields = {
             field: np.asarray(values, dtype=np.float64)
             for field, values in dataset.data.items()
@@ -72,13 +78,13 @@ def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
             yield Topic(name, fields["timestamp"] / 1e6, fields)
 
 
-def _breaks_off(data: bytes) -> tuple[int, bool]:
-    """Return where the chain of messages ends, and whether one before announces data."""
-    place, end, is_announced = _HEADER, len(data), False
-    while place + 3 <= end:
-        following = place + 3 + data[place] + (data[place + 1] << 8)
-        if data[place + 2] not in _KINDS or following > end:
+def _scan_messages(data: bytes) -> tuple[int, bool]:
+    """Return the offset of the first invalid message, and whether a subscription precedes it."""
+    offset, end, has_subscription = _HEADER_BYTES, len(data), False
+    while offset + 3 <= end:
+        following = offset + 3 + data[offset] + (data[offset + 1] << 8)
+        if data[offset + 2] not in _MESSAGE_TYPES or following > end:
             break
-        is_announced = is_announced or data[place + 2] == _ANNOUNCES
-        place = following
-    return place, is_announced
+        has_subscription = has_subscription or data[offset + 2] == _SUBSCRIPTION
+        offset = following
+    return offset, has_subscription

@@ -1,4 +1,4 @@
-"""ROS 1 bags and ROS 2 bags (SQLite and MCAP), opened by rosbags."""
+"""ROS 1 bags and ROS 2 bags (SQLite3, MCAP): rosbags reads messages, `message_layout` fields."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.message_layout import columns_of
+from hydrodamp.ingest.formats.message_layout import deserialize_columns
 from hydrodamp.progress import Step, progress
 
-_LARGEST = 1 << 16  # bytes of a message
-_PASSED_OVER = {
+_MAX_MESSAGE_BYTES = 1 << 16  # bytes; larger messages are images or point clouds
+_SKIPPED_TYPES = {
     "sensor_msgs": {"Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan"},
     "nav_msgs": {"OccupancyGrid", "Path"},
     "visualization_msgs": {"Marker", "MarkerArray", "ImageMarker", "InteractiveMarkerUpdate"},
@@ -24,90 +24,100 @@ _PASSED_OVER = {
     "rcl_interfaces": {"Log", "ParameterEvent"},
     "rosgraph_msgs": {"Log"},
 }
-_Stored = dict[tuple[str, str], list[tuple[int, bytes]]]  # times and messages by topic and type
+_Messages = dict[tuple[str, str], list[tuple[int, bytes]]]  # (time [ns], bytes) by topic and type
 
-_AT_ONCE = 1000  # messages between two moves of the bar
+_PROGRESS_STEP = 1000  # messages between updates of the progress bar
 
 
-def read(path: str | Path) -> Recording:
+def read_file(path: str | Path) -> Recording:
     """Read a ROS bag."""
     from rosbags import highlevel, typesys
 
     path = Path(path)
     if path.suffix == ".gz":
         raise LogError(
-            "a bag is read at the places that its index names. Unpack it with `gunzip FILE`",
+            "a compressed bag cannot be read, since its index holds offsets into the bag. Unpack it"
+            " with `gunzip FILE`",
             source=str(path),
         )
-    fallback = typesys.get_typestore(typesys.Stores.LATEST)
+    default_types = typesys.get_typestore(typesys.Stores.LATEST)
     mcap = path.suffix == ".mcap" or any(path.glob("*.mcap*"))
     form = "ROS 2 bag (MCAP)" if mcap else "ROS 2 bag (SQLite)"
     form = "ROS 1 bag" if path.suffix == ".bag" else form
     notes: list[str] = []
     with (
-        highlevel.AnyReader([path], default_typestore=fallback) as reader,
+        highlevel.AnyReader([path], default_typestore=default_types) as reader,
         progress(f"reading {path.name}", reader.message_count) as step,
     ):
-        stored = _stored(reader, step, notes)
-        definitions = {**fallback.fielddefs, **reader.typestore.fielddefs}
-    topics = tuple(_topics(stored, definitions, form != "ROS 1 bag", notes))
+        messages = _read_messages(reader, step, notes)
+        definitions = {**default_types.fielddefs, **reader.typestore.fielddefs}
+    topics = tuple(_make_topics(messages, definitions, form != "ROS 1 bag", notes))
     if not topics:
-        raise LogError(["the bag holds no message that can be read", *notes], source=str(path))
+        raise LogError(["the bag holds no readable message", *notes], source=str(path))
     return Recording(topics, str(path), form, tuple(notes))
 
 
-def _stored(reader: Any, step: Step, notes: list[str]) -> _Stored:
-    """Return all messages; those before it where a part is damaged."""
-    stored: _Stored = defaultdict(list)
-    wanted = []
-    for it in reader.connections:
-        package, _, name = it.msgtype.replace("/msg/", "/").partition("/")
-        if name in _PASSED_OVER.get(package, ()):
-            notes.append(f"topic `{it.topic}` ({it.msgtype}) was left out")
-        elif it.msgcount:
-            wanted.append(it)
-    count, large = 0, {}
+def _read_messages(reader: Any, step: Step, notes: list[str]) -> _Messages:
+    """Return all messages; for a damaged bag, those before the damage."""
+    messages: _Messages = defaultdict(list)
+    connections = []
+    for connection in reader.connections:
+        package, _, name = connection.msgtype.replace("/msg/", "/").partition("/")
+        if name in _SKIPPED_TYPES.get(package, ()):
+            notes.append(
+                f"topic `{connection.topic}` ({connection.msgtype}) is no measurement; skipped"
+            )
+        elif connection.msgcount:
+            connections.append(connection)
+    count, oversized = 0, {}
     try:
-        for connection, time, raw in reader.messages(wanted) if wanted else ():
+        for connection, time, raw in reader.messages(connections) if connections else ():
             count += 1
-            if count % _AT_ONCE == 0:
-                step(_AT_ONCE)
-            if len(raw) > _LARGEST:
-                large[connection.topic] = len(raw)
+            if count % _PROGRESS_STEP == 0:
+                step(_PROGRESS_STEP)
+            if len(raw) > _MAX_MESSAGE_BYTES:
+                oversized[connection.topic] = len(raw)
             else:
-                stored[connection.topic, connection.msgtype].append((time, bytes(raw)))
-    except Exception as error:  # damaged bags fail in ways that nobody has listed
+                messages[connection.topic, connection.msgtype].append((time, bytes(raw)))
+    except Exception as error:  # the exceptions of damaged bags are undocumented
         if not count:
             raise
         notes.append(
-            f"the bag is damaged after message {count} ({error}); what stands before was read"
+            f"the bag is damaged after message {count} ({error}); the messages before it were read"
         )
-    notes += [f"topic `{it}`: messages of {size} bytes were left out" for it, size in large.items()]
-    return stored
+    notes += [
+        f"topic `{topic}`: messages of {size} bytes exceed {_MAX_MESSAGE_BYTES}; they were skipped"
+        for topic, size in oversized.items()
+    ]
+    return messages
 
 
-def _topics(stored: _Stored, definitions: Any, aligned: bool, notes: list[str]) -> Iterator[Topic]:
+def _make_topics(
+    stored: _Messages, definitions: Any, aligned: bool, notes: list[str]
+) -> Iterator[Topic]:
     names = [topic for topic, _ in stored]
-    for (name, kind), found in stored.items():
-        times, messages = zip(*found, strict=True)
+    for (name, kind), stamped in stored.items():
+        times, messages = zip(*stamped, strict=True)
         try:
-            columns = columns_of(messages, kind, definitions, aligned=aligned)
+            columns = deserialize_columns(messages, kind, definitions, aligned=aligned)
         except KeyError as error:
-            notes.append(f"topic `{name}` was left out: the bag does not define {error.args[0]}")
-            continue
-        called = name if names.count(name) == 1 else f"{name} ({kind})"
-        if broken := columns.broken:
             notes.append(
-                f"topic `{called}`: {len(broken)} messages end before their fields do and were"
-                f" left out, the first is number {broken[0] + 1}"
+                f"topic `{name}` was skipped: the bag lacks the definition of {error.args[0]}"
+            )
+            continue
+        label = name if names.count(name) == 1 else f"{name} ({kind})"
+        if truncated := columns.truncated:
+            notes.append(
+                f"topic `{label}`: {len(truncated)} messages are truncated and were skipped;"
+                f" the first is number {truncated[0] + 1}"
             )
         keep = np.ones(len(messages), dtype=bool)
-        keep[columns.broken] = False
+        keep[columns.truncated] = False
         if keep.any():
             yield Topic(
-                called,
+                label,
                 np.array(times, dtype=np.float64)[keep] / 1e9,
                 {path: column[keep] for path, column in columns.numbers.items()},
                 {path: tuple(compress(words, keep)) for path, words in columns.texts.items()},
-                dict.fromkeys(columns.seconds, "s"),
+                dict.fromkeys(columns.time_fields, "s"),
             )

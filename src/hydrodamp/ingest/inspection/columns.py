@@ -11,7 +11,15 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock import Clock, Stamps, Ticks, brackets, interpolated, matched, set_right
+from hydrodamp.ingest.clock import (
+    Clock,
+    Ticks,
+    Timestamps,
+    align_runs,
+    bracket_ticks,
+    clean_timestamps,
+    interpolate,
+)
 from hydrodamp.ingest.inspection.names import NO_ROLE, guess_role, split_unit, unit_of, words
 
 _TIME_WORDS = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
@@ -188,7 +196,7 @@ def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     """Bring series to the clock of the slowest: elapsed time and columns, a row of NaN at gaps."""
     try:
         times = {one.topic: one.seconds for one in series}
-        stamps = {topic: set_right(Clock(topic, time)) for topic, time in times.items()}
+        stamps = {topic: clean_timestamps(Clock(topic, time)) for topic, time in times.items()}
     except LogError:  # what seemed a clock is none
         return np.empty(0), np.empty((0, len(series)))
     base = max(stamps.values(), key=lambda one: one.step)
@@ -204,9 +212,11 @@ def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     return np.cumsum(np.where(broken, base.step, steps)), values
 
 
-def _interpolate_at(ticks: Ticks, base: Stamps, stamps: Stamps, values: FloatArray) -> FloatArray:
+def _interpolate_at(
+    ticks: Ticks, base: Timestamps, stamps: Timestamps, values: FloatArray
+) -> FloatArray:
     """Interpolate the numbers of a topic at ticks."""
-    stamps = matched(stamps.kept(np.isfinite(values[stamps.rows])), base)
+    stamps = align_runs(stamps.select(np.isfinite(values[stamps.rows])), base)
     if not len(stamps.rows):
         return np.full(len(ticks.time), np.nan)
-    return interpolated(values[stamps.rows], brackets(stamps, ticks))
+    return interpolate(values[stamps.rows], bracket_ticks(stamps, ticks))

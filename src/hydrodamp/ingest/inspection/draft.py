@@ -15,14 +15,14 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
 from hydrodamp.ingest.inspection.roles import Guess, Roles
-from hydrodamp.ingest.mapping.schema import COMPASS
+from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 #: Confidence [%] below which a guess is left out, and from which it is sure.
 MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70
 
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
-_SPEEDS = (*"uvw", *COMPASS)
+_SPEEDS = (*"uvw", *WORLD_DIRECTIONS)
 _VERTICAL = frozenset(f"position.{name}" for name in ("up", "down", "depth"))
 _MAX_NAMES = 12  # columns of one message and reason that are named
 _NO_VELOCITY = (
@@ -100,7 +100,7 @@ def select_channels(roles: Roles) -> list[Guess]:
     angles = {f"attitude.{name}" for name in (*EULER, "heading")}
     out = _roles_to_omit(there, parts, angles) if parts <= names else parts
     out |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
-    body, world = ({f"velocity.{name}" for name in way} for way in ("uvw", COMPASS))
+    body, world = ({f"velocity.{name}" for name in way} for way in ("uvw", WORLD_DIRECTIONS))
     out |= (
         _roles_to_omit(there, body, world)
         if {"velocity.north", "velocity.east"} <= names

@@ -25,7 +25,7 @@ from hydrodamp.data.agreement import (
 from hydrodamp.data.attitude import down_vectors, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
-from hydrodamp.ingest.formats.files import usual_axes
+from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, synchronise
 
 _MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
@@ -165,7 +165,7 @@ def find_vertical_axis(form: str, roles: RoleSeries) -> VerticalAxis:
 
 def format_convention(form: str) -> Iterator[AxisEvidence]:
     """Yield the axes that a format has by custom."""
-    axes = usual_axes(form)
+    axes = conventional_axes(form)
     if axes == "FLU over ENU":
         yield AxisEvidence(
             -_ROS_LOG_ODDS, f"{form}: forward-port-up over east-north-up by custom (REP 103)"

@@ -9,7 +9,7 @@ from hydrodamp.data.channels import WRENCH
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
 from hydrodamp.ingest.inspection.elements import element_of, split_index
-from hydrodamp.ingest.mapping.columns import NO_UNIT
+from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 from hydrodamp.ingest.mapping.schema import quantity_of
 
 _WAYS = ("north", "east", "down")
@@ -175,7 +175,7 @@ def guess_role(
         return f"of the state of an actuator, no command: {min(status)}", 0
     found = _velocity_axes(found, around)
     quantity = quantity_of_role(found[0])
-    if unit is None and quantity is not None and stated.casefold() not in NO_UNIT:
+    if unit is None and quantity is not None and stated.casefold() not in NON_UNIT_WORDS:
         return f"in {stated}", 0
     if unit is None or quantity is None:
         return found

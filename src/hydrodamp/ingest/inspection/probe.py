@@ -22,8 +22,8 @@ from hydrodamp.ingest.inspection.names import NO_ROLE, words
 from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, verdict
 from hydrodamp.ingest.inspection.roles import Roles, guess_roles
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.columns import find
-from hydrodamp.ingest.read import is_canonical, logs_of
+from hydrodamp.ingest.mapping.columns import find_columns
+from hydrodamp.ingest.read import combine_recordings, is_canonical
 
 #: How messages call a draft.
 DRAFT_NAME = "the draft"
@@ -184,7 +184,7 @@ def matching_presets(recording: Recording) -> tuple[PresetMatch, ...]:
 def _match_preset(name: str, recording: Recording) -> Iterator[PresetMatch]:
     mapping = read_mapping(name)
     timeless = [entry for entry in mapping.entries if entry.group != "time"]
-    found, faults = find(timeless, recording, name, mapping.topics)
+    found, faults = find_columns(timeless, recording, name, mapping.topics)
     moves = [one.field for one in found if one.entry.group == "velocity" and one.topic]
     is_named = any(not field.startswith("column ") for field in moves)
     if not faults and moves and (is_named or _velocity_matches_position(mapping, recording)):
@@ -232,7 +232,7 @@ def inspect(
     """Make a log of recordings that were probed, and judge it."""
 
     def judged(made: str, mapping: LogMapping | str | None = None) -> Inspection:
-        log = logs_of(recordings, mapping)
+        log = combine_recordings(recordings, mapping)
         read = read_mapping(mapping) if isinstance(mapping, str) else mapping
         roles = found.roles
         upright, measured = _vertical_axis(log, roles, recordings[0].format, read), dict[str, str]()

@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.vertical import VerticalAxis
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
-from hydrodamp.ingest.formats.files import usual_axes
+from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import (
     Series,
     TopicClock,
@@ -29,7 +29,7 @@ from hydrodamp.ingest.inspection.frames import (
     match_velocity,
 )
 from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
-from hydrodamp.ingest.mapping.schema import COMPASS
+from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo
 _SERVO_WORDS = frozenset(
@@ -43,7 +43,7 @@ _MIN_RANGE = {"commands": 0.0, "flag": 0.0} | dict.fromkeys(
     (f"velocity.{one}" for one in "pqr"), _GYRO_RESOLUTION
 )
 _MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in ("xyzuvw")), 0.0)
-_MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in COMPASS), 0.0)
+_MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in WORLD_DIRECTIONS), 0.0)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
 #: For every angle the largest that it may be in radians; one beyond is in degrees.
@@ -170,7 +170,7 @@ def _infer_units(playing: Mapping[str, Series]) -> dict[str, Series]:
 
 
 def _world_frame(form: str, body: str) -> str:
-    return "NED" if body == "FRD" else "ENU" if usual_axes(form).endswith("ENU") else "NWU"
+    return "NED" if body == "FRD" else "ENU" if conventional_axes(form).endswith("ENU") else "NWU"
 
 
 def _name_world_axes(one: Guess, world: str, way: VelocityMatch) -> Guess:

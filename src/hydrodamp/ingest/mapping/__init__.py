@@ -1,4 +1,4 @@
-"""How the topics and columns of any log become those of the canonical form."""
+"""Mappings: assign topics and columns of any recording to the channels of the canonical form."""
 
 from hydrodamp.ingest.mapping.log_mapping import LogMapping, json_schema, presets, read_mapping
 

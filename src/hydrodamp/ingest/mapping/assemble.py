@@ -1,4 +1,7 @@
-"""From a recording to a record: channels found, brought to one clock, turned into our axes."""
+"""Assembly of a record: find channels, resample to one clock, rotate to FRD axes and NED world.
+
+Lever arm of a velocity sensor: v = v_sensor - omega x r. World velocity: nu = R(q)^T v_world.
+"""
 
 from __future__ import annotations
 
@@ -22,215 +25,242 @@ from hydrodamp.data.record import Record, split_segments, stack_columns
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import unit_factor
 from hydrodamp.errors import ClockWarning, LogError, warn
-from hydrodamp.ingest.formats.files import LEFT_OUT
-from hydrodamp.ingest.irregularity import Oddity, sentences
-from hydrodamp.ingest.mapping.columns import find, locate, meant, renamed
-from hydrodamp.ingest.mapping.resampling import Sampler
-from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source
-from hydrodamp.ingest.mapping.streams import streams_of
+from hydrodamp.ingest.formats.files import SKIPPED
+from hydrodamp.ingest.irregularity import IrregularityKind, describe_irregularities
+from hydrodamp.ingest.mapping.columns import (
+    find_columns,
+    locate_column,
+    rename_topic,
+    resolve_topics,
+)
+from hydrodamp.ingest.mapping.resampling import Resampler
+from hydrodamp.ingest.mapping.schema import (
+    RECORDED_TIME,
+    SINGLE_CHANNELS,
+    Entry,
+    MappingFile,
+    Source,
+)
+from hydrodamp.ingest.mapping.streams import build_streams
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
-_FLIPPED = np.array([1.0, -1.0, -1.0])
-# Vectors along the axes of a sensor, and the group of each.
-_SENSED = (
+_FLU_TO_FRD = np.array([1.0, -1.0, -1.0])
+# Vectors in sensor axes: sensor, channel group, names.
+_SENSOR_VECTORS = (
     ("velocity", "velocity", _LINEAR),
     ("rates", "velocity", _ANGULAR),
     ("specific_force", "specific_force", SPECIFIC_FORCE.columns),
 )
-_NORTH_OF_EAST = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])  # a quarter turn, down now
-_EXPECTED = (Oddity.DROPOUT, Oddity.EMPTY)  # in any log; no more than a note
+_ENU_TO_NED = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])  # quaternion: yaw by 90 deg
+_NOTE_ONLY = (
+    IrregularityKind.DROPOUT,
+    IrregularityKind.INVALID,
+)  # occur in any log: a note, no warning
 
 
-def record_of(mapping: MappingFile, recording: Recording) -> Record:
-    """Return the record that a mapping makes of a recording."""
+def build_record(mapping: MappingFile, recording: Recording) -> Record:
+    """Return the record of a recording by a mapping."""
     try:
-        sampler = sampler_of(mapping, recording)
+        resampler = build_resampler(mapping, recording)
     except LogError as error:
         raise LogError(error.faults, source=recording.source) from error
-    made = Assembly(mapping, sampler)
+    assembly = Assembly(mapping, resampler)
     record, faults = record_of_columns(
-        made.numbers,
-        tuple(name for name in mapping.commands if name in made.numbers),
-        sampler.labels(),
-        sampler.lines(),
+        assembly.numbers,
+        tuple(name for name in mapping.commands if name in assembly.numbers),
+        resampler.labels(),
+        resampler.lines(),
         recording.source,
-        sampler.ticks.run,
+        resampler.ticks.run,
     )
-    faults = [*made.faults, *faults]
+    faults = [*assembly.faults, *faults]
     if faults or record is None:
-        raise LogError(faults or ["there are no samples"], source=recording.source)
+        raise LogError(faults or ["the recording has no samples"], source=recording.source)
     first = float(record.time[np.argmax(split_segments(record)[0])])
-    odd = [*sentences(sampler.irregularities, first)]
-    if told := [sentence for oddity, sentence in odd if oddity not in _EXPECTED]:
-        warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
-    notes = (*recording.notes, *_summary(mapping, sampler), *(sentence for _, sentence in odd))
+    irregularities = [*describe_irregularities(resampler.irregularities, first)]
+    if warnings := [sentence for kind, sentence in irregularities if kind not in _NOTE_ONLY]:
+        warn(f"{recording.source}: {'; '.join(warnings)}", ClockWarning, stacklevel=3)
+    notes = (
+        *recording.notes,
+        *_describe_resampling(mapping, resampler),
+        *(sentence for _, sentence in irregularities),
+    )
     return dataclasses.replace(record, notes=notes)
 
 
-def sampler_of(mapping: MappingFile, recording: Recording) -> Sampler:
-    """Find all channels and set their clocks right, or tell every fault."""
-    names = meant(mapping.topics, recording)
-    wanted = [entry for entry in mapping.entries if entry.group != "time"]
-    segment = None if mapping.segment is None else renamed(mapping.segment, names)
-    labelled = None if segment is None else locate(segment, recording)
-    if segment is not None and labelled is None:
-        wanted.append(Entry("segment", "segment", (Source(column=segment),)))
-    is_table = all(not one.name and one.time is None for one in recording.topics)
-    if is_table and not any(one.rate or one.column == RECORDED for one in mapping.time):
-        wanted.insert(0, Entry("time", "time", mapping.time, "time"))
-    found, faults = find(wanted, recording, mapping.name, mapping.topics)
-    found = [one for one in found if one.entry.group != "time"]
-    streams, untimed = streams_of(found, mapping.time, labelled)
+def build_resampler(mapping: MappingFile, recording: Recording) -> Resampler:
+    """Find all channels and clean their timestamps; raise all faults."""
+    names = resolve_topics(mapping.topics, recording)
+    entries = [entry for entry in mapping.entries if entry.group != "time"]
+    segment = None if mapping.segment is None else rename_topic(mapping.segment, names)
+    label_column = None if segment is None else locate_column(segment, recording)
+    if segment is not None and label_column is None:
+        entries.append(Entry("segment", "segment", (Source(column=segment),)))
+    is_table = all(not topic.name and topic.time is None for topic in recording.topics)
+    if is_table and not any(
+        source.rate or source.column == RECORDED_TIME for source in mapping.time
+    ):
+        entries.insert(0, Entry("time", "time", mapping.time, "time"))
+    columns, faults = find_columns(entries, recording, mapping.name, mapping.topics)
+    columns = [column for column in columns if column.entry.group != "time"]
+    streams, untimed = build_streams(columns, mapping.time, label_column)
     if faults := [*faults, *(() if is_table and faults else untimed)]:
-        raise LogError([*faults, *(one for one in recording.notes if one.startswith(LEFT_OUT))])
+        raise LogError([*faults, *(note for note in recording.notes if note.startswith(SKIPPED))])
     clock = mapping.clock.topic
-    return Sampler(found, streams, names.get(clock or "", clock), mapping.clock.rate)
+    return Resampler(columns, streams, names.get(clock or "", clock), mapping.clock.rate)
 
 
-def _summary(mapping: MappingFile, sampler: Sampler) -> Iterator[str]:
-    """Yield notes: whose clock the log follows, where there was a choice; what is constant."""
-    base, rate = sampler.base.topic.name, mapping.clock.rate
-    others = len({stream.topic.name for stream in sampler.streams} - {base})
+def _describe_resampling(mapping: MappingFile, resampler: Resampler) -> Iterator[str]:
+    """Yield notes on the reference clock and on constant channels."""
+    base, rate = resampler.base.topic.name, mapping.clock.rate
+    n_others = len({stream.topic.name for stream in resampler.streams} - {base})
     if rate is not None:
-        yield f"brought to {rate:g} Hz over the messages of `{base}`"
-    elif others:
-        yield f"{others} topic{'s' if others > 1 else ''} brought to the clock of `{base}`"
-    for place, value in sampler.constants.items():
-        name = place.partition(".")[2]
-        yield f"`{name}` was not recorded; the mapping takes it as {value:g} throughout"
+        yield f"resampled to {rate:g} Hz over the messages of `{base}`"
+    elif n_others:
+        yield f"{n_others} topic{'s' if n_others > 1 else ''} resampled to the clock of `{base}`"
+    for channel, value in resampler.constants.items():
+        name = channel.partition(".")[2]
+        yield f"`{name}` was not recorded; the mapping sets it to the constant {value:g}"
 
 
 class Assembly:
-    """The columns of the canonical form, made from channels at the ticks of one clock."""
+    """Columns of the canonical form, assembled from resampled channels."""
 
-    def __init__(self, mapping: MappingFile, sampler: Sampler) -> None:
-        self.mapping, self.sampler = mapping, sampler
-        self.numbers: dict[str, FloatArray] = {"time": sampler.ticks.time}
+    def __init__(self, mapping: MappingFile, resampler: Resampler) -> None:
+        self.mapping, self.resampler = mapping, resampler
+        self.numbers: dict[str, FloatArray] = {"time": resampler.ticks.time}
         self.faults: list[str] = []
-        self._attitude()
-        self._vectors()
+        self._add_attitude()
+        self._add_vectors()
         for block, axes in (
             (ACCELERATION, mapping.frame),
             (WRENCH, mapping.frame),
             (POSITION, "FRD"),
         ):
-            self._put(block.name, block.columns, axes)
+            self._add_components(block.name, block.columns, axes)
         for block in (POSITION, SPECIFIC_FORCE):
-            if any(name in self.numbers for name in block.columns):  # zero along what is absent
-                self._replace(block.columns, self._columns(block.columns))
-        for name in SINGLE:
-            self._put(name, (name,), "FRD")
+            if any(name in self.numbers for name in block.columns):  # missing components are zero
+                self._set_columns(block.columns, self._stack_columns(block.columns))
+        for name in SINGLE_CHANNELS:
+            self._add_components(name, (name,), "FRD")
         for name in mapping.commands:
-            if sampler.has(f"commands.{name}"):
-                self.numbers[name] = sampler.number(f"commands.{name}", is_command=True)
+            if resampler.has(f"commands.{name}"):
+                self.numbers[name] = resampler.number(f"commands.{name}", is_command=True)
 
-    def _put(self, group: str, names: Sequence[str], axes: str) -> None:
-        """Put components along or about body axes among the columns, those that are there."""
+    def _add_components(self, group: str, names: Sequence[str], axes: str) -> None:
+        """Add the available components of a vector in body axes as columns."""
         for index, name in enumerate(names):
-            if self.sampler.has(place := f"{group}.{name}"):
-                values = self.sampler.number(place)
-                # Taken from zero, so that zero does not become minus zero.
+            if self.resampler.has(channel := f"{group}.{name}"):
+                values = self.resampler.number(channel)
+                # 0 - x instead of -x, so that zero does not become -0.0.
                 self.numbers[name] = 0.0 - values if axes == "FLU" and index % 3 else values
 
-    def _columns(self, names: Sequence[str]) -> FloatArray:
-        """Return columns put so far side by side; zero where there is none."""
-        return stack_columns(self.numbers, names, self.sampler.n)
+    def _stack_columns(self, names: Sequence[str]) -> FloatArray:
+        """Return columns as a matrix; missing ones are zero."""
+        return stack_columns(self.numbers, names, self.resampler.n)
 
-    def _replace(self, names: Sequence[str], columns: FloatArray) -> None:
+    def _set_columns(self, names: Sequence[str], columns: FloatArray) -> None:
         self.numbers |= dict(zip(names, columns.T, strict=True))
 
-    def _turned_sensor(self, group: str) -> FloatArray | None:
-        """Return what turns components of a sensor into those of our body; None for nothing."""
-        turn = getattr(self.mapping.sensors, group).rotation
+    def _sensor_rotation(self, group: str) -> FloatArray | None:
+        """Return the quaternion from sensor axes to body axes; None for no rotation."""
+        mounting = getattr(self.mapping.sensors, group).rotation
         sign = -1.0 if self.mapping.frame == "FLU" else 1.0
-        angles = np.array([(turn.roll, sign * turn.pitch, sign * turn.yaw)])
-        return quaternion_from_euler(angles * unit_factor(turn.unit)) if angles.any() else None
+        angles = np.array([(mounting.roll, sign * mounting.pitch, sign * mounting.yaw)])
+        return quaternion_from_euler(angles * unit_factor(mounting.unit)) if angles.any() else None
 
-    def _attitude(self) -> None:
-        names = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
-        parts = [name for name in ATTITUDE.columns if self.sampler.has(f"attitude.{name}")]
+    def _add_attitude(self) -> None:
+        names = [name for name in (*EULER, "heading") if self.resampler.has(f"attitude.{name}")]
+        components = [name for name in ATTITUDE.columns if self.resampler.has(f"attitude.{name}")]
         if faults := [
-            f"`attitude.{name}` must be in rad; it runs as an angle in degrees does. Say"
-            " `unit: deg`"
+            f"`attitude.{name}` must be in rad; its values look like degrees. Set `unit: deg`"
             for name in names
-            if is_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
+            if is_in_degrees(name, self.resampler.raw(f"attitude.{name}"))
         ]:
             self.faults += faults
         elif names:
-            self._euler({"yaw" if name == "heading" else name: name for name in names})
-        elif parts:
-            self._quaternion([f"attitude.{name}" for name in parts])
+            self._add_euler({"yaw" if name == "heading" else name: name for name in names})
+        elif components:
+            self._add_quaternion([f"attitude.{name}" for name in components])
 
-    def _euler(self, given: dict[str, str]) -> None:
-        places = {short: f"attitude.{name}" for short, name in given.items()}
-        is_whole = set(given) == set(EULER)
-        is_together = is_whole and self.sampler.together([*places.values()])
-        sample = self.sampler.raw if is_together else self.sampler.angle
-        angles = {short: self._in_ned(given[short], sample(places[short])) for short in given}
-        if is_whole:
-            turned = quaternion_from_euler(np.column_stack([angles[name] for name in EULER]))
-            self._put_attitude(turned, places["yaw"] if is_together else "")
+    def _add_euler(self, names: dict[str, str]) -> None:
+        channels = {short: f"attitude.{name}" for short, name in names.items()}
+        is_complete = set(names) == set(EULER)
+        is_one_message = is_complete and self.resampler.share_clock([*channels.values()])
+        sample = self.resampler.raw if is_one_message else self.resampler.angle
+        angles = {short: self._in_ned(names[short], sample(channels[short])) for short in names}
+        if is_complete:
+            attitude = quaternion_from_euler(np.column_stack([angles[name] for name in EULER]))
+            self._set_attitude(attitude, channels["yaw"] if is_one_message else "")
         else:
             self.numbers |= angles
 
     def _in_ned(self, name: str, angle: FloatArray) -> FloatArray:
-        """Return an Euler angle against north-east-down."""
+        """Return an Euler angle relative to north-east-down."""
         if self.mapping.world == "NED" or name in ("roll", "heading"):
             return angle
         return math.pi / 2 - angle if name == "yaw" and self.mapping.world == "ENU" else -angle
 
-    def _quaternion(self, places: list[str]) -> None:
-        if len(places) < 4 or not self.sampler.together(places):
+    def _add_quaternion(self, channels: list[str]) -> None:
+        if len(channels) < 4 or not self.resampler.share_clock(channels):
             self.faults.append(
-                "a quaternion needs `qw qx qy qz`, all of one topic; got"
-                f" `{' '.join(place.partition('.')[2] for place in places)}`. Map all four from the"
-                " same messages"
+                "a quaternion needs `qw qx qy qz` of one topic; got"
+                f" `{' '.join(channel.partition('.')[2] for channel in channels)}`. Map all four"
+                " from the same messages"
             )
             return
-        recorded = np.column_stack([self.sampler.raw(place) for place in places])
+        recorded = np.column_stack([self.resampler.raw(channel) for channel in channels])
         if self.mapping.world != "NED":
             recorded *= (1.0, 1.0, -1.0, -1.0)
         if self.mapping.world == "ENU":
-            recorded = quaternion_product(_NORTH_OF_EAST, recorded)
-        self._put_attitude(recorded, places[0])
+            recorded = quaternion_product(_ENU_TO_NED, recorded)
+        self._set_attitude(recorded, channels[0])
 
-    def _put_attitude(self, attitude: FloatArray, place: str) -> None:
-        """Put the attitude of a sensor among the columns; at the messages of a place, or ticks."""
-        if (turn := self._turned_sensor("attitude")) is not None:
-            attitude = quaternion_product(attitude, turn * (1.0, -1.0, -1.0, -1.0))
-        if place:
-            attitude = self.sampler.turned(attitude, place)
-        self._replace(ATTITUDE.columns, attitude)
+    def _set_attitude(self, attitude: FloatArray, channel: str) -> None:
+        """Add the attitude of a sensor; at the messages of a channel, or at the ticks if empty."""
+        if (rotation_of_sensor := self._sensor_rotation("attitude")) is not None:
+            attitude = quaternion_product(attitude, rotation_of_sensor * (1.0, -1.0, -1.0, -1.0))
+        if channel:
+            attitude = self.resampler.attitude(attitude, channel)
+        self._set_columns(ATTITUDE.columns, attitude)
 
-    def _at_ticks(self) -> FloatArray | None:
-        """Return the attitude put so far as quaternions; level where only yaw is known."""
+    def _attitude_at_ticks(self) -> FloatArray | None:
+        """Return the attitude as quaternions; level if only yaw is known, None without yaw."""
         if ATTITUDE.columns[0] in self.numbers:
-            return self._columns(ATTITUDE.columns)
-        return quaternion_from_euler(self._columns(EULER)) if "yaw" in self.numbers else None
+            return self._stack_columns(ATTITUDE.columns)
+        return quaternion_from_euler(self._stack_columns(EULER)) if "yaw" in self.numbers else None
 
-    def _vectors(self) -> None:
+    def _add_vectors(self) -> None:
         sensors, frame = self.mapping.sensors, self.mapping.frame
-        for sensor, group, names in _SENSED:
-            self._put(group, names, getattr(sensors, sensor).axes or frame)
-            turn = self._turned_sensor(sensor)
-            if turn is not None and all(name in self.numbers for name in names):
-                self._replace(names, self._columns(names) @ rotation_matrices(turn)[0].T)
-        if self.sampler.has("velocity.north"):
-            self._from_world()
-        there = [name for name in _LINEAR if name in self.numbers]
-        if any(sensors.velocity.position) and there:
-            arm = np.array(sensors.velocity.position) * (_FLIPPED if frame == "FLU" else 1.0)
-            moved = self._columns(_LINEAR) - np.cross(self._columns(_ANGULAR), arm)
-            self.numbers |= {name: moved[:, _LINEAR.index(name)] for name in there}
+        for sensor, group, names in _SENSOR_VECTORS:
+            self._add_components(group, names, getattr(sensors, sensor).axes or frame)
+            rotation_of_sensor = self._sensor_rotation(sensor)
+            if rotation_of_sensor is not None and all(name in self.numbers for name in names):
+                self._set_columns(
+                    names, self._stack_columns(names) @ rotation_matrices(rotation_of_sensor)[0].T
+                )
+        if self.resampler.has("velocity.north"):
+            self._rotate_from_world()
+        names_present = [name for name in _LINEAR if name in self.numbers]
+        if any(sensors.velocity.position) and names_present:
+            lever_arm = np.array(sensors.velocity.position) * (
+                _FLU_TO_FRD if frame == "FLU" else 1.0
+            )
+            corrected = self._stack_columns(_LINEAR) - np.cross(
+                self._stack_columns(_ANGULAR), lever_arm
+            )
+            self.numbers |= {name: corrected[:, _LINEAR.index(name)] for name in names_present}
 
-    def _from_world(self) -> None:
-        """Turn velocities along north, east, down into those along body axes."""
-        attitude = self._at_ticks()
+    def _rotate_from_world(self) -> None:
+        """Rotate velocities along north, east, down to body axes."""
+        attitude = self._attitude_at_ticks()
         if attitude is None:
             if not self.faults:
-                self.faults = ["a velocity along north and east needs a heading, which is missing"]
+                self.faults = ["a velocity along north and east needs a heading; map `attitude`"]
             return
-        known = 3 if self.sampler.has("velocity.down") else 2
-        given = [self.sampler.number(f"velocity.{name}") for name in POSITION.columns[:known]]
-        body = rotate_to_body(attitude, np.column_stack(given))
-        self._replace(_LINEAR[:known], body[:, :known])
+        n_known = 3 if self.resampler.has("velocity.down") else 2
+        components = [
+            self.resampler.number(f"velocity.{name}") for name in POSITION.columns[:n_known]
+        ]
+        body = rotate_to_body(attitude, np.column_stack(components))
+        self._set_columns(_LINEAR[:n_known], body[:, :n_known])

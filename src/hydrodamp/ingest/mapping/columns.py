@@ -1,4 +1,4 @@
-"""The channels of a mapping found in a recording, and what is said of those that are absent."""
+"""Columns of a recording that a mapping selects, and messages on the missing ones."""
 
 from __future__ import annotations
 
@@ -11,26 +11,29 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, parse_unit, unit_factor
 from hydrodamp.errors import did_you_mean
-from hydrodamp.ingest.formats.cells import bad_cells, number
+from hydrodamp.ingest.formats.cells import invalid_cells, parse_number
 from hydrodamp.ingest.mapping.schema import Entry, Source
 from hydrodamp.text import first_few
 
-# What stands where a unit would and is none: time scales, frames, sensors, what was done.
-_NO_UNITS = """
+# Words found in place of a unit: time scales, frames, sensors, processing.
+_NON_UNIT_TEXT = """
 - none utc gmt gps tai unix epoch posix local body vehicle base_link frd flu world earth inertial
 ned enu nwu map odom sensor dvl imu ins ahrs ekf raw filtered filt est measured meas ref
 """
-NO_UNIT = frozenset(("", *_NO_UNITS.split()))
+NON_UNIT_WORDS = frozenset(("", *_NON_UNIT_TEXT.split()))
 
-_LISTED = 12
+_MAX_LISTED = 12
 
-#: For every name that a mapping gives to topics those it may stand for.
-Topics = Mapping[str, Sequence[str]]
+#: Alternative topics of each topic name in a mapping.
+TopicNames = Mapping[str, Sequence[str]]
 
 
 @dataclass(frozen=True, eq=False)
 class FoundColumn:
-    """A channel and the field of a topic it is read from; a constant has no topic."""
+    """A channel, its source in the mapping, and the topic and field that hold its samples.
+
+    A constant channel has no topic.
+    """
 
     entry: Entry
     source: Source
@@ -38,7 +41,7 @@ class FoundColumn:
     field: str = ""
 
     def values(self) -> FloatArray:
-        """Return its numbers in SI units, one a message, with their sign."""
+        """Return the samples in SI units with sign, scale and offset applied, shape (n,)."""
         source, topic = self.source, self.topic
         if topic is None:
             values = np.array([source.value or 0.0])
@@ -47,164 +50,178 @@ class FoundColumn:
             if source.scale != 1.0 or source.offset != 0.0:
                 values = values * source.scale + source.offset
             for name, weight in source.plus.items():
-                values = values + weight * topic.fields[beside(topic, name) or name]
-        unit = source.unit or self.stated()
+                values = values + weight * topic.fields[find_numeric_field(topic, name) or name]
+        unit = source.unit or self.stated_unit()
         scale = source.sign * self.entry.sign * (unit_factor(unit) if unit else 1.0)
         return values if scale == 1.0 else values * scale
 
-    def stated(self) -> str:
-        """Return the unit that the file states, where it counts."""
+    def stated_unit(self) -> str:
+        """Return the unit that the file states; empty if the mapping sets one."""
         if self.topic is None or self.entry.quantity is None or self.source.unit:
             return ""
         unit = self.topic.units.get(self.field, "")
-        return "" if unit.casefold() in NO_UNIT else parse_unit(unit, self.entry.quantity) or unit
+        return (
+            ""
+            if unit.casefold() in NON_UNIT_WORDS
+            else parse_unit(unit, self.entry.quantity) or unit
+        )
 
     def faults(self) -> Iterator[str]:
-        """Yield what is wrong with the field: words, or a unit that leaves its size open."""
-        topic, source, called = self.topic, self.source, self.source.column
+        """Yield faults of the field: text cells, unknown units, ambiguous scales."""
+        topic, source, column = self.topic, self.source, self.source.column
         if topic is None:
             return
         if self.field in topic.faults:
             yield topic.faults[self.field]
         elif self.field in topic.texts and self.field not in topic.fields:
-            words = [*enumerate(topic.texts[self.field])]
-            bad = [(row, word) for row, word in words if number(word) is None] or words
-            yield from bad_cells(called, bad, topic.lines)
-        unit, known = self.stated(), UNITS.get(self.entry.quantity or "", {})
-        if unit and unit not in known:
+            texts = [*enumerate(topic.texts[self.field])]
+            invalid = [(row, text) for row, text in texts if parse_number(text) is None] or texts
+            yield from invalid_cells(column, invalid, topic.lines)
+        unit, units = self.stated_unit(), UNITS.get(self.entry.quantity or "", {})
+        if unit and unit not in units:
             yield (
-                f"column `{called}` is in {unit} by its file, which is no unit of"
-                f" {self.entry.quantity} known here. Take another, or state its unit in a mapping."
-                f" Known are: {', '.join(known)}"
+                f"column `{column}` is in {unit} by its file, which is no known unit of"
+                f" {self.entry.quantity}. Set `unit` in the mapping, or map another column. Known"
+                f" units: {', '.join(units)}"
             )
-        elif known.get(unit, 1.0) != 1.0 and (source.plus or source.scale != 1 or source.offset):
+        elif units.get(unit, 1.0) != 1.0 and (source.plus or source.scale != 1 or source.offset):
             yield (
-                f"column `{called}` is in {unit} by its file, and the mapping scales it or adds to"
-                " it. State the `unit` of what comes out"
+                f"column `{column}` is in {unit} by its file, and the mapping scales it or adds to"
+                " it. Set the `unit` of the result"
             )
 
 
-def find(
-    entries: Sequence[Entry], recording: Recording, called: str, topics: Topics
+def find_columns(
+    entries: Sequence[Entry], recording: Recording, mapping_name: str, topics: TopicNames
 ) -> tuple[list[FoundColumn], list[str]]:
-    """Return the channels that a recording has, and what is wrong with the others."""
-    names = meant(topics, recording)
-    there, absent = [], []
+    """Return the columns found for the entries of a mapping, and the faults of the others."""
+    names = resolve_topics(topics, recording)
+    columns, missing = [], []
     for entry in entries:
-        sought = entry._replace(choices=tuple(_renamed(one, names) for one in entry.choices))
-        if (one := _first(sought, recording)) is not None:
-            there.append(one)
+        renamed = entry._replace(
+            choices=tuple(_rename_source(source, names) for source in entry.choices)
+        )
+        if (column := _find_first_choice(renamed, recording)) is not None:
+            columns.append(column)
         elif not any(source.optional for source in entry.choices):
-            absent.append(sought)
-    faults = [fault for one in there for fault in one.faults()]
-    faults += _absences(absent, recording, called, [*topics])
-    return there, list(dict.fromkeys(faults))
+            missing.append(renamed)
+    faults = [fault for column in columns for fault in column.faults()]
+    faults += _describe_missing(missing, recording, mapping_name, [*topics])
+    return columns, list(dict.fromkeys(faults))
 
 
-def meant(topics: Topics, recording: Recording) -> dict[str, str]:
-    """Return the topic of a recording that each name stands for: the first that is there."""
+def resolve_topics(topics: TopicNames, recording: Recording) -> dict[str, str]:
+    """Return for each topic name the first alternative that the recording has."""
     known = {topic.name for topic in recording.topics}
-    there = {name: [one for one in choices if one in known] for name, choices in topics.items()}
-    return {name: found[0] for name, found in there.items() if found}
+    present = {
+        name: [choice for choice in choices if choice in known] for name, choices in topics.items()
+    }
+    return {name: candidates[0] for name, candidates in present.items() if candidates}
 
 
-def renamed(column: str, names: Mapping[str, str]) -> str:
-    """Return a column with the name of its topic replaced by the topic."""
+def rename_topic(column: str, names: Mapping[str, str]) -> str:
+    """Replace the topic name of a column by the topic in the recording."""
     for name, topic in names.items():
         if column.startswith(f"{name}."):
             return topic + column.removeprefix(name)
     return column
 
 
-def _renamed(source: Source, names: Mapping[str, str]) -> Source:
-    beside = {
-        key: {renamed(name, names): value for name, value in getattr(source, key).items()}
+def _rename_source(source: Source, names: Mapping[str, str]) -> Source:
+    renamed_keys = {
+        key: {rename_topic(name, names): value for name, value in getattr(source, key).items()}
         for key in ("where", "plus")
     }
-    return source.model_copy(update={"column": renamed(source.column, names), **beside})
+    return source.model_copy(update={"column": rename_topic(source.column, names), **renamed_keys})
 
 
-def _first(entry: Entry, recording: Recording) -> FoundColumn | None:
-    """Return the first choice that the recording has."""
+def _find_first_choice(entry: Entry, recording: Recording) -> FoundColumn | None:
+    """Return the first choice of an entry that the recording has; None for none."""
     for source in entry.choices:
         if source.value is not None:
             return FoundColumn(entry, source, None)
-        place = locate(source.column, recording)
-        if place is not None and all(
-            beside(place[0], name) is not None for name in (*source.where, *source.plus)
+        location = locate_column(source.column, recording)
+        if location is not None and all(
+            find_numeric_field(location[0], name) is not None
+            for name in (*source.where, *source.plus)
         ):
-            return FoundColumn(entry, source, *place)
+            return FoundColumn(entry, source, *location)
     return None
 
 
-def locate(column: str, recording: Recording) -> tuple[Topic, str] | None:
-    """Return the topic and field that a mapping means."""
+def locate_column(column: str, recording: Recording) -> tuple[Topic, str] | None:
+    """Return topic and field of a column name in a mapping; None if missing."""
     for topic in sorted(recording.topics, key=lambda topic: -len(topic.name)):
-        is_meant = not topic.name or column.startswith(f"{topic.name}.")
-        if is_meant and (field := column_of(topic, column)) is not None:
+        is_candidate = not topic.name or column.startswith(f"{topic.name}.")
+        if is_candidate and (field := find_field(topic, column)) is not None:
             return topic, field
     return None
 
 
-def column_of(topic: Topic, column: str) -> str | None:
-    """Return the column of a topic that a mapping means, of numbers or not."""
-    there = {**topic.fields, **topic.texts, **topic.faults}
+def find_field(topic: Topic, column: str) -> str | None:
+    """Return the field of a topic for a column name, with or without the topic prefix."""
+    known = {**topic.fields, **topic.texts, **topic.faults}
     return next(
-        (one for one in (column, column.removeprefix(f"{topic.name}.")) if one in there), None
+        (name for name in (column, column.removeprefix(f"{topic.name}.")) if name in known), None
     )
 
 
-def beside(topic: Topic, column: str) -> str | None:
-    """Return the field of a topic that a condition means; None where it has none such."""
-    field = column_of(topic, column)
+def find_numeric_field(topic: Topic, column: str) -> str | None:
+    """Return the numeric field of a topic for a column name; None if missing."""
+    field = find_field(topic, column)
     return field if field in topic.fields else None
 
 
-def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
-    """Return a column as labels, one a row."""
+def read_labels(table: Topic, name: str) -> tuple[str, ...] | None:
+    """Return a column as text labels, one per row."""
     numbers = table.fields.get(name)
     if name in table.texts or numbers is None:
         return table.texts.get(name)
     return tuple(f"{number:.15g}" for number in numbers.tolist())
 
 
-def _absences(
-    entries: Sequence[Entry], recording: Recording, called: str, names: Sequence[str]
+def _describe_missing(
+    entries: Sequence[Entry], recording: Recording, mapping_name: str, names: Sequence[str]
 ) -> Iterator[str]:
-    """Name what is absent, topic by topic, and the nearest there is."""
+    """Yield a message per missing topic or field, with the nearest name."""
     known = [topic.name for topic in recording.topics]
     topics: dict[str, list[str]] = {}
     for entry in entries:
-        takes = f"which {called} takes for `{entry.name}`"
-        inside = [
+        purpose = f"which {mapping_name} maps to `{entry.name}`"
+        candidates = [
             topic
             for topic in recording.topics
             if not topic.name or entry.column.startswith(f"{topic.name}.")
         ]
-        if inside:
-            yield _no_field(entry, max(inside, key=lambda topic: len(topic.name)), takes)
+        if candidates:
+            yield _describe_missing_field(
+                entry, max(candidates, key=lambda topic: len(topic.name)), purpose
+            )
         else:
-            given = [name for name in names if entry.column.startswith(f"{name}.")]
-            topic = max(given, key=len, default=entry.column.partition(".")[0])
+            aliases = [name for name in names if entry.column.startswith(f"{name}.")]
+            topic = max(aliases, key=len, default=entry.column.partition(".")[0])
             topics.setdefault(topic, []).append(entry.name)
-    there = ", ".join(first_few(known, _LISTED, "topics"))
+    listed = ", ".join(first_few(known, _MAX_LISTED, "topics"))
     for name, channels in topics.items():
         yield (
-            f"there is no topic `{name}`, which {called} takes for `{' '.join(channels)}`."
-            f"{did_you_mean(name, known)} There are: {there or 'none'}."
-            f" If it is called otherwise, say so: `topics: {{{name}: ITS NAME}}`"
+            f"there is no topic `{name}`, which {mapping_name} maps to `{' '.join(channels)}`."
+            f"{did_you_mean(name, known)} Topics: {listed or 'none'}."
+            f" If it has another name, set `topics: {{{name}: NAME}}`"
         )
 
 
-def _no_field(entry: Entry, topic: Topic, takes: str) -> str:
+def _describe_missing_field(entry: Entry, topic: Topic, purpose: str) -> str:
     field = entry.column.removeprefix(f"{topic.name}.")
     if field in topic.fields:
-        needed = [name for source in entry.choices for name in (*source.where, *source.plus)]
-        return f"{called(topic)} lacks one of `{' '.join(needed)}` beside `{field}`, {takes}"
-    near = did_you_mean(field, (*topic.fields, *topic.texts))
-    return f"{called(topic)} has no {'field' if topic.name else 'column'} `{field}`, {takes}.{near}"
+        needed = " ".join(
+            name for source in entry.choices for name in (*source.where, *source.plus)
+        )
+        return f"{describe_topic(topic)} lacks one of `{needed}` for `{field}`, {purpose}"
+    suggestion = did_you_mean(field, (*topic.fields, *topic.texts))
+    kind = "field" if topic.name else "column"
+    return f"{describe_topic(topic)} has no {kind} `{field}`, {purpose}.{suggestion}"
 
 
-def called(topic: Topic) -> str:
-    """Return how messages call a topic."""
+def describe_topic(topic: Topic) -> str:
+    """Return the name of a topic for messages."""
     return f"topic `{topic.name}`" if topic.name else "the table"

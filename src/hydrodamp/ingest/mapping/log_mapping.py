@@ -1,4 +1,4 @@
-"""A mapping as a value, read from a file, a preset, or several that extend one another."""
+"""Log mappings: reading of YAML files and presets, resolution of `extends`, checks."""
 
 from __future__ import annotations
 
@@ -16,101 +16,103 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
 from hydrodamp.files import PackageData, load_yaml, nearest_file, wrong_kind_message
-from hydrodamp.ingest.mapping.assemble import record_of
-from hydrodamp.ingest.mapping.schema import COMPASS, MappingFile, by_name
+from hydrodamp.ingest.mapping.assemble import build_record
+from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS, MappingFile, commands_by_name
 
-_WORLDS = {"FRD": ("NED",), "FLU": ("NWU", "ENU")}
+_WORLDS_BY_FRAME = {"FRD": ("NED",), "FLU": ("NWU", "ENU")}
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 
 
-def contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
-    """Yield what is missing from a mapping or contradicts itself, a sentence each."""
+def find_contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
+    """Yield a sentence on each missing or contradictory key of a mapping."""
     if set(content) == {"steps"}:
-        return  # for a table in the canonical form
-    attitude, velocity = _table(content, "attitude"), _table(content, "velocity")
+        return  # a table in the canonical form needs no channels
+    attitude, velocity = _subtable(content, "attitude"), _subtable(content, "velocity")
     if content.get("time") is None:
         yield (
-            "`time` must name the column of the clock; it is missing. Where topics have a clock of"
-            " their own, `time: recorded` takes it"
+            "`time` is missing; it must name the column of the clock. For topics with a recorded"
+            " time, set `time: recorded`"
         )
     if not content.get("velocity") and not content.get("position"):
-        yield "`velocity` must name the columns of at least one of u v w p q r; it is missing"
-    yield from _attitude(attitude)
-    yield from _velocity(velocity, attitude)
+        yield "`velocity` is missing; it must name the column of at least one of u v w p q r"
+    yield from _check_attitude(attitude)
+    yield from _check_velocity(velocity, attitude)
     for group in ("velocity", "position"):
-        vertical = [name for name in ("down", "up", "depth") if name in _table(content, group)]
+        vertical = [name for name in ("down", "up", "depth") if name in _subtable(content, group)]
         if len(vertical) > 1:
             yield f"`{group}` takes one of `{' '.join(vertical)}`; set the others to null"
-    yield from _sensors(content, attitude, velocity)
-    frame, world = _axes_of_attitude(content), content.get("world")
-    if world is not None and world not in _WORLDS.get(frame, (world,)):
+    yield from _check_sensors(content, attitude, velocity)
+    frame, world = _attitude_axes(content), content.get("world")
+    if world is not None and world not in _WORLDS_BY_FRAME.get(frame, (world,)):
         yield (
-            f"`world` must be {' or '.join(_WORLDS[frame])} where attitude is of axes {frame}; got"
-            f" {world}. Set `sensors.attitude.axes` if attitude has other axes than the rest"
+            f"`world` must be {' or '.join(_WORLDS_BY_FRAME[frame])} if the attitude has axes"
+            f" {frame}; got {world}. Set `sensors.attitude.axes` if they differ from `frame`"
         )
 
 
-def usual_world(content: Mapping[Any, Any]) -> str:
-    """Return what the attitude is counted from where a mapping does not say it."""
-    return _WORLDS.get(_axes_of_attitude(content), ("NED",))[0]
+def default_world(content: Mapping[Any, Any]) -> str:
+    """Return the default world frame of the attitude: NED for FRD, NWU for FLU."""
+    return _WORLDS_BY_FRAME.get(_attitude_axes(content), ("NED",))[0]
 
 
-def _axes_of_attitude(content: Mapping[Any, Any]) -> str:
-    own = _table(_table(content, "sensors"), "attitude").get("axes")
-    return str(own or content.get("frame") or "FRD")
+def _attitude_axes(content: Mapping[Any, Any]) -> str:
+    axes = _subtable(_subtable(content, "sensors"), "attitude").get("axes")
+    return str(axes or content.get("frame") or "FRD")
 
 
-def _table(content: Mapping[Any, Any], key: str) -> dict[Any, Any]:
-    given = content.get(key)
-    return given if isinstance(given, dict) else {}
+def _subtable(content: Mapping[Any, Any], key: str) -> dict[Any, Any]:
+    value = content.get(key)
+    return value if isinstance(value, dict) else {}
 
 
-def _attitude(given: Mapping[Any, Any]) -> Iterator[str]:
-    ways = ((*EULER, "heading"), ATTITUDE.columns, ("quaternion",))
-    told = [" ".join(name for name in way if name in given) for way in ways]
-    if len(told := [f"`{names}`" for names in told if names]) > 1:
-        both = " and ".join(told)
-        yield f"`attitude` must be given once; got both {both}. Set one of them to null"
-    if {"yaw", "heading"} <= set(given):
+def _check_attitude(attitude: Mapping[Any, Any]) -> Iterator[str]:
+    forms = ((*EULER, "heading"), ATTITUDE.columns, ("quaternion",))
+    present = [" ".join(name for name in form if name in attitude) for form in forms]
+    if len(present := [f"`{names}`" for names in present if names]) > 1:
+        listed = " and ".join(present)
+        yield f"`attitude` must be given once; got both {listed}. Set one of them to null"
+    if {"yaw", "heading"} <= set(attitude):
         yield "`attitude` takes `yaw` or `heading`, not both. Set one of them to null"
 
 
-def _velocity(given: Mapping[Any, Any], attitude: Mapping[Any, Any]) -> Iterator[str]:
-    body, world = ([name for name in names if name in given] for names in (_LINEAR, COMPASS))
+def _check_velocity(velocity: Mapping[Any, Any], attitude: Mapping[Any, Any]) -> Iterator[str]:
+    body, world = (
+        [name for name in names if name in velocity] for names in (_LINEAR, WORLD_DIRECTIONS)
+    )
     if not world:
         return
     if body:
         yield (
-            f"`velocity` must be along body axes or along the world's; got both `{' '.join(body)}`"
+            f"`velocity` must be in body axes or in world axes; got both `{' '.join(body)}`"
             f" and `{' '.join(world)}`. Set one of them to null"
         )
     if not attitude:
-        yield f"`velocity.{world[0]}` needs `attitude` to become a velocity along body axes"
+        yield f"`velocity.{world[0]}` needs `attitude` for the rotation to body axes"
     if not {"north", "east"} <= set(world):
-        yield "`velocity` along the world's axes needs both `north` and `east`"
+        yield "`velocity` in world axes needs both `north` and `east`"
     tilts = {"roll", "pitch", *ATTITUDE.columns, "quaternion"} & set(attitude)
     if tilts and not {"down", "up"} & set(world):
-        yield "`velocity` needs `down` or `up` beside north and east, as the vehicle may tilt"
+        yield "`velocity` needs `down` or `up` with north and east, since roll or pitch is mapped"
 
 
-def _sensors(
+def _check_sensors(
     content: Mapping[Any, Any], attitude: Mapping[Any, Any], velocity: Mapping[Any, Any]
 ) -> Iterator[str]:
-    is_whole = {
+    is_complete = {
         "velocity": set(_LINEAR) <= set(velocity),
         "rates": set(_ANGULAR) <= set(velocity),
         "attitude": len(attitude) > 2 or "quaternion" in attitude,
-        SPECIFIC_FORCE.name: len(_table(content, SPECIFIC_FORCE.name)) == 3,
+        SPECIFIC_FORCE.name: len(_subtable(content, SPECIFIC_FORCE.name)) == 3,
     }
-    sensors = _table(content, "sensors")
+    sensors = _subtable(content, "sensors")
     for name in sensors:
-        given = _table(sensors, name)
-        if given.get("rotation") and not is_whole.get(name, True):
-            yield f"`sensors.{name}.rotation` needs all three components of it in the mapping"
-        if given.get("position") and name != "velocity":
-            yield f"`sensors.{name}.position` has no effect; only that of `velocity` has"
-    if _table(sensors, "velocity").get("position") and not set(_ANGULAR) & set(velocity):
-        yield "`sensors.velocity.position` needs the rates p q r, or r alone on the level"
+        sensor = _subtable(sensors, name)
+        if sensor.get("rotation") and not is_complete.get(name, True):
+            yield f"`sensors.{name}.rotation` needs all three components in the mapping"
+        if sensor.get("position") and name != "velocity":
+            yield f"`sensors.{name}.position` has no effect; only `sensors.velocity.position` has"
+    if _subtable(sensors, "velocity").get("position") and not set(_ANGULAR) & set(velocity):
+        yield "`sensors.velocity.position` needs the rates p q r, or r for level motion"
 
 
 _FOLDER = Path(__file__).with_name("presets")
@@ -118,26 +120,26 @@ _PRESETS = PackageData(_FOLDER, lambda name: load_yaml(_FOLDER / f"{name}.yaml")
 
 
 class LogMapping(MappingFile):
-    """Which field of a recording becomes which channel of a log, and how.
+    """Assignment of the fields of a recording to the channels of a log, with units and axes.
 
-    Its attributes are the keys of a mapping file, with everything that it extends filled in.
+    The attributes are the keys of a mapping file, with `extends` resolved.
 
     Attributes
     ----------
     name : str
-        What messages call it: its file, or the name of the preset.
+        Name in messages: its file, or the name of the preset.
     frame : str
         Axes of the log: ``FRD`` (body forward-starboard-down) or ``FLU`` (body
         forward-port-up).
     world : str
-        What attitude is counted from: ``NED``; ``NWU``, z up and heading counted from x towards
-        y; or ``ENU``.
+        Reference frame of the attitude: ``NED``; ``NWU``, z up and heading from x towards y; or
+        ``ENU``.
     segment : str or None
-        The column that names the segments.
+        Column with the segment labels.
     topics : dict of str to tuple of str
-        Names used here, and the topics that each may stand for.
+        Topic names used in the mapping, and the alternative topics of each.
     steps : tuple of Step
-        What is done to the log once it is on one clock.
+        Conditioning steps applied to the resampled log.
     """
 
     @classmethod
@@ -147,21 +149,21 @@ class LogMapping(MappingFile):
         Parameters
         ----------
         content : dict
-            As the mapping file holds it.
+            Content of the mapping file.
         source : str, optional
-            How messages call it; a path, so that files it extends are found beside it.
+            Name in messages; the files in `extends` are relative to this path.
 
         Returns
         -------
         mapping : LogMapping
-            Checked.
+            Validated.
 
         Raises
         ------
         LogError
-            With every unknown key, unit, sign and frame.
+            With all unknown keys, units, signs and frames.
         FileError
-            If a file it extends cannot be read.
+            If a file in `extends` cannot be read.
 
         Examples
         --------
@@ -172,14 +174,14 @@ class LogMapping(MappingFile):
         if not isinstance(content, dict):
             got = "nothing" if content is None else type(content).__name__
             raise LogError(
-                f"a mapping must be a table of names to columns; got {got}", source=source
+                f"a mapping must be a table of channels and columns; got {got}", source=source
             )
-        whole = composed(content, Path(source))
-        faults = [*contradictions(whole)]
+        resolved = resolve_extends(content, Path(source))
+        faults = [*find_contradictions(resolved)]
         try:
-            mapping = cls.model_validate({"world": usual_world(whole), **whole})
+            mapping = cls.model_validate({"world": default_world(resolved), **resolved})
         except ValidationError as error:
-            raise LogError([*faults_in(error, whole, cls), *faults], source=source) from error
+            raise LogError([*faults_in(error, resolved, cls), *faults], source=source) from error
         if faults:
             raise LogError(faults, source=source)
         mapping._name = source
@@ -191,25 +193,25 @@ class LogMapping(MappingFile):
         Parameters
         ----------
         recording : Recording
-            What was read.
+            From :func:`~hydrodamp.read_recording`.
 
         Returns
         -------
         log : Log
             On one clock, in SI units, forward-starboard-down and north-east-down; its notes
-            tell what the steps of the mapping did.
+            describe what the steps of the mapping did.
 
         Raises
         ------
         LogError
-            With every fault, or what a step lacks.
+            With all faults, or the channels that a step needs and the log lacks.
 
         Warns
         -----
         GapWarning
             Once, if a gap or missing values split the log.
         ClockWarning
-            Once, if a clock repeats, runs backwards or leaps.
+            Once, if a clock has duplicate or out-of-order timestamps or resets.
 
         Examples
         --------
@@ -228,22 +230,22 @@ class LogMapping(MappingFile):
         [1.0, 2.0, 3.0]
         """
         try:
-            return clean(Log.from_record(record_of(self, recording)), self.steps)
+            return clean(Log.from_record(build_record(self, recording)), self.steps)
         except LogError as error:
-            faults = [self._named_by_columns(fault) for fault in error.faults]
+            faults = [self._add_column_names(fault) for fault in error.faults]
             raise LogError(faults, source=recording.source) from error
 
-    def _named_by_columns(self, fault: str) -> str:
-        """Name the columns behind a channel that a fault begins with; the file has no `u`."""
-        begin, name, rest = ("", "", fault) if "`" not in fault else fault.split("`", 2)
-        entries = [one for one in self.entries if one.name == name]
+    def _add_column_names(self, fault: str) -> str:
+        """Add the columns of the channel that a fault begins with, since the file has no `u`."""
+        prefix, name, predicate = ("", "", fault) if "`" not in fault else fault.split("`", 2)
+        entries = [entry for entry in self.entries if entry.name == name]
         if not entries and name in _LINEAR:
-            velocities = (one for one in self.entries if one.group == "velocity")
-            entries = [one for one in velocities if one.name in COMPASS]
-        columns = [one.column for one in entries if one.column not in ("", name)]
-        if not columns or not rest.startswith(" must"):
+            velocities = (entry for entry in self.entries if entry.group == "velocity")
+            entries = [entry for entry in velocities if entry.name in WORLD_DIRECTIONS]
+        columns = [entry.column for entry in entries if entry.column not in ("", name)]
+        if not columns or not predicate.startswith(" must"):
             return fault
-        return f"{begin}`{name}`, read from `{' '.join(columns)}`,{rest}"
+        return f"{prefix}`{name}`, read from `{' '.join(columns)}`,{predicate}"
 
 
 def read_mapping(path: str | Path) -> LogMapping:
@@ -252,31 +254,31 @@ def read_mapping(path: str | Path) -> LogMapping:
     Parameters
     ----------
     path : str or Path
-        The file, or the name of a preset.
+        Path of the file, or name of a preset.
 
     Returns
     -------
     mapping : LogMapping
-        Checked.
+        Validated.
 
     Raises
     ------
     FileError
-        If the file cannot be read, or is no YAML: with the line.
+        If the file cannot be read or is no valid YAML, with the line.
     LogError
-        With everything wrong in it.
+        With all faults of the mapping.
 
     Examples
     --------
     >>> read_mapping("rep103-odometry").world
     'ENU'
     """
-    content, _ = load(path)
+    content, _ = load_content(path)
     return LogMapping.from_dict(content, str(path))
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a mapping file, for editors that check and complete.
+    """Return the JSON Schema of a mapping file, for validation and completion in editors.
 
     Returns
     -------
@@ -296,12 +298,12 @@ def json_schema() -> dict[str, Any]:
 
 
 def presets() -> tuple[str, ...]:
-    """Return the names of the mappings that come with the package.
+    """Return the names of the packaged mappings.
 
     Returns
     -------
     names : tuple of str
-        Sorted; each may be given wherever a mapping file may.
+        Sorted; each is accepted in place of a mapping file.
 
     Examples
     --------
@@ -311,62 +313,67 @@ def presets() -> tuple[str, ...]:
     return tuple(_PRESETS)
 
 
-def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | None]:
+def load_content(name: str | Path, folder: Path | None = None) -> tuple[object, Path | None]:
     """Return the content of a preset or of a mapping file."""
-    text = str(place)
+    text = str(name)
     if text in _PRESETS:
         return _PRESETS[text], None
-    path = Path(text) if beside is None else beside / text
-    if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
-        meant = did_you_mean(text, _PRESETS) or nearest_file(path.with_suffix(".yaml"))
+    path = Path(text) if folder is None else folder / text
+    if isinstance(name, str) and "/" not in text and not Path(text).suffix and not path.exists():
+        suggestion = did_you_mean(text, _PRESETS) or nearest_file(path.with_suffix(".yaml"))
         raise LogError(
-            f"there is no preset '{text}'.{meant} The presets are: {', '.join(_PRESETS)}. A mapping"
-            " file is named with its suffix"
+            f"there is no preset '{text}'.{suggestion} The presets are: {', '.join(_PRESETS)}. Give"
+            " a mapping file with its suffix"
         )
     content = load_yaml(path)
-    if other := wrong_kind_message(content, str(path), "mapping"):
-        raise LogError(other)
+    if message := wrong_kind_message(content, str(path), "mapping"):
+        raise LogError(message)
     return content, path
 
 
-def composed(content: dict[Any, Any], path: Path | None = None) -> dict[Any, Any]:
-    """Return a mapping with everything it extends filled in, without what is null."""
-    whole = _merged(content, path, (str(path),) if path else ())
-    for key, given in whole.items():
-        if _is_group(key, given):
-            whole[key] = {name: one for name, one in given.items() if one is not None}
-    return {key: given for key, given in whole.items() if given is not None}
+def resolve_extends(content: dict[Any, Any], path: Path | None = None) -> dict[Any, Any]:
+    """Return the content of a mapping with `extends` resolved and null keys removed."""
+    merged = _merge_extended(content, path, (str(path),) if path else ())
+    for key, value in merged.items():
+        if _is_group(key, value):
+            merged[key] = {name: channel for name, channel in value.items() if channel is not None}
+    return {key: value for key, value in merged.items() if value is not None}
 
 
-def _merged(content: dict[Any, Any], path: Path | None, seen: tuple[str, ...]) -> dict[Any, Any]:
-    """Lay a mapping over those it extends: groups channel by channel, all else whole."""
-    whole: dict[Any, Any] = {}
-    for place in _extended(content):
-        if place in seen:
-            raise LogError(f"mappings extend one another in a ring: {' -> '.join((*seen, place))}")
-        other, found = load(place, path.parent if path else None)
-        if not isinstance(other, dict):
-            raise LogError(f"`extends: {place}` holds no mapping; it must be a table")
-        whole = _over(whole, _merged(other, found, (*seen, place)))
-    return _over(whole, {key: given for key, given in content.items() if key != "extends"})
+def _merge_extended(
+    content: dict[Any, Any], path: Path | None, chain: tuple[str, ...]
+) -> dict[Any, Any]:
+    """Overlay a mapping on those it extends: groups by channel, other keys by replacement."""
+    merged: dict[Any, Any] = {}
+    for name in _extended_names(content):
+        if name in chain:
+            raise LogError(f"`extends` is circular: {' -> '.join((*chain, name))}")
+        extended, extended_path = load_content(name, path.parent if path else None)
+        if not isinstance(extended, dict):
+            raise LogError(f"`extends: {name}` must hold a mapping table")
+        merged = _overlay(merged, _merge_extended(extended, extended_path, (*chain, name)))
+    return _overlay(merged, {key: value for key, value in content.items() if key != "extends"})
 
 
-def _extended(content: dict[Any, Any]) -> Iterator[str]:
-    given = content.get("extends") or []
-    for place in [given] if isinstance(given, str) else given:
-        if not isinstance(place, str):
-            raise LogError(f"`extends` must be the name of a preset or a path; got {place!r}")
-        yield place
+def _extended_names(content: dict[Any, Any]) -> Iterator[str]:
+    extends = content.get("extends") or []
+    for name in [extends] if isinstance(extends, str) else extends:
+        if not isinstance(name, str):
+            raise LogError(f"`extends` must be the name of a preset or a path; got {name!r}")
+        yield name
 
 
-def _over(below: dict[Any, Any], above: dict[Any, Any]) -> dict[Any, Any]:
-    whole = dict(below)
-    for key, given in above.items():
-        table, under = by_name(given) if key == "commands" else given, whole.get(key)
-        is_laid = _is_group(key, table) and _is_group(key, under)
-        whole[key] = under | table if is_laid else table
-    return whole
+def _overlay(below: dict[Any, Any], above: dict[Any, Any]) -> dict[Any, Any]:
+    merged = dict(below)
+    for key, value in above.items():
+        table, below_value = (
+            commands_by_name(value) if key == "commands" else value,
+            merged.get(key),
+        )
+        is_mergeable = _is_group(key, table) and _is_group(key, below_value)
+        merged[key] = below_value | table if is_mergeable else table
+    return merged
 
 
-def _is_group(key: object, given: object) -> bool:
-    return isinstance(given, dict) and key not in ("time", "clock")
+def _is_group(key: object, value: object) -> bool:
+    return isinstance(value, dict) and key not in ("time", "clock")

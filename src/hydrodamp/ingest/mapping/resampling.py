@@ -1,4 +1,4 @@
-"""The channels of all topics, their clocks set right, at the ticks of one clock."""
+"""Resampling of all channels to a reference clock: linear, slerp, or sample and hold."""
 
 from __future__ import annotations
 
@@ -12,179 +12,194 @@ from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
     Brackets,
     Ticks,
-    at_rate,
-    brackets,
-    held,
-    interpolated,
-    matched,
-    turned,
+    align_runs,
+    bracket_ticks,
+    interpolate,
+    interpolate_attitude,
+    make_even_ticks,
+    sample_and_hold,
 )
-from hydrodamp.ingest.irregularity import Irregularity, Oddity
-from hydrodamp.ingest.mapping.columns import FoundColumn, called
+from hydrodamp.ingest.irregularity import Irregularity, IrregularityKind
+from hydrodamp.ingest.mapping.columns import FoundColumn, describe_topic
 from hydrodamp.ingest.mapping.streams import Stream
 
 
-class Sampler:
-    """Gives the channels at the ticks of one clock."""
+class Resampler:
+    """Returns channels at the ticks of the reference clock: a topic's timestamps, or a rate."""
 
     def __init__(
         self,
-        found: Sequence[FoundColumn],
+        columns: Sequence[FoundColumn],
         streams: Sequence[Stream],
         topic: str | None,
         rate: float | None,
     ) -> None:
         self.streams = streams
-        self.base = base = _followed(streams, topic)
-        self.is_even = rate is not None
-        plain = Ticks(base.stamps.time, base.stamps.run)
-        self.ticks = plain if rate is None else at_rate(base.stamps, rate)
-        if faults := [*_strangers(streams, base)]:
+        self.base = base = _choose_reference(streams, topic)
+        self.has_rate = rate is not None
+        reference_ticks = Ticks(base.stamps.time, base.stamps.run)
+        self.ticks = reference_ticks if rate is None else make_even_ticks(base.stamps, rate)
+        if faults := [*_find_disjoint(streams, base)]:
             raise LogError(faults)
         self.irregularities = list(
-            dict.fromkeys(one for stream in streams for one in stream.stamps.irregularities)
+            dict.fromkeys(
+                irregularity for stream in streams for irregularity in stream.stamps.irregularities
+            )
         )
         for stream in streams:
-            stream.stamps = matched(stream.stamps, base.stamps)
+            stream.stamps = align_runs(stream.stamps, base.stamps)
         self.constants = {
-            one.entry.place: float(one.values()[0]) for one in found if one.topic is None
+            column.entry.channel: float(column.values()[0])
+            for column in columns
+            if column.topic is None
         }
-        self._of = {place: stream for stream in streams for place in stream.channels}
-        self._found: dict[tuple[int, bytes], Brackets] = {}
+        self._streams_by_channel = {
+            channel: stream for stream in streams for channel in stream.channels
+        }
+        self._brackets: dict[tuple[int, bytes], Brackets] = {}
 
     @property
     def n(self) -> int:
-        """The number of ticks."""
+        """Number of ticks."""
         return len(self.ticks.time)
 
-    def has(self, place: str) -> bool:
-        """Return whether there is a channel of this ``group.name``."""
-        return place in self._of or place in self.constants
+    def has(self, channel: str) -> bool:
+        """Return whether a channel ``group.name`` exists."""
+        return channel in self._streams_by_channel or channel in self.constants
 
     def labels(self) -> tuple[str, ...] | None:
-        """Return the label of each tick; None where no column names the segments."""
+        """Return the segment label of each tick; None without a segment column."""
         if self.base.clock.labels is None:
             return None
         stamps = self.base.stamps
-        at = brackets(stamps, self.ticks).before if self.is_even else slice(None)
-        return tuple(np.array(self.base.clock.labels, dtype=object)[stamps.rows][at].tolist())
+        indices = bracket_ticks(stamps, self.ticks).before if self.has_rate else slice(None)
+        return tuple(np.array(self.base.clock.labels, dtype=object)[stamps.rows][indices].tolist())
 
     def lines(self) -> Sequence[int] | None:
-        """Return the line of the file of each tick; None where it has none."""
+        """Return the file line of each tick; None if unknown."""
         lines, rows = self.base.topic.lines, self.base.stamps.rows
-        if self.is_even or not len(lines) or self.base.rows is not None:
+        if self.has_rate or not len(lines) or self.base.rows is not None:
             return None
         return lines if len(rows) == len(lines) else [lines[row] for row in rows.tolist()]
 
-    def is_direct(self, place: str) -> bool:
-        """Return whether a channel stands on the clock that is followed."""
-        return self._of.get(place) is self.base and not self.is_even
+    def is_direct(self, channel: str) -> bool:
+        """Return whether a channel has the reference clock."""
+        return self._streams_by_channel.get(channel) is self.base and not self.has_rate
 
-    def together(self, places: Sequence[str]) -> bool:
-        """Return whether channels stand in one topic, on one clock."""
-        streams = [self._of.get(place) for place in places]
-        return streams[0] is not None and all(one is streams[0] for one in streams)
+    def share_clock(self, channels: Sequence[str]) -> bool:
+        """Return whether channels share one topic and clock."""
+        streams = [self._streams_by_channel.get(channel) for channel in channels]
+        return streams[0] is not None and all(stream is streams[0] for stream in streams)
 
-    def number(self, place: str, *, is_command: bool = False) -> FloatArray:
-        """Return a channel at the ticks, shape (n,); NaN where it is not known."""
-        stream = self._of.get(place)
+    def number(self, channel: str, *, is_command: bool = False) -> FloatArray:
+        """Return a channel at the ticks, shape (n,); NaN where unknown."""
+        stream = self._streams_by_channel.get(channel)
         if stream is None:
-            return np.full(self.n, self.constants[place])
-        values, hold = stream.values(place), stream.channels[place].source.hold
-        if self.is_direct(place):
-            return _filled(values, self.ticks.run) if hold else values
+            return np.full(self.n, self.constants[channel])
+        values, hold = stream.values(channel), stream.channels[channel].source.hold
+        if self.is_direct(channel):
+            return _forward_fill(values, self.ticks.run) if hold else values
         if hold or (is_command and hold is None):
-            return self._brought(values, place, partial(held, until_next=hold is True))
-        return self._brought(values, place, interpolated)
+            return self._resample(
+                values, channel, partial(sample_and_hold, until_next=hold is True)
+            )
+        return self._resample(values, channel, interpolate)
 
-    def angle(self, place: str) -> FloatArray:
-        """Return an angle at the ticks, shape (n,), interpolated the shorter way round."""
-        if place in self.constants or self.is_direct(place):
-            return self.number(place)
-        return self._brought(
-            self.raw(place), place, lambda angle, found: interpolated(np.unwrap(angle), found)
+    def angle(self, channel: str) -> FloatArray:
+        """Return an angle at the ticks, shape (n,), interpolated after unwrapping."""
+        if channel in self.constants or self.is_direct(channel):
+            return self.number(channel)
+        return self._resample(
+            self.raw(channel),
+            channel,
+            lambda angle, brackets: interpolate(np.unwrap(angle), brackets),
         )
 
-    def raw(self, place: str) -> FloatArray:
-        """Return a channel at the messages of its topic."""
-        stream = self._of.get(place)
-        return np.array([self.constants[place]]) if stream is None else stream.values(place)
+    def raw(self, channel: str) -> FloatArray:
+        """Return a channel at its own timestamps."""
+        stream = self._streams_by_channel.get(channel)
+        return np.array([self.constants[channel]]) if stream is None else stream.values(channel)
 
-    def turned(self, quaternions: FloatArray, place: str) -> FloatArray:
-        """Return attitudes at the ticks, shape (n, 4)."""
-        if place in self.constants or self.is_direct(place):
+    def attitude(self, quaternions: FloatArray, channel: str) -> FloatArray:
+        """Return quaternions at the ticks, shape (n, 4); normalised if resampled."""
+        if channel in self.constants or self.is_direct(channel):
             return quaternions
         norm = np.sqrt(np.einsum("ni,ni->n", quaternions, quaternions))
-        # An estimator that has not started sends zeros.
+        # Estimators send zeros before they are initialised.
         unit = quaternions / np.where(norm > 0.5, norm, np.nan)[:, np.newaxis]
-        return self._brought(unit, place, turned)
+        return self._resample(unit, channel, interpolate_attitude)
 
-    def _brought(
-        self, values: FloatArray, place: str, way: Callable[[FloatArray, Brackets], FloatArray]
+    def _resample(
+        self, values: FloatArray, channel: str, method: Callable[[FloatArray, Brackets], FloatArray]
     ) -> FloatArray:
-        """Bring what is a number among values of a topic to the ticks; say which are none."""
-        stream, known = self._of[place], np.isfinite(values if values.ndim == 1 else values[:, 0])
-        if not known.any():
-            return np.full((self.n, *values.shape[1:]), np.nan)
-        is_whole = bool(known.all())
-        key = (id(stream), b"" if is_whole else known.tobytes())
-        if key not in self._found:
-            stamps, name = stream.stamps, stream.topic.name
-            if not is_whole:
-                what = place.partition(".")[2] if values.ndim == 1 else "attitude"
-                first, count = float(stamps.time[np.argmin(known)]), int(np.sum(~known))
-                odd = Irregularity(name, Oddity.EMPTY, count, first, what=what)
-                self.irregularities.append(odd)
-            self._found[key] = brackets(stamps.kept(known), self.ticks)
-        return way(values if is_whole else values[known], self._found[key])
-
-
-def _followed(streams: Sequence[Stream], topic: str | None) -> Stream:
-    """Return the stream whose clock is followed."""
-    choice = [one for one in streams if one.moves] or list(streams)
-    if topic is not None:
-        named = [one for one in streams if one.topic.name == topic]
-        choice = [one for one in named if one.moves] or named
-    if not choice:
-        names = dict.fromkeys(one.topic.name for one in streams)
-        raise LogError(
-            f"`clock` names the topic `{topic}`, of which the mapping takes nothing."
-            f"{did_you_mean(topic or '', names)} It takes: {', '.join(names)}"
+        """Resample the finite values of a channel to the ticks; report the others."""
+        stream, valid = (
+            self._streams_by_channel[channel],
+            np.isfinite(values if values.ndim == 1 else values[:, 0]),
         )
-    base = min(choice, key=lambda one: one.stamps.step or np.inf)
-    if (count := len(base.stamps.rows)) < 2:
-        held = "one message" if count == 1 else "no message"
+        if not valid.any():
+            return np.full((self.n, *values.shape[1:]), np.nan)
+        is_complete = bool(valid.all())
+        key = (id(stream), b"" if is_complete else valid.tobytes())
+        if key not in self._brackets:
+            stamps, name = stream.stamps, stream.topic.name
+            if not is_complete:
+                name_of_channel = channel.partition(".")[2] if values.ndim == 1 else "attitude"
+                first, count = float(stamps.time[np.argmin(valid)]), int(np.sum(~valid))
+                irregularity = Irregularity(
+                    name, IrregularityKind.INVALID, count, first, channel=name_of_channel
+                )
+                self.irregularities.append(irregularity)
+            self._brackets[key] = bracket_ticks(stamps.select(valid), self.ticks)
+        return method(values if is_complete else values[valid], self._brackets[key])
+
+
+def _choose_reference(streams: Sequence[Stream], topic: str | None) -> Stream:
+    """Return the stream with the reference clock: the shortest step with a velocity."""
+    candidates = [stream for stream in streams if stream.has_velocity] or list(streams)
+    if topic is not None:
+        named = [stream for stream in streams if stream.topic.name == topic]
+        candidates = [stream for stream in named if stream.has_velocity] or named
+    if not candidates:
+        names = dict.fromkeys(stream.topic.name for stream in streams)
         raise LogError(
-            f"{called(base.topic)} has {held} with a time in order; at least two are needed"
+            f"`clock` is the topic `{topic}`, which has no mapped channel."
+            f"{did_you_mean(topic or '', names)} Mapped topics: {', '.join(names)}"
+        )
+    base = min(candidates, key=lambda one: one.stamps.step or np.inf)
+    if (count := len(base.stamps.rows)) < 2:
+        amount = "one message" if count == 1 else "no message"
+        raise LogError(
+            f"{describe_topic(base.topic)} has {amount} with increasing time; two are required"
         )
     return base
 
 
-def _strangers(streams: Sequence[Stream], base: Stream) -> Iterator[str]:
-    """Name topics without a message, or with no time in common with the one that is followed."""
-    followed = base.stamps.time
+def _find_disjoint(streams: Sequence[Stream], base: Stream) -> Iterator[str]:
+    """Yield a fault per topic without messages or without overlap with the reference clock."""
+    reference = base.stamps.time
     for stream in streams:
         time, name = stream.stamps.time, stream.topic.name
         if not len(time):
-            yield f"topic `{name}` has no message with a time; set its channels to null"
+            yield f"topic `{name}` has no message with a timestamp; set its channels to null"
             continue
-        until_next = all(one.source.hold for one in stream.channels.values())
-        late = time.min() > followed.max()
-        if late or (time.max() < followed.min() and not until_next):
+        until_next = all(column.source.hold for column in stream.channels.values())
+        late = time.min() > reference.max()
+        if late or (time.max() < reference.min() and not until_next):
             yield (
-                f"the clock of `{name}` runs {_span(stream)} and that of"
-                f" `{base.topic.name}` {_span(base)}: they have nothing in common. Choose another"
-                " `time`, or set the channels of one to null"
+                f"the clocks of `{name}` ({_describe_span(stream)}) and `{base.topic.name}`"
+                f" ({_describe_span(base)}) do not overlap. Set another `time`, or set the channels"
+                " of one topic to null"
             )
 
 
-def _span(stream: Stream) -> str:
+def _describe_span(stream: Stream) -> str:
     time = stream.clock.time[np.isfinite(stream.clock.time)]
     return f"from {time.min():.3f} s to {time.max():.3f} s"
 
 
-def _filled(values: FloatArray, run: IntArray) -> FloatArray:
-    """Fill NaN with the last value before it in its run."""
-    begun = np.searchsorted(run, run)
-    last = np.maximum.accumulate(np.where(np.isnan(values), begun, np.arange(len(values))))
+def _forward_fill(values: FloatArray, run: IntArray) -> FloatArray:
+    """Replace NaN by the last value before it in the same run."""
+    run_start = np.searchsorted(run, run)
+    last = np.maximum.accumulate(np.where(np.isnan(values), run_start, np.arange(len(values))))
     return values[last]

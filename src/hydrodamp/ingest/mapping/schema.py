@@ -1,4 +1,4 @@
-"""The mapping file: frozen models that are at once its form, its checks and its values."""
+"""Schema of mapping files: pydantic models for validation, values and JSON Schema."""
 
 from __future__ import annotations
 
@@ -26,37 +26,37 @@ from hydrodamp.data.channels import ATTITUDE, BLOCKS, EULER, POSITION, RESERVED,
 from hydrodamp.data.units import unit_factor
 from hydrodamp.errors import LogError
 
-#: What `time` says where topics have a clock of their own.
-RECORDED = "recorded"
+#: Value of `time` for topics with a recorded time.
+RECORDED_TIME = "recorded"
 
-#: Directions of the world; what is given along them needs the attitude to become body axes.
-COMPASS = ("north", "east", "down", "up")
+#: Velocity components in world axes; rotation to body axes needs the attitude.
+WORLD_DIRECTIONS = ("north", "east", "down", "up")
 
-#: Other names of what is counted downwards, and their sign.
-DOWNWARD = {"up": ("down", -1.0), "depth": ("down", 1.0)}
+#: Aliases of the down component, and their sign.
+VERTICAL_ALIASES = {"up": ("down", -1.0), "depth": ("down", 1.0)}
 
-_BESIDES = {
+_EXTRA_CHANNELS = {
     ATTITUDE.name: dict.fromkeys((*EULER, "heading"), "angle"),
-    VELOCITY.name: dict.fromkeys(COMPASS, "speed"),
-    POSITION.name: dict.fromkeys(DOWNWARD, "length"),
+    VELOCITY.name: dict.fromkeys(WORLD_DIRECTIONS, "speed"),
+    POSITION.name: dict.fromkeys(VERTICAL_ALIASES, "length"),
 }
 
-#: For every group its channels and their quantities; commands have names of their own.
-GROUPS: dict[str, dict[str, str]] = {
-    block.name: {**block.quantities, **_BESIDES.get(block.name, {})}
+#: Channels of each group and their quantities; commands are named by the user.
+CHANNEL_GROUPS: dict[str, dict[str, str]] = {
+    block.name: {**block.quantities, **_EXTRA_CHANNELS.get(block.name, {})}
     for block in BLOCKS
     if block.shape
 }
 
-#: Channels that stand by themselves.
-SINGLE = {
+#: Channels without a group.
+SINGLE_CHANNELS = {
     name: what for block in BLOCKS if not block.shape for name, what in block.quantities.items()
 }
 
 
 def quantity_of(group: str, name: str) -> str | None:
-    """Return the quantity of a channel; None where it may be any."""
-    return SINGLE.get(group) or GROUPS.get(group, {}).get(name)
+    """Return the quantity of a channel; None if any is allowed."""
+    return SINGLE_CHANNELS.get(group) or CHANNEL_GROUPS.get(group, {}).get(name)
 
 
 Axes = Literal["FRD", "FLU"]
@@ -66,70 +66,76 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
-def _from_name(
+def _table_from_name(
     table: Callable[[str], dict[str, Any]], wanted: str, kind: Any = dict
 ) -> BeforeValidator:
-    """Return what writes a name alone as the table that it stands for."""
+    """Return a validator that expands a bare name to its table."""
 
-    def write(given: object) -> object:
+    def expand(given: object) -> object:
         if isinstance(given, str):
             return table(given)
         if isinstance(given, dict | BaseModel):
             return given
         raise ValueError(f"must {wanted}; got {given!r}")
 
-    return BeforeValidator(write, json_schema_input_type=str | kind)
+    return BeforeValidator(expand, json_schema_input_type=str | kind)
 
 
 class Source(_Strict):
-    """One place in a log and what becomes of the numbers there; or one value throughout."""
+    """A column of a log and the conversion of its numbers; or a constant value."""
 
     column: StrictStr = Field(
-        "", description="its name in the log: topic.field, or the column of a table"
+        "", description="name in the log: topic.field, or the column of a table"
     )
-    value: FiniteFloat | None = Field(None, description="in place of a column: the same throughout")
+    value: FiniteFloat | None = Field(None, description="constant value, instead of a column")
     rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
-        None, description="of `time`, in place of a column: rows follow one another so often [Hz]"
+        None, description="for `time` only, instead of a column: sampling rate of the rows [Hz]"
     )
-    unit: str | None = Field(None, description="of the value after scale and offset")
-    sign: Literal[1, -1] = Field(1, description="applied before axes are turned")
-    scale: FiniteFloat = Field(1.0, description="value = scale times number plus offset")
+    unit: str | None = Field(None, description="unit after scale and offset")
+    sign: Literal[1, -1] = Field(1, description="applied before rotation of axes")
+    scale: FiniteFloat = Field(1.0, description="value = scale * number + offset")
     offset: FiniteFloat = 0.0
     plus: dict[str, FiniteFloat] = Field(
-        {}, description="other columns of the same topic to add, each times a number"
+        {},
+        description="further columns of the same topic and their weights; value += weight * column",
     )
     hold: StrictBool | None = Field(
-        None, description="keep the last value until the next; false interpolates a command"
+        None,
+        description="sample and hold until the next value; false interpolates a command",
     )
-    delay: FiniteFloat = Field(0.0, description="how long before its stamp it was measured [s]")
+    delay: FiniteFloat = Field(
+        0.0, description="clock offset: time from measurement to timestamp [s]"
+    )
     where: Annotated[
         dict[str, FiniteFloat | None],
-        _from_name(
+        _table_from_name(
             lambda name: {name: None},
             "be the name of a field, or a table of fields and values",
             dict[str, float],
         ),
-    ] = Field({}, description="use only rows where this field is not zero, or has this value")
-    optional: StrictBool = Field(False, description="no fault where the log lacks it")
+    ] = Field(
+        {}, description="condition: use only rows where this field is nonzero, or equals this value"
+    )
+    optional: StrictBool = Field(False, description="if true, the log may lack this column")
 
     @model_validator(mode="after")
-    def _one_place(self) -> Self:
+    def _check_source(self) -> Self:
         if self.value is None and not self.column and self.rate is None:
-            raise ValueError("must name a `column`, or give a `value`")
+            raise ValueError("must have a `column` or a `value`")
         if self.rate is not None and self.model_fields_set != {"rate"}:
-            raise ValueError("takes nothing beside `rate`")
+            raise ValueError("allows no other key with `rate`")
         if self.value is not None and not self.model_fields_set <= {"value", "unit", "sign"}:
-            raise ValueError("takes `unit` and `sign` alone beside `value`")
+            raise ValueError("allows only `unit` and `sign` with `value`")
         return self
 
 
-def _choices(given: object) -> object:
+def _as_choices(given: object) -> object:
     if given == []:
-        raise ValueError("must be a list of at least one; got []")
+        raise ValueError("must be a list of at least one column; got []")
     return given if isinstance(given, list) else [given]
 
 
-def _checked_units(quantity: str | None) -> Callable[[tuple[Source, ...]], tuple[Source, ...]]:
+def _unit_check(quantity: str | None) -> Callable[[tuple[Source, ...]], tuple[Source, ...]]:
     def check(choices: tuple[Source, ...]) -> tuple[Source, ...]:
         for source in choices:
             if source.unit is not None:
@@ -139,17 +145,17 @@ def _checked_units(quantity: str | None) -> Callable[[tuple[Source, ...]], tuple
     return check
 
 
-_ONE = str | Source
+_SourceInput = str | Source
 
-#: A column, a table about it, or a list of these of which the first found counts.
+#: A column, a source table, or a list of alternatives; the first one in the log is used.
 Channel = Annotated[
-    tuple[Annotated[Source, _from_name(lambda name: {"column": name}, "name a column")], ...],
-    BeforeValidator(_choices, json_schema_input_type=_ONE | list[_ONE]),
+    tuple[Annotated[Source, _table_from_name(lambda name: {"column": name}, "name a column")], ...],
+    BeforeValidator(_as_choices, json_schema_input_type=_SourceInput | list[_SourceInput]),
 ]
 
 
 class Entry(NamedTuple):
-    """One channel of a mapping; ``sign`` is that of its name, as of ``up`` for ``down``."""
+    """A channel of a mapping; ``sign`` is -1 for an alias such as ``up`` of ``down``."""
 
     group: str
     name: str
@@ -159,56 +165,56 @@ class Entry(NamedTuple):
 
     @property
     def column(self) -> str:
-        """Its first choice of a column."""
+        """Column of the first choice."""
         return self.choices[0].column
 
     @property
-    def place(self) -> str:
-        """How the channel is called: ``group.name``."""
+    def channel(self) -> str:
+        """Full name of the channel: ``group.name``."""
         return f"{self.group}.{self.name}"
 
 
 class Quaternion(_Strict):
-    """Four numbers of one message."""
+    """Quaternion of one message: an array, or four fields."""
 
-    column: StrictStr = Field(description="what comes before [0] ... [3], or before .w .x .y .z")
+    column: StrictStr = Field(description="prefix of [0] ... [3], or of .w .x .y .z")
     order: Literal["wxyz", "xyzw"] | None = Field(
-        None, description="of an array; without it the parts are called w x y z"
+        None, description="order of an array; without it, the fields are named w x y z"
     )
 
-    def parts(self) -> Iterator[tuple[str, Source]]:
-        """Yield the parts by their names, and where each stands."""
-        for part in "wxyz":
-            tail = f".{part}" if self.order is None else f"[{self.order.index(part)}]"
-            yield f"q{part}", Source(column=f"{self.column}{tail}")
+    def components(self) -> Iterator[tuple[str, Source]]:
+        """Yield name and source of each component."""
+        for component in "wxyz":
+            suffix = f".{component}" if self.order is None else f"[{self.order.index(component)}]"
+            yield f"q{component}", Source(column=f"{self.column}{suffix}")
 
 
 def _entries(group: str, channels: Iterable[tuple[str, Any]]) -> Iterator[Entry]:
-    for name, given in channels:
-        if isinstance(given, Quaternion):
-            for part, source in given.parts():
-                yield Entry(group, part, (source,), "ratio")
+    for name, channel in channels:
+        if isinstance(channel, Quaternion):
+            for component, source in channel.components():
+                yield Entry(group, component, (source,), "ratio")
         else:
-            called, sign = DOWNWARD.get(name, (name, 1.0))
-            yield Entry(group, called, given, quantity_of(group, name), sign)
+            axis, sign = VERTICAL_ALIASES.get(name, (name, 1.0))
+            yield Entry(group, axis, channel, quantity_of(group, name), sign)
 
 
-def _field(quantity: str) -> tuple[Any, Any]:
-    """Return the form of a channel that may be left out, its unit checked."""
-    kind = Annotated[Channel, AfterValidator(_checked_units(quantity))] | None
+def _channel_field(quantity: str) -> tuple[Any, Any]:
+    """Return the model field of an optional channel with a check of its unit."""
+    kind = Annotated[Channel, AfterValidator(_unit_check(quantity))] | None
     return kind, Field(None, description=quantity)
 
 
-def _group(name: str, channels: dict[str, str]) -> type[_Strict]:
-    """Return the form of a group: a field a channel, its unit checked against its quantity."""
-    fields: dict[str, Any] = {name: _field(quantity) for name, quantity in channels.items()}
+def _group_model(name: str, channels: dict[str, str]) -> type[_Strict]:
+    """Return the model of a group, with one field per channel."""
+    fields: dict[str, Any] = {name: _channel_field(quantity) for name, quantity in channels.items()}
     if name == "attitude":
         fields["quaternion"] = (Quaternion | None, None)
     return create_model(name.capitalize(), __base__=_Strict, **fields)
 
 
 class Rotation(_Strict):
-    """How a sensor is turned against the body."""
+    """Mounting angles of a sensor relative to the body."""
 
     roll: FiniteFloat = 0.0
     pitch: FiniteFloat = 0.0
@@ -217,20 +223,21 @@ class Rotation(_Strict):
 
 
 class Sensor(_Strict):
-    """Where and how a sensor sits in the vehicle."""
+    """Axes, mounting angles and position of a sensor in the vehicle."""
 
-    axes: Axes | None = Field(None, description="of the sensor; those of the body if not given")
+    axes: Axes | None = Field(None, description="axes of the sensor; default: `frame`")
     rotation: Rotation = Field(
         Rotation(),
-        description="turns the body's axes into the sensor's: yaw, then pitch, then roll",
+        description="from body axes to sensor axes: yaw, then pitch, then roll",
     )
     position: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0], description="of the sensor from the reference point, body axes [m]"
+        [0.0, 0.0, 0.0],
+        description="position of the sensor relative to the reference point, body axes [m]",
     )
 
 
 class Sensors(_Strict):
-    """The sensors behind the groups of channels."""
+    """Sensors of the channel groups."""
 
     velocity: Sensor = Sensor()
     rates: Sensor = Sensor()
@@ -239,20 +246,20 @@ class Sensors(_Strict):
 
 
 class Clock(_Strict):
-    """Whose clock all channels are brought to."""
+    """Reference clock to which all channels are resampled."""
 
     topic: StrictStr | None = None
     rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(None, description="[Hz]")
 
 
-def _command_name(name: str) -> str:
+def _check_command_name(name: str) -> str:
     if name in RESERVED:
-        raise ValueError("has the name of another column of a log; give the command its own")
+        raise ValueError("is the reserved name of another channel; rename the command")
     check_command_name(name)
     return name
 
 
-def _steps(given: object) -> tuple[Step, ...]:
+def _parse_steps(given: object) -> tuple[Step, ...]:
     if not isinstance(given, list):
         raise ValueError(f"must be a list; got {given!r}")
     steps, faults = parse_steps(given)
@@ -261,9 +268,9 @@ def _steps(given: object) -> tuple[Step, ...]:
     return steps
 
 
-def by_name(given: Any) -> Any:
-    """Write a list of commands as a table."""
-    return {name: name for name in given} if isinstance(given, list) else given
+def commands_by_name(commands: Any) -> Any:
+    """Expand a list of commands to a table."""
+    return {name: name for name in commands} if isinstance(commands, list) else commands
 
 
 if TYPE_CHECKING:
@@ -275,16 +282,21 @@ else:
     _Channels = create_model(
         "_Channels",
         __base__=_Strict,
-        **{name: (_group(name, channels) | None, None) for name, channels in GROUPS.items()},
-        **{name: _field(quantity) for name, quantity in SINGLE.items()},
+        **{
+            name: (_group_model(name, channels) | None, None)
+            for name, channels in CHANNEL_GROUPS.items()
+        },
+        **{name: _channel_field(quantity) for name, quantity in SINGLE_CHANNELS.items()},
     )
 
 
 class MappingFile(_Channels):
-    """A whole mapping file."""
+    """Mapping file: assignment of columns to channels, with units, axes and clocks."""
 
-    extends: str | list[str] = Field([], description="presets or mapping files this one changes")
-    source: str | None = Field(None, description="where it is from")
+    extends: str | list[str] = Field(
+        [], description="presets or mapping files that this file overrides"
+    )
+    source: str | None = Field(None, description="origin of the mapping")
     note: str | None = None
     topics: dict[
         str,
@@ -295,45 +307,54 @@ class MappingFile(_Channels):
                 json_schema_input_type=str | list[str],
             ),
         ],
-    ] = Field({}, description="names used in this file, and the topics that each may stand for")
+    ] = Field({}, description="topic names used in this file, and the alternative topics of each")
     files: dict[str, StrictStr] = Field(
-        {}, description="topics with a file each, by its name; a star stands for what names the run"
+        {}, description="file name of each topic; `*` stands for the name of the recording"
     )
-    frame: Axes = Field("FRD", description="FRD: world north-east-down; FLU: world z up")
+    frame: Axes = Field(
+        "FRD", description="body axes; FRD: forward-starboard-down; FLU: forward-port-up"
+    )
     world: Literal["NED", "NWU", "ENU"] = Field(
         "NED",
-        description="what attitude is counted from: NED for FRD; NWU (default) or ENU for FLU",
+        description="reference frame of the attitude: NED for FRD; NWU (default) or ENU for FLU",
     )
     clock: Annotated[
         Clock,
-        _from_name(
+        _table_from_name(
             lambda name: {"topic": name}, "be a topic, or a table of `topic` or `rate`", Clock
         ),
     ] = Clock()
     segment: StrictStr | None = None
     commands: Annotated[
-        dict[Annotated[str, AfterValidator(_command_name)], Channel],
-        BeforeValidator(by_name, json_schema_input_type=dict[str, Channel] | list[str]),
-    ] = Field({}, description="by their names here; a list where they keep their names")
+        dict[Annotated[str, AfterValidator(_check_command_name)], Channel],
+        BeforeValidator(commands_by_name, json_schema_input_type=dict[str, Channel] | list[str]),
+    ] = Field({}, description="columns of the commands by name; a list if the names are equal")
     sensors: Sensors = Sensors()
     steps: Annotated[
         tuple[Step, ...],
-        BeforeValidator(_steps, json_schema_input_type=list[str | dict[str, Any]]),
+        BeforeValidator(_parse_steps, json_schema_input_type=list[str | dict[str, Any]]),
     ] = Field(
-        (), description="done to the log, in order; names as in hydrodamp.conditioning.pipeline"
+        (), description="conditioning steps in order; names as in hydrodamp.conditioning.pipeline"
     )
 
     _name: str = PrivateAttr("mapping")
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """Name of the mapping in messages."""
         return self._name
 
     @cached_property
     def entries(self) -> tuple[Entry, ...]:
-        """The channels, one entry each."""
-        found = [Entry(name, name, getattr(self, name), SINGLE[name]) for name in SINGLE]
-        found += [one for group in GROUPS for one in _entries(group, getattr(self, group) or ())]
-        found += [Entry("commands", name, given) for name, given in self.commands.items()]
-        return tuple(one for one in found if one.choices)
+        """All channels, one entry each."""
+        entries = [
+            Entry(name, name, getattr(self, name), SINGLE_CHANNELS[name])
+            for name in SINGLE_CHANNELS
+        ]
+        entries += [
+            entry
+            for group in CHANNEL_GROUPS
+            for entry in _entries(group, getattr(self, group) or ())
+        ]
+        entries += [Entry("commands", name, choices) for name, choices in self.commands.items()]
+        return tuple(entry for entry in entries if entry.choices)
