@@ -38,8 +38,8 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")
-    assert "2 logs had been folded before" in done.stderr  # each day has the same two
-    assert "2026-05-02_dive.csv has the content of logs/2026-05-01_dive.csv" in done.stderr
+    assert "2 logs were read from the cache" in done.stderr  # each day has the same two
+    assert "2026-05-02_dive.csv is a duplicate of logs/2026-05-01_dive.csv" in done.stderr
 
 
 def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
@@ -65,10 +65,10 @@ def test_wrong_calls_are_refused(folder, call):
     for line, says in (
         (LINE.format("nothing*.csv", "day"), "no log matches it"),
         (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
-        (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`sparse` is selected"),
+        (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`--model sparse`"),
         (
             LINE.format("a.csv", "folder") + " --mapping a.yaml --mapping b.yaml",
-            "one mapping serves",
+            "`--mapping` must be given once",
         ),
         (LINE.format("a.csv", "folder").replace("planar.yaml", "planar.yaml,vt690"), "must hold"),
         (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not answer"),

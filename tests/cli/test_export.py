@@ -22,7 +22,7 @@ def test_writes_runs_and_tells(folder, call, damping):
     done = call(line)
     assert "every term of" in " ".join(done.stdout.split())
     assert "\nReplay RMS" in done.stdout
-    assert f"written to sim: auv_planar.py\nnext: {Path('sim', 'fidelity.html')} is" in done.stderr
+    assert f"written to sim: auv_planar.py\nsee {Path('sim', 'fidelity.html')} " in done.stderr
     names = "fidelity.html", "fidelity.json", "auv_planar.py", MANIFEST
     assert {path.name for path in (folder / "sim").iterdir()} == {*names}
     call(line, status=2)
@@ -71,7 +71,7 @@ def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypat
     monkeypatch.setenv("PATH", f"{refuses.parent}:/bin:/usr/bin")
     for target in ("c", "fmu"):
         done = call(f"export {target} d.json --vehicle planar.yaml --out {target}", 1)
-        assert "error: what was written does not run here: cc reports" in done.stderr
+        assert "error: the exported files do not run here: cc reports" in done.stderr
         assert "Failed: cc reports" in " ".join(done.stdout.split())
         assert (folder / target / "fidelity.html").is_file()
 

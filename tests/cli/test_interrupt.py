@@ -68,13 +68,13 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
         rows = document()["rows"]
         assert rows == [row for row in whole["rows"] if row in rows]
         assert document()["provenance"]["unfinished"] == f"{len(rows)} of 8 rows: interrupted"
-        assert "Unfinished" in (folder / "out" / "table.txt").read_text("utf-8")
+        assert "Incomplete comparison" in (folder / "out" / "table.txt").read_text("utf-8")
     assert re.search(r"interrupted: \d of 8 rows. In out/fits finished fits are", broken.stderr)
 
     call(f"{LINE} --resume")
     again = document()
     assert again["rows"] == whole["rows"]
-    assert again["provenance"]["resumed"] == f"{kept} of 8 fits are of an earlier run"
+    assert again["provenance"]["resumed"] == f"{kept} of 8 fits from an earlier run"
     assert "unfinished" not in again["provenance"]
     for name in ("table.txt", "table.csv"):
         assert (folder / "out" / name).read_bytes() == (folder / "whole" / name).read_bytes()
@@ -98,27 +98,27 @@ def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, k
     there = {path: path.read_bytes() for path in Path("whole/fits").iterdir()}
     told = call(f"{line} --resume").stderr
     assert document("whole")["provenance"]["resumed"].startswith(f"{kept} of ")
-    assert "holds an earlier comparison, which this one replaces; finished fits stay." in told
+    assert "contains an earlier comparison, which is overwritten; finished fits are reused." in told
     assert {path: path.read_bytes() for path in there} == there
 
 
 def test_resume_needs_a_folder(folder, call):
     for line in (LINE.replace("--out out", ""), "demo"):
         done = call(f"{line} --resume", 2)
-        assert "name it with `--out DIR`" in done.stderr
+        assert "`--out DIR`" in done.stderr
 
 
 def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     interrupt_fits(monkeypatch, 1)
     shown = call(LINE.replace("--out out", ""), 130)
-    assert "Unfinished, " in shown.stdout
+    assert "Incomplete comparison" in shown.stdout
     assert re.search(r"\w+ by ls \(", shown.stdout)
     assert "With `--out DIR` finished fits are kept" in shown.stderr
 
 
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
     monkeypatch.setattr(
-        comparison_run, "illustrate", interrupted_at(1, comparison_run.write_diagnostics)
+        comparison_run, "write_diagnostics", interrupted_at(1, comparison_run.write_diagnostics)
     )
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
@@ -155,7 +155,7 @@ def test_a_bar_shows_the_share_and_time_left_and_ctrl_c_keeps_the_rows(folder):
         bar = r"by oe \(2 of 2\) \S+ +\d\d% 0:\d\d:\d\d"
         read_until(terminal, bar)
         process.send_signal(signal.SIGINT)
-        said = read_until(terminal, "`--resume` makes the rest")
+        said = read_until(terminal, "`--resume` continues")
         output, _ = process.communicate(timeout=60)
     os.close(terminal)
     assert process.returncode == 130

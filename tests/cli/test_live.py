@@ -40,11 +40,11 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
         (f"{START} --source b.csv --output-interval 0", "must be positive"),
         (
             f"{START} --source b.csv --checkpoint-interval nan",
-            "must be zero or more seconds; got nan",
+            "must not be negative; got nan",
         ),
         (
             f"{START} --source b.csv --checkpoint-interval -1",
-            "must be zero or more seconds; got -1",
+            "must not be negative; got -1",
         ),
         (f"{START} --source tcp://127.0.0.1:1", "`--source tcp://127.0.0.1:1` is not supported"),
         (f"{START} --source stdin://", "name `stdin`"),
@@ -129,7 +129,7 @@ def test_a_closed_pipe_ends_the_run_with_its_state(folder):
         process.stdout.close()
         said = process.stderr.read()
         assert process.wait() == 0
-    assert said.splitlines() == ["whoever read standard output is gone, so the run ends."]
+    assert said.splitlines() == ["standard output was closed: the run ends."]
     assert 0 < json.loads((folder / "s.json").read_text())["state"]["n_rows"] < 400
 
 

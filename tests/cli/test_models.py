@@ -19,8 +19,8 @@ def test_the_model_of_a_log_is_listed_and_explained(call):
     assert re.search(r"^sparse[ -]+Selected from a log", call("models").stdout, re.MULTILINE)
     for line in ("models", "models sparse"):
         said = " ".join(call(line).stdout.split())
-        assert "sparse` comes with a log" in said or "sparse comes with a log" in said
-        assert "compare LOG ... --models sparse" in said
+        assert "sparse: stepwise selection of terms" in said
+        assert "--models sparse` of `compare`" in said
     assert json.loads(call("models sparse --json").stdout)["terms"] is None
 
 
@@ -38,7 +38,7 @@ def test_shows_those_of_a_file_or_one_of_them(folder, call):
     document = json.loads(call("models two.yaml --json").stdout)
     assert [model["commands"] for model in document["models"]] == [[], ["rpm"]]
     said = call("models two.yaml").stdout
-    assert "`hydrodamp models two.yaml:NAME` shows the terms of one" in said
+    assert "`hydrodamp models two.yaml:NAME` shows the terms of a model" in said
     assert "sparse" not in said
     assert "u*rpm" in call("models two.yaml:b").stdout
     assert json.loads(call("models two.yaml:a --json").stdout)["model"] == "a"

@@ -36,7 +36,7 @@ def test_json_holds_every_fold_and_horizon(folder, call):
 def test_what_is_written_is_what_json_prints(folder, call):
     done = call(f"{LINE} --folds 3 --json --out folds.json")
     assert (folder / "folds.json").read_text("utf-8") == done.stdout
-    assert "would be replaced" in call(f"{LINE} --out a.csv", 2).stderr
+    assert "one of the inputs" in call(f"{LINE} --out a.csv", 2).stderr
 
 
 @pytest.mark.parametrize(

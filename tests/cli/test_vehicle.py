@@ -16,7 +16,7 @@ def test_an_estimate_can_be_used_as_it_is(folder, call):
 
 def test_an_estimate_says_that_nothing_rights_it(folder, call):
     told = call(f"vehicle new mine.yaml {SIZES}").stderr
-    assert "lacks a righting moment" in " ".join(told.split())
+    assert "no restoring moment" in " ".join(told.split())
     assert not read_vehicle(folder / "mine.yaml").restoring_matrix[3:].any()
     assert "ready to use" in call("vehicle new like.yaml --like bluerov2").stderr
 
@@ -29,7 +29,7 @@ def test_a_vehicle_of_the_fleet_can_be_started_from(folder, call):
 
 def test_a_file_to_fill_in(folder, call):
     done = call("vehicle new empty.yaml")
-    assert "fill in its numbers" in done.stderr
+    assert "fill in the missing numbers" in done.stderr
     assert "mass_matrix" in (folder / "empty.yaml").read_text("utf-8")
 
 
@@ -45,7 +45,7 @@ def test_a_file_that_is_there_is_kept_unless_forced(folder, call):
     ("more", "words"),
     [
         ("--like bluerov3", "Did you mean 'bluerov2'?"),
-        (f"--like lauv {SIZES}", "leave out --length"),
+        (f"--like lauv {SIZES}", "--length"),
         ("--length 2000 --diameter 190 --mass 42", "give metres and kilograms"),
         ("--length 2", "together"),
     ],

@@ -14,6 +14,8 @@ import pytest
 )
 def test_a_vehicle_that_is_forgotten(folder, call, line):
     done = call(line, 2)
-    assert done.stderr.startswith("error: `--vehicle` is missing: name one of the fleet (bluerov2")
+    assert done.stderr.startswith(
+        "error: `--vehicle` is missing: give a vehicle of the fleet (bluerov2"
+    )
     assert "`hydrodamp vehicle new`" in done.stderr
     assert not (folder / "d.json").exists()

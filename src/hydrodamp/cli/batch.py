@@ -12,40 +12,21 @@ import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import WORK_FAILED, emit, note, print_results
 
-EXECUTION = "Execution"
-_LOGS = "Log files, folders (searched recursively), glob patterns, or URLs such as s3://…"
-_MODELS = "Comma-separated model names, YAML files of models, or FILE:NAME. [required]"
-_GROUP_BY = "Comma-separated: vehicle, day, month, folder, or regular expressions of the path."
-_VEHICLES = "Comma-separated; each log is assigned by the vehicle name in its path. [required]"
-_MAPPING = "Mapping file or preset, the same for all logs."
-_OUT = "Folder for tables, damping files of the groups, pictures, the report and the cache."
-_SCHEDULER = "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."
-
 
 def batch(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG", help=_LOGS)],
-    out: Annotated[Path, options.out_option("DIR", _OUT)],
-    vehicle: Annotated[str, options.vehicle_option(_VEHICLES)] = "",
-    model: Annotated[str, options.model_option(_MODELS, metavar="LIST")] = "",
-    method: Annotated[
-        str, options.method_option(f"Identification method: {options.KEYS}.")
-    ] = "weak",
-    group_by: Annotated[
-        str, typer.Option(metavar="LIST", help=_GROUP_BY, rich_help_panel=options.DATA)
-    ] = "day",
-    mapping: Annotated[
-        list[str] | None, typer.Option(metavar="M", help=_MAPPING, rich_help_panel=options.DATA)
-    ] = None,
+    logs: Annotated[list[str], options.argument("batch-logs")],
+    out: Annotated[Path, options.option("batch-out")],
+    vehicle: Annotated[str, options.option("batch-vehicle")] = "",
+    model: Annotated[str, options.option("batch-model")] = "",
+    method: Annotated[str, options.option("batch-method")] = "weak",
+    group_by: Annotated[str, options.option("batch-group-by")] = "day",
+    mapping: Annotated[list[str] | None, options.option("batch-mapping")] = None,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Worker processes.", rich_help_panel=EXECUTION),
+        options.option("batch-workers"),
     ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="URL", help=_SCHEDULER, rich_help_panel=EXECUTION)
-    ] = None,
-    timeout: Annotated[
-        float, typer.Option(metavar="S", help="Time limit per log [s].", rich_help_panel=EXECUTION)
-    ] = 3600.0,
+    scheduler: Annotated[str | None, options.option("batch-scheduler")] = None,
+    timeout: Annotated[float, options.option("batch-timeout")] = 3600.0,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:

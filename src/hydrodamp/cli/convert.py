@@ -13,7 +13,7 @@ from hydrodamp.cli.output import note, print_results
 
 def convert(
     logs: options.SomeLogs,
-    out: Annotated[Path, options.out_option("FILE", "Canonical log, a .csv or .parquet file.")],
+    out: Annotated[Path, options.option("convert-out")],
     mapping: options.MappingFile = None,
     force: options.Force = False,
 ) -> None:

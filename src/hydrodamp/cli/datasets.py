@@ -17,19 +17,13 @@ from hydrodamp.errors import FileError
 def datasets(
     name: Annotated[
         str | None,
-        typer.Argument(
-            metavar="NAME",
-            help="Dataset to download; without it, all are listed.",
-            autocompletion=options.complete_datasets,
-        ),
+        options.argument("datasets-name"),
     ] = None,
     out: Annotated[
         Path | None,
-        options.out_option("DIR", "Folder of the files. [default: datasets/NAME]"),
+        options.option("datasets-out"),
     ] = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Accept the licence and download missing files.")
-    ] = False,
+    yes: Annotated[bool, options.option("datasets-yes")] = False,
     json: options.Json = False,
 ) -> None:
     """List public logs, or download one with checksums verified."""

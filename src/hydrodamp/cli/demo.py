@@ -4,23 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import print_results
 from hydrodamp.cli.resolve import list_methods, list_models
 
-_TRUTH = (
-    "Hydrodynamics of the simulated vehicle: as published, or with strip-theory crossflow drag, "
-    "which none of the eight models represents."
-)
-
 
 def demo(
     out: options.OutFolder = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensor noise.")] = 0,
-    truth: Annotated[str, typer.Option(metavar="[sname|crossflow]", help=_TRUTH)] = "sname",
+    seed: Annotated[int, options.option("demo-seed")] = 0,
+    truth: Annotated[str, options.option("demo-truth")] = "sname",
     resume: options.Resume = False,
     force: options.Force = False,
     json: options.Json = False,

@@ -7,8 +7,6 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.data_split import read_logs
@@ -17,38 +15,22 @@ from hydrodamp.cli.resolve import find_vehicle
 from hydrodamp.errors import MethodError
 
 MAX_FILES = 6  # names in the message
-_TARGET = f"Target: {options.TARGETS}."
-_SET = "Setting of the target, such as precision=float. Repeatable."
 
 
 def export(
-    target: Annotated[
-        str, typer.Argument(metavar="TARGET", help=_TARGET, autocompletion=options.complete_targets)
-    ],
-    damping: Annotated[
-        str, typer.Argument(metavar="JSON", help="Damping file, as written by identify.")
-    ],
-    out: Annotated[Path, options.out_option("DIR", "Folder of the exported files.")],
+    target: Annotated[str, options.argument("export-target")],
+    damping: Annotated[str, options.argument("export-damping")],
+    out: Annotated[Path, options.option("export-out")],
     vehicle: options.VehicleName = "",
     log: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="LOG",
-            help="Replay this log with the exported files. Repeatable.",
-            rich_help_panel=options.DATA,
-        ),
+        options.option("export-log"),
     ] = None,
     mapping: options.MappingFile = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help=_SET)
-    ] = None,
+    settings: Annotated[list[str] | None, options.option("export-settings")] = None,
     force: Annotated[
         bool,
-        typer.Option(
-            "--force",
-            help="Overwrite an earlier export; also write one that is inaccurate or diverges.",
-            rich_help_panel=options.OUTPUT,
-        ),
+        options.option("export-force"),
     ] = False,
     json: options.Json = False,
 ) -> None:
@@ -108,9 +90,9 @@ def operating_box_of(damping: Path) -> hd.OperatingBox | None:
     """Return the range of training velocities that a damping file holds, if any."""
     import numpy as np
 
-    from hydrodamp.report.documents import trained_on
+    from hydrodamp.report.documents import read_training_range
 
-    ranges = trained_on(damping)
+    ranges = read_training_range(damping)
     if not any(name in ranges for name in hd.VELOCITIES):
         return None
     low, high = np.array([ranges.get(name, (0.0, 0.0)) for name in hd.VELOCITIES]).T

@@ -7,42 +7,27 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.data_split import training_log
 from hydrodamp.cli.output import emit, fail, note, print_results
 from hydrodamp.cli.report import report_paths, write_fit_report
 
-CHECKS = "Checks of the fit"
-_NEXT_DIVE = "Estimate what a planned dive of 600 s would add to the data."
-_SENSITIVITY = "Refit with modified vehicle parameters and report the change."
-_ACTUATORS = "First compare the known actuator wrench with the motion (a weak-form fit)."
-
 
 def identify(
     vehicle: options.VehicleName = "",
     model: options.OneModel = "",
     logs: options.Logs = None,
-    method: Annotated[
-        str, options.method_option(f"Identification method: {options.KEYS}.")
-    ] = options.DEFAULT_METHOD,
+    method: Annotated[str, options.option("identify-method")] = options.DEFAULT_METHOD,
     train: options.Train = None,
     mapping: options.MappingFile = None,
     estimate_gains: options.EstimateGains = False,
-    check_actuators: Annotated[
-        bool, typer.Option("--check-actuators", help=_ACTUATORS, rich_help_panel=CHECKS)
-    ] = False,
-    sensitivity: Annotated[
-        bool, typer.Option("--sensitivity", help=_SENSITIVITY, rich_help_panel=CHECKS)
-    ] = False,
-    next_dive: Annotated[
-        bool, typer.Option("--next-dive", help=_NEXT_DIVE, rich_help_panel=CHECKS)
-    ] = False,
+    check_actuators: Annotated[bool, options.option("identify-check-actuators")] = False,
+    sensitivity: Annotated[bool, options.option("identify-sensitivity")] = False,
+    next_dive: Annotated[bool, options.option("identify-next-dive")] = False,
     out: Annotated[
         Path | None,
-        options.out_option("FILE", "Damping file; pictures and a report are written next to it."),
+        options.option("identify-out"),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,

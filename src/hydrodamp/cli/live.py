@@ -12,8 +12,6 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import WORK_FAILED, fail, note
@@ -24,54 +22,28 @@ if TYPE_CHECKING:
 
 Message = TypeVar("Message")
 
-CHECKPOINT, NETWORK = "Checkpoint", "Network"
-_MODEL = "Model name, YAML file of one model, or FILE:NAME. [required]"
-_SOURCE = (
-    "`stdin` (JSON lines or a table), udp://HOST:PORT (JSON), mavlink://HOST:PORT, `ros2`, or a"
-    " log. [required]"
-)
-_CHECKPOINT = "File of the estimator's state; an existing one is resumed."
-_CHECKPOINT_INTERVAL = "Interval of checkpoints [s]; the last is written at the end."
-_OUTPUT_INTERVAL = "Interval of the printed estimates [s], in time of the samples."
-_FOXGLOVE = "Port of a Foxglove WebSocket server on this machine; 0 for any free port."
-_ALLOW_REMOTE = "Allow an address that other machines can reach (no authentication)."
-
 
 def live(
     vehicle: options.VehicleName = "",
-    model: Annotated[str, options.model_option(_MODEL)] = "",
+    model: Annotated[str, options.option("live-model")] = "",
     source: Annotated[
         str,
-        typer.Option(metavar="S", help=_SOURCE, show_default=False, rich_help_panel=options.DATA),
+        options.option("live-source"),
     ] = "",
     method: Annotated[
         str,
-        options.method_option("Method: rls (recursive least squares) or ai (adaptive identifier)."),
+        options.option("live-method"),
     ] = "rls",
     mapping: options.MappingFile = None,
     real_time: Annotated[
         bool,
-        typer.Option(
-            "--real-time",
-            help="Read a log at the rate of its time stamps.",
-            rich_help_panel=options.DATA,
-        ),
+        options.option("live-real-time"),
     ] = False,
-    checkpoint: Annotated[
-        Path | None, typer.Option(metavar="FILE", help=_CHECKPOINT, rich_help_panel=CHECKPOINT)
-    ] = None,
-    checkpoint_interval: Annotated[
-        float, typer.Option(metavar="S", help=_CHECKPOINT_INTERVAL, rich_help_panel=CHECKPOINT)
-    ] = 10.0,
-    output_interval: Annotated[
-        float, typer.Option(metavar="S", help=_OUTPUT_INTERVAL, rich_help_panel=options.OUTPUT)
-    ] = 1.0,
-    foxglove: Annotated[
-        int | None, typer.Option(metavar="PORT", help=_FOXGLOVE, rich_help_panel=NETWORK)
-    ] = None,
-    allow_remote: Annotated[
-        bool, typer.Option("--allow-remote", help=_ALLOW_REMOTE, rich_help_panel=NETWORK)
-    ] = False,
+    checkpoint: Annotated[Path | None, options.option("live-checkpoint")] = None,
+    checkpoint_interval: Annotated[float, options.option("live-checkpoint-interval")] = 10.0,
+    output_interval: Annotated[float, options.option("live-output-interval")] = 1.0,
+    foxglove: Annotated[int | None, options.option("live-foxglove")] = None,
+    allow_remote: Annotated[bool, options.option("live-allow-remote")] = False,
 ) -> None:
     """Identify recursively from live samples; print estimates as JSON lines."""
     from hydrodamp.files import check_file
@@ -81,7 +53,7 @@ def live(
     from hydrodamp.live.sources import SourceError, open_source
 
     if not source:
-        raise ProblemError(f"`--source` is missing: {_SOURCE.removesuffix(' [required]')}")
+        raise ProblemError("`--source` is missing: see `hydrodamp live --help`.")
     if not output_interval > 0.0:
         raise ProblemError(f"`--output-interval` must be positive; got {output_interval:g}.")
     if not checkpoint_interval >= 0.0:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import emit, print_results
@@ -14,11 +12,7 @@ from hydrodamp.cli.output import emit, print_results
 def models(
     name: Annotated[
         str | None,
-        typer.Argument(
-            metavar="NAME",
-            help="Model of the catalogue, YAML file, or FILE:NAME.",
-            autocompletion=options.complete_models,
-        ),
+        options.argument("models-name"),
     ] = None,
     json: options.Json = False,
 ) -> None:

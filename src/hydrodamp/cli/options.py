@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import Annotated, Any, Literal
 
 import typer
 
 from hydrodamp.identification.methods import METHODS
-
-DATA, MODEL, OUTPUT = "Data", "Model and method", "Output"
-"""Sections of the help of a command."""
 
 FLEET = "bluerov2, bluerov2-heavy, lauv, remus100, vt690"
 """All vehicles of the fleet, for help; those of ``vehicle.file.fleet``."""
@@ -63,162 +64,104 @@ def dataset_names() -> tuple[str, ...]:
     return tuple(datasets())
 
 
-complete_vehicles = complete_list(lambda: FLEET.split(", "))
-complete_models = complete_list(model_names)
-complete_methods = complete_list(lambda: METHODS)
-complete_targets = complete_list(lambda: TARGETS.split(", "))
-complete_presets = complete_list(preset_names)
-complete_datasets = complete_list(dataset_names)
+NAMES: dict[str, Callable[[], Iterable[str]]] = {
+    "vehicles": lambda: FLEET.split(", "),
+    "models": model_names,
+    "methods": lambda: METHODS,
+    "targets": lambda: TARGETS.split(", "),
+    "mappings": preset_names,
+    "datasets": dataset_names,
+}
+"""Names for the shell completion of options."""
 
 
-def out_option(metavar: str, text: str) -> Any:
-    """Return the option ``--out/-o`` of a result path."""
-    return typer.Option("--out", "-o", metavar=metavar, help=text, rich_help_panel=OUTPUT)
+@cache
+def _definitions() -> dict[str, dict[str, Any]]:
+    text = files("hydrodamp.cli").joinpath("options.toml").read_text("utf-8")
+    names = {"fleet": FLEET, "targets": TARGETS, "methods": KEYS}
+    return tomllib.loads(Template(text).substitute(names))
 
 
-def vehicle_option(text: str) -> Any:
-    """Return the option ``--vehicle/-v``."""
-    return typer.Option(
-        *("--vehicle", "-v"),
-        metavar="V",
-        help=text,
-        show_default=False,
-        autocompletion=complete_vehicles,
-        rich_help_panel=MODEL,
-    )
+def _settings(key: str) -> tuple[list[str], dict[str, Any]]:
+    definition = dict(_definitions()[key])
+    flags, names = definition.pop("flags", "").split(), definition.pop("complete", None)
+    definition["rich_help_panel"] = definition.pop("panel", None)
+    if names:
+        definition["autocompletion"] = complete_list(NAMES[names])
+    return flags, definition
 
 
-def model_option(text: str, *names: str, metavar: str = "M") -> Any:
-    """Return the option ``--model/-m`` or ``--models/-m``."""
-    return typer.Option(
-        *(names or ("--model",)),
-        "-m",
-        metavar=metavar,
-        help=text,
-        show_default=False,
-        autocompletion=complete_models,
-        rich_help_panel=MODEL,
-    )
+def option(key: str) -> Any:
+    """Return an option of ``options.toml``."""
+    flags, settings = _settings(key)
+    return typer.Option(*flags, **settings)
 
 
-def method_option(text: str, name: str = "--method", metavar: str = "KEY") -> Any:
-    """Return the option ``--method`` or ``--methods``."""
-    return typer.Option(
-        name,
-        metavar=metavar,
-        help=text,
-        autocompletion=complete_methods,
-        rich_help_panel=MODEL,
-    )
-
-
-def _data(metavar: str, text: str, **settings: Any) -> Any:
-    return typer.Option(metavar=metavar, help=text, rich_help_panel=DATA, **settings)
+def argument(key: str) -> Any:
+    """Return an argument of ``options.toml``."""
+    return typer.Argument(**_settings(key)[1])
 
 
 Logs = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="LOG",
-        help="Log files or folders of any format. Optional if --train and --test give files.",
-    ),
+    argument("logs"),
 ]
 SomeLogs = Annotated[
     list[str],
-    typer.Argument(
-        metavar="LOG",
-        help="Log files or folders of any format, in order of time; `a+b` joins files of one run.",
-    ),
+    argument("some-logs"),
 ]
-VehicleName = Annotated[
-    str, vehicle_option(f"Vehicle of the fleet ({FLEET}) or a YAML file. [required]")
-]
+VehicleName = Annotated[str, option("vehicle-name")]
 Train = Annotated[
     list[str] | None,
-    _data("DATA", "Training data: files, START:END in seconds of LOG, or segments. Repeatable."),
+    option("train"),
 ]
 Test = Annotated[
     list[str] | None,
-    _data("DATA", "Data to validate on; same syntax as --train. Repeatable."),
+    option("test"),
 ]
 Models = Annotated[
     str | None,
-    model_option(
-        "Comma-separated model names, YAML files of models, or FILE:NAME; `sparse` selects terms "
-        "from the training data. [default: the eight models of the paper]",
-        "--models",
-        metavar="LIST",
-    ),
+    option("models"),
 ]
 OneModel = Annotated[
     str,
-    model_option(
-        "Model name, YAML file of one model, or FILE:NAME; `sparse` selects terms from the log. "
-        "[required]"
-    ),
+    option("one-model"),
 ]
-Methods = Annotated[
-    str, method_option(f"Comma-separated methods: {KEYS}.", "--methods", metavar="LIST")
-]
+Methods = Annotated[str, option("methods")]
 MappingFile = Annotated[
     str | None,
-    _data(
-        "M",
-        "Mapping of columns, units, frames and processing steps: a YAML file or a preset such as "
-        "mavros.",
-        autocompletion=complete_presets,
-    ),
+    option("mapping-file"),
 ]
 Attitude = Annotated[
     Literal["measured", "simulated"],
-    typer.Option(
-        help="Attitude in replays: use the recorded one, or integrate it.", rich_help_panel=MODEL
-    ),
+    option("attitude"),
 ]
 Rates = Annotated[
     Literal["deg", "rad"],
-    typer.Option(help="Unit of angular rates in RMS errors.", rich_help_panel=OUTPUT),
+    option("rates"),
 ]
 Horizon = Annotated[
     float | None,
-    typer.Option(
-        metavar="S",
-        help="Also report the fit percentage over prediction windows of S seconds.",
-        rich_help_panel=OUTPUT,
-    ),
+    option("horizon"),
 ]
-OutFolder = Annotated[
-    Path | None, out_option("DIR", "Folder for comparison.json, tables, fits, replays and report.")
-]
+OutFolder = Annotated[Path | None, option("out-folder")]
 Resume = Annotated[
     bool,
-    typer.Option(
-        "--resume",
-        help="Reuse the finished fits that an interrupted run left in --out.",
-        rich_help_panel=OUTPUT,
-    ),
+    option("resume"),
 ]
 EstimateGains = Annotated[
     bool,
-    typer.Option(
-        "--estimate-actuator-gains",
-        help="Also estimate an actuator gain per axis (reported as the deviation from 1).",
-        rich_help_panel=MODEL,
-    ),
+    option("estimate-gains"),
 ]
 Force = Annotated[
     bool,
-    typer.Option(
-        "--force",
-        help="Overwrite existing results; in a folder, only files that hydrodamp wrote.",
-        rich_help_panel=OUTPUT,
-    ),
+    option("force"),
 ]
 Json = Annotated[
     bool,
-    typer.Option("--json", help="Print the results as JSON.", rich_help_panel=OUTPUT),
+    option("json"),
 ]
 Quiet = Annotated[
     bool,
-    typer.Option("--quiet", "-q", help="Show no progress bars.", rich_help_panel=OUTPUT),
+    option("quiet"),
 ]

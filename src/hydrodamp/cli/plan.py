@@ -5,39 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.output import emit, note, print_results
 
-_MODEL = "Model to identify: name, YAML file of one model, or FILE:NAME. [required]"
-_DAMPING = "Prior estimate: a damping file. [default: published, or estimated from the hull]"
-_ENVELOPE = "YAML file of constraints: depth, angles, speed, actuator limits, area."
-_GOAL = "Find the shortest dive that reaches this grade (determined, minor, weak) in --duration."
-_CRITERION = "Optimality: determinant (D), worst coefficient (minimax), or replay error (I)."
-_MODE = "Execution of the plan. [default: setpoints; overlays if the vehicle can hover]"
-_FILES = "Folder for the plan: setpoints, waypoints, ROS 2 bag, track, pictures and report."
-
 
 def plan(
-    duration: Annotated[float, typer.Option(metavar="S", help="Duration of the dive [s].")],
-    out: Annotated[Path, options.out_option("DIR", _FILES)],
+    duration: Annotated[float, options.option("plan-duration")],
+    out: Annotated[Path, options.option("plan-out")],
     vehicle: options.VehicleName = "",
-    model: Annotated[str, options.model_option(_MODEL)] = "",
-    damping: Annotated[str | None, typer.Option(metavar="JSON", help=_DAMPING)] = None,
-    envelope: Annotated[str | None, typer.Option(metavar="FILE", help=_ENVELOPE)] = None,
-    goal: Annotated[str | None, typer.Option(metavar="GRADE", help=_GOAL)] = None,
+    model: Annotated[str, options.option("plan-model")] = "",
+    damping: Annotated[str | None, options.option("plan-damping")] = None,
+    envelope: Annotated[str | None, options.option("plan-envelope")] = None,
+    goal: Annotated[str | None, options.option("plan-goal")] = None,
     criterion: Annotated[
-        Literal["determinant", "worst", "replay"], typer.Option(help=_CRITERION)
+        Literal["determinant", "worst", "replay"], options.option("plan-criterion")
     ] = "determinant",
     mode: Annotated[
         Literal["waypoints", "setpoints", "overlays"] | None,
-        typer.Option(help=_MODE, show_default=False),
+        options.option("plan-mode"),
     ] = None,
     seed: Annotated[
         int,
-        typer.Option(min=0, metavar="N", help="Seed of the Monte Carlo ensemble and the noise."),
+        options.option("plan-seed"),
     ] = 0,
     force: options.Force = False,
     json: options.Json = False,

@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, print_results
@@ -22,18 +20,12 @@ def probe(
     logs: options.SomeLogs,
     vehicle: Annotated[
         str | None,
-        options.vehicle_option(
-            f"Check the log against this vehicle ({options.FLEET}, or a YAML file)."
-        ),
+        options.option("probe-vehicle"),
     ] = None,
     mapping: options.MappingFile = None,
     draft: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write the drafted mapping to this file.",
-            rich_help_panel=options.OUTPUT,
-        ),
+        options.option("probe-draft"),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,

@@ -7,8 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import collected_warnings, note
@@ -20,11 +18,11 @@ if TYPE_CHECKING:
 def report(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="DIR", help="Folder written by compare, demo or export."),
+        options.argument("report-folder"),
     ],
     out: Annotated[
         Path | None,
-        options.out_option("FILE", "HTML file. [default: DIR/report.html]"),
+        options.option("report-out"),
     ] = None,
     force: options.Force = False,
 ) -> None:

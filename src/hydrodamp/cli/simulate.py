@@ -6,8 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.data_split import read_logs, warn_quality_issues
@@ -20,11 +18,7 @@ def simulate(
     logs: options.SomeLogs,
     damping: Annotated[
         str,
-        typer.Option(
-            metavar="JSON",
-            help="Damping file, as written by identify.",
-            rich_help_panel=options.MODEL,
-        ),
+        options.option("simulate-damping"),
     ],
     vehicle: options.VehicleName = "",
     mapping: options.MappingFile = None,
@@ -32,7 +26,7 @@ def simulate(
     rate_unit: options.Rates = "deg",
     out: Annotated[
         Path | None,
-        options.out_option("FILE", "Simulated log in canonical form, a .csv or .parquet file."),
+        options.option("simulate-out"),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,
@@ -48,7 +42,7 @@ def simulate(
     )
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
-    from hydrodamp.report.documents import score_document, trained_on
+    from hydrodamp.report.documents import read_training_range, score_document
     from hydrodamp.simulation.checks import estimate_length
     from hydrodamp.simulation.problem import vehicle_stamp
 
@@ -69,7 +63,10 @@ def simulate(
     else:
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
         print_results(replay_table(title, scored))
-    trained, driven = trained_on(Path(damping)), velocity_ranges(log.velocity, vehicle_model.axes)
+    trained, driven = (
+        read_training_range(Path(damping)),
+        velocity_ranges(log.velocity, vehicle_model.axes),
+    )
     for sentence in (
         *range_exceedance_warnings(trained, driven),
         *energy_injection_warnings(numbers, join_ranges(trained, driven)),

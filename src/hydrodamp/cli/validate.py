@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import hydrodamp as hd
 from hydrodamp.cli import options, resolve
 from hydrodamp.cli.data_split import read_logs
@@ -22,18 +20,11 @@ def validate(
     mapping: options.MappingFile = None,
     folds: Annotated[
         int | None,
-        typer.Option(
-            min=2,
-            metavar="N",
-            help="Number of folds. [default: one per segment, at most 10; 5 blocks of one segment]",
-            rich_help_panel=options.DATA,
-        ),
+        options.option("validate-folds"),
     ] = None,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
-    out: Annotated[
-        Path | None, options.out_option("FILE", "JSON file of the results, as printed by --json.")
-    ] = None,
+    out: Annotated[Path | None, options.option("validate-out")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:

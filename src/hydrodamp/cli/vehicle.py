@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note
 
-Size = Annotated[float | None, typer.Option(metavar="M", help="Dimension of the hull [m].")]
+Size = Annotated[float | None, options.option("new-size")]
 
 NO_RESTORING_MOMENT = (
     "it has no restoring moment in roll and pitch. Give `center_of_gravity` and "
@@ -19,19 +17,13 @@ NO_RESTORING_MOMENT = (
 
 
 def new(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML file to write.")],
+    file: Annotated[Path, options.argument("new-file")],
     length: Size = None,
     diameter: Size = None,
-    mass: Annotated[
-        float | None, typer.Option(metavar="KG", help="Mass with flooded spaces [kg].")
-    ] = None,
+    mass: Annotated[float | None, options.option("new-mass")] = None,
     like: Annotated[
         str | None,
-        typer.Option(
-            metavar="V",
-            help=f"Copy a vehicle of the fleet: {options.FLEET}.",
-            autocompletion=options.complete_vehicles,
-        ),
+        options.option("new-like"),
     ] = None,
     force: options.Force = False,
     json: options.Json = False,

@@ -1,1 +1,1 @@
-"""Presentation, apart from the data: tables, documents and files of results."""
+"""Reports of results: tables, documents, figures and HTML pages."""

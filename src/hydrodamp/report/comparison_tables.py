@@ -1,4 +1,4 @@
-"""Tables of a comparison, of a replay's score and of a cross-validation."""
+"""Tables of a comparison, a replay and a cross-validation, and the latter as JSON."""
 
 from __future__ import annotations
 
@@ -29,38 +29,43 @@ from hydrodamp.validation.compare import (
 from hydrodamp.validation.cross_validation import CrossValidation
 from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
-_ABREAST = 3  # methods side by side in a table of 80 columns
-_RUNS = 6  # likewise
+MAX_METHODS = 3  # columns of methods in a table of 80 characters
+MAX_SEGMENTS = 6  # columns of segments in a table of 80 characters
 _ROW = (
     Column("model", number=False, meaning="damping model"),
-    Column("method", number=False, meaning="how it was identified"),
+    Column("method", number=False, meaning="identification method"),
 )
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
 def detail_tables(comparison: Comparison) -> tuple[Table, ...]:
-    """Return the errors by run, axis and window."""
-    return (*run_tables(comparison), *axis_tables(comparison), *horizon_tables(comparison))
+    """Return the errors by segment, axis and prediction horizon."""
+    return (*segment_tables(comparison), *axis_tables(comparison), *horizon_tables(comparison))
 
 
-def run_tables(comparison: Comparison) -> tuple[Table, ...]:
-    """Return the errors on each test run, where there are several and a table holds them."""
-    runs = list(next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {}))
-    if not 1 < len(runs) <= _RUNS:
+def segment_tables(comparison: Comparison) -> tuple[Table, ...]:
+    """Return the errors by test segment, if there are several and they fit in a table."""
+    segments = list(
+        next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {})
+    )
+    if not 1 < len(segments) <= MAX_SEGMENTS:
         return ()
     cells = tuple(
-        (row.model, row.method, *(row.score.rms_by_segment.get(run) for run in runs))
+        (row.model, row.method, *(row.score.rms_by_segment.get(segment) for segment in segments))
         for row in comparison.rows
         if row.trajectory
     )
-    shared = commonprefix(runs).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
-    columns = (*_ROW, *(Column(run.removeprefix(shared), form=error_size) for run in runs))
+    shared = commonprefix(segments).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
+    columns = (
+        *_ROW,
+        *(Column(segment.removeprefix(shared), form=error_size) for segment in segments),
+    )
     of = f", {shared}…" if shared else ""
-    return (Table(f"RMS velocity error by test run{of}", columns, cells),)
+    return (Table(f"RMS velocity error by test segment{of}", columns, cells),)
 
 
 def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
-    """Return the fit of each velocity over windows of so many seconds, where that was asked."""
+    """Return the fit percentages over prediction windows, if they were computed."""
     scored = [(row, row.windows) for row in comparison.rows if row.windows]
     if not scored:
         return ()
@@ -76,8 +81,8 @@ def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
         for row, windows in scored
     )
     note = (
-        "Fit is 100 (1 - rmse / std of the log). Windows begin at what was measured; where some "
-        "diverged, their share stands in place of the error."
+        'Fit is 100 (1 - rmse / std of the log). Windows start at measured states; "% off" is the '
+        "share of windows that diverged."
     )
     title = f"Fit in % over windows of {scored[0][1].name}"
     return (Table(title, (*_ROW, *errors), cells, (note,)),)
@@ -86,7 +91,7 @@ def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
 def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the errors of models (down) by methods (across), a few methods to a table."""
     methods = comparison.methods
-    pages = math.ceil(len(methods) / _ABREAST) or 1
+    pages = math.ceil(len(methods) / MAX_METHODS) or 1
     groups = np.array_split(np.array(methods, dtype=object), pages)
     *grids, last = (summary_table(comparison, group.tolist()) for group in groups)
     chosen = any(row.rms is not None for row in comparison.rows)
@@ -122,7 +127,7 @@ def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
 
 
 def _error(row: Row | None) -> float | str | None:
-    """Return the error of a row, "~" before it if the fit has not settled, or what happened."""
+    """Return the error of a row, with "~" if the fit has not converged, or its status."""
     if row is None:
         return None
     if row.status is Status.NOT_CONVERGED:
@@ -131,23 +136,23 @@ def _error(row: Row | None) -> float | str | None:
 
 
 def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Table:
-    """Return rows of a comparison with all their numbers."""
+    """Return all numbers of rows of a comparison."""
     unit, printed = f"{comparison.rate_unit}/s", is_paper_campaign(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
     columns = [
         *_ROW,
         Column("n", meaning="number of coefficients", key="n_coefficients"),
-        Column("rank", meaning="how many combinations of coefficients the data determine"),
+        Column("rank", meaning="number of combinations of coefficients that the data determine"),
         Column(
             "RMS",
             form=error_size,
             meaning=f"RMS velocity error of the open-loop replay, m/s and {unit} mixed, eq. 24",
             key=f"rms_{comparison.rate_unit}",
         ),
-        Column("status", number=False, meaning="what became of the fit and its replay"),
+        Column("status", number=False, meaning="outcome of the fit and its replay"),
     ]
     if printed:
-        meaning = "the error that Table I of the paper prints"
+        meaning = "RMS error in Table I of the paper"
         form = partial(error_size, decimals=2)
         columns.append(Column("paper", form=form, meaning=meaning, key="paper_rms"))
     for name in names:
@@ -182,7 +187,7 @@ def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:
 
 
 def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
-    """Return error and fit by velocity, a table a method."""
+    """Return error and fit by velocity, one table per method."""
     unit, grids = f"{comparison.rate_unit}/s", []
     for method in comparison.methods:
         rows = [row for row in comparison.rows if row.method == method and row.rms is not None]
@@ -197,7 +202,7 @@ def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
 
 
 def replay_table(title: str, score: Score) -> Table:
-    """Return the score of one replay: error and fit of each velocity, then of all together."""
+    """Return error and fit of a replay by velocity, and the total error."""
     rate = f"{score.rate_unit}/s"
     rows = []
     for name, error in score.rms_by_axis.items():
@@ -209,11 +214,11 @@ def replay_table(title: str, score: Score) -> Table:
 
 
 def fold_table(table: CrossValidation) -> Table:
-    """Return the errors on held-out folds, a row for each model and method."""
+    """Return the cross-validation errors, a row for each model and method."""
     best = [f"{row.model} by {row.method}" for row in pareto_front(table)]
     notes = [
-        "RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, "
-        "however small its RMS.",
+        "RMS is the mean over folds whose replay did not diverge. A row with a lost fold is never "
+        "selected.",
         *(
             f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}."
             for row in table.rows
@@ -223,10 +228,10 @@ def fold_table(table: CrossValidation) -> Table:
     if best:
         notes += [
             str(table.select()),
-            f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",
+            f"Pareto front (error, coefficients): {', '.join(best)}.",
         ]
     else:
-        notes.append("No row has an error on every fold, so none is chosen.")
+        notes.append("No row has an error on every fold: none is selected.")
     columns = {
         "model": ("model", "s"),
         "n": ("n_coefficients", "d"),
@@ -235,20 +240,20 @@ def fold_table(table: CrossValidation) -> Table:
         "spread": ("standard_deviation", ".3f"),
         "lost folds": ("n_failed_folds", "d"),
     }
-    title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
+    title = f"Cross-validation: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
     return Table.of_items(title, table.rows, columns, notes)
 
 
 def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Table:
-    """Return the errors by horizon of fits to the whole log."""
+    """Return the errors by prediction horizon of fits to the entire log."""
     names = next(([score.name for score in horizons] for horizons in scores if horizons), [])
     rows = []
     for fit, horizons in zip(fits, scores, strict=True):
         errors = [None] * len(names) if horizons is None else map(format_horizon_error, horizons)
         rows.append((fit.model.key, fit.method, *errors))
     notes = (
-        "These errors are those of the log fitted to; what generalises stands above. Where "
-        "windows diverged, their share stands in place of the error.",
+        "Errors on the training data; the cross-validation above estimates the prediction error. "
+        '"% off" is the share of windows that diverged.',
         *(
             warning
             for fit, horizons in zip(fits, scores, strict=True)
@@ -258,12 +263,12 @@ def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] |
             )
         ),
     )
-    title = "Fitted to the whole log: RMS when restarted every so often"
+    title = "RMS error of fits to the entire log by prediction horizon"
     return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
 
 def format_horizon_error(found: HorizonScore) -> str:
-    """Return the error, or the share of the windows that diverged."""
+    """Return the error, or the share of windows that diverged."""
     if found.n_diverged:
         return f"{max(100.0 * found.diverged_share, 1.0):.0f} % off"
     return error_size(found.score.rms)
@@ -272,7 +277,7 @@ def format_horizon_error(found: HorizonScore) -> str:
 def validation_document(
     table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
 ) -> dict[str, object]:
-    """Return all of it as strict JSON."""
+    """Return a cross-validation and errors by horizon as a JSON document."""
     of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
     return {
         "held_out": table.held_out,

@@ -1,4 +1,4 @@
-"""Results as documents of strict JSON, both ways: null where there is no number, never NaN."""
+"""JSON documents of results, written and read; a number that is not finite is null."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _status(value: object) -> Status:
     return _STATUS[str(value)]
 
 
-#: A number that strict JSON can hold; null stands for what is not finite.
+#: A finite number, or null.
 Number = Annotated[float | None, AfterValidator(finite)]
 
 #: A status as its word.
@@ -46,14 +46,14 @@ Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda sta
 
 
 class Divergence(BaseModel):
-    """Where and when a replay diverged."""
+    """Segment and time of a divergence [s]."""
 
     segment: str
     time: float
 
 
 class WindowsDocument(BaseModel):
-    """Errors over windows of so many seconds."""
+    """Errors over prediction windows of a given length [s]."""
 
     seconds: Horizon
     n: int
@@ -63,10 +63,10 @@ class WindowsDocument(BaseModel):
     fit_by_axis: dict[str, float | None]
 
     @classmethod
-    def of(cls, found: HorizonScore) -> WindowsDocument:
-        """Return the document of errors over windows."""
-        errors = {key: getattr(found.score, key) for key in ("rms", "rms_by_axis", "fit_by_axis")}
-        return cls(seconds=found.horizon, n=found.n_windows, n_diverged=found.n_diverged, **errors)
+    def of(cls, score: HorizonScore) -> WindowsDocument:
+        """Return the document of a score."""
+        errors = {key: getattr(score.score, key) for key in ("rms", "rms_by_axis", "fit_by_axis")}
+        return cls(seconds=score.horizon, n=score.n_windows, n_diverged=score.n_diverged, **errors)
 
     def score(self, rate_unit: RateUnit) -> HorizonScore:
         """Return the errors."""
@@ -75,7 +75,7 @@ class WindowsDocument(BaseModel):
 
 
 class RowDocument(BaseModel):
-    """What is read of a row of ``comparison.json``; its fit lies in a file of its own."""
+    """Fields read from a row of ``comparison.json``; its fit has a separate file."""
 
     fit: Annotated[str, Field(pattern=r"^[^/\\]+$")]  # a plain file name
     rms: float | None
@@ -95,7 +95,7 @@ class RowDocument(BaseModel):
 
 
 class Provenance(BaseModel):
-    """Where a comparison comes from: its settings, and words."""
+    """Provenance of a comparison: settings and free text."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, str]
@@ -105,14 +105,14 @@ class Provenance(BaseModel):
 
 
 class ComparisonDocument(BaseModel):
-    """What is read of ``comparison.json``."""
+    """Fields read from ``comparison.json``."""
 
     rows: tuple[RowDocument, ...]
     provenance: Provenance
 
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:
-    """Return what ``comparison.json`` holds."""
+    """Return the content of ``comparison.json``."""
     names = names_of(row.fit for row in comparison.rows)
     return {
         "rows": [_row(row, name) for row, name in zip(comparison.rows, names, strict=True)],
@@ -138,7 +138,7 @@ def _row(row: Row, name: str) -> dict[str, Any]:
 
 
 def provenance_of(comparison: Comparison) -> dict[str, str]:
-    """Return where a comparison comes from, with its settings and the version of its run."""
+    """Return the provenance of a comparison with settings and version."""
     import hydrodamp
 
     words = dict(comparison.provenance)
@@ -154,8 +154,8 @@ def score_document(score: Score, attitude: str) -> dict[str, Any]:
 
 
 def score_fields(score: Score) -> dict[str, Any]:
-    """Return what documents say of a score."""
-    # To the nanosecond: without the rounding of a difference of clocks.
+    """Return the fields of a score in documents."""
+    # Rounded to 1 ns, the resolution of clock differences.
     divergences = [{"segment": name, "time": round(float(t), 9)} for name, t in score.diverged]
     kinds = ("rms", "rms_by_axis", "fit_by_axis", "rms_by_segment")
     errors = {key: getattr(score, key) for key in kinds}
@@ -173,7 +173,7 @@ def error_units(rate_unit: str) -> dict[str, str | dict[str, str]]:
 
 
 def names_of(fits: Iterable[Fit]) -> tuple[str, ...]:
-    """Return model, method and digest of each fit; a number makes names different."""
+    """Return a unique name of each fit from model, method and digest."""
     return unique_names(
         ".".join(filter(None, (fit.model.key, fit.method, fit.provenance.get("digest", "")[:8])))
         for fit in fits
@@ -185,7 +185,7 @@ def _variances(noise: object) -> object:
 
 
 class UncertaintyDocument(BaseModel):
-    """What intervals are made with, beside the covariance that stands in the damping."""
+    """Settings of confidence intervals; the covariance is a field of the damping."""
 
     degrees_of_freedom: Number
     method: str
@@ -205,7 +205,7 @@ class UncertaintyDocument(BaseModel):
 
 
 class FitDocument(BaseModel):
-    """What a file of ``fits`` holds beside its damping."""
+    """Fields of a file of ``fits`` in addition to its damping."""
 
     method: str
     status: Outcome
@@ -239,8 +239,8 @@ def read_fit(path: Path) -> Fit:
     return validate(FitDocument, facts, f"{path}, `fit`").fit(damping)
 
 
-def trained_on(path: Path) -> dict[str, tuple[float, float]]:
-    """Return the ranges that a damping file was trained on; none where they are not known."""
+def read_training_range(path: Path) -> dict[str, tuple[float, float]]:
+    """Return the training ranges of a damping file; empty if unknown."""
     content = load_json(path)
     is_fit = isinstance(content, dict) and "fit" in content
     return read_fit(path).training_range if is_fit else {}

@@ -1,4 +1,4 @@
-"""The folder of a comparison and of what was found out about its chosen row, both ways."""
+"""Result folder of a comparison with its diagnostics and pictures, written and read."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
 #: Grades, and the band of a replay.
 GRADES, BAND = "identifiability.json", "band.npz"
-#: The folder of pictures, and the file among them that has their words.
+#: Folder of pictures, and the file of their captions.
 FIGURES, INDEX = "figures", "index.json"
 
-#: Names of pictures in their folder.
+#: File patterns of pictures in their folder.
 PICTURES = ("*.svg", INDEX)
 _FITS, _PICTURES = "fits/*.json", tuple(f"{FIGURES}/{name}" for name in PICTURES)
-#: Names of all files that a comparison may write, from its folder.
+#: File patterns of all results of a comparison, relative to its folder.
 RESULTS = (COMPARISON, REPLAYS, REPORT, GRADES, BAND, *TABLES, _FITS, *_PICTURES)
 
 _SIMULATED = "simulated."
@@ -55,7 +55,7 @@ _SIMULATED = "simulated."
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing with its words and its size in a page [px]; it is a file of its own."""
+    """A picture file with its caption and size [px]."""
 
     name: Annotated[str, Field(pattern="^[a-z0-9-]+$")]
     caption: str
@@ -66,7 +66,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class ReportContent:
-    """What is found out about the chosen row after the fits."""
+    """Diagnostics of the selected row, and pictures; `not_shown` has reasons for missing ones."""
 
     identifiability: Identifiability | None = None
     band: PredictionBand | None = None
@@ -75,7 +75,7 @@ class ReportContent:
 
 
 class _Grades(BaseModel):
-    """The file of grades."""
+    """Content of the file of grades."""
 
     model_config = ConfigDict(ser_json_inf_nan="strings")
 
@@ -84,14 +84,14 @@ class _Grades(BaseModel):
 
 
 class _Index(BaseModel):
-    """The file of the pictures' words."""
+    """Content of the file of captions."""
 
     pictures: tuple[Picture, ...]
     not_shown: tuple[str, ...] = ()
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
-    """Write a comparison to a folder, which is made if it is not there.
+    """Write a comparison to a folder, which is created if necessary.
 
     Parameters
     ----------
@@ -128,14 +128,14 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
 
 
 def write_fit(fit: Fit, folder: Path) -> None:
-    """Write one fit into a folder of results, as soon as it is finished."""
+    """Write one fit into a folder of results."""
     (name,) = names_of((fit,))
     content = as_json(fit_document(fit)).encode("utf-8")
     save_results({folder / "fits" / f"{name}.json": content}, folder)
 
 
 def read_finished_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
-    """Return a fit that lies in a folder of results; None where there is none."""
+    """Return a fit of a folder of results, or None."""
     path = folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
     return read_fit(path) if path.is_file() else None
 
@@ -179,7 +179,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
 
 
 def is_result(path: Path, folder: Path) -> bool:
-    """Tell whether a comparison written to a folder may replace a file."""
+    """Return whether a file is a result that a comparison may overwrite."""
     return folder in path.parents and any(
         fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS
     )
@@ -222,29 +222,29 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     }
 
 
-def write_content(findings: ReportContent, home: Path) -> None:
-    """Write grades, band and pictures into the folder of a comparison that was just written."""
+def write_content(content: ReportContent, home: Path) -> None:
+    """Write grades, band and pictures into the folder of a comparison."""
     contents: dict[Path, bytes] = {}
-    if (identifiability := findings.identifiability) is not None:
+    if (identifiability := content.identifiability) is not None:
         grades = _Grades(model=identifiability.model.key, axes=identifiability.axes)
         contents[home / GRADES] = grades.model_dump_json(indent=2).encode("utf-8")
-    if (band := findings.band) is not None:
+    if (band := content.band) is not None:
         ends = {"lower": band.lower, "upper": band.upper, "level": np.array(band.level)}
         contents[home / BAND] = _npz(ends)
     save_results(contents, home)
-    write_pictures(findings, home / FIGURES, home)
+    write_pictures(content, home / FIGURES, home)
 
 
-def write_pictures(findings: ReportContent, folder: Path, home: Path) -> None:
-    """Write pictures and their words into a folder, listed in the manifest of another above it."""
-    words = _Index(pictures=findings.pictures, not_shown=findings.not_shown)
-    contents = {folder / f"{picture.name}.svg": picture.svg for picture in findings.pictures}
+def write_pictures(content: ReportContent, folder: Path, home: Path) -> None:
+    """Write pictures and captions into a folder; list them in the manifest of ``home``."""
+    words = _Index(pictures=content.pictures, not_shown=content.not_shown)
+    contents = {folder / f"{picture.name}.svg": picture.svg for picture in content.pictures}
     contents[folder / INDEX] = words.model_dump_json(indent=2).encode("utf-8")
     save_results(contents, home)
 
 
 def read_content(home: Path, comparison: Comparison) -> ReportContent:
-    """Read what :func:`write_content` wrote; a picture that was deleted since is named."""
+    """Read what :func:`write_content` wrote; report deleted pictures as missing."""
     row, grades, band = find_selected_row(comparison), None, None
     pictures: list[Picture] = []
     not_shown: list[str] = []
@@ -256,7 +256,7 @@ def read_content(home: Path, comparison: Comparison) -> ReportContent:
             if path.is_file():
                 pictures.append(replace(picture, svg=path.read_bytes()))
             else:
-                not_shown.append(f"{path.name} is not there any more.")
+                not_shown.append(f"{path.name} was deleted.")
     if row is not None and (home / GRADES).is_file():
         graded = validate(_Grades, load_json(home / GRADES), str(home / GRADES))
         grades = Identifiability(row.fit.model, graded.axes)
@@ -280,7 +280,7 @@ def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 def _read_npz(path: Path) -> dict[str, np.ndarray]:
     try:
-        # From memory: a damaged archive that is opened by its name stays open.
+        # From memory: a damaged archive opened by name is not closed.
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
     except (OSError, EOFError, ValueError, zipfile.BadZipFile) as error:

@@ -37,10 +37,12 @@ if TYPE_CHECKING:
 
 NEEDS_JINJA = 'HTML reports need the package jinja2: pip install "hydrodamp[report]"'
 
-MAX_REPLAYS = 32  # replays drawn; those with the lowest errors where there are more
-_VALUES, _FINEST = 750_000, 20_000  # of all series together (2 MB as text), and points of one
-_STEPS, _NOTHING = 65_000, 65_535  # of a packed value
-_WIDTH = 1.5  # of a line [px]
+MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
+MAX_VALUES = 750_000  # values of all series together, 2 MB as text
+MAX_POINTS = 20_000  # points of one series
+QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16
+MISSING_STEP = 65_535  # step of a missing value
+LINE_WIDTH = 1.5  # px
 
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
@@ -55,7 +57,7 @@ def write_report(
     path: str | os.PathLike[str],
     content: ReportContent | None = None,
 ) -> Path:
-    """Write one HTML file that shows a comparison, without any network.
+    """Write a comparison as one self-contained HTML file.
 
     Parameters
     ----------
@@ -182,12 +184,12 @@ def _environment() -> Environment:
 
 @cache
 def text_of(name: str) -> str:
-    """Return a file that goes into a page."""
+    """Return the text of an asset."""
     return files("hydrodamp.report").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 def _origin(comparison: Comparison) -> dict[str, object]:
-    """Return where a comparison comes from: vehicle, files, versions and settings."""
+    """Return the provenance of a comparison: vehicle, files, versions and settings."""
     import hydrodamp
 
     words = {key: text for key, text in provenance_of(comparison).items() if text}
@@ -199,7 +201,7 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
     return {
         "facts": (*facts, ("report made by", version)),
-        "files": Table.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
+        "files": Table.of_words("Input files", ("file", "SHA-256"), "ll", read),
         "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
     }
 
@@ -207,14 +209,14 @@ def _origin(comparison: Comparison) -> dict[str, object]:
 def series(
     comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
 ) -> dict[str, Any] | None:
-    """Return the data of the plots and what is said of them, rows in order of preference."""
+    """Return the data and captions of the time-series plots, rows in order of preference."""
     runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
     if not runs:
         return None
     drawn, log, chosen = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
     names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
     n_series = len(names) * (1 + len(drawn) + 2 * (band is not None))
-    bins, time = Bins.over(log.bounds, min(_VALUES // n_series, _FINEST)), clock(log)
+    bins, time = Bins.over(log.bounds, min(MAX_VALUES // n_series, MAX_POINTS)), clock(log)
 
     def packed(velocity: FloatArray) -> list[dict[str, object]]:
         return [_pack(bins.values(shown_velocities(velocity, name, unit))) for name in names]
@@ -240,7 +242,7 @@ def series(
                 "name": f"{row.model} by {row.method}",
                 "method": row.method,
                 "colour": look.colour,
-                "dashes": [round(_WIDTH * length, 1) for length in look.dashes],
+                "dashes": [round(LINE_WIDTH * length, 1) for length in look.dashes],
             }
             for (row, _), look in zip(drawn, looks, strict=True)
         ],
@@ -258,11 +260,11 @@ def series(
 
 
 def _pack(values: FloatArray) -> dict[str, object]:
-    """Return a series as integers in steps of its own range."""
+    """Return a series quantised to uint16 steps of its range."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    step = (high - low) / _STEPS or 1.0
-    counts = np.where(np.isfinite(values), np.rint((values - low) / step), _NOTHING)
+    step = (high - low) / QUANTISATION_STEPS or 1.0
+    counts = np.where(np.isfinite(values), np.rint((values - low) / step), MISSING_STEP)
     return {"low": low, "step": step, "steps": _base64(counts.astype("<u2"))}
 
 

@@ -1,4 +1,4 @@
-"""A table of values and how it is written: terminal, plain text, Markdown, LaTeX and CSV."""
+"""Table of values, written as plain text, Markdown, LaTeX (booktabs) and CSV."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from hydrodamp.errors import printable
 
 NOTHING = "-"  # where there is no number
 
-#: Columns of a plain text page.
+#: Characters per line of plain text.
 WIDTH = 80
 
-_FORMULAS = ("=", "+", "-", "@")  # how cells begin that spreadsheets run
-_CROWDED = 10  # columns, beyond which they stand closer together
+_FORMULAS = ("=", "+", "-", "@")  # first characters of spreadsheet formulas
+MAX_SPACED_COLUMNS = 10  # columns; wider tables have narrow gaps
 _LATEX = {
     "\\": r"\textbackslash{}",
     **{mark: f"\\{mark}" for mark in "&%$#_{}"},
@@ -34,7 +34,7 @@ _LATEX = {
 
 @dataclass(frozen=True)
 class Column:
-    """A column: how its values are written, what they mean, and its name for other programs."""
+    """A column: heading, format, definition, and name in files."""
 
     name: str
     number: bool = True
@@ -54,7 +54,7 @@ class Table:
     best: frozenset[tuple[int, int]] = frozenset()
 
     def __post_init__(self) -> None:
-        """Take control characters, such as a name of a log may hold, out of all words."""
+        """Remove control characters from title and notes."""
         object.__setattr__(self, "title", printable(self.title))
         object.__setattr__(self, "notes", tuple(map(printable, self.notes)))
 
@@ -66,7 +66,7 @@ class Table:
         columns: Mapping[str, tuple[str, str]],
         notes: Iterable[str] = (),
     ) -> Table:
-        """Return a table of values, a row each; a column names an attribute and its format."""
+        """Return a table with a row per item; a column is an attribute and its format."""
         named = columns.items()
         formatted = (Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in named)
         rows = (tuple(getattr(item, name) for name, _ in columns.values()) for item in items)
@@ -81,7 +81,7 @@ class Table:
         rows: Iterable[tuple[object, ...]],
         notes: Iterable[str] = (),
     ) -> Table:
-        """Return a table of words, each column aligned to the left ("l") or the right ("r")."""
+        """Return a table of texts, each column aligned left ("l") or right ("r")."""
         sides = zip(header, align, strict=True)
         columns = tuple(Column(name, number=side == "r") for name, side in sides)
         return cls(title, columns, tuple(rows), tuple(notes))
@@ -93,7 +93,7 @@ class Table:
 
     @property
     def words(self) -> list[list[str]]:
-        """The rows as they are read."""
+        """The formatted cells."""
         return [
             [_word(value, column) for column, value in zip(self.columns, row, strict=True)]
             for row in self.rows
@@ -107,7 +107,7 @@ def _word(value: object, column: Column) -> str:
 
 
 def _cells(source: Table) -> list[list[str]]:
-    """Return header, rule and rows as words of equal width in each column."""
+    """Return header, rule and rows, padded to equal width in each column."""
     table = [list(source.header), [""] * len(source.columns), *source.words]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     table[1] = ["-" * width for width in widths]
@@ -121,8 +121,8 @@ def _cells(source: Table) -> list[list[str]]:
 
 
 def to_text(table: Table, width: int = WIDTH) -> str:
-    """Return a table as plain text, and its notes, which are wrapped."""
-    gap = " " * (2 if len(table.columns) <= _CROWDED else 1)
+    """Return a table as plain text with wrapped notes."""
+    gap = " " * (2 if len(table.columns) <= MAX_SPACED_COLUMNS else 1)
     title = [table.title, ""] if table.title else []
     wrap = partial(textwrap.fill, subsequent_indent="  ", break_long_words=False)
     notes = [wrap(note, width, break_on_hyphens=False) for note in table.notes]
@@ -177,7 +177,7 @@ def _latex(word: str) -> str:
 
 
 def to_csv(table: Table) -> str:
-    """Return a table as comma-separated values in full precision: header and rows alone."""
+    """Return header and rows as comma-separated values in full precision."""
     stream = io.StringIO()
     header = [column.key or column.name for column in table.columns]
     rows = ([_cell(value) for value in row] for row in (header, *table.rows))
@@ -186,7 +186,7 @@ def to_csv(table: Table) -> str:
 
 
 def _cell(value: object) -> object:
-    """Return a value for a spreadsheet, which would take some words for formulas."""
+    """Return a cell; quote a text that a spreadsheet would evaluate."""
     if not isinstance(value, str):
         return value
     word = printable(value)
@@ -197,7 +197,7 @@ def _cell(value: object) -> object:
 
 
 def error_size(value: float | None, decimals: int = 3) -> str:
-    """Return an error with a fixed number of decimals, so that points stand in line."""
+    """Return an error with a fixed number of decimals."""
     if value is None or math.isnan(value):
         return NOTHING
     if 0.0 < value < 0.5 * 10.0**-decimals:

@@ -1,4 +1,4 @@
-"""Axes and lines of figures: units and symbols, wide scales, extremes over time, joins."""
+"""Axes and lines of figures: units, symbols, logarithmic scales, min-max decimation of series."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ if TYPE_CHECKING:
 
 
 def velocity_unit(name: str, rate_unit: RateUnit = "deg") -> str:
-    """Return the unit a velocity is shown in."""
+    """Return the display unit of a velocity."""
     return "m/s" if name in VELOCITIES[:3] else f"{rate_unit}/s"
 
 
 def velocity_label(name: str, rate_unit: RateUnit = "deg") -> str:
-    """Return the label of an axis that shows a velocity."""
+    """Return the axis label of a velocity."""
     return f"${name}$ [{velocity_unit(name, rate_unit)}]"
 
 
 def shown_velocities(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> FloatArray:
-    """Return one column of velocities in the unit it is shown in."""
+    """Return one velocity in its display unit."""
     column = velocity[:, VELOCITIES.index(name)]
     return np.degrees(column) if velocity_unit(name, rate_unit) == "deg/s" else column
 
 
 def coefficient_symbol(label: str) -> str:
-    r"""Return the symbol of a coefficient as matplotlib's mathematics."""
+    r"""Return the symbol of a coefficient in matplotlib's math text."""
     axis, term = read_label(label)
-    spelt = re.sub(r"\\[lr]vert ?", "|", term.latex())
-    return f"${axis}_{{{spelt}}}$"
+    latex = re.sub(r"\\[lr]vert ?", "|", term.latex())
+    return f"${axis}_{{{latex}}}$"
 
 
 def error_scale(panel: Axes) -> None:
-    """Put a logarithmic scale with plain numbers up the side of a panel that is drawn."""
+    """Make the vertical axis logarithmic with plain numbers; after drawing."""
     from matplotlib.ticker import LogLocator, NullLocator
 
     panel.set_yscale("log")
@@ -53,24 +53,24 @@ def error_scale(panel: Axes) -> None:
     panel.yaxis.set_major_formatter("{x:g}")
 
 
-# Points of a line: more than twice as many as fit beside each other across a column.
+# Points of a line: more than twice the number of pixels of a column.
 POINTS = 1600
 
-# Segments whose names are written, and letters of them that fit above a panel.
-_NAMED, _LETTERS = 8, 56
+MAX_SEGMENT_NAMES = 8  # segments whose names are written
+PANEL_LETTERS = 56  # letters that fit above a panel
 
 
 @dataclass(frozen=True)
 class Bins:
-    """Stretches of samples, each drawn by its lowest and its highest value."""
+    """Min-max decimation: intervals of samples, drawn by their minimum and maximum."""
 
     starts: IntArray
     stops: IntArray
-    joins: IntArray  # the stretches that begin a segment, without the first
+    joins: IntArray  # intervals that start a segment, without the first
 
     @classmethod
     def over(cls, bounds: IntArray, points: int) -> Bins:
-        """Return stretches of equal length that together have about so many points."""
+        """Return intervals of equal length with a given number of points in total."""
         n = int(np.diff(bounds).sum())
         edges = [
             np.arange(start, stop + 1)
@@ -81,52 +81,52 @@ class Bins:
             for start, stop in bounds.tolist()
         ]
         return cls(
-            starts=np.concatenate([each[:-1] for each in edges]),
+            starts=np.concatenate([edge[:-1] for edge in edges]),
             stops=np.concatenate([each[1:] for each in edges]),
-            joins=np.cumsum([len(each) - 1 for each in edges])[:-1],
+            joins=np.cumsum([len(edge) - 1 for edge in edges])[:-1],
         )
 
     @property
     def is_exact(self) -> bool:
-        """Whether every stretch is one sample."""
+        """Whether every interval is one sample."""
         return bool(np.all(self.stops - self.starts == 1))
 
     def times(self, time: FloatArray) -> FloatArray:
-        """Return the first and the last time of each stretch, and one between segments."""
+        """Return the first and last time of each interval, and one between segments."""
         between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
-        return self._in_row(time[self.starts], time[self.stops - 1], between)
+        return self._interleave(time[self.starts], time[self.stops - 1], between)
 
     def values(self, series: FloatArray) -> FloatArray:
-        """Return the extremes of each stretch, in the sense in which it runs."""
+        """Return the extremes of each interval, in order of time."""
         ends = np.column_stack([self.starts, self.stops]).ravel()
         joined = np.append(series, np.nan)  # an index one past the end must be there
-        low, high = (each.reduceat(joined, ends)[0::2] for each in (np.fmin, np.fmax))
+        low, high = (extreme.reduceat(joined, ends)[0::2] for extreme in (np.fmin, np.fmax))
         falling = series[self.starts] > series[self.stops - 1]
         gaps = np.full(len(self.joins), np.nan)
         first, second = np.where(falling, high, low), np.where(falling, low, high)
-        return self._in_row(first, second, gaps)
+        return self._interleave(first, second, gaps)
 
-    def _in_row(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
+    def _interleave(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
         pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
-        laid: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
-        return laid
+        series: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
+        return series
 
 
 def clock(log: Log) -> FloatArray:
-    """Return the time that figures show: recorded time, segments end to end."""
+    """Return recorded time with segments end to end."""
     steps = np.diff(log.time, prepend=log.time[0])
     steps[[segment.start for segment in log.segments]] = 0.0
     return np.cumsum(steps)
 
 
 def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the time and the channels that draw as all samples would, broken at joins."""
+    """Return decimated time and channels, with gaps between segments."""
     bins = Bins.over(log.bounds, POINTS)
     return bins.times(clock(log)), *map(bins.values, channels)
 
 
 def mark_segments(panels: Sequence[Axes], log: Log) -> None:
-    """Mark joins in every panel, name segments above the first, time below the last."""
+    """Mark segment boundaries in all panels, with names above the first panel."""
     time, segments = clock(log), log.segments
     end = max(float(time[-1]), 1e-9)
     panels[-1].set_xlim(0.0, end)
@@ -135,9 +135,9 @@ def mark_segments(panels: Sequence[Axes], log: Log) -> None:
     for segment in segments[1:]:
         for panel in panels:
             panel.axvline(float(time[segment.start]), color=FAINT, linewidth=0.6, linestyle=":")
-    for segment in segments if 1 < len(segments) <= _NAMED else ():
+    for segment in segments if 1 < len(segments) <= MAX_SEGMENT_NAMES else ():
         start, stop = float(time[segment.start]), float(time[segment.stop - 1])
-        room = int(_LETTERS * (stop - start) / end)
-        words = escape_text(segment.name, room) if room > 2 else ""
+        n_letters = int(PANEL_LETTERS * (stop - start) / end)
+        words = escape_text(segment.name, n_letters) if n_letters > 2 else ""
         name = panels[0].text(0.5 * (start + stop), 1.02, words, ha="center", color=FAINT)
         name.set(transform=panels[0].get_xaxis_transform(), fontsize=6.5)

@@ -1,4 +1,4 @@
-"""What fits are worth: errors, what the log determines, residuals, and power."""
+"""Diagnostic figures: Pareto front, horizons, identifiability, residuals, power, correlation."""
 
 from __future__ import annotations
 
@@ -43,25 +43,23 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Models in one column of a journal; the names of more take both.
-_NARROW = 14
+MAX_COLUMN_MODELS = 14  # models in a figure of one journal column
 
 
 @with_style
 def front_figure(comparison: Comparison) -> Figure:
-    """Draw RMS error against the number of coefficients, with the front.
+    """Draw RMS error against the number of coefficients, with the Pareto front.
 
     Parameters
     ----------
     comparison : Comparison
-        Rows that have not settled are hollow; those without an error are left out.
+        Rows that have not converged are hollow; those without an error are omitted.
 
     Returns
     -------
     figure : Figure
-        Models stand side by side with their numbers of coefficients, the smallest first, and
-        methods beside each other within a model. Errors are on a logarithmic scale. The line
-        joins the rows that no other beats in both.
+        Models in order of their number of coefficients, with all methods of a model next to
+        each other. Errors are on a logarithmic scale. The line is the Pareto front.
 
     Raises
     ------
@@ -70,7 +68,7 @@ def front_figure(comparison: Comparison) -> Figure:
     """
     rows = [row for row in comparison.rows if row.n_coefficients and row.rms is not None]
     if not rows:
-        raise MethodError("no row with coefficients has an error, so there is no front")
+        raise MethodError("no row with coefficients has an error, so there is no Pareto front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
     looks = dict(zip(methods, line_styles([("", method) for method in methods]), strict=True))
@@ -79,7 +77,9 @@ def front_figure(comparison: Comparison) -> Figure:
     def position(model: str, method: str) -> float:
         return models.index(model) + step * (methods.index(method) - 0.5 * (len(methods) - 1))
 
-    figure = new_figure(COLUMN if len(models) <= _NARROW else PAGE, 3.3 + 0.05 * len(methods))
+    figure = new_figure(
+        COLUMN if len(models) <= MAX_COLUMN_MODELS else PAGE, 3.3 + 0.05 * len(methods)
+    )
     panel = figure.subplots()
     best = [row for row in pareto_front(comparison) if row.n_coefficients]
     across = [position(row.model, row.method) for row in best]
@@ -98,10 +98,10 @@ def front_figure(comparison: Comparison) -> Figure:
     panel.set_xlabel("model and number of its coefficients")
     panel.set_ylabel(_error_label(comparison.rate_unit))
     entries = [(method, look.points) for method, look in looks.items()]
-    entries.append(("front", {"color": FAINT, "linewidth": 1.2}))
+    entries.append(("Pareto front", {"color": FAINT, "linewidth": 1.2}))
     hollow = {"color": FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
     if not all(row.converged for row in rows):
-        entries.append(("not settled", hollow))
+        entries.append(("not converged", hollow))
     legend(figure, entries, columns=3)
     return figure
 
@@ -113,7 +113,7 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
     Parameters
     ----------
     scores : mapping of (model, method) to sequence of HorizonScore
-        All on the same log. Horizons stand at equal distances, in the order asked for. Where
+        All on the same log. Horizons are equidistant, in the given order. Where
         a window diverged there is no error; the legend says how many did.
 
     Returns
@@ -143,7 +143,7 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
         suffix = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
         entries.append((f"{' by '.join(pair)}{suffix}", style))
     error_scale(panel)
-    panel.set_xlabel("replayed without a measurement for")
+    panel.set_xlabel("prediction horizon")
     panel.set_ylabel(_error_label(all_scores[0].score.rate_unit))
     legend(figure, entries)
     return figure
@@ -153,7 +153,7 @@ def _error_label(rate_unit: RateUnit) -> str:
     return f"RMS error, eq. 24\n[m/s and {rate_unit}/s]"
 
 
-# Colour and hatching: dark to light, as what is known grows less.
+# Colour and hatching: from dark (determined) to light.
 _GRADES = {
     Grade.DETERMINED: ("#0072B2", ""),
     Grade.MINOR: ("#5ea5d3", "...."),
@@ -186,7 +186,7 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
     """
     if not identifiability.axes:
         raise MethodError(
-            f"model '{identifiability.model.key}' has no coefficient, so nothing is excited"
+            f"model '{identifiability.model.key}' has no coefficient: there is nothing to draw"
         )
     axes = [f"${axis.axis}$" for axis in identifiability.axes]
     figure = new_figure(COLUMN, 0.28 * len(axes) + 1.0)
@@ -226,7 +226,7 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
 
 @with_style
 def residuals_figure(problem: Problem, fit: Fit) -> Figure:
-    """Draw the autocorrelation of what a fit leaves over, axis by axis.
+    """Draw the autocorrelation of the residuals of a fit by axis.
 
     Residuals are those that :func:`hydrodamp.diagnose` examines: of the weak form, under test
     functions that follow each other and share no sample.
@@ -282,7 +282,7 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     figure : Figure
         One column wide, a panel for each velocity that moves: the line is the middle of
         the power, the band all of it, over the other velocities of the box. Above zero (shaded)
-        damping drives the vehicle, which water cannot. The legend says the greatest power
+        the damping injects energy, which is not physical. The legend gives the maximum power
         that a search found.
 
     Raises
@@ -320,12 +320,11 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     return figure
 
 
-# Side of a square whose name can be written beside it, and room for the names [in].
-_CELL = 0.125
-_BESIDE = 0.75
+CELL_SIZE = 0.125  # in; side of a square with a readable label
+LABEL_WIDTH = 0.75  # in; width of the labels
 
-# Coefficients beyond which the names do not fit the page.
-_MOST_NAMED = int((PAGE - _BESIDE) / _CELL)
+# Coefficients whose names fit the page.
+MAX_NAMED = int((PAGE - LABEL_WIDTH) / CELL_SIZE)
 
 
 @with_style
@@ -342,8 +341,8 @@ def correlation_figure(fit: Fit) -> Figure:
     figure : Figure
         A triangle with a square a pair, in the order of the model, axes divided by lines. It
         grows with the model until it takes the page; beyond, only axes are named.
-        Squares of coefficients without an error of their own, such as those of columns that
-        are zero, are grey.
+        Squares of coefficients without a standard error, such as those of zero regressors,
+        are grey.
 
     Raises
     ------
@@ -357,7 +356,7 @@ def correlation_figure(fit: Fit) -> Figure:
             "drawn: use a method that gives one"
         )
     n = model.n_coefficients
-    width = min(max(n * _CELL + _BESIDE, COLUMN), PAGE)
+    width = min(max(n * CELL_SIZE + LABEL_WIDTH, COLUMN), PAGE)
     figure = new_figure(width, 1.06 * width)
     panel = figure.subplots()
     below = np.tri(n, k=-1, dtype=bool)
@@ -368,7 +367,7 @@ def correlation_figure(fit: Fit) -> Figure:
     panel.spines[:].set_visible(False)
     panel.tick_params(length=0.0, pad=1.5)
     _divide(panel, model)
-    if n <= _MOST_NAMED:
+    if n <= MAX_NAMED:
         symbols = [coefficient_symbol(label) for label in model.labels]
         panel.set_xticks(range(n), symbols, rotation=90.0)
         panel.set_yticks(range(n), symbols)
@@ -380,7 +379,7 @@ def correlation_figure(fit: Fit) -> Figure:
 
 
 def _divide(panel: Axes, model: DampingModel) -> None:
-    """Divide axes by lines, and write them along the diagonal."""
+    """Separate axes by lines, and label them along the diagonal."""
     start = 0
     for axis, terms in zip(AXES, model.terms, strict=True):
         end, n = start + len(terms) - 0.5, model.n_coefficients - 0.5

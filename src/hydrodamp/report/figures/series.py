@@ -1,4 +1,4 @@
-"""Figures 2 to 5 of the paper: what was recorded, and what models say of held-out data."""
+"""Time series, figures 2 to 5 of the paper: recorded channels, and replays of test data."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class _Panel(NamedTuple):
-    """What one panel shows."""
+    """Content of a panel."""
 
     label: str
     channels: dict[str, FloatArray]
@@ -49,7 +49,7 @@ def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
     Parameters
     ----------
     log : Log
-        What models are estimated from; any log will do.
+        Training data, or any log.
     rate_unit : {"deg", "rad"}
         Unit of angular rates.
 
@@ -65,7 +65,9 @@ def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
     """
     names = log.velocity_names
     if not names:
-        raise MethodError(f"{log.source or 'log'}: no velocity was recorded, so none is drawn")
+        raise MethodError(
+            f"{log.source or 'log'}: no velocity was recorded, so there is nothing to draw"
+        )
     panels = [
         _Panel(
             velocity_label(name, rate_unit), {name: shown_velocities(log.velocity, name, rate_unit)}
@@ -77,7 +79,7 @@ def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
 
 @with_style
 def commands_figure(log: Log) -> Figure:
-    """Draw what drove the vehicle and how it lay: figure 3 of the paper.
+    """Draw actuation, attitude and depth: figure 3 of the paper.
 
     Parameters
     ----------
@@ -120,7 +122,7 @@ def _actuation(log: Log) -> Iterator[_Panel]:
     if log.wrench is not None:
         for letters, label in (("XYZ", "force [N]"), ("KMN", "moment [N m]")):
             columns = {letter: log.wrench[:, AXES.index(letter)] for letter in letters}
-            yield _Panel(label, {name: each for name, each in columns.items() if each.any()})
+            yield _Panel(label, {name: value for name, value in columns.items() if value.any()})
 
 
 def _pose(log: Log) -> Iterator[_Panel]:
@@ -133,7 +135,7 @@ def _pose(log: Log) -> Iterator[_Panel]:
 
 
 def draw_panels(log: Log, contents: list[_Panel], each: float) -> Figure:
-    """Draw panels above each other, with a legend beside those of several channels."""
+    """Draw stacked panels, with a legend for panels of several channels."""
     figure, panels = stacked_panels(len(contents), each=each)
     for panel, content in zip(panels, contents, strict=True):
         several = len(content.channels) > 1
@@ -150,8 +152,7 @@ def draw_panels(log: Log, contents: list[_Panel], each: float) -> Figure:
     return figure
 
 
-# How far beyond the range of the measurements a panel reaches, at most, in such ranges.
-_ROOM = 0.4
+MAX_MARGIN = 0.4  # of a panel beyond the measurements, as a share of their range
 
 
 @with_style
@@ -171,8 +172,8 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
     -------
     figure : Figure
         One column wide, a panel for each free velocity. Colour is the method, dashes are the
-        model. Panels reach to the measurements and somewhat beyond; what leaves them is far
-        off.
+        model. Panels cover the measurements and a margin; replays beyond
+        it are cut off.
 
     Raises
     ------
@@ -221,17 +222,17 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
 
 
 def _limits(measured: FloatArray, replayed: FloatArray) -> tuple[float, float]:
-    """Return the range of a panel: all that was measured, and of replays what is near it."""
+    """Return the limits of a panel: the measurements, and replays within a margin."""
     low, high = float(measured.min()), float(measured.max())
     span = max(high - low, 1e-3 * max(abs(low), abs(high), 1.0))
     finite = replayed[np.isfinite(replayed)]
-    near = np.clip(finite, low - _ROOM * span, high + _ROOM * span)
+    near = np.clip(finite, low - MAX_MARGIN * span, high + MAX_MARGIN * span)
     edge = 0.06 * span
     return float(near.min(initial=low)) - edge, float(near.max(initial=high)) + edge
 
 
 def legend_label(row: Row, band: PredictionBand | None) -> str:
-    """Return what the legend says of a row."""
+    """Return the legend entry of a row."""
     name = f"{row.model} by {row.method}"
     if row.rms is None:
         return f"{name}: diverged in {', '.join(segment for segment, _ in row.score.diverged)}"

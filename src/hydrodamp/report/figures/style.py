@@ -1,4 +1,4 @@
-"""The one look of all figures, drawn and saved: style, colours of methods, dashes of models."""
+"""Style of all figures: fonts, sizes, colours of methods, dashes of models; saving."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Given = ParamSpec("Given")
+Arguments = ParamSpec("Arguments")
 
 # Widths of one column of a journal and of both [in].
 COLUMN = 3.5
 PAGE = 7.16
 
-# Colours of what was measured, and of what stands beside the data: joins, limits, notes.
+# Colours of measurements, and of segment boundaries, limits and notes.
 MEASURED = "#000000"
 FAINT = "#767676"
 
@@ -92,7 +92,7 @@ _STYLE = {
     "svg.hashsalt": "hydrodamp",
 }
 
-# By format: no clock, so that the same figure is the same file.
+# By format; without a date, so that equal figures are equal files.
 _METADATA: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Creator": "hydrodamp"},
     "svg": {"Date": None, "Creator": "hydrodamp"},
@@ -101,7 +101,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 
 class LineStyle(NamedTuple):
-    """How a row is drawn: colour and marker are its method, dashes are its model."""
+    """Line style of a row: colour and marker by method, dashes by model."""
 
     colour: str
     marker: str
@@ -119,7 +119,7 @@ class LineStyle(NamedTuple):
 
 
 def line_styles(rows: Sequence[tuple[str, str]]) -> list[LineStyle]:
-    """Return how rows of (model, method) are drawn; models take dashes as they come."""
+    """Return the line styles of rows of (model, method); dashes in order of the models."""
     models = list(dict.fromkeys(model for model, _ in rows))
     dashes = dict(zip(models, cycle(_DASHES), strict=False))
     return [LineStyle(*_METHODS.get(method, _OTHERS), dashes[model]) for model, method in rows]
@@ -131,17 +131,17 @@ def colour_of(method: str) -> str:
 
 
 def named_style(fit: Fit) -> tuple[str, LineStyle]:
-    """Return the name of a fit that has numbers, and how it is drawn."""
+    """Return the name and the line style of a fit; raise if it has no coefficients."""
     if not (fit.status.usable and fit.model.n_coefficients):
         raise MethodError(f"'{fit.model.key}' by '{fit.method}' has no coefficients to draw")
     return f"{fit.model.key} by {fit.method}", line_styles([(fit.model.key, fit.method)])[0]
 
 
-def with_style(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
-    """Make a function draw in the one look, whatever matplotlib is set to."""
+def with_style(draw: Callable[Arguments, Figure]) -> Callable[Arguments, Figure]:
+    """Decorate a drawing function to use this style, whatever the settings of matplotlib."""
 
     @functools.wraps(draw)
-    def draw_styled(*args: Given.args, **kwargs: Given.kwargs) -> Figure:
+    def draw_styled(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Figure:
         with style_context():
             figure = draw(*args, **kwargs)
             for panel in figure.axes:  # matplotlib makes ticks only when the figure is drawn
@@ -152,7 +152,7 @@ def with_style(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
 
 
 def style_context() -> Any:
-    """Return the context in which figures are drawn and saved."""
+    """Return the matplotlib context of this style."""
     try:
         from matplotlib import style
     except ImportError as error:
@@ -163,20 +163,20 @@ def style_context() -> Any:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure whose parts make room for each other."""
+    """Return an empty figure with constrained layout."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def stacked_panels(panels: int, *, each: float, extra: float = 0.7) -> tuple[Figure, list[Axes]]:
-    """Return a figure of panels above each other that share their horizontal axis."""
+    """Return a figure of stacked panels with a shared horizontal axis."""
     figure = new_figure(COLUMN, panels * each + extra)
     return figure, list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
 
 
 def panel_grid(figure: Figure, count: int, columns: int, **layout: Any) -> list[Axes]:
-    """Return panels of a figure in rows, so many beside each other."""
+    """Return panels of a figure in a grid with a given number of columns."""
     grid = figure.subplots(-(-count // columns), columns, squeeze=False, **layout).ravel()
     for empty in grid[count:]:
         empty.remove()
@@ -184,7 +184,7 @@ def panel_grid(figure: Figure, count: int, columns: int, **layout: Any) -> list[
 
 
 def legend(figure: Figure, entries: Iterable[tuple[str, dict[str, Any]]], columns: int = 1) -> None:
-    """Write names above a figure, each with a sample of its line or point."""
+    """Draw a legend above a figure."""
     from matplotlib.lines import Line2D
 
     lines = [Line2D([], [], label=escape_text(words, 60), **look) for words, look in entries]
@@ -193,8 +193,8 @@ def legend(figure: Figure, entries: Iterable[tuple[str, dict[str, Any]]], column
 
 
 def escape_text(text: object, most: int = 200) -> str:
-    """Return words that may come from a file, cut, so that matplotlib prints them as they are."""
-    line = "".join(each if each.isprintable() else " " for each in str(text))
+    """Return a text shortened and escaped for matplotlib."""
+    line = "".join(letter if letter.isprintable() else " " for letter in str(text))
     return (line if len(line) <= most else f"{line[: most - 1]}…").replace("$", r"\$")
 
 
@@ -220,7 +220,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
-    """Return a figure as the content of a file."""
+    """Return a figure as the content of an image file."""
     stream = io.BytesIO()
     with style_context():
         figure.savefig(stream, format=kind, metadata=_METADATA[kind])

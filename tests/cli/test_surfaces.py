@@ -1,0 +1,74 @@
+"""What users read: help of every command, and results on a small log with numbers masked."""
+
+import re
+
+import pytest
+import typer
+
+from hydrodamp.cli import options
+from hydrodamp.cli.help import _examples
+from hydrodamp.cli.main import app
+
+COMMAND = typer.main.get_command(app)
+COMMANDS = {**COMMAND.commands, **COMMAND.commands["vehicle"].commands}
+DATA = "ab.csv --vehicle planar.yaml"
+
+
+def describe_parameter(parameter):
+    """Return flags, section and help of a parameter."""
+    panel = getattr(parameter, "rich_help_panel", None) or ""
+    names = " ".join(parameter.opts) if parameter.param_type_name == "option" else parameter.metavar
+    return f"{names} [{panel}] {' '.join((parameter.help or '').split())}"
+
+
+def mask(text):
+    """Return a text without digits, and without the widths that depend on them."""
+    text = re.sub(r"\n {2,}(?=\S)", " ", text)
+    text = re.sub(r"[-+<]?\.?\d[\d.]*(e[-+]?\d+)?", "#", text)
+    return re.sub(r"-{2,}", "--", re.sub(r" {2,}", "  ", text))
+
+
+@pytest.mark.parametrize("name", sorted(set(COMMANDS) - {"vehicle"}))
+def test_help(name, snapshot):
+    command = COMMANDS[name]
+    lines = [command.help.strip(), *map(describe_parameter, command.params), *_examples()[name]]
+    assert "\n".join(lines) == snapshot
+
+
+def test_every_example_has_options_of_its_command():
+    for name, lines in _examples().items():
+        assert len(lines) == 2
+        known = {flag for parameter in COMMANDS[name].params for flag in parameter.opts}
+        for line in lines:
+            assert {word for word in line.split() if re.match(r"--?[a-z]", word)} <= known
+
+
+def test_options_of_one_meaning_have_one_name():
+    for name, command in COMMANDS.items():
+        flags = [set(parameter.opts) for parameter in getattr(command, "params", ())]
+        for long, short in (("--out", "-o"), ("--vehicle", "-v"), ("--quiet", "-q")):
+            assert all(short in each for each in flags if long in each), name
+        assert name == "vehicle" or {"--quiet", "-q"} in flags
+
+
+def test_completion_continues_a_list():
+    complete = options.complete_list(options.model_names)
+    assert complete("fossen,lin") == ["fossen,linear"]
+    assert set(options.complete_list(options.dataset_names)("kv")) == {"kvlcc2-hsva"}
+    assert "mavros" in options.complete_list(options.preset_names)("mav")
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("compare", f"compare {DATA} --train one --test two --models linear,fossen --methods ls"),
+        ("identify", f"identify {DATA} --model linear --method weak"),
+        ("validate", f"validate {DATA} --models linear --methods ls"),
+        ("probe", f"probe {DATA}"),
+        ("plan", "plan --vehicle vt690 --model linear --duration 60 --out next --seed 1"),
+    ],
+)
+def test_output(folder, call, name, line, snapshot, monkeypatch):
+    if name == "plan":
+        monkeypatch.setattr("hydrodamp.report.plan_report.write_plan", lambda *_: [])
+    assert mask(call(line).stdout) == snapshot(name=name)
