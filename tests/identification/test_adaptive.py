@@ -48,13 +48,13 @@ def test_a_step_leaves_its_state_alone(prepared):
     assert not np.array_equal(after.matrix, before)
     with pytest.raises(hd.ProblemError, match="time must advance"):
         method.step(after, problem.inputs.sample(0))
-    for held in (state, after):
+    for each in (state, after):
         with pytest.raises(ValueError, match="read-only"):
-            held.matrix[0, 0] = 1.0
+            each.matrix[0, 0] = 1.0
 
 
 @pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
-def test_it_finds_the_truth_where_the_data_excite_it(key, driven, discrete_log, true_damping):
+def test_true_coefficients_are_recovered_from_exact_data(key, driven, discrete_log, true_damping):
     truth = true_damping(hd.catalog[key])
     problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
     fit = replace(SCALED, passes=300).identify(problem, truth.model)
@@ -63,13 +63,13 @@ def test_it_finds_the_truth_where_the_data_excite_it(key, driven, discrete_log, 
 
 
 @pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=2.0, gamma=20.0), SCALED])
-def test_settled_is_who_leaves_the_steps_little_that_the_terms_find(method, prepared):
-    """On exact data, for gains of either kind: the truth leaves nothing, many passes lead there."""
+def test_status_is_converged_when_residuals_are_small(method, prepared):
+    """On exact data the estimate converges after many passes, for either kind of gain."""
     model = hd.catalog["fossen"]
     problem = prepared(model, n=600)
-    one, many = (replace(method, passes=n).identify(problem, model) for n in (1, 1000))
-    assert one.status is hd.Status.NOT_CONVERGED
-    assert many.status is hd.Status.CONVERGED
+    first, last = (replace(method, passes=n).identify(problem, model) for n in (1, 1000))
+    assert first.status is hd.Status.NOT_CONVERGED
+    assert last.status is hd.Status.CONVERGED
 
 
 def test_history_ends_at_the_estimate(prepared):

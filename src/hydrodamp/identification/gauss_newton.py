@@ -152,11 +152,9 @@ class ShootingObjective:
 
     def windows(self, length: float) -> Windows:
         """Return windows of a length [s] with initial states at the smoothed velocity."""
-        bounds = split_windows(self.problem, length)
-        initial_states = self.velocity[bounds[:, 0]]
-        return Windows(
-            length, self.problem, self.entries, bounds, initial_states, self.initial_state_std
-        )
+        bounds, std = split_windows(self.problem, length), self.initial_state_std
+        states = self.velocity[bounds[:, 0]]
+        return Windows(length, self.problem, self.entries, bounds, states, std)
 
     def residual_std(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
         """Return s_i (f,) with the initial states at their prior mean."""

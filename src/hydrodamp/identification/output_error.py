@@ -183,10 +183,8 @@ def _cross_validate(
         windows = [training.windows(length) for length in result.window_lengths]
         candidates = initial_candidates(training, model)
         weak_form = best_initial_iterate(training, candidates, windows[0].length)
-        linearisations = tuple(
-            previous._replace(windows=training_windows)
-            for previous, training_windows in zip(result.linearisations, windows, strict=True)
-        )
+        pairs = zip(result.linearisations, windows, strict=True)
+        linearisations = tuple(previous._replace(windows=new) for previous, new in pairs)
         iterate = replace(result, linearisations=linearisations, damping=MIN_DAMPING)
         iterate = training.move(iterate, result.coefficients)
         iterate = minimise(training, iterate, FINAL_TOLERANCE, max_iterations=1)

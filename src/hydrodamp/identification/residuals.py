@@ -57,13 +57,12 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     """
     free = damping.model.restricted_to(problem.vehicle.axes)
     rows, length = residual_rows(problem)
-    columns = residuals(rows, Damping(free, damping.onto(free))).T
     correlated, outlying = [], []
-    for axis, terms, values in zip(AXES, free.terms, columns, strict=True):
+    for axis, values in _axis_residuals(rows, Damping(free, damping.onto(free))).items():
         first = float(autocorrelation(values, rows.segment, 1)[1])
-        if terms and abs(first) * np.sqrt(rows.n) > _WHITE_QUANTILE:
+        if abs(first) * np.sqrt(rows.n) > _WHITE_QUANTILE:
             correlated.append(f"{axis} ({first:.2f})")
-        if terms and (share := outlier_share(values)) > MAX_OUTLIER_SHARE:
+        if (share := outlier_share(values)) > MAX_OUTLIER_SHARE:
             outlying.append(f"{axis} ({100.0 * share:.1f} %)")
     remarks = []
     if correlated:
@@ -77,6 +76,12 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
             f"deviations, on {', '.join(outlying)}: the model lacks terms, or the log has errors."
         )
     return tuple(remarks)
+
+
+def _axis_residuals(rows: Rows, damping: Damping) -> dict[str, FloatArray]:
+    """Return the residuals of each axis with terms."""
+    columns = zip(AXES, damping.model.terms, residuals(rows, damping).T, strict=True)
+    return {axis: values for axis, terms, values in columns if terms}
 
 
 def residual_rows(problem: Problem) -> tuple[Rows, float]:
@@ -109,16 +114,13 @@ def autocorrelations(
             f"correlation; got {longest}: give a longer log"
         )
     n_lags = min(_MAX_LAGS, longest // _RESIDUALS_PER_LAG)
-    correlations = []
-    for damping in dampings:
-        columns = zip(AXES, damping.model.terms, residuals(rows, damping).T, strict=True)
-        correlations.append(
-            {
-                axis: autocorrelation(values, rows.segment, n_lags)
-                for axis, terms, values in columns
-                if terms
-            }
-        )
+    correlations = [
+        {
+            axis: autocorrelation(values, rows.segment, n_lags)
+            for axis, values in _axis_residuals(rows, damping).items()
+        }
+        for damping in dampings
+    ]
     return length * np.arange(n_lags + 1.0), 1.96 / float(np.sqrt(rows.n)), correlations
 
 

@@ -115,12 +115,9 @@ class WeakRegression:
             for bumps in iterate_test_functions(time, support, self.overlap):
                 first, last = int(start) + bumps.start, int(start) + bumps.stop
                 design, target = step_equations(problem, first, last, velocity)
-                segment = np.full(len(bumps.centres), number)
-                weights = bumps.weights
+                weights, segment = bumps.weights, np.full(len(bumps.centres), number)
                 rows.append((weights @ design, weights @ target, bumps.centres, segment))
-        design, target, time, segment = (
-            np.concatenate(column) for column in zip(*rows, strict=True)
-        )
+        design, target, time, segment = map(np.concatenate, zip(*rows, strict=True))
         return Rows(
             basis=problem.equations.basis,
             design=design,
@@ -174,15 +171,9 @@ def step_equations(
     The target is the change of momentum less the mean of the known wrench; terms are evaluated at
     ``velocity``.
     """
-    mass, samples, n_known = (
-        problem.vehicle.mass_matrix,
-        slice(start, stop),
-        problem.equations.n_known,
-    )
-    inputs, factors = (
-        problem.inputs.select(samples, velocity[samples]),
-        problem.equations.plant.factors,
-    )
+    mass, n_known = problem.vehicle.mass_matrix, problem.equations.n_known
+    samples, factors = slice(start, stop), problem.equations.plant.factors
+    inputs = problem.inputs.select(samples, velocity[samples])
     opening, closing = inputs.propulsion.T
     down, channels = inputs.down, inputs.channels[:-1]
     if not inputs.n_channels and np.array_equal(opening, closing):  # one evaluation per sample
