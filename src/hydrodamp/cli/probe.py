@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import hydrodamp as hd
+from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, show
 from hydrodamp.progress import progress
@@ -60,10 +61,25 @@ def probe(
 
 def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
     """Return what a vehicle needs of a log, and which wrench of its the motion contradicts."""
-    from hydrodamp.simulation.checks import log_requirements, missing_actuation
+    from hydrodamp.ingest.inspection.quality_report import Requirements
+    from hydrodamp.simulation.checks import (
+        estimate_length,
+        missing_actuation,
+        missing_data,
+        unused_commands,
+    )
     from hydrodamp.validation.actuator_check import check_gains
 
-    needs, model = log_requirements(vehicle, log), hd.catalog["fossen"]
-    if needs.missing or missing_actuation(vehicle, log):
+    no_actuation = missing_actuation(vehicle, log)
+    # Terms of a model may still use the commands of a vehicle without actuators.
+    by_terms = no_actuation if log.command_names and not vehicle.commands else ""
+    needs = Requirements(
+        velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
+        missing=tuple(fault for fault in missing_data(vehicle, log, ()) if fault != by_terms),
+        reservations=(*unused_commands(vehicle, log, ()), *filter(None, [by_terms])),
+        length=estimate_length(vehicle),
+    )
+    if needs.missing or no_actuation:
         return needs
+    model = hd.catalog["fossen"]
     return replace(needs, suspicions=tuple(check_gains(hd.prepare(vehicle, log, model), [model])))
