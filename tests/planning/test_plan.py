@@ -84,7 +84,7 @@ def test_why_a_coefficient_falls_short_says_how_long_it_would_take():
     assert "is 49% of 4; at this rate it takes 38 min" in told
     assert "more than ten hours" in _why(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
     assert "by the weak form" in _why(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.WEAK)
-    assert _why(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("quiet")
+    assert _why(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("poorly excited")
 
 
 def test_a_prior_with_standard_errors_counts(boat, known):
