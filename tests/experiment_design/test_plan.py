@@ -90,7 +90,9 @@ def test_the_reason_of_an_unreached_goal_has_the_required_time():
     assert "is 49% of 4; standard errors fall with the root of time, so it takes 38 min" in message
     assert "more than 10 h" in _explain(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
     assert "weak form" in _explain(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.WEAK)
-    assert _explain(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("quiet")
+    assert _explain(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith(
+        "poorly excited"
+    )
 
 
 def test_a_prior_with_standard_errors_counts(boat, known):

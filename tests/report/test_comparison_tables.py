@@ -33,7 +33,7 @@ def test_remarks_say_what_happened_where(comparison):
     assert "fossen by ls diverged in segment dive after 12.3 s, segment turn after 0.1 s." in notes
     assert "[ls: uncoupled]" in notes
     assert "[ls: coe]" in notes
-    assert "~ not settled" in notes
+    assert "~ not converged" in notes
     assert "[ai: linear, fossen]" in notes
 
 
