@@ -18,8 +18,8 @@ from hydrodamp.cli.comparison_run import check_log
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.pipeline import parse_steps
 from hydrodamp.conditioning.quality_checks import annotate_quality, check_quality
-from hydrodamp.data.agreement import cumulative_integral
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
+from hydrodamp.data.channel_regression import cumulative_integral
 from hydrodamp.errors import HydrodampWarning
 
 #: Length [m], speed [m/s] and step of the clock [s].

@@ -1,8 +1,8 @@
 """Consistency of redundant channels: rates and attitude, velocity and position, clock and motion.
 
 The integral of a rate is regressed on the increments of the channel it is the derivative of, over
-windows longer than the noise (:mod:`hydrodamp.data.agreement`). The scale reveals a wrong unit or
-sign; a low correlation reveals a channel that measures something else.
+windows longer than the noise (:mod:`hydrodamp.data.channel_regression`). The scale reveals a
+wrong unit or sign; a low correlation reveals a channel that measures something else.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.conditioning.dropouts import find_mocap_dropouts, varying_position
 from hydrodamp.conditioning.gaps import ATTITUDE
 from hydrodamp.conditioning.outliers import find_attitude_outliers
-from hydrodamp.data.agreement import (
+from hydrodamp.data.channel_regression import (
     ChannelRegression,
     integrate_displacement,
     integrate_rotation,

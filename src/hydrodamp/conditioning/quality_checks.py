@@ -25,7 +25,7 @@ from hydrodamp.conditioning.dropouts import (
 )
 from hydrodamp.conditioning.gaps import ATTITUDE, true_runs
 from hydrodamp.conditioning.outliers import find_attitude_outliers, find_outliers
-from hydrodamp.conditioning.vertical import vertical_tests
+from hydrodamp.conditioning.vertical_axis import vertical_tests
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.channels import EULER, POSITION, unit_of
 from hydrodamp.data.log import Log, recorded_velocities

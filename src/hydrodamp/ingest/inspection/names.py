@@ -4,60 +4,32 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
 
 from hydrodamp.data.channels import WRENCH
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
-from hydrodamp.ingest.inspection.elements import element_of, split_index
 from hydrodamp.ingest.mapping.columns import NO_UNIT
 from hydrodamp.ingest.mapping.schema import quantity_of
 
 _WAYS = ("north", "east", "down")
 
 
-def _set(listed: str) -> frozenset[str]:
-    return frozenset(listed.split())
-
-
-#: Words of fields that are not measurements themselves.
-NOISE = _set(
-    "covariance cov cova var variance std sigma error err bias innov innovation integral reset "
-    "derivative counter dop seq layout sim simulated simulation pred predicted battery batt"
-)
-_ASIDE = _set("offset limit max min kp ki kd wind wave waves camera gimbal")  # of a field alone
-#: Words of the state of an actuator or a program, which is not a command.
-_STATUS = _set(
-    "status state states mode code fault faults flags enable enabled armed health temp temperature "
-    "current amps watts power energy count counts counter index idx id warning alarm saturated "
-    "online"
-)
-_COMMANDS = _set(
-    "cmd command commands thr thruster thrusters thrust rpm rudder fin fins flaps elevator pwm "
-    "servo rcout rcou ch chan channel channels motor motors propeller prop screw delta stern "
-    "aileron actuator actuators torque throttle force wrench output outputs control voltage "
-    "esc joystick joy stick sticks lever manual rc axes plane planes tab tabs "
-    "moment moments effort cpp blade"
-)
-_WANTED = _set("setpoint setpoints sp target targets desired ref reference goal des wanted")
-_WANTED |= _set("dref etad nud psid posd veld")  # eta_d and its like, in a single word
-_WRENCH = _set("wrench tau")
-_PUSH, _TWIST = _set("force forces"), _set("torque torques moment moments")
-_LOADS = _WRENCH | _PUSH | _TWIST
-_EULER = _set("rpy euler attitude angles angle")
-_ANGLE, _CHANGE = _set("rpy euler angles angle"), _set("rate rates vel velocity speed dot")
-_SAID_OF = _set("meas measured est estimated filt filtered actual act true gt mocap sensor value")
+#: Words in names by their meaning.
+_WORDS = {
+    meaning: frozenset(listed.split())
+    for meaning, listed in yaml.safe_load(
+        Path(__file__).with_name("words.yaml").read_text("utf-8")
+    ).items()
+}
+_LOADS = _WORDS["wrench"] | _WORDS["force"] | _WORDS["moment"]
 _NAMED_WORLDS = {
     world: {f"velocity.{speed}": f"velocity.{way}" for speed, way in zip("uvw", ways, strict=True)}
     for world, ways in {"ned": _WAYS, "enu": ("east", "north", "up")}.items()
 }
-_EARTH = _set("gps gnss global local world earth map inertial ned enu")
-_BODY = _set("body dvl odom odometry frd flu pathfinder")  # axes of the vehicle, whatever else
-_FLAGS = _set("good valid ok lock flag status quality is healthy")
-_ANGULAR = _set("angular gyro gyr gyroscope omega rate rates angvel pqr dot rotational")
-_FORCE = _set("accel acceleration acc accelerometer accelerations")
-_TURNED = _set("orientation quaternion quat attitude q")
-_SPEED = _set("velocity velocities vel twist linear v speed dvl nu vbody translational")
-_PLACE = _set("position pose pos translation location point eta")
 _MOTIONS = {"surge": "u", "sway": "v", "heave": "w"}
 _ANGLES = {name: name for name in ("roll", "pitch", "yaw", "heading")}
 _ANGLES |= {"phi": "roll", "theta": "pitch", "psi": "yaw", "hdg": "heading", "compass": "heading"}
@@ -83,14 +55,14 @@ _PLANAR = {
 
 # Words, roles and confidence [%] of vectors of three or six components, the likeliest first.
 _VECTORS = (
-    (_FORCE, _roles_of("specific_force", "fx fy fz"), 85),
-    (_PUSH, _roles_of("wrench", "X Y Z"), 80),
-    (_TWIST, _roles_of("wrench", "K M N"), 80),
-    (_WRENCH, _roles_of("wrench", "X Y Z K M N"), 85),
-    (_ANGULAR, _roles_of("velocity", "p q r"), 85),
-    (_SPEED, _roles_of("velocity", "u v w p q r"), 80),
-    (_EULER, _TURN, 80),
-    (_PLACE, (*_roles_of("position", "x y z"), *_TURN), 75),
+    (_WORDS["specific_force"], _roles_of("specific_force", "fx fy fz"), 85),
+    (_WORDS["force"], _roles_of("wrench", "X Y Z"), 80),
+    (_WORDS["moment"], _roles_of("wrench", "K M N"), 80),
+    (_WORDS["wrench"], _roles_of("wrench", "X Y Z K M N"), 85),
+    (_WORDS["angular_rate"], _roles_of("velocity", "p q r"), 85),
+    (_WORDS["velocity"], _roles_of("velocity", "u v w p q r"), 80),
+    (_WORDS["attitude_vector"], _TURN, 80),
+    (_WORDS["position"], (*_roles_of("position", "x y z"), *_TURN), 75),
 )
 
 
@@ -112,11 +84,47 @@ _FUSED = dict(_compound_names())
 
 _PATH = re.compile(r"[./]")  # separates nested messages
 
+_INDEX = re.compile(r"(?P<stem>.*[^\W\d_].*?)(?P<index>_\d|\[\d+\]|\(\d+(, ?\d+)?\))")
+
 #: Reason of a column without a role.
 NO_ROLE = "no role found"
 
 #: A role and its confidence [%]; a reason and 0 if there is no role.
 Hint = tuple[str, int]
+
+
+def split_index(name: str) -> tuple[str, str]:
+    """Return the name of an array and the index of its element, which is empty for a scalar."""
+    match = _INDEX.fullmatch(name)
+    return (match["stem"], match["index"]) if match else (name, "")
+
+
+@dataclass(frozen=True)
+class Element:
+    """Index of an element in its array, from zero, and the number of elements."""
+
+    index: int
+    size: int
+
+
+def element_of(field: str, beside: Collection[str]) -> Element | None:
+    """Return the array element that a field is, from the indices of its siblings; or None.
+
+    A MATLAB row or column, `(3,1)`, is a vector; elements of a matrix have no single index.
+    """
+    stem, index = split_index(field)
+    indices = [index_ for each, index_ in map(split_index, {*beside, field}) if each == stem]
+    subscripts = [
+        tuple(map(int, re.findall(r"\d+", subscript))) for subscript in indices if subscript
+    ]
+    if not index or len({*map(len, subscripts)}) != 1:
+        return None
+    moving = [k for k, column in enumerate(zip(*subscripts, strict=True)) if len({*column}) > 1]
+    if len(moving) > 1:
+        return None
+    axis = moving[0] if moving else 0
+    first = min(subscript[axis] for subscript in subscripts) if moving and "[" not in index else 0
+    return Element(int(re.findall(r"\d+", index)[axis]) - min(first, 1), len(subscripts))
 
 
 def words(name: str) -> tuple[str, ...]:
@@ -145,21 +153,24 @@ def guess_role(
     """Return the role that name and unit suggest, or the reason why none."""
     name = split_unit(field)[0]
     context = {*words(topic), *name}
-    if excluded := context & NOISE | {*name} & _ASIDE:
+    if excluded := context & _WORDS["not_measured"] | {*name} & _WORDS["not_measured_in_field"]:
         return f"not a measurement: {min(excluded)}", 0
     is_wrench = {"K", "M", "N"} <= {*siblings} or {"X", "Y", "N"} <= {*siblings}
     if field in WRENCH.columns and is_wrench:
         return f"wrench.{field}", 85
     stem = split_index(field)[0]
-    setpoint = {*name} & _WANTED or _setpoint_suffix(stem, siblings)
-    if setpoint and not {*name} & _COMMANDS:
+    setpoint = {*name} & _WORDS["setpoint"] or _setpoint_suffix(stem, siblings)
+    if setpoint and not {*name} & _WORDS["commands"]:
         return f"a setpoint, not a measurement: {min(setpoint)}", 0
-    bare = tuple(word for word in name if word not in _SAID_OF) or name
-    is_alone = len({*split_unit(_PATH.split(field)[-1])[0]} - _SAID_OF) == 1
+    bare = tuple(word for word in name if word not in _WORDS["qualifier"]) or name
+    is_alone = len({*split_unit(_PATH.split(field)[-1])[0]} - _WORDS["qualifier"]) == 1
     size = 0
     if element := element_of(field, siblings):
         words_of_stem = split_unit(stem)[0]
-        bare = tuple(word for word in words_of_stem if word not in _SAID_OF) or words_of_stem
+        bare = (
+            tuple(word for word in words_of_stem if word not in _WORDS["qualifier"])
+            or words_of_stem
+        )
         bare = (*bare, str(element.index))
         size = element.size if element.size > 1 else 0
     elif stem != field:
@@ -168,13 +179,13 @@ def guess_role(
     if guess is None and split_unit(field)[1] == "rpm":
         guess = "commands", 80
     if guess is None:
-        setpoint_words = sorted({*words(topic)} & _WANTED)
+        setpoint_words = sorted({*words(topic)} & _WORDS["setpoint"])
         return (
             f"a setpoint, not a measurement: {setpoint_words[0]}" if setpoint_words else NO_ROLE,
             0,
         )
-    topic_status = set() if context & {"output", "outputs"} else {*words(topic)} & _STATUS
-    if guess[0] == "commands" and (status := {*name} & _STATUS | topic_status):
+    topic_status = set() if context & {"output", "outputs"} else {*words(topic)} & _WORDS["status"]
+    if guess[0] == "commands" and (status := {*name} & _WORDS["status"] | topic_status):
         return f"state of an actuator, not a command: {min(status)}", 0
     guess = _velocity_axes(guess, context)
     quantity = quantity_of_role(guess[0])
@@ -207,11 +218,15 @@ def _velocity_axes(guess: Hint, context: set[str]) -> Hint:
     axis = role.removeprefix("velocity.")
     if role == axis or axis not in tuple("uvw"):
         return guess
-    if context & _BODY:
+    if context & _WORDS["body_axes"]:
         return role, confidence + 5 * ("body" in context)
     if worlds := context & _NAMED_WORLDS.keys():
         return _NAMED_WORLDS[min(worlds)][role], confidence
-    return (f"velocity.{'xyz'['uvw'.index(axis)]}", confidence) if context & _EARTH else guess
+    return (
+        (f"velocity.{'xyz'['uvw'.index(axis)]}", confidence)
+        if context & _WORDS["earth_axes"]
+        else guess
+    )
 
 
 def quantity_of_role(role: str) -> str | None:
@@ -238,35 +253,39 @@ def _role_of_words(
     has_w = f"{field[:-1]}w" in beside
     numbered = name_words | {word.rstrip("0123456789") for word in name}
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
-    if name_words & _FLAGS and angle is None:
+    if name_words & _WORDS["flag"] and angle is None:
         return "flag", 80
-    if name_words & _WRENCH and (of := _wrench_component(name)):
+    if name_words & _WORDS["wrench"] and (of := _wrench_component(name)):
         return f"wrench.{of}", 85
-    loading = context if last in tuple("xyz") else name_words | context & _WRENCH
-    is_load = last in _AXES and not context & _WANTED and loading & _LOADS
-    if is_load and (guess := _vector_component(context - _SPEED, _AXES[last], size)):
+    loading = context if last in tuple("xyz") else name_words | context & _WORDS["wrench"]
+    is_load = last in _AXES and not context & _WORDS["setpoint"] and loading & _LOADS
+    if is_load and (guess := _vector_component(context - _WORDS["velocity"], _AXES[last], size)):
         return guess
-    if numbered & _COMMANDS:
+    if numbered & _WORDS["commands"]:
         return "commands", 85
-    if context & (_COMMANDS - {"control"}) and angle is None and not name_words & _WANTED:
+    if (
+        context & (_WORDS["commands"] - {"control"})
+        and angle is None
+        and not name_words & _WORDS["setpoint"]
+    ):
         return "commands", 75
-    if context & _WANTED:
+    if context & _WORDS["setpoint"]:
         return None
-    if angle is not None and name_words & _FORCE:
+    if angle is not None and name_words & _WORDS["specific_force"]:
         return None  # an angular acceleration
-    is_angle = name_words & _ANGLE and not name_words & _CHANGE
+    is_angle = name_words & _WORDS["angle_vector"] and not name_words & _WORDS["rate_of_angle"]
     if angle is None and is_angle and last in tuple("xyz012") and size in (0, 3):
         return _TURN[_AXES[last]], 80
     if angle is not None:
-        is_rate = bool(name_words & (_ANGULAR | {"speed"}))
+        is_rate = bool(name_words & (_WORDS["angular_rate"] | {"speed"}))
         return (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
-    if name_words & _MOTIONS.keys() and not name_words & _PLACE:
+    if name_words & _MOTIONS.keys() and not name_words & _WORDS["position"]:
         return f"velocity.{next(_MOTIONS[word] for word in name if word in _MOTIONS)}", 80
     if "rate" in context and is_alone and last in "rpy" and f"{field[:-1]}x" not in beside:
         return f"velocity.{'pqr'['rpy'.index(last)]}", 75
-    if context & _TURNED and last in ("w", "x", "y", "z") and has_w:
+    if context & _WORDS["quaternion"] and last in ("w", "x", "y", "z") and has_w:
         return f"attitude.q{last}", 85
-    if context & _TURNED and size == 4 and last in ("0", "1", "2", "3"):
+    if context & _WORDS["quaternion"] and size == 4 and last in ("0", "1", "2", "3"):
         return f"attitude.q[{last}]", 60
     if (
         last in _AXES
@@ -275,12 +294,15 @@ def _role_of_words(
     ):
         return guess
     if last in _COMPASS and not is_alone:
-        return f"{'velocity' if name_words & _SPEED else 'position'}.{_COMPASS[last]}", 80
-    if "depth" in name_words and not name_words & (_ANGULAR | _SPEED):
+        return (
+            f"{'velocity' if name_words & _WORDS['velocity'] else 'position'}.{_COMPASS[last]}",
+            80,
+        )
+    if "depth" in name_words and not name_words & (_WORDS["angular_rate"] | _WORDS["velocity"]):
         return "position.depth", 75 if name_words & {"raw", "sensor"} else 85
-    if is_alone and last in "uvwpqr" and not context & _TURNED - {"q"}:
+    if is_alone and last in "uvwpqr" and not context & _WORDS["quaternion"] - {"q"}:
         return f"velocity.{last}", 85
-    if last in _FUSED and not (last[0] == "a" and context & _PLACE):
+    if last in _FUSED and not (last[0] == "a" and context & _WORDS["position"]):
         return _FUSED[last], 80  # not the world acceleration of a position
     if len(name) == 1 and last in "xyz":
         return f"position.{last}", 60

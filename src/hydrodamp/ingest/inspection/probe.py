@@ -9,8 +9,8 @@ import numpy as np
 
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.quality_checks import QualityIssue
-from hydrodamp.conditioning.vertical import AxisEvidence, VerticalAxis, vertical_tests
-from hydrodamp.data.agreement import integrate_displacement, regress_channel
+from hydrodamp.conditioning.vertical_axis import AxisEvidence, VerticalAxis, vertical_tests
+from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, suppress_warnings

@@ -15,12 +15,12 @@ from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.quality_checks import QualityIssue, check_quality
-from hydrodamp.conditioning.vertical import VerticalAxis, vertical_tests
-from hydrodamp.data.agreement import noise_std
+from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
+from hydrodamp.data.channel_regression import noise_std
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
 from hydrodamp.ingest.inspection.delay import Delay, estimate_delays
-from hydrodamp.ingest.inspection.orientation import (
+from hydrodamp.ingest.inspection.frames import (
     MIN_RESPONSE_SHARE,
     UNDECIDED,
     describe_frame,

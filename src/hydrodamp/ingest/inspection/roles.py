@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.conditioning.vertical import VerticalAxis
+from hydrodamp.conditioning.vertical_axis import VerticalAxis
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
@@ -20,7 +20,6 @@ from hydrodamp.ingest.inspection.columns import (
     find_clocks,
     topic_series,
 )
-from hydrodamp.ingest.inspection.elements import split_index
 from hydrodamp.ingest.inspection.frames import (
     RateMatch,
     VelocityMatch,
@@ -28,7 +27,7 @@ from hydrodamp.ingest.inspection.frames import (
     match_rates,
     match_velocity,
 )
-from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
+from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, split_index, words
 from hydrodamp.ingest.mapping.schema import COMPASS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.data.agreement import regress_increments, window_increments
+from hydrodamp.data.channel_regression import regress_increments, window_increments
 from hydrodamp.data.log import Log
 
 #: Prior log-odds of forward-starboard-down axes, the most common convention.
@@ -62,8 +62,8 @@ class VerticalAxis:
         """A warning if the axes are not known, with what to write once they are."""
         message = (
             f"motion alone cannot distinguish FRD over NED from FLU over a world with z up: "
-            f"{self.body} has a confidence of {self.confidence} %. Use an accelerometer, a depth or "
-            "the documentation, then write `frame: FRD`, or `frame: FLU` with `world: NWU` (`ENU`)."
+            f"{self.body} has a confidence of {self.confidence} %. Use an accelerometer, a depth "
+            "or documentation, then write `frame: FRD`, or `frame: FLU` with `world: NWU` (`ENU`)."
         )
         return () if self.is_sure else (message,)
 
