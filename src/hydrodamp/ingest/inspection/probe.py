@@ -241,7 +241,7 @@ def inspect(
 ) -> Inspection:
     """Make a log of probed recordings and report its quality."""
 
-    def judged(made: str, mapping: LogMapping | str | None = None) -> Inspection:
+    def make_report(made: str, mapping: LogMapping | str | None = None) -> Inspection:
         log = logs_of(recordings, mapping)
         read = read_mapping(mapping) if isinstance(mapping, str) else mapping
         roles = found.roles
@@ -258,19 +258,19 @@ def inspect(
         return Inspection(made, topic, log.notes)
 
     if mapping is not None:
-        return judged(f"by the mapping {mapping}", mapping)
+        return make_report(f"by the mapping {mapping}", mapping)
     tables = [
         recording.topics[0]
         for recording in recordings
         if [topic.name for topic in recording.topics] == [""]
     ]
     if len(tables) == len(recordings) and all(map(is_canonical, tables)):
-        return judged("")
+        return make_report("")
     reason = "the confidence in the roles of its columns is too low"
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
         try:
             with suppress_warnings():
-                return replace(judged("by the draft", found.mapping()), is_drafted=True)
+                return replace(make_report("by the draft", found.mapping()), is_drafted=True)
         except HydrodampError as error:
             reason = f"by the draft: {error}"
     return Inspection("", None, is_drafted=True, reason=reason)
