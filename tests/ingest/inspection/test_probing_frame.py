@@ -9,12 +9,12 @@ import pytest
 
 from hydrodamp.data.log import Log
 from hydrodamp.ingest.inspection.probe import Inspection, inspect, probe
-from hydrodamp.ingest.inspection.quality_report import verdict
+from hydrodamp.ingest.inspection.quality_report import report_quality
 from hydrodamp.ingest.read import read_recording
 from strangers import FLIP, Truth, named, write
 
 TRUTH = Truth()
-UNDECIDED = "Nothing in this log decides which way is down"
+UNDECIDED = "The direction of z is undetermined"
 DEPTH, FORCE, NONE = {"depth": TRUTH.place[:, 2]}, "force", {}
 MAPPING = """
 frame: {frame}
@@ -52,8 +52,8 @@ def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: P
     found = judged(tmp_path, columns).report
     assert found is not None
     if beside is NONE:
-        assert UNDECIDED in found.report_quality
-        assert "rudder rising moves it" in found.frame
+        assert UNDECIDED in found.verdict
+        assert "increasing rudder moves the vehicle" in found.frame
         return
     assert UNDECIDED not in found.frame
     assert found.is_usable == (turn[2] > 0)
@@ -87,6 +87,6 @@ def test_a_wrench_against_its_sign(sign: float) -> None:
     for k in range(len(time) - 1):
         heave[k + 1] = heave[k] + 0.1 * (0.2 * force[k] - 0.5 * heave[k])
     wrench = np.outer(sign * 10 * force, (0, 0, 1, 0, 0, 0))
-    found = verdict(Log.from_arrays(time, {"w": heave}, wrench=wrench))
-    against = [one.channel for one in found.issues if one.problem == "pushes against its sign"]
+    found = report_quality(Log.from_arrays(time, {"w": heave}, wrench=wrench))
+    against = [one.channel for one in found.issues if one.problem == "acts against its sign"]
     assert against == ([] if sign > 0 else ["Z"])

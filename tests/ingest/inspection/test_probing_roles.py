@@ -107,7 +107,7 @@ def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
     columns = {"t": time, "tau_X": 10 * np.sin(time), "tau_Y": 9 * np.sin(time), "tau_N": time % 7}
     table = Topic("", None, columns, units={"tau_N": "psi"})
     text = probe(Recording((table,), "a.csv", "text")).draft.text
-    assert "N: {value: 0.0}    # `tau_N` is left out" in text
+    assert "N: {value: 0.0}    # `tau_N` is omitted" in text
     assert "Z: {value: 0.0}    # not recorded" in text
 
 
@@ -202,7 +202,7 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table) -> None:
 
 def test_a_rudder_that_stands_still_stays_in_the_draft(table: Table, dive) -> None:
     text = probe(table(t=dive.time, r=dive.rates[:, 2], rudder=0 * dive.time)).draft.text
-    assert "rudder: rudder    # 85 %: still in this run" in text
+    assert "rudder: rudder    # 85 %: constant in this run" in text
 
 
 @pytest.mark.parametrize(("axes", "flip"), [("FRD", 1.0), ("FLU", FLIP)])

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.data.agreement import integrate_rotation, regress_channel
 from hydrodamp.data.attitude import down_vectors, rotation_vectors
+from hydrodamp.data.channel_regression import integrate_rotation, regress_channel
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
