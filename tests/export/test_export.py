@@ -229,7 +229,7 @@ def test_a_projection_drives_no_vehicle_at_rest(target, sailed):
     values = held.as_dict()
     for axis, name in zip("XYZKMN", "uvwpqr", strict=True):
         for term in (name, f"{name}|{name}|"):
-            assert values.get(f"{axis}_{term}", 0.0) <= 0.0
+            assert values.get(f"{axis}_{term}", 0.0) <= 1e-12  # rounding of the projection
     n = 600
     drift = hd.Log(
         0.1 * np.arange(n),
