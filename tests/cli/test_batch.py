@@ -29,13 +29,13 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     assert float(rows[0]["value"]) < float(rows[0]["high_noise_only"])
     found = sorted(path.name for path in (folder / "season").iterdir())
     tables = ["coefficients.csv", "coefficients.parquet"]
-    assert found == [".hydrodamp.json", *tables, "fits", "folds", "linear.svg", "season.html"]
-    page = (folder / "season" / "season.html").read_text("utf-8")
+    assert found == [".hydrodamp.json", *tables, "batch.html", "fits", "linear.svg", "statistics"]
+    page = (folder / "season" / "batch.html").read_text("utf-8")
     assert "4 logs in 2 groups, 0 left out." in page
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")
-    assert "2 logs had been folded before" in done.stderr  # each day has the same two
+    assert "2 logs were in the cache" in done.stderr  # each day has the same two
     assert "2026-05-02_dive.csv has the content of logs/2026-05-01_dive.csv" in done.stderr
 
 

@@ -17,7 +17,9 @@ _MODELS = "Models by name, YAML files of models, or FILE:NAME, with commas. [req
 _BY = "Group by vehicle, day, month, folder or patterns of the path, with commas."
 _VEHICLES = "As for identify; several, with commas: each log's path names one. [required]"
 _MAPPING = "As for identify; one for all logs."
-_OUT = "Write the table, a damping file for each group, pictures, a page, and the folds of logs."
+_OUT = (
+    "Write the table, a damping file for each group, pictures, a page, and the statistics of logs."
+)
 _SCHEDULER = "Work on the cluster of a Dask scheduler, such as tcp://10.0.0.1:8786."
 
 
@@ -27,7 +29,11 @@ def batch(
     vehicle: Annotated[str, typer.Option(metavar="V", help=_VEHICLES, show_default=False)] = "",
     model: Annotated[str, typer.Option(metavar="LIST", help=_MODELS, show_default=False)] = "",
     method: Annotated[
-        str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}. weak and ls fold each log.")
+        str,
+        typer.Option(
+            metavar="KEY",
+            help=f"How: {options.KEYS}. weak and ls use sufficient statistics of each log.",
+        ),
     ] = "weak",
     by: Annotated[str, typer.Option(metavar="LIST", help=_BY)] = "day",
     mapping: Annotated[list[str] | None, typer.Option(metavar="M", help=_MAPPING)] = None,
@@ -68,7 +74,7 @@ def batch(
             mapping=mapping[0] if mapping else None,
             client=client,
             workers=workers,
-            cache=out / "folds",
+            cache=out / "statistics",
             timeout=timeout,
             exclude=out,
         )
@@ -83,7 +89,7 @@ def batch(
     for log, other in season.duplicates.items():
         note(f"{log} has the content of {other} and counts once.")
     if season.n_cached:
-        note(f"{season.n_cached} logs had been folded before.")
+        note(f"{season.n_cached} logs were in the cache.")
     note(f"written to {out}")
     if season.failed:
         n = len(season.failed)
