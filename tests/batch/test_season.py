@@ -221,7 +221,7 @@ def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, t
 @pytest.mark.parametrize(
     ("more", "error", "says"),
     [
-        ({"logs": "nowhere"}, hd.FileError, "no log matches it"),
+        ({"logs": "nowhere"}, hd.FileError, "no log matches"),
         ({"by": []}, hd.MethodError, "at least one of"),
         ({"by": ["dive("]}, hd.MethodError, "patterns of the path"),
         ({"timeout": 0.0}, hd.MethodError, "positive"),

@@ -29,7 +29,7 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     assert float(rows[0]["value"]) < float(rows[0]["high_noise_only"])
     found = sorted(path.name for path in (folder / "season").iterdir())
     tables = ["coefficients.csv", "coefficients.parquet"]
-    assert found == [".hydrodamp.json", *tables, "batch.html", "fits", "linear.svg", "statistics"]
+    assert found == [".hydrodamp.json", "batch.html", *tables, "fits", "linear.svg", "statistics"]
     page = (folder / "season" / "batch.html").read_text("utf-8")
     assert "4 logs in 2 groups, 0 left out." in page
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
@@ -53,14 +53,14 @@ def test_groups_of_too_little_are_named(folder, call):
     write(folder, "dive-2026-05-01.csv")
     line = LINE.format("dive-2026-05-01.csv", "day").replace("linear", "linear,gertler-hagen")
     told = " ".join(call(line).stdout.split())
-    assert "gertler-hagen 2026-05-01 (400 samples) do not tell all coefficients apart" in told
+    assert "gertler-hagen 2026-05-01 (400 samples) do not determine all coefficients" in told
     assert "linear 2026-05-01 (400 samples), gertler-hagen" in told
     assert "too short for standard errors" in told
 
 
 def test_wrong_calls_are_refused(folder, call):
     for line, says in (
-        (LINE.format("nothing*.csv", "day"), "no log matches it"),
+        (LINE.format("nothing*.csv", "day"), "no log matches"),
         (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
         (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`sparse` is selected"),
         (

@@ -275,7 +275,7 @@ class _Groups:
 def _read_groups(
     addresses: Sequence[str],
     caches: dict[str, StatisticsCache],
-    by: tuple[str, ...],
+    by: Sequence[str],
     pool: WorkerPool,
 ) -> _Groups:
     """Compute the statistics of each log, or read its start, and assign it to its group."""
@@ -348,12 +348,7 @@ def _fit_groups(
     }
     return tuple(
         GroupFit(
-            name,
-            group.start,
-            len(group.logs),
-            fit,
-            rms,
-            grade_statistics(group.statistics, fit),
+            name, group.start, len(group.logs), fit, rms, grade_statistics(group.statistics, fit)
         )
         for name, group in groups.groups.items()
         if name in fits

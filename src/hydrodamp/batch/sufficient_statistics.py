@@ -140,9 +140,7 @@ def merge_statistics(statistics: Iterable[LogStatistics]) -> LogStatistics:
     if not logs:
         raise ProblemError("merge_statistics needs the statistics of at least one log, got none")
     if any(log.blocks[0].basis != logs[0].blocks[0].basis for log in logs):
-        raise ProblemError(
-            "statistics of different terms cannot be merged: summarise all logs for one model"
-        )
+        raise ProblemError("statistics of different terms cannot be merged: use one model")
     pairs = [pair for log in logs for pair in zip(log.order, log.blocks, strict=True)]
     pairs.sort(key=itemgetter(0))
     order, blocks = [key for key, _ in pairs], [block for _, block in pairs]

@@ -53,10 +53,11 @@ def live(
 ) -> None:
     """Identify on board, sample by sample: JSON lines of estimates on standard output."""
     from hydrodamp.files import check_file
+    from hydrodamp.live.bounded_queue import SourceError
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
     from hydrodamp.live.runner import LiveRun
-    from hydrodamp.live.sources import SourceError, open_source
+    from hydrodamp.live.sources import open_source
 
     if not source:
         raise ProblemError(f"`--source` is missing. It is {_SOURCE.removesuffix(' [required]')}")
