@@ -31,7 +31,7 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     tables = ["coefficients.csv", "coefficients.parquet"]
     assert found == [".hydrodamp.json", "batch.html", *tables, "fits", "linear.svg", "statistics"]
     page = (folder / "season" / "batch.html").read_text("utf-8")
-    assert "4 logs in 2 groups, 0 left out." in page
+    assert "4 logs in 2 groups, 0 omitted." in page
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")

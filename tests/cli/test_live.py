@@ -28,7 +28,7 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
     assert told == fit.damping.as_dict()
     again = call(f"{START} --source b.csv --state s.json")
     assert [json.loads(again.stdout)] == [line]
-    assert "goes on behind sample" in again.stderr
+    assert "resumes after sample" in again.stderr
 
 
 @pytest.mark.parametrize(
