@@ -57,7 +57,7 @@ def batch(
             mapping=mapping[0] if mapping else None,
             client=client,
             workers=workers,
-            cache=out / "folds",
+            cache=out / "statistics",
             timeout=timeout,
             exclude=out,
         )

@@ -47,10 +47,11 @@ def live(
 ) -> None:
     """Identify recursively from live samples; print estimates as JSON lines."""
     from hydrodamp.files import check_file
+    from hydrodamp.live.bounded_queue import SourceError
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
     from hydrodamp.live.runner import LiveRun
-    from hydrodamp.live.sources import SourceError, open_source
+    from hydrodamp.live.sources import open_source
 
     if not source:
         raise ProblemError("`--source` is missing: see `hydrodamp live --help`.")
