@@ -65,5 +65,5 @@ def test_aliases_that_multiply_are_refused(tmp_path):
     lines = ["a0: &a0 [u, v]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 9)]
     (tmp_path / "m.yaml").write_text("\n".join(lines), "utf-8")
-    with pytest.raises(hd.FileError, match="aliases .* more than 200000"):
+    with pytest.raises(hd.FileError, match=r"aliases .* more than 200000"):
         hd.read_models(tmp_path / "m.yaml")
