@@ -39,13 +39,13 @@ def datasets(
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
     here = hd.fetch(dataset, place) if yes else before
-    if len(here.missing) == len(dataset.files):
+    if len(here.lacking) == len(dataset.files):
         raise FileError(
             f"{place}: holds none of the {len(dataset.files)} files of '{name}', such as"
             f" {dataset.files[0].name}. They come from {dataset.page}; --yes accepts the licence"
             " and downloads those that have an address."
         )
-    downloaded = [file for file in before.missing if file not in here.missing]
+    downloaded = [file for file in before.lacking if file not in here.lacking]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
         emit(asdict(here) | document | {"folder": str(place)})
@@ -54,7 +54,7 @@ def datasets(
         (downloaded, "downloaded"),
         (here.verified, "with the checksum that hydrodamp knows"),
         (here.unchecked, "taken as they are: no checksum is known"),
-        (here.missing, "not there"),
+        (here.lacking, "not there"),
     ):
         if names:
             note(f"{len(names)} of {len(dataset.files)} files {said}")
