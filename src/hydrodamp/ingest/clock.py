@@ -38,8 +38,8 @@ class IrregularityKind(Enum):
         " is coarse; they were spaced evenly up to the next timestamp (first at {first})"
     )
     STOPPED = (
-        "the clock stops at {first}; {count} after it were dropped. If they are evenly"
-        " sampled, set `time: {{rate: HERTZ}}` in the mapping"
+        "the clock stops at {first}; {count} after it were dropped. If evenly sampled, set"
+        " `time: {{rate: HERTZ}}`"
     )
     OUT_OF_ORDER = "{count} out of order, dropped (first at {first})"
     RESET = "the clock was reset or changed its epoch {times}; a segment begins (first at {first})"
@@ -99,8 +99,7 @@ class Clock:
     @cached_property
     def runs(self) -> IntArray:
         """Run of each row: the number of clock resets before it."""
-        stamps = clean_timestamps(self)
-        run = np.zeros(len(self.time), dtype=np.int64)
+        stamps, run = clean_timestamps(self), np.zeros(len(self.time), dtype=np.int64)
         run[stamps.rows] = stamps.run
         return np.maximum.accumulate(run)
 
