@@ -11,7 +11,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.ingest.inspection.probe import Inspection, inspect, probe
 from hydrodamp.ingest.inspection.quality_report import report_quality
 from hydrodamp.ingest.read import read_recording
-from strangers import FLIP, Truth, named, write
+from strangers import FLIP, Truth, name_columns, write
 
 TRUTH = Truth()
 UNDECIDED = "The direction of z is undetermined"
@@ -28,8 +28,8 @@ commands: {{rudder: rudder}}
 
 def motion(turn: np.ndarray) -> dict[str, np.ndarray]:
     """Return the dive under its canonical names, y and z turned or not."""
-    it, angles = TRUTH, named("roll pitch yaw", TRUTH.angles * turn)
-    both = named("u v w p q r", np.hstack((it.body * turn, it.rates * turn)))
+    it, angles = TRUTH, name_columns("roll pitch yaw", TRUTH.angles * turn)
+    both = name_columns("u v w p q r", np.hstack((it.body * turn, it.rates * turn)))
     return {"time": it.time, **angles, **both, "rudder": it.rudder}
 
 
@@ -46,7 +46,7 @@ def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = N
 def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: Path) -> None:
     columns = motion(turn)
     if beside == FORCE:
-        columns |= named("fx fy fz", TRUTH.force * turn)
+        columns |= name_columns("fx fy fz", TRUTH.force * turn)
     elif beside is DEPTH:
         columns |= DEPTH
     found = judged(tmp_path, columns).report
@@ -71,7 +71,7 @@ def test_a_mapping_of_the_wrong_frame(frame: str, tmp_path: Path) -> None:
 
 
 def test_positions_with_their_unit_are_no_commands(tmp_path: Path) -> None:
-    place = named("x_m y_m z_m", TRUTH.place * FLIP)
+    place = name_columns("x_m y_m z_m", TRUTH.place * FLIP)
     found = judged(tmp_path, motion(FLIP) | place).report
     assert found is not None
     assert [one.channel for one in found.issues] == ["x_m y_m z_m"]
