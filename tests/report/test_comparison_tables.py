@@ -6,8 +6,8 @@ from hydrodamp.report.comparison_tables import (
     detail_tables,
     horizon_tables,
     replay_table,
-    segment_tables,
     score_table,
+    segment_tables,
     summary_tables,
 )
 from hydrodamp.report.table import to_text
