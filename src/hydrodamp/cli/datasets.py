@@ -15,14 +15,8 @@ from hydrodamp.errors import FileError
 
 
 def datasets(
-    name: Annotated[
-        str | None,
-        options.argument("datasets-name"),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        options.option("datasets-out"),
-    ] = None,
+    name: Annotated[str | None, options.argument("datasets-name")] = None,
+    out: Annotated[Path | None, options.option("datasets-out")] = None,
     yes: Annotated[bool, options.option("datasets-yes")] = False,
     json: options.Json = False,
 ) -> None:

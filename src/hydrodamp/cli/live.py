@@ -26,19 +26,10 @@ Message = TypeVar("Message")
 def live(
     vehicle: options.VehicleName = "",
     model: Annotated[str, options.option("live-model")] = "",
-    source: Annotated[
-        str,
-        options.option("live-source"),
-    ] = "",
-    method: Annotated[
-        str,
-        options.option("live-method"),
-    ] = "rls",
+    source: Annotated[str, options.option("live-source")] = "",
+    method: Annotated[str, options.option("live-method")] = "rls",
     mapping: options.MappingFile = None,
-    real_time: Annotated[
-        bool,
-        options.option("live-real-time"),
-    ] = False,
+    real_time: Annotated[bool, options.option("live-real-time")] = False,
     checkpoint: Annotated[Path | None, options.option("live-checkpoint")] = None,
     checkpoint_interval: Annotated[float, options.option("live-checkpoint-interval")] = 10.0,
     output_interval: Annotated[float, options.option("live-output-interval")] = 1.0,
@@ -65,7 +56,7 @@ def live(
         raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
     if checkpoint is not None:
         check_file(checkpoint)
-    vehicle_model, models = resolve.find_vehicle(vehicle), resolve.find_model(model)
+    vehicle_model, models = resolve.find_vehicle(vehicle), resolve.find_model(model).models
     if not models:
         raise ProblemError("`--model sparse` needs a whole log: give a model with terms.")
     with ExitStack() as ends:

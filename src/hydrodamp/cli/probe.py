@@ -19,15 +19,9 @@ if TYPE_CHECKING:
 
 def probe(
     logs: options.SomeLogs,
-    vehicle: Annotated[
-        str | None,
-        options.option("probe-vehicle"),
-    ] = None,
+    vehicle: Annotated[str | None, options.option("probe-vehicle")] = None,
     mapping: options.MappingFile = None,
-    draft: Annotated[
-        Path | None,
-        options.option("probe-draft"),
-    ] = None,
+    draft: Annotated[Path | None, options.option("probe-draft")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:

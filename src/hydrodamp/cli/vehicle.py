@@ -21,10 +21,7 @@ def new(
     length: Size = None,
     diameter: Size = None,
     mass: Annotated[float | None, options.option("new-mass")] = None,
-    like: Annotated[
-        str | None,
-        options.option("new-like"),
-    ] = None,
+    like: Annotated[str | None, options.option("new-like")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
