@@ -105,7 +105,8 @@ class _AxisProblem(NamedTuple):
             target = self.target - self.matrix[:, ~free] @ x[~free]
             matrix, unit = self.matrix[:, free], np.linalg.norm(self.matrix[:, free], axis=0)
             bounds = -np.inf, self.upper[free] * unit
-            x[free] = lsq_linear(matrix / unit, target, bounds, method="bvls").x / unit
+            solution = lsq_linear(matrix / unit, target, bounds, method="bvls").x / unit
+            x[free] = np.minimum(solution, self.upper[free])  # scaling rounds
         return x
 
 
