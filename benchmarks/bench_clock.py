@@ -33,7 +33,11 @@ def recording() -> Recording:
     topics = [
         Topic("dvl", clocks[0], dict.fromkeys("uvw", wave[0])),
         Topic("gyro", clocks[1], dict.fromkeys("pqr", 0.002 * np.cos(0.1 * clocks[1]))),
-        Topic("attitude", clocks[2], {f"q.{part}": values for part, values in turned.items()}),
+        Topic(
+            "attitude",
+            clocks[2],
+            {f"q.{component}": values for component, values in turned.items()},
+        ),
         Topic("depth", clocks[3], {"d": wave[3]}),
         *(
             Topic(f"motor{k}", clocks[4 + k], {"set": np.sign(wave[4 + k]), "rpm": wave[4 + k]})
@@ -81,10 +85,10 @@ def test_ten_topics_on_one_clock(benchmark, ledger, recording, mapping):
 def test_ten_topics_to_a_checked_log(benchmark, ledger, recording, mapping):
     """The same to the end: checked, cut and frozen."""
 
-    def whole() -> Log:
+    def run_all() -> Log:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", GapWarning)
             return mapping.log(recording)
 
-    ours, alone = interleaved(benchmark, whole, lambda: interpolate(recording), rounds=3)
+    ours, alone = interleaved(benchmark, run_all, lambda: interpolate(recording), rounds=3)
     ledger.within("ten topics of 1e6 to a checked log: np.interp of each channel", ours, alone)

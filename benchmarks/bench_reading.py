@@ -89,8 +89,8 @@ def test_bag(benchmark, ledger, tmp_path, kind):
         with highlevel.AnyReader([path]) as bag:
             return [bag.deserialize(raw, it.msgtype) for it, _, raw in bag.messages()]
 
-    ours, other = interleaved(benchmark, lambda: files.read_files(path), alone, rounds=5)
-    ledger.within(f"ROS 2 bag ({kind}), 2e4 odometry: rosbags alone", ours, other, target=1.2)
+    ours, reference = interleaved(benchmark, lambda: files.read_files(path), alone, rounds=5)
+    ledger.within(f"ROS 2 bag ({kind}), 2e4 odometry: rosbags alone", ours, reference, target=1.2)
 
 
 def test_mcap_against_its_own_reader(benchmark, ledger, tmp_path):
@@ -99,13 +99,13 @@ def test_mcap_against_its_own_reader(benchmark, ledger, tmp_path):
     pytest.importorskip("rosbags")
     path = _bag(tmp_path / "dive", "MCAP", 20_000)
     (file,) = path.glob("*.mcap")
-    ours, other = interleaved(
+    ours, reference = interleaved(
         benchmark,
         lambda: files.read_files(file),
         lambda: [it.ros_msg for it in reader.read_ros2_messages(str(file))],
         rounds=3,
     )
-    ledger.within("the same: mcap-ros2-support alone", ours, other, target=1.2)
+    ledger.within("the same: mcap-ros2-support alone", ours, reference, target=1.2)
 
 
 def _bag(folder: Path, kind: str, n: int) -> Path:
@@ -150,8 +150,8 @@ def test_dataflash(benchmark, ledger, tmp_path):
         log.close()
         return count
 
-    ours, other = interleaved(benchmark, lambda: files.read_files(path), alone, rounds=3)
-    ledger.within("ArduPilot .bin, 6e4 messages: pymavlink alone", ours, other, target=1.2)
+    ours, reference = interleaved(benchmark, lambda: files.read_files(path), alone, rounds=3)
+    ledger.within("ArduPilot .bin, 6e4 messages: pymavlink alone", ours, reference, target=1.2)
 
 
 def _dataflash(n: int) -> bytes:
@@ -183,10 +183,10 @@ def test_px4(benchmark, ledger, tmp_path):
     for k in range(20_000):
         body += struct.pack("<HBHQ4f", 26, b"D"[0], 0, 2_500 * k, 1.0, 0.0, 0.0, 0.0)
     path.write_bytes(body)
-    ours, other = interleaved(
+    ours, reference = interleaved(
         benchmark, lambda: files.read_files(path), lambda: pyulog.ULog(str(path)), rounds=5
     )
-    ledger.within("PX4 .ulg, 2e4 messages: pyulog alone", ours, other)
+    ledger.within("PX4 .ulg, 2e4 messages: pyulog alone", ours, reference)
 
 
 def test_parquet(benchmark, ledger, tmp_path, table):

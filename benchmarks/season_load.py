@@ -38,14 +38,14 @@ def by_part(path: Path, log: hd.Log) -> str:
     parts = {"pyarrow alone": cost(lambda: parquet.read_table(path))}
     parts["read"] = cost(lambda: hd.read_log(path))
     parts["prepare"] = cost(lambda: hd.prepare(VEHICLE, log, [MODEL]))
-    folds = {}
+    statistics = {}
     for key, method in {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}.items():
         parts[f"rows, {key}"] = cost(lambda way=method: way.equations.rows(problem))  # type: ignore[misc]
         parts[f"whole, {key}"] = cost(
-            lambda way=method: summarise_address(str(path), VEHICLE, [MODEL], way)  # type: ignore[misc]
+            lambda key_method=method: summarise_address(str(path), VEHICLE, [MODEL], key_method)  # type: ignore[misc]
         )
-        folds[key] = summarise_address(str(path), VEHICLE, [MODEL], method)
-    parts["merge of two"] = cost(lambda: folds["weak"].merged(folds["ls"]))
+        statistics[key] = summarise_address(str(path), VEHICLE, [MODEL], method)
+    parts["merge of two"] = cost(lambda: statistics["weak"].merge(statistics["ls"]))
     hours = WHOLE / log.n / 3600.0
     return "\n".join(
         f"{name:16} {1e3 * one:8.2f} ms {hours * one:8.2f} core-hours for {WHOLE:g} samples"

@@ -1,4 +1,4 @@
-"""Vehicles of the benchmark with rudder, elevator and propeller, and the water they sail in."""
+"""Vehicles of the benchmark with rudder, elevator and propeller, and their true damping."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ SLOW_PITCH = Pid(2.5, 0.1, 3.5)
 
 @dataclass(frozen=True)
 class Sea:
-    """A plan, and the coefficients of its water where a table of terms is all there is to it."""
+    """A campaign, and the true coefficients where its damping is a table of terms."""
 
     plan: CampaignSetup
     true: hd.Damping | None = None
 
     def at(self, rate: float) -> Sea:
-        """Return the same sea sailed with another number of samples and commands a second."""
+        """Return the campaign at another rate of samples and commands [Hz]."""
         autopilot = self.plan.autopilot
         if rate < 10.0 and autopilot.pitch == PUBLISHED_AUTOPILOT.pitch:
             autopilot = fin_autopilot(DEPTH_LOOP, SLOW_PITCH, YAW_LOOP)
@@ -66,22 +66,22 @@ def drifting() -> Sea:
 def lagging(sea: Callable[[], Sea], lag: float) -> Callable[[], Sea]:
     """Return a sea whose fins lag by so many seconds."""
 
-    def made() -> Sea:
+    def make() -> Sea:
         plan = sea().plan
         return Sea(replace(plan, truth=replace(plan.truth, fin_lag=lag)))
 
-    return made
+    return make
 
 
 def fewer(sea: Callable[[], Sea], *training: int) -> Callable[[], Sea]:
     """Return a sea with some of the training runs only."""
 
-    def made() -> Sea:
+    def make() -> Sea:
         found = sea()
         runs = tuple(found.plan.training_runs[place] for place in training)
         return replace(found, plan=replace(found.plan, training_runs=runs))
 
-    return made
+    return make
 
 
 REMUS_AUTOPILOT = fin_autopilot(DEPTH_LOOP, Pid(1.5, 0.1, 1.0), Pid(1.2, 0.01, 0.8))

@@ -33,7 +33,7 @@ def main() -> None:
     warnings.simplefilter("ignore")
     with TemporaryDirectory() as folder:
 
-        def one(data: bytes) -> None:
+        def read_one_input(data: bytes) -> None:
             if not data:
                 return
             read, name = READERS[data[0] % len(READERS)]
@@ -44,7 +44,7 @@ def main() -> None:
             except HydrodampError:
                 return
 
-        atheris.Setup(sys.argv, one)
+        atheris.Setup(sys.argv, read_one_input)
         atheris.Fuzz()
 
 

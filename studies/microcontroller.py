@@ -1,8 +1,8 @@
-"""What the identifiers take on a microcontroller: ``python studies/microcontroller.py``.
+"""Memory and instructions of the embedded estimators: ``python studies/microcontroller.py``.
 
-The exported library of the paper's vehicle, compiled for a Cortex-M7, runs under QEMU on made-up
-samples. Instructions are counted by QEMU's clock, which advances a nanosecond each; the stack by
-how much of a painted one is written over.
+The exported library of the paper's vehicle, compiled for a Cortex-M7, runs under QEMU on synthetic
+samples. QEMU's clock counts instructions (1 ns each); overwritten bytes of a painted stack are its
+depth.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hydrodamp.export.target import save_files
 
 PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "live" / "microcontroller.md"
 
-#: What a bare processor needs to reach main, and where its memory is.
+#: Startup code and linker script of the bare processor.
 START = """
 #include <stdint.h>
 extern int main(void);
@@ -50,8 +50,8 @@ SECTIONS {
 CORTEX = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
 
-#: Each identifier on 2000 made-up samples of 0.1 s. Prints instructions of a step on average and
-#: at most and bytes of stack, where it can tell them, and the bytes of what it found.
+#: Each identifier on 2000 synthetic samples of 0.1 s. Prints mean and maximum instructions a step,
+#: bytes of stack (on ARM), and the bytes of the estimate.
 PROGRAM = """
 #include "NAME_identifier.h"
 #include <stdio.h>
@@ -139,63 +139,67 @@ int main(void)
 """
 
 
-def on_cortex(folder: Path, program: str, flags: Sequence[str] = ()) -> str:
-    """Return what a C program beside an exported library prints on a Cortex-M7 under QEMU."""
+def run_on_cortex(folder: Path, program: str, flags: Sequence[str] = ()) -> str:
+    """Return what a C program of an exported library prints on a Cortex-M7 under QEMU."""
     (folder / "start.c").write_text(START)
     (folder / "layout.ld").write_text(LAYOUT)
     call = [TOOLS[0], *STRICT, *CORTEX, *flags, "--specs=rdimon.specs", "-nostartfiles"]
-    call += [
-        "-T",
-        "layout.ld",
-        program,
-        "start.c",
-        *SOURCES,
-        *IDENTIFIER_SOURCES,
-        "-lm",
-        "-o",
-        "cortex.elf",
-    ]
-    subprocess.run(call, cwd=folder, check=True)
+    call += ["-T", "layout.ld", program, "start.c", *SOURCES, *IDENTIFIER_SOURCES]
+    subprocess.run([*call, "-lm", "-o", "cortex.elf"], cwd=folder, check=True)
     machine = [TOOLS[1], "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-semihosting"]
     machine += ["-icount", "shift=0", "-monitor", "none", "-serial", "none", "-kernel"]
-    told = subprocess.run(
+    process = subprocess.run(
         [*machine, folder / "cortex.elf"], capture_output=True, text=True, check=True, timeout=60
     )
-    return told.stdout + told.stderr
+    return process.stdout + process.stderr
+
+
+def measure_code_size(folder: Path, flags: Sequence[str] = ()) -> int:
+    """Return bytes of code and constants of an exported library on a Cortex-M7, by ``-Os``."""
+    sources = (*SOURCES, *IDENTIFIER_SOURCES)
+    subprocess.run(
+        [TOOLS[0], *STRICT, "-Os", *CORTEX, *flags, "-c", *sources], cwd=folder, check=True
+    )
+    objects = [f"{Path(name).stem}.o" for name in sources]
+    process = subprocess.run(
+        ["arm-none-eabi-size", *objects], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return sum(int(line.split()[0]) for line in process.stdout.splitlines()[1:])
 
 
 def write_program(folder: Path, name: str) -> str:
-    """Write the program of a vehicle beside its exported library."""
+    """Write the measuring program of a vehicle into the folder of its library."""
     (folder / "measure.c").write_text(PROGRAM.replace("NAME", name))
     return "measure.c"
 
 
-def rows(model: str, precision: str) -> list[str]:
-    """Return rows of the table for the identifiers of a model."""
-    identified = hd.catalog[model]
-    damping = hd.Damping(identified, [-1.0] * identified.n_coefficients)
+def measure_identifiers(model: str, precision: str) -> list[str]:
+    """Return rows of the table for the identifiers of a model; print the code size."""
+    damping_model = hd.catalog[model]
+    damping = hd.Damping(damping_model, [-1.0] * damping_model.n_coefficients)
     plant, form = ExportedPlant.of(hd.fleet["vt690"], damping), C(precision=precision)
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         save_files(form.render_files(plant), folder)
-        told = on_cortex(folder, write_program(folder, "auv_vt690"), form.flags)
+        output = run_on_cortex(folder, write_program(folder, "auv_vt690"), form.flags)
+        print(model, precision, measure_code_size(folder, form.flags), "bytes of code")
         header = (folder / "auv_vt690_identifier.h").read_text()
-    size, made = 4 if precision == "float" else 8, []
-    for way, line in zip(("rls", "ai"), told.splitlines()[::2], strict=True):
-        usual, most, stack = map(int, line.split()[1:])
-        numbers = int(header.split(f"auv_vt690_{way.upper()}_STATE = ")[1].split(",")[0])
-        cells = f"{numbers * size} | {stack} | {usual} | {most}"
-        made.append(f"| {model} | `{way}` | {precision} | {cells} |")
-    return made
+    size, rows = 4 if precision == "float" else 8, []
+    for method, line in zip(("rls", "ai"), output.splitlines()[::2], strict=True):
+        mean, maximum, stack = map(int, line.split()[1:])
+        numbers = int(header.split(f"auv_vt690_{method.upper()}_STATE = ")[1].split(",")[0])
+        cells = f"{numbers * size} | {stack} | {mean} | {maximum}"
+        rows.append(f"| {model} | `{method}` | {precision} | {cells} |")
+    return rows
 
 
 def main() -> None:
-    """Measure, and put the table on its page."""
+    """Measure, and write the table into its page."""
     head = (
         "| model | method | numbers | state, bytes | stack, bytes | instructions a step | at most |"
     )
     models = [(key, real) for key in ("prestero", "pitch-yaw") for real in ("float", "double")]
-    body = [line for each in models for line in rows(*each)]
+    body = [line for key, real in models for line in measure_identifiers(key, real)]
     fill(PAGE, "\n".join([head, "|---|---|---|---|---|---|---|", *body]))
 
 

@@ -1,15 +1,15 @@
-"""Sail planned dives and campaigns of steps on truths unlike the model, and compare.
+"""Compare planned dives with baseline campaigns of steps under true damping unlike the model.
 
     python studies/planning.py --dives 20 --out FOLDER
 
-A dive is planned with the published set of the VT 690. Then it, and the campaign of steps of the
-same length in the same envelope, are sailed with noise in waters that are not the one it was
-planned with: the published hydrodynamics with every coefficient off as a draw says (`off`),
-crossflow strips in place of the quadratic terms (`crossflow`), and strips with fins that meet the
-drift (`drifting`). Every dive is identified by the recommended method.
+A dive is planned with the published set of the VT 690. Then it, and the baseline campaign of steps
+of the same duration and envelope, are simulated with noise under damping that differs from the one
+it was planned with: the published hydrodynamics with random errors of all coefficients (`off`),
+crossflow strips in place of the quadratic terms (`crossflow`), and strips with fins whose inflow
+depends on the drift angle (`drifting`). Every dive is identified by the recommended method.
 
-Realised over predicted: the standard error that the fit of a sailed dive reports over the one that
-the plan predicted, the median over coefficients of an axis and dives. Scatter: the standard
+Realised over predicted: the standard error that the fit of a simulated dive reports over the one
+that the plan predicted, the median over coefficients of an axis and dives. Scatter: the standard
 deviation of the estimates over dives, against the predicted. Gain: the geometric mean over
 coefficients of the variance by steps over that by the plan, reported and scattered. Replay: the
 RMS error (eq. 24) of fits on the test runs of the re-enacted campaign, the median over dives.
@@ -37,9 +37,8 @@ from hydrodamp.experiment_design.closed_loop import (
 )
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
-from hydrodamp.experiment_design.feasibility import CandidateDive, enforce_envelope
 from hydrodamp.experiment_design.plan import VERIFIED_MEMBERS, optimise
-from hydrodamp.experiment_design.verification import verify
+from hydrodamp.experiment_design.verification import CandidateDive, enforce_envelope, verify
 from hydrodamp.files import save_json, save_text
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.campaign.truth import Truth
@@ -53,26 +52,26 @@ ENVELOPE = hd.Envelope(
         name: {"lowest": -0.26, "highest": 0.26, "rate": 1.0} for name in ("rudder", "elevator")
     },
 )
-"""What both may do."""
+"""Constraints of both."""
 
 SEED = 40
-"""Of the noise of the first dive."""
+"""Seed of the noise."""
 
 
 @dataclass(frozen=True)
-class Sailed:
+class DiveStatistics:
     """Estimates and reported standard errors of dives, shape (dives, p), and replay errors."""
 
     estimates: FloatArray
     errors: FloatArray
     replays: FloatArray
-    within: float
+    feasibility_rate: float
 
 
 def simulator_of_truth(
     simulator: ClosedLoopSimulator, truth: str
 ) -> tuple[ClosedLoopSimulator, hd.Log]:
-    """Return the vehicle in the water of a truth, and its test runs."""
+    """Return the simulator with the damping of a truth, and its test runs."""
     plan = CampaignSetup.of("sname" if truth == "off" else "crossflow")
     truth_model = plan.truth
     if truth == "off":
@@ -86,49 +85,50 @@ def simulator_of_truth(
         truth_model = replace(truth_model, drift_factor=0.0)
     truth_model = replace(truth_model, fin_lag=0.0)
     (campaign,) = replace(plan, truth=truth_model).simulate((SEED,), 100.0, hd.WHITE_NOISE)
-    made = ClosedLoopSimulator.of(
+    simulator_with_truth = ClosedLoopSimulator.of(
         simulator.vehicle,
         simulator.autopilot,
         simulator.envelope,
         DampingEnsemble((truth_model.damping,), simulator.ensemble.model),
     )
-    return replace(
-        made, disturbance=_unmodelled_wrench(truth_model, simulator)
-    ), campaign.exact_test
+    disturbance = _unmodelled_wrench(truth_model, simulator)
+    return replace(simulator_with_truth, disturbance=disturbance), campaign.exact_test
 
 
 def _unmodelled_wrench(
     truth: Truth, simulator: ClosedLoopSimulator
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """Return what strips make, and fins that meet the drift."""
-    fins = [one for one in simulator.vehicle.actuators if isinstance(one, hd.Fin)]
-    places = [simulator.autopilot.names.index(one.command) for one in fins]
-    forces = np.array([[dict(one.force).get(axis, 0.0) for axis in hd.AXES] for one in fins])
+    """Return the wrench of crossflow strips and of the drift angle at the fins."""
+    fins = [item for item in simulator.vehicle.actuators if isinstance(item, hd.Fin)]
+    indices = [simulator.autopilot.names.index(fin.command) for fin in fins]
+    forces = np.array([[dict(fin.force).get(axis, 0.0) for axis in hd.AXES] for fin in fins])
 
     def wrench(velocity: FloatArray, commands: FloatArray) -> FloatArray:
-        angles = commands[:, places]
-        more = truth.effective_fins(velocity, angles) - angles
+        angles = commands[:, indices]
+        inflow = truth.effective_fins(velocity, angles) - angles
         u = velocity[:, :1]
-        made = (u * np.abs(u) * more) @ forces
-        return made if truth.strips is None else made + truth.strips.wrench(velocity)
+        total = np.asarray((u * np.abs(u) * inflow) @ forces)
+        return total if truth.strips is None else total + truth.strips.wrench(velocity)
 
     return wrench
 
 
-def sailed(
+def simulate_dives(
     simulator: ClosedLoopSimulator, candidate: CandidateDive, test: hd.Log, dives: int
-) -> Sailed:
-    """Sail a dive so many times, identify each, and replay the test runs with each fit."""
+) -> DiveStatistics:
+    """Simulate a dive with different noise, identify each, and replay the test runs."""
     setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
     overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
     trajectories = simulator.simulate((setpoints, overlays), SEED)
-    far = [one.max(axis=0) for one in limit_violations(simulator.envelope, trajectories).values()]
-    done = run_parallel(_one, [(simulator, trajectories.select([n]), test) for n in range(dives)])
-    estimates, errors, replays = (np.array(one) for one in zip(*done, strict=True))
-    return Sailed(estimates, errors, replays, float(np.mean(np.max(far, axis=0) <= 0.0)))
+    violations = limit_violations(simulator.envelope, trajectories).values()
+    worst = np.max([violation.max(axis=0) for violation in violations], axis=0)
+    calls = [(simulator, trajectories.select([n]), test) for n in range(dives)]
+    columns = zip(*run_parallel(_identify_dive, calls), strict=True)
+    estimates, errors, replays = (np.array(column) for column in columns)
+    return DiveStatistics(estimates, errors, replays, float(np.mean(worst <= 0.0)))
 
 
-def _one(
+def _identify_dive(
     simulator: ClosedLoopSimulator, trajectories: Trajectories, test: hd.Log
 ) -> tuple[FloatArray, FloatArray, float]:
     model = simulator.ensemble.model
@@ -140,8 +140,8 @@ def _one(
     return fit.damping.coefficients, np.sqrt(np.diag(fit.damping.covariance)), error
 
 
-def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
-    """Return what came out for a model, truth by truth."""
+def study_model(key: str, duration: float, dives: int) -> dict[str, Any]:
+    """Return the comparison for a model by truth."""
     begin = time.process_time(), time.perf_counter()
     context = PlanningContext.of(
         hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
@@ -154,21 +154,23 @@ def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
     ).std_errors
     took = time.process_time() - begin[0], time.perf_counter() - begin[1]
     axes = np.array([label[0] for label in context.model.labels])
-    found: dict[str, Any] = {"seconds of CPU": took[0], "seconds": took[1]}
+    results: dict[str, Any] = {"seconds of CPU": took[0], "seconds": took[1]}
     for truth in ("off", "crossflow", "drifting"):
         simulator, test = simulator_of_truth(context.simulator, truth)
-        by_plan, by_steps = (sailed(simulator, one, test, dives) for one in (candidate, steps))
-        found[truth] = told(predicted, by_plan, by_steps, axes)
-        typer.echo(f"{key} {truth} {json.dumps(found[truth])}", err=True)
-    return found
+        by_plan, by_steps = (
+            simulate_dives(simulator, dive, test, dives) for dive in (candidate, steps)
+        )
+        results[truth] = compare(predicted, by_plan, by_steps, axes)
+        typer.echo(f"{key} {truth} {json.dumps(results[truth])}", err=True)
+    return results
 
 
-def told(
-    predicted: FloatArray, by_plan: Sailed, by_steps: Sailed, axes: np.ndarray
+def compare(
+    predicted: FloatArray, by_plan: DiveStatistics, by_steps: DiveStatistics, axes: np.ndarray
 ) -> dict[str, Any]:
-    """Return the numbers of a truth."""
-    scatter = [one.estimates.std(axis=0, ddof=1) for one in (by_plan, by_steps)]
-    reported = [np.sqrt(np.mean(one.errors**2, axis=0)) for one in (by_plan, by_steps)]
+    """Return ratios of standard errors and of scatter for a truth."""
+    scatter = [dives.estimates.std(axis=0, ddof=1) for dives in (by_plan, by_steps)]
+    reported = [np.sqrt(np.mean(dives.errors**2, axis=0)) for dives in (by_plan, by_steps)]
     return {
         "realised": _by_axis(axes, np.median(by_plan.errors, axis=0) / predicted, np.median),
         "scatter": _by_axis(axes, scatter[0] / predicted, np.median),
@@ -176,13 +178,13 @@ def told(
         "gain by axis": _by_axis(axes, (reported[1] / reported[0]) ** 2, _mean),
         "gain of scatter": _gain(scatter),
         "gain of scatter by axis": _by_axis(axes, (scatter[1] / scatter[0]) ** 2, _mean),
-        "replay": [_middle(one.replays) for one in (by_plan, by_steps)],
-        "diverged": [int(np.isnan(one.replays).sum()) for one in (by_plan, by_steps)],
-        "within": [by_plan.within, by_steps.within],
+        "replay": [_median(dives.replays) for dives in (by_plan, by_steps)],
+        "diverged": [int(np.isnan(dives.replays).sum()) for dives in (by_plan, by_steps)],
+        "feasibility_rate": [by_plan.feasibility_rate, by_steps.feasibility_rate],
     }
 
 
-def _middle(errors: FloatArray) -> float | None:
+def _median(errors: FloatArray) -> float | None:
     """Return the median over dives, of which some diverged; None where all did."""
     return None if np.isnan(errors).all() else float(np.nanmedian(errors))
 
@@ -203,23 +205,23 @@ def _by_axis(
     }
 
 
-def table(found: dict[str, dict[str, Any]]) -> str:
+def table(results: dict[str, dict[str, Any]]) -> str:
     """Return all numbers as a table of Markdown."""
     lines = [
         "| model | truth | realised / predicted X Y Z K M N | gain X Y Z K M N | gain "
         "| of scatter | replay: plan, steps |",
         "|---|---|---|---|---|---|---|",
     ]
-    for key, by_truth in found.items():
-        for truth, one in by_truth.items():
-            if not isinstance(one, dict):
+    for key, by_truth in results.items():
+        for truth, entry in by_truth.items():
+            if not isinstance(entry, dict):
                 continue
             words = [
-                " ".join(f"{value:.2f}" for value in one["realised"].values()),
-                " ".join(f"{value:.1f}" for value in one["gain by axis"].values()),
-                f"{one['gain']:.1f}",
-                f"{one['gain of scatter']:.1f}",
-                ", ".join("-" if value is None else f"{value:.3f}" for value in one["replay"]),
+                " ".join(f"{value:.2f}" for value in entry["realised"].values()),
+                " ".join(f"{value:.1f}" for value in entry["gain by axis"].values()),
+                f"{entry['gain']:.1f}",
+                f"{entry['gain of scatter']:.1f}",
+                ", ".join("-" if value is None else f"{value:.3f}" for value in entry["replay"]),
             ]
             lines.append(f"| `{key}` | {truth} | " + " | ".join(words) + " |")
     return "\n".join(lines) + "\n"
@@ -227,21 +229,21 @@ def table(found: dict[str, dict[str, Any]]) -> str:
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for planning.md and planning.json.")],
-    dives: Annotated[int, typer.Option(min=2, help="How many of each.")] = 20,
-    duration: Annotated[float, typer.Option(help="Length of a dive [s].")] = 600.0,
+    dives: Annotated[int, typer.Option(min=2, help="Number of dives of each.")] = 20,
+    duration: Annotated[float, typer.Option(help="Duration of a dive [s].")] = 600.0,
     models: Annotated[
-        str, typer.Option(help="Keys, join_setpoints by commas.")
+        str, typer.Option(help="Keys, separated by commas.")
     ] = "prestero,linear,fossen",
 ) -> None:
-    """Sail planned dives and campaigns of steps on truths unlike the model."""
+    """Compare planned dives with baseline campaigns under damping unlike the model."""
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     out.mkdir(parents=True, exist_ok=True)
-    found = {}
+    results = {}
     for key in models.split(","):
-        found[key] = studied(key, duration, dives)
-        save_json(found, out / "planning.json")
-        save_text(table(found), out / "planning.md")
-    typer.echo(table(found))
+        results[key] = study_model(key, duration, dives)
+        save_json(results, out / "planning.json")
+        save_text(table(results), out / "planning.md")
+    typer.echo(table(results))
 
 
 if __name__ == "__main__":

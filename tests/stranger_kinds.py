@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from strangers import DEG, EPOCH, FLIP, Truth, case, messages, named, write
+from strangers import DEG, EPOCH, FLIP, Truth, case, messages, name_columns, write
 from writers import RosBag
 
 SWAP = [1, 0, 2]  # north-east-down to east-north-up, with the sign of the third
@@ -23,14 +23,16 @@ def _enu(ned: np.ndarray) -> np.ndarray:
 
 
 def _imu(it: Truth) -> dict[str, np.ndarray]:
-    columns = named("angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP)
-    columns |= named("orientation.x orientation.y orientation.z orientation.w", it.q_enu)
+    columns = name_columns(
+        "angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP
+    )
+    columns |= name_columns("orientation.x orientation.y orientation.z orientation.w", it.q_enu)
     names = " ".join(f"linear_acceleration.{axis}" for axis in "xyz")
-    return columns | named(names, it.force * FLIP)
+    return columns | name_columns(names, it.force * FLIP)
 
 
 def _twist(block: np.ndarray) -> dict[str, np.ndarray]:
-    return named("twist.linear.x twist.linear.y twist.linear.z", block)
+    return name_columns("twist.linear.x twist.linear.y twist.linear.z", block)
 
 
 _TWIST = "geometry_msgs/msg/TwistStamped"
@@ -68,21 +70,25 @@ def tlog_of_a_vehicle_with_a_gps(folder: Path, it: Truth) -> Path:
 def ros2_gps_velocity_beside_a_body_velocity(folder: Path, it: Truth) -> Path:
     bag = RosBag()
     store, time = bag.modern, it.time
-    found = messages(bag, store, "/gps/velocity", _TWIST, time, _twist(_enu(it.world)))
-    found += messages(bag, store, "/nav/body_velocity", _TWIST, time, _twist(it.body * FLIP))
-    found += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, _imu(it))
+    bag_messages = messages(bag, store, "/gps/velocity", _TWIST, time, _twist(_enu(it.world)))
+    bag_messages += messages(bag, store, "/nav/body_velocity", _TWIST, time, _twist(it.body * FLIP))
+    bag_messages += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, _imu(it))
     fins = {"vector.x": it.rudder}
-    found += messages(bag, store, "/fin_command", "geometry_msgs/msg/Vector3Stamped", time, fins)
-    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]))
+    bag_messages += messages(
+        bag, store, "/fin_command", "geometry_msgs/msg/Vector3Stamped", time, fins
+    )
+    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]))
 
 
 @case(holds="u v w p q r attitude", commands="")
 def ros2_gps_velocity_alone(folder: Path, it: Truth) -> Path:
     bag = RosBag()
     store, time = bag.modern, it.time
-    found = messages(bag, store, "/gps_receiver/velocity", _TWIST, time, _twist(_enu(it.world)))
-    found += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, _imu(it))
-    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]), "SQLITE3")
+    bag_messages = messages(
+        bag, store, "/gps_receiver/velocity", _TWIST, time, _twist(_enu(it.world))
+    )
+    bag_messages += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, _imu(it))
+    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]), "SQLITE3")
 
 
 @case(holds="u v w p q r attitude position", commands="")
@@ -90,15 +96,21 @@ def ros1_velocities_of_mavros(folder: Path, it: Truth) -> Path:
     """The same velocity along the axes of the map and of the body, and a pose."""
     bag = RosBag()
     store, stem, time = bag.noetic, "/mavros/local_position", it.time
-    found = messages(bag, store, f"{stem}/velocity_local", _TWIST, time, _twist(_enu(it.world)))
-    found += messages(bag, store, f"{stem}/velocity_body", _TWIST, time, _twist(it.body * FLIP))
-    found += messages(bag, store, "/mavros/imu/data", "sensor_msgs/msg/Imu", time, _imu(it))
-    pose = named("pose.position.x pose.position.y pose.position.z", it.enu)
-    pose |= named("pose.orientation.x pose.orientation.y pose.orientation.z", it.q_enu[:, :3])
+    bag_messages = messages(
+        bag, store, f"{stem}/velocity_local", _TWIST, time, _twist(_enu(it.world))
+    )
+    bag_messages += messages(
+        bag, store, f"{stem}/velocity_body", _TWIST, time, _twist(it.body * FLIP)
+    )
+    bag_messages += messages(bag, store, "/mavros/imu/data", "sensor_msgs/msg/Imu", time, _imu(it))
+    pose = name_columns("pose.position.x pose.position.y pose.position.z", it.enu)
+    pose |= name_columns(
+        "pose.orientation.x pose.orientation.y pose.orientation.z", it.q_enu[:, :3]
+    )
     pose |= {"pose.orientation.w": it.q_enu[:, 3]}
     kind = "geometry_msgs/msg/PoseStamped"
-    found += messages(bag, store, f"{stem}/pose", kind, time, pose)
-    return bag.ros1(folder / "run.bag", sorted(found, key=lambda one: one[2]))
+    bag_messages += messages(bag, store, f"{stem}/pose", kind, time, pose)
+    return bag.ros1(folder / "run.bag", sorted(bag_messages, key=lambda one: one[2]))
 
 
 @case(
@@ -108,7 +120,7 @@ def ros1_velocities_of_mavros(folder: Path, it: Truth) -> Path:
 )
 def csv_of_a_depth_alone(folder: Path, it: Truth) -> Path:
     columns = {"time": it.time, **it.euler("roll_deg pitch_deg yaw_deg", DEG)}
-    columns |= named("p q r", it.rates) | {"depth_m": it.place[:, 2]}
+    columns |= name_columns("p q r", it.rates) | {"depth_m": it.place[:, 2]}
     return write(folder / "a.csv", {**columns, "thr_vertical": it.rudder, "thr_stern": it.rpm})
 
 
@@ -135,16 +147,16 @@ def hdf5_of_angle_and_rotational_velocity(folder: Path, it: Truth) -> Path:
 def csv_of_gyro_angles(folder: Path, it: Truth) -> Path:
     """An attitude integrated from a gyro is called by it; the unit in the header says the rest."""
     columns = {"t": it.time, **it.euler("gyro_angle_x gyro_angle_y gyro_angle_z")}
-    columns |= named("vel_rotational_x vel_rotational_y vel_rotational_z", it.rates)
-    columns |= named("vel_translational_x vel_translational_y vel_translational_z", it.body)
+    columns |= name_columns("vel_rotational_x vel_rotational_y vel_rotational_z", it.rates)
+    columns |= name_columns("vel_translational_x vel_translational_y vel_translational_z", it.body)
     return write(folder / "a.csv", {**columns, "rudder": it.rudder})
 
 
 @case(holds="u v r attitude position wrench", commands="", tolerance=0.05)
 def csv_of_vectors_that_count_from_one(folder: Path, it: Truth) -> Path:
-    columns = {"t": it.time, **named("eta_1 eta_2 eta_3", it.flat_place)}
-    columns |= named("nu_1 nu_2 nu_3", it.flat)
-    tau = named("tau_cmd_1 tau_cmd_2 tau_cmd_3", it.wrench[:, [0, 1, 5]])
+    columns = {"t": it.time, **name_columns("eta_1 eta_2 eta_3", it.flat_place)}
+    columns |= name_columns("nu_1 nu_2 nu_3", it.flat)
+    tau = name_columns("tau_cmd_1 tau_cmd_2 tau_cmd_3", it.wrench[:, [0, 1, 5]])
     return write(folder / "a.csv", columns | tau)
 
 
@@ -159,7 +171,7 @@ def csv_of_matlab_elements(folder: Path, it: Truth) -> Path:
     }
     columns = {"t": it.time}
     for name, block in blocks.items():
-        columns |= {f"{name}({k},1)": one for k, one in enumerate(block.T, 1)}
+        columns |= {f"{name}({k},1)": item for k, item in enumerate(block.T, 1)}
     return write(folder / "a.csv", columns)
 
 
@@ -187,8 +199,14 @@ def csv_of_desired_positions_without_a_clock(folder: Path, it: Truth) -> Path:
 
 @case(holds="u v r attitude position wrench", commands="", tolerance=0.05)
 def csv_of_a_wrench_by_axis(folder: Path, it: Truth) -> Path:
-    columns = {"t": it.time, **named("x y psi", it.flat_place), **named("u v r", it.flat)}
-    return write(folder / "a.csv", columns | named("tau_X tau_Y tau_N", it.wrench[:, [0, 1, 5]]))
+    columns = {
+        "t": it.time,
+        **name_columns("x y psi", it.flat_place),
+        **name_columns("u v r", it.flat),
+    }
+    return write(
+        folder / "a.csv", columns | name_columns("tau_X tau_Y tau_N", it.wrench[:, [0, 1, 5]])
+    )
 
 
 @case(commands="rudder")
@@ -233,8 +251,8 @@ def csv_of_pandas_with_a_velocity_of_zeros(folder: Path, it: Truth) -> Path:
     table = it.table()
     speeds = {name: table.pop(name) for name in "uvw"}
     zeros = {f"v{axis}": 0 * it.time for axis in "xyz"}
-    own = {f"body_v{axis}": one for axis, one in zip("xyz", speeds.values(), strict=True)}
-    return write(folder / "a.csv", {"time": table.pop("time"), **zeros, **own, **table})
+    body_speeds = {f"body_v{axis}": item for axis, item in zip("xyz", speeds.values(), strict=True)}
+    return write(folder / "a.csv", {"time": table.pop("time"), **zeros, **body_speeds, **table})
 
 
 @case(commands="rudder")
@@ -277,9 +295,9 @@ def ros2_setpoints_beside_measurements(folder: Path, it: Truth) -> Path:
     store, time = bag.modern, it.time
     fast = np.arange(0, 90, 0.05)
     off = 0.3 * np.sin(np.outer(fast, (0.1, 0.2, 0.3)))
-    found = messages(bag, store, "/controller/desired_velocity", _TWIST, fast, _twist(off))
-    found += messages(bag, store, "/dvl/velocity", _TWIST, time, _twist(it.body * FLIP))
-    found += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, _imu(it))
+    bag_messages = messages(bag, store, "/controller/desired_velocity", _TWIST, fast, _twist(off))
+    bag_messages += messages(bag, store, "/dvl/velocity", _TWIST, time, _twist(it.body * FLIP))
+    bag_messages += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, _imu(it))
     fins, kind = {"vector.x": it.rudder}, "geometry_msgs/msg/Vector3Stamped"
-    found += messages(bag, store, "/fin_command", kind, time, fins)
-    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]))
+    bag_messages += messages(bag, store, "/fin_command", kind, time, fins)
+    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]))

@@ -62,8 +62,8 @@ class Truth:
     def check(self, log: Log) -> None:
         """Check that a log is the dive, its position too where it has one."""
         np.testing.assert_allclose(log.velocity, np.hstack((self.body, self.rates)), atol=1e-9)
-        apart = Rotation.from_quat(log.attitude, scalar_first=True) * self.turns.inv()
-        np.testing.assert_allclose(apart.magnitude(), 0, atol=1e-7)
+        body_attitude = Rotation.from_quat(log.attitude, scalar_first=True) * self.turns.inv()
+        np.testing.assert_allclose(body_attitude.magnitude(), 0, atol=1e-7)
         if log.position is not None:
             np.testing.assert_allclose(log.position, self.place, atol=1e-9)
 
@@ -71,36 +71,36 @@ class Truth:
         """Return what a role may be in axes of the body, with z down (FRD) or up (FLU)."""
         group, _, name = role.partition(".")
         turn, flat = FLIP if body == "FLU" else np.ones(3), self.flat_place
-        speed = named("u v w", self.body * turn) | named("p q r", self.rates * turn)
-        planar = named("x y yaw", flat * turn) | named("u v r", self.flat * turn)
+        speed = name_columns("u v w", self.body * turn) | name_columns("p q r", self.rates * turn)
+        planar = name_columns("x y yaw", flat * turn) | name_columns("u v r", self.flat * turn)
         both = {"position": self.place, "velocity": self.world}
         if name.startswith("q") and group == "attitude":
             q = {"FRD": self.q_ned, "FLU": self.q_enu[:, [3, 0, 1, 2]]}[body]
             return [sign * q[:, "wxyz".index(name[1])] for sign in (1, -1)]
         if group in both and (name in "xyz" or name in ("north", "east", "down", "up", "depth")):
             north, east, down = both[group].T
-            ways = {"north": north, "east": east, "up": -down, "down": down, "depth": down}
-            own = {"north": "x", "east": "y"}.get(name, "")
-            here = [ways[name], *([planar[own]] if own and group == "position" else [])]
-            return [*here, *(-one for one in here if name == "east")]
+            directions = {"north": north, "east": east, "up": -down, "down": down, "depth": down}
+            alias = {"north": "x", "east": "y"}.get(name, "")
+            here = [directions[name], *([planar[alias]] if alias and group == "position" else [])]
+            return [*here, *(-item for item in here if name == "east")]
         euler = self.euler()
         heading = {"heading": self.angles[:, 2]}
-        euler = {n: one * turn[k] for k, (n, one) in enumerate(euler.items())} | heading
+        euler = {n: item * turn[k] for k, (n, item) in enumerate(euler.items())} | heading
         tau = dict(zip("XYZKMN", (self.wrench * np.tile(turn, 2)).T, strict=True))
-        force = named("fx fy fz", self.force * turn)
+        force = name_columns("fx fy fz", self.force * turn)
         known = {"attitude": euler, "velocity": speed, "wrench": tau, "specific_force": force}
         return [its[name] for its in (known.get(group, {}), planar) if name in its]
 
     def table(self, clock: str = "time") -> Columns:
         """The motion by its plain names."""
-        motion = named("u v w p q r", np.hstack((self.body, self.rates)))
+        motion = name_columns("u v w p q r", np.hstack((self.body, self.rates)))
         return {clock: self.time, **self.euler(), **motion, "rudder": self.rudder}
 
     def euler(self, names: str = "roll pitch yaw", unit: float = 1.0) -> Columns:
-        return named(names, self.angles / unit)
+        return name_columns(names, self.angles / unit)
 
 
-def named(names: str, block: np.ndarray) -> Columns:
+def name_columns(names: str, block: np.ndarray) -> Columns:
     return dict(zip(names.split(), block.T, strict=True))
 
 
@@ -111,7 +111,10 @@ def write(path: Path, columns: Mapping[str, Any], sep: str = ",", form: str = "%
     """Write a table as the csv module does."""
     path.parent.mkdir(exist_ok=True)
     rows = zip(
-        *([one if isinstance(one, str) else form % one for one in it] for it in columns.values()),
+        *(
+            [item if isinstance(item, str) else form % item for item in it]
+            for it in columns.values()
+        ),
         strict=True,
     )
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -156,16 +159,16 @@ def case(holds: str = "u v w p q r attitude rudder", **more: Any) -> Callable[..
 @case()
 def csv_with_units_in_names(folder: Path, it: Truth) -> Path:
     angles = it.euler("roll_deg pitch_deg yaw_deg", DEG)
-    rates = named("p_degs q_degs r_degs", it.rates / DEG)
-    columns = {"time_s": it.time, **angles, **named("u v w", it.body), **rates}
+    rates = name_columns("p_degs q_degs r_degs", it.rates / DEG)
+    columns = {"time_s": it.time, **angles, **name_columns("u v w", it.body), **rates}
     return write(folder / "a.csv", {**columns, "rudder_cmd": it.rudder})
 
 
 @case()
 def csv_of_a_spreadsheet_with_decimal_commas(folder: Path, it: Truth) -> Path:
     columns = {"Time [ms]": 1000 * it.time, **it.euler("Roll[°] Pitch[°] Yaw[°]", DEG)}
-    columns |= named("Surge[kn] Sway[kn] Heave[kn]", it.body / 0.514444444)
-    columns |= named("RollRate[°/s] PitchRate[°/s] YawRate[°/s]", it.rates / DEG)
+    columns |= name_columns("Surge[kn] Sway[kn] Heave[kn]", it.body / 0.514444444)
+    columns |= name_columns("RollRate[°/s] PitchRate[°/s] YawRate[°/s]", it.rates / DEG)
     path = write(folder / "a.csv", {**columns, "Rudder[°]": it.rudder / DEG}, ";")
     path.write_text(path.read_text("utf-8").replace(".", ","), "utf-8")
     return path
@@ -182,16 +185,16 @@ def savetxt_of_a_simulator(folder: Path, it: Truth) -> Path:
 def ros_odometry(
     it: Truth, sep: str = ".", pose: str = "pose.pose", twist: str = "twist.twist"
 ) -> Columns:
-    parts = (
+    columns = (
         (f"{pose}.position", "xyz", it.enu),
         (f"{pose}.orientation", "xyzw", it.q_enu),
         (f"{twist}.linear", "xyz", it.body * FLIP),
         (f"{twist}.angular", "xyz", it.rates * FLIP),
     )
     return {
-        f"{stem}.{part}".replace(".", sep): column
-        for stem, names, block in parts
-        for part, column in zip(names, block.T, strict=True)
+        f"{stem}.{name}".replace(".", sep): column
+        for stem, names, block in columns
+        for name, column in zip(names, block.T, strict=True)
     }
 
 
@@ -203,10 +206,10 @@ def late(time: np.ndarray) -> np.ndarray:
 @case(holds="u v w p q r attitude position rudder")
 def csv_of_rostopic_echo(folder: Path, it: Truth) -> Path:
     """Arrival in bursts beside the stamps of the header, nanoseconds both."""
-    stamp, nothing = (EPOCH + it.time) * 1e9, 0 * it.time
+    stamp, zeros = (EPOCH + it.time) * 1e9, 0 * it.time
     odometry = {f"field.{name}": values for name, values in ros_odometry(it).items()}
-    head = {"field.header.seq": nothing + np.arange(900), "field.header.stamp": stamp}
-    more = {"field.pose.covariance0": nothing + 0.1, "field.pose.covariance7": nothing + 0.1}
+    head = {"field.header.seq": zeros + np.arange(900), "field.header.stamp": stamp}
+    more = {"field.pose.covariance0": zeros + 0.1, "field.pose.covariance7": zeros + 0.1}
     arrived = (EPOCH + late(it.time)) * 1e9
     run = folder / "run"
     write(run / "odom.csv", {"%time": arrived, **head, **odometry, **more}, form="%.18g")
@@ -220,7 +223,7 @@ def csv_of_bagpy(folder: Path, it: Truth) -> str:
     """Header stamps in two columns, two files of one run."""
     stamp = EPOCH + it.time
     head = {"header.stamp.secs": stamp // 1, "header.stamp.nsecs": (it.time % 1 * 1e9).round()}
-    odometry = {name: one for name, one in ros_odometry(it).items() if "position" not in name}
+    odometry = {name: item for name, item in ros_odometry(it).items() if "position" not in name}
     arrived = EPOCH + late(it.time)
     write(folder / "d1-odom.csv", {"Time": arrived, **head, **odometry}, form="%.17g")
     write(folder / "d1-fin_cmd.csv", {"Time": arrived, **head, "data": it.rudder}, form="%.17g")
@@ -233,7 +236,7 @@ def csv_of_plotjuggler(folder: Path, it: Truth) -> Path:
     odometry = ros_odometry(it, "/")
     rows, blank = 2 * len(it.time), [""] * len(it.time)
     time = np.sort(np.concatenate((it.time, it.time + 0.03))) + EPOCH
-    columns: dict[str, Any] = {"__time": [f"{one:.6f}" for one in time]}
+    columns: dict[str, Any] = {"__time": [f"{item:.6f}" for item in time]}
     for name, values in odometry.items():
         columns[f"/odom/{name}"] = [
             x for pair in zip(map(repr, values.tolist()), blank, strict=True) for x in pair
@@ -271,24 +274,26 @@ def message(
 ) -> Any:
     """Return a message of any type with the numbers given by their paths, zero elsewhere."""
     given = {}
-    for part, (node, detail) in store.fielddefs[kind][1]:
-        here = f"{path}.{part}" if path else part
+    for field_name, (node, detail) in store.fielddefs[kind][1]:
+        here = f"{path}.{field_name}" if path else field_name
         if int(node) == 2:
             is_time = detail.endswith("/Time")
-            given[part] = (
+            given[field_name] = (
                 bag.stamp(stamp, store)
                 if is_time
                 else message(bag, store, detail, stamp, row, here)
             )
         elif int(node) == 1:
-            given[part] = "" if detail[0] == "string" else type_of(detail[0])(row.get(here, 0))
+            given[field_name] = (
+                "" if detail[0] == "string" else type_of(detail[0])(row.get(here, 0))
+            )
         else:
             (inner, about), length = detail
             if int(inner) == 2:
-                given[part] = []
+                given[field_name] = []
             else:
                 values = [row[f"{here}[{k}]"] for k in range(64) if f"{here}[{k}]" in row]
-                given[part] = np.array(values or [0] * length, dtype=about[0])
+                given[field_name] = np.array(values or [0] * length, dtype=about[0])
     return store.types[kind](**given)
 
 
@@ -300,9 +305,11 @@ def type_of(name: str) -> Callable[[Any], Any]:
 def ros2_odometry_and_fins(folder: Path, it: Truth) -> Path:
     bag = RosBag()
     store, fins = bag.modern, {"vector.x": it.rudder}
-    found = odometry_messages(bag, store, it)
-    found += messages(bag, store, "/fin_command", "geometry_msgs/msg/Vector3Stamped", it.time, fins)
-    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]))
+    bag_messages = odometry_messages(bag, store, it)
+    bag_messages += messages(
+        bag, store, "/fin_command", "geometry_msgs/msg/Vector3Stamped", it.time, fins
+    )
+    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]))
 
 
 @case(holds="u v w p q r attitude position wrench")
@@ -310,21 +317,21 @@ def ros1_odometry_and_wrench(folder: Path, it: Truth) -> Path:
     bag = RosBag()
     store, kind = bag.noetic, "geometry_msgs/msg/WrenchStamped"
     names = " ".join(f"wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz")
-    wrench = named(names, it.wrench * np.tile(FLIP, 2))
-    found = odometry_messages(bag, store, it) + messages(
+    wrench = name_columns(names, it.wrench * np.tile(FLIP, 2))
+    bag_messages = odometry_messages(bag, store, it) + messages(
         bag, store, "/rov/thrust_manager/tau", kind, it.time, wrench
     )
-    return bag.ros1(folder / "run.bag", sorted(found, key=lambda one: one[2]))
+    return bag.ros1(folder / "run.bag", sorted(bag_messages, key=lambda one: one[2]))
 
 
 @case(holds="u v w p q r attitude port")
 def ros2_dvl_imu_and_pulse_widths(folder: Path, it: Truth) -> Path:
     bag = RosBag()
     store, time = bag.modern, it.time
-    speed = named("twist.linear.x twist.linear.y twist.linear.z", it.body * FLIP)
-    imu = named("angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP)
-    imu |= named("orientation.x orientation.y orientation.z orientation.w", it.q_enu)
-    imu |= named(
+    speed = name_columns("twist.linear.x twist.linear.y twist.linear.z", it.body * FLIP)
+    imu = name_columns("angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP)
+    imu |= name_columns("orientation.x orientation.y orientation.z orientation.w", it.q_enu)
+    imu |= name_columns(
         "linear_acceleration.x linear_acceleration.y linear_acceleration.z", it.force * FLIP
     )
     pwm = {
@@ -332,10 +339,10 @@ def ros2_dvl_imu_and_pulse_widths(folder: Path, it: Truth) -> Path:
         "data[1]": 1500 + 0 * time,
         "data[2]": 0 * time,
     }
-    found = messages(bag, store, "/dvl/twist", "geometry_msgs/msg/TwistStamped", time, speed)
-    found += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, imu)
-    found += messages(bag, store, "/pwm", "std_msgs/msg/UInt16MultiArray", time, pwm)
-    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]), "SQLITE3")
+    bag_messages = messages(bag, store, "/dvl/twist", "geometry_msgs/msg/TwistStamped", time, speed)
+    bag_messages += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, imu)
+    bag_messages += messages(bag, store, "/pwm", "std_msgs/msg/UInt16MultiArray", time, pwm)
+    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]), "SQLITE3")
 
 
 @case(holds="u v w p q r attitude position stick", tolerance=0.1)
@@ -343,11 +350,13 @@ def ros1_mocap_pose_and_joystick(folder: Path, it: Truth) -> Path:
     """A pose alone: velocities come from it."""
     bag = RosBag()
     store = bag.noetic
-    pose = {n: one for n, one in ros_odometry(it, pose="pose").items() if n.startswith("pose")}
+    pose = {n: item for n, item in ros_odometry(it, pose="pose").items() if n.startswith("pose")}
     joy = {"axes[0]": it.rudder / 0.3, "axes[1]": np.sin(0.7 * it.time), "axes[2]": 0 * it.time}
-    found = messages(bag, store, "/vrpn/rov/pose", "geometry_msgs/msg/PoseStamped", it.time, pose)
-    found += messages(bag, store, "/joy", "sensor_msgs/msg/Joy", it.time, joy)
-    return bag.ros1(folder / "run.bag", sorted(found, key=lambda one: one[2]))
+    bag_messages = messages(
+        bag, store, "/vrpn/rov/pose", "geometry_msgs/msg/PoseStamped", it.time, pose
+    )
+    bag_messages += messages(bag, store, "/joy", "sensor_msgs/msg/Joy", it.time, joy)
+    return bag.ros1(folder / "run.bag", sorted(bag_messages, key=lambda one: one[2]))
 
 
 @case(holds="u v w p q r attitude position thrust")
@@ -359,10 +368,12 @@ def ardupilot_binary(folder: Path, it: Truth) -> Path:
     log.define(143, "RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4")
     for k, time in enumerate((1e6 * (it.time + 5)).astype(int).tolist()):
         roll, pitch, yaw = (it.angles[k] / DEG).tolist()
-        log.put("ATT", time, 0.0, roll, 0.0, pitch, 0.0, yaw % 360, 3)
-        log.put("IMU", time, 0, *it.rates[k].tolist(), *it.force[k].tolist())
-        log.put("XKF1", time, 0, *it.world[k].tolist(), *(it.place[k] - it.place[0]).tolist())
-        log.put("RCOU", time, 1500 + round(1000 * it.rudder[k]), 1500, 0, 0)
+        log.write_message("ATT", time, 0.0, roll, 0.0, pitch, 0.0, yaw % 360, 3)
+        log.write_message("IMU", time, 0, *it.rates[k].tolist(), *it.force[k].tolist())
+        log.write_message(
+            "XKF1", time, 0, *it.world[k].tolist(), *(it.place[k] - it.place[0]).tolist()
+        )
+        log.write_message("RCOU", time, 1500 + round(1000 * it.rudder[k]), 1500, 0, 0)
     return log.save(folder / "00000012.BIN")
 
 
@@ -374,7 +385,7 @@ def ardupilot_text(folder: Path, it: Truth) -> Path:
     for k, time in enumerate((1e6 * it.time).astype(int).tolist()):
         roll, pitch, yaw = (it.angles[k] / DEG).tolist()
         lines.append(f"ATT, {time}, {roll:.5f}, {pitch:.5f}, {yaw:.5f}")
-        numbers = ", ".join(f"{one:.5f}" for one in (*it.world[k], *it.place[k]))
+        numbers = ", ".join(f"{item:.5f}" for item in (*it.world[k], *it.place[k]))
         lines += [f"XKF1, {time}, 0, {numbers}"]
         lines.append(f"RCOU, {time}, {1500 + round(1000 * it.rudder[k])}, 1500")
     (folder / "a.log").write_text("\n".join(lines), "utf-8")
@@ -391,8 +402,12 @@ def matlab_of_a_thesis(folder: Path, it: Truth) -> Path:
 
 @case()
 def matlab_structure_in_degrees(folder: Path, it: Truth) -> Path:
-    log = {"time": it.time, "vel": named("u v w", it.body), "rpm": it.rpm}
-    log |= {"att": it.euler(unit=DEG), "gyro": named("p q r", it.rates / DEG), "rudder": it.rudder}
+    log = {"time": it.time, "vel": name_columns("u v w", it.body), "rpm": it.rpm}
+    log |= {
+        "att": it.euler(unit=DEG),
+        "gyro": name_columns("p q r", it.rates / DEG),
+        "rudder": it.rudder,
+    }
     savemat(folder / "a.mat", {"log": log})
     return folder / "a.mat"
 
@@ -406,7 +421,7 @@ def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
         for k, name in enumerate(("x", "y", "psi", "u", "v", "r", "delta"), 1)
     }
     measured = {"time": it.time, "delta": it.rudder}
-    measured |= named("x y psi", it.flat_place) | named("u v r", it.flat)
+    measured |= name_columns("x y psi", it.flat_place) | name_columns("u v r", it.flat)
     savemat(folder / "a.mat", {**measured, "time_sim": fine, **sims})
     return folder / "a.mat"
 
@@ -443,7 +458,7 @@ def parquet_of_pyarrow(folder: Path, it: Truth) -> Path:
     rows = [
         {
             "stamp": round((EPOCH + t) * 1e9),
-            "position": dict(zip("xyz", place, strict=True)),
+            "position": dict(zip("xyz", position, strict=True)),
             "rpy": angles,
             "velocity": {
                 "linear": dict(zip("xyz", body, strict=True)),
@@ -451,8 +466,11 @@ def parquet_of_pyarrow(folder: Path, it: Truth) -> Path:
             },
             "rudder": rudder,
         }
-        for t, place, angles, body, rates, rudder in zip(
-            *(one.tolist() for one in (it.time, it.place, it.angles, it.body, it.rates, it.rudder)),
+        for t, position, angles, body, rates, rudder in zip(
+            *(
+                item.tolist()
+                for item in (it.time, it.place, it.angles, it.body, it.rates, it.rudder)
+            ),
             strict=True,
         )
     ]
@@ -468,8 +486,8 @@ def table_of_labview(folder: Path, it: Truth) -> Path:
     columns: dict[str, Any] = {"Time": clock(86340 + it.time)}
     columns |= it.euler("Roll(deg) Pitch(deg) Heading(deg)", DEG)
     columns["Heading(deg)"] = columns["Heading(deg)"] % 360
-    columns |= named("Vx(m/s) Vy(m/s) Vz(m/s)", it.body)
-    columns |= named("GyroX(deg/s) GyroY(deg/s) GyroZ(deg/s)", it.rates / DEG)
+    columns |= name_columns("Vx(m/s) Vy(m/s) Vz(m/s)", it.body)
+    columns |= name_columns("GyroX(deg/s) GyroY(deg/s) GyroZ(deg/s)", it.rates / DEG)
     columns |= {"Rudder(deg)": it.rudder / DEG, "Mode": ["AUTO"] * 900}
     return write(folder / "a.txt", columns, "\t")
 
@@ -477,8 +495,8 @@ def table_of_labview(folder: Path, it: Truth) -> Path:
 @case()
 def date_and_time_of_a_logger(folder: Path, it: Truth) -> Path:
     columns: dict[str, Any] = {"Date": ["05/28/2024"] * 900, "Time": clock(57600 + it.time, 3)}
-    columns |= it.euler("Roll Pitch Yaw", DEG) | named("u v w", it.body)
-    columns |= named("RollRate PitchRate YawRate", it.rates / DEG)
+    columns |= it.euler("Roll Pitch Yaw", DEG) | name_columns("u v w", it.body)
+    columns |= name_columns("RollRate PitchRate YawRate", it.rates / DEG)
     return write(folder / "a.csv", {**columns, "Rudder": it.rudder})
 
 
@@ -509,8 +527,8 @@ def motion_capture_beside_pulse_widths(folder: Path, it: Truth) -> str:
     """Millimetres and degrees, a frame counter; a file of thrusters beside it. z is up."""
     flip = np.array([1.0, -1.0, -1.0])
     columns = {"Frame": np.arange(900.0), "Time": it.time}
-    columns |= named("X_mm Y_mm Z_mm", it.place * flip * 1000)
-    columns |= named("Roll_deg Pitch_deg Yaw_deg", it.angles * flip / DEG)
+    columns |= name_columns("X_mm Y_mm Z_mm", it.place * flip * 1000)
+    columns |= name_columns("Roll_deg Pitch_deg Yaw_deg", it.angles * flip / DEG)
     write(folder / "t07_mocap.tsv", columns, "\t")
     pwm = {
         "time": it.time[::2],
@@ -524,8 +542,8 @@ def motion_capture_beside_pulse_widths(folder: Path, it: Truth) -> str:
 @case(holds="u v w p q r attitude position port", tolerance=0.1)
 def csv_of_a_pose_and_numbered_motors(folder: Path, it: Truth) -> Path:
     """A quaternion and a place, pulse widths that no word tells, and a battery."""
-    columns = {"timestamp": (EPOCH + it.time) * 1e3, **named("qw qx qy qz", it.q_ned)}
-    columns |= named("x y z", it.place)
+    columns = {"timestamp": (EPOCH + it.time) * 1e3, **name_columns("qw qx qy qz", it.q_ned)}
+    columns |= name_columns("x y z", it.place)
     motors = {f"m{k}": 1500 + 200 * k * it.rudder for k in range(1, 5)}
     battery = {"battery_voltage": 16 - 0.001 * it.time, "depth": it.place[:, 2]}
     return write(folder / "a.csv", {**columns, **motors, **battery}, form="%.15g")
@@ -536,7 +554,7 @@ def csv_of_a_ship_beside_its_thrusters(folder: Path, it: Truth) -> str:
     """Heading, heel and trim; in the other file thrusters that are called by what they turn."""
     pose = {"t": it.time, **it.euler("Heel[deg] Trim[deg] Heading[deg]", DEG)}
     pressure = {"P [bar]": 1 + 0.1 * it.place[:, 2], "max_roll": 3 + 0 * it.time}
-    write(folder / "run3_pose.csv", pose | named("u v w", it.body) | pressure)
+    write(folder / "run3_pose.csv", pose | name_columns("u v w", it.body) | pressure)
     thrust = {"thr_yaw": it.rudder, "thr_surge": it.rpm / 1500 - 1, "yaw_pwm": 1500 + it.rpm / 9}
     write(folder / "run3_commands.csv", {"t": it.time, **thrust, "trim": 1500 + 900 * it.rudder})
     return f"{folder / 'run3_pose.csv'}+{folder / 'run3_commands.csv'}"
@@ -546,15 +564,15 @@ def csv_of_a_ship_beside_its_thrusters(folder: Path, it: Truth) -> str:
 def csv_of_a_heading_alone(folder: Path, it: Truth) -> Path:
     """Heave, and no roll and pitch: level is assumed, and said."""
     heading = {"heading_deg": it.angles[:, 2] / DEG, "yaw": 1500 + 500 * it.rudder}
-    return write(folder / "a.csv", {"t": it.time, **heading, **named("u v w", it.body)})
+    return write(folder / "a.csv", {"t": it.time, **heading, **name_columns("u v w", it.body)})
 
 
 @case(tolerance=0.1)
 def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
     """A velocity twice a second in rows of ten, blank between."""
     slow = {
-        n: [repr(x) if k % 5 == 0 else "" for k, x in enumerate(one.tolist())]
-        for n, one in named("u v w", it.body).items()
+        n: [repr(x) if k % 5 == 0 else "" for k, x in enumerate(item.tolist())]
+        for n, item in name_columns("u v w", it.body).items()
     }
     return write(folder / "a.csv", {**it.table("t"), **slow})
 
@@ -562,7 +580,7 @@ def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
 @case(tolerance=0.1)
 def csv_of_a_dead_gyro(folder: Path, it: Truth) -> Path:
     """Rates that say nothing while the attitude turns: they come from it."""
-    dead = named("p q r", 1e-8 * np.sin(it.rates * 1e3))
+    dead = name_columns("p q r", 1e-8 * np.sin(it.rates * 1e3))
     return write(folder / "a.csv", {**it.table("t"), **dead})
 
 
@@ -570,16 +588,23 @@ def csv_of_a_dead_gyro(folder: Path, it: Truth) -> Path:
 def csv_of_mavlink(folder: Path, it: Truth) -> Path:
     """Names of messages, velocities along north, east, down, servos by number."""
     stem = "LOCAL_POSITION_NED."
-    columns = {"timestamp": EPOCH + it.time, **named("ATT.roll ATT.pitch ATT.yaw", it.angles)}
-    columns |= named("ATT.rollspeed ATT.pitchspeed ATT.yawspeed", it.rates)
-    columns |= named(f"{stem}vx {stem}vy {stem}vz", it.world)
+    columns = {
+        "timestamp": EPOCH + it.time,
+        **name_columns("ATT.roll ATT.pitch ATT.yaw", it.angles),
+    }
+    columns |= name_columns("ATT.rollspeed ATT.pitchspeed ATT.yawspeed", it.rates)
+    columns |= name_columns(f"{stem}vx {stem}vy {stem}vz", it.world)
     servo = {"SERVO_OUTPUT_RAW.servo1_raw": 1500 + 1000 * it.rudder}
     return write(folder / "a.csv", {**columns, **servo}, form="%.15g")
 
 
 @case(holds="u v r attitude position rudder rpm")
 def csv_of_a_surface_boat(folder: Path, it: Truth) -> Path:
-    columns = {"t": it.time, **named("x y psi", it.flat_place), **named("u v r", it.flat)}
+    columns = {
+        "t": it.time,
+        **name_columns("x y psi", it.flat_place),
+        **name_columns("u v r", it.flat),
+    }
     return write(folder / "a.csv", {**columns, "delta": it.rudder, "n": it.rpm / 60})
 
 
@@ -603,8 +628,8 @@ def csv_of_ground_speed_without_the_vertical(folder: Path, it: Truth) -> Path:
 
 @case(holds="u v w p q r attitude position rudder")
 def csv_with_z_up_beside_a_depth(folder: Path, it: Truth) -> Path:
-    columns = it.table() | named("roll pitch yaw", it.angles * FLIP)
-    columns |= named("u v w", it.body * FLIP) | named("p q r", it.rates * FLIP)
+    columns = it.table() | name_columns("roll pitch yaw", it.angles * FLIP)
+    columns |= name_columns("u v w", it.body * FLIP) | name_columns("p q r", it.rates * FLIP)
     return write(folder / "a.csv", {**columns, "depth": it.place[:, 2]})
 
 
@@ -620,8 +645,12 @@ def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
     angles = it.angles * (1, 0.4, 0.13)
     turns = Rotation.from_euler("ZYX", angles[:, ::-1])
     steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / 0.1
-    columns = {"time": it.time, **named("roll pitch yaw", angles / DEG), **named("u v w", it.body)}
-    columns |= named("gyro_x gyro_y gyro_z", np.vstack((steps, steps[-1:])))
+    columns = {
+        "time": it.time,
+        **name_columns("roll pitch yaw", angles / DEG),
+        **name_columns("u v w", it.body),
+    }
+    columns |= name_columns("gyro_x gyro_y gyro_z", np.vstack((steps, steps[-1:])))
     return write(folder / "a.csv", {**columns, "rudder": it.rudder})
 
 

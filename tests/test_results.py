@@ -93,6 +93,31 @@ def test_a_write_that_is_interrupted_leaves_the_old_results_replaceable(home, mo
     assert (home / "table.csv").read_bytes() == b"3"
 
 
+def test_obsolete_files_are_removed_unless_changed(home):
+    (home / "fits" / "b.json").write_text("corrected", "utf-8")
+    obsolete = [home / "fits" / f"{name}.json" for name in ("a", "b", "mine")]
+    save_results(contents(home, table_csv=b"2"), home, obsolete)
+    assert sorted(path.name for path in (home / "fits").iterdir()) == ["b.json", "mine.json"]
+    assert (home / "table.csv").read_bytes() == b"2"
+
+
+def test_a_failed_move_restores_the_earlier_files(home, monkeypatch):
+    rename = Path.rename
+
+    def fail(path, target):
+        if path.name == "new.csv":
+            raise OSError(28, "No space left on device")
+        return rename(path, target)
+
+    before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+    monkeypatch.setattr(Path, "rename", fail)
+    with pytest.raises(hd.FileError, match="No space left"):
+        save_results(contents(home, table_csv=b"2", new_csv=b"3"), home)
+    after = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+    assert {**after, home / MANIFEST: b""} == {**before, home / MANIFEST: b""}
+    check_results(home, NAMES, force=True)
+
+
 def test_files_written_by_other_means_are_listed(home):
     (home / "track.csv").write_text("1", "utf-8")
     register_results([home / "track.csv", home / "none.csv"], home)

@@ -21,15 +21,15 @@ class Dataflash:
         self.content = bytearray()
         about = self.reader.DFFormat(128, "FMT", 89, "BBnNZ", "Type,Length,Name,Format,Columns")
         self.formats["FMT"] = about
-        self.put("FMT", 128, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
+        self.write_message("FMT", 128, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
 
     def define(self, kind: int, name: str, letters: str, columns: str) -> None:
         sizes = "".join(self.reader.FORMAT_TO_STRUCT[letter][0] for letter in letters)
         length = 3 + struct.calcsize("<" + sizes)
         self.formats[name] = self.reader.DFFormat(kind, name, length, letters, columns)
-        self.put("FMT", kind, length, name.encode(), letters.encode(), columns.encode())
+        self.write_message("FMT", kind, length, name.encode(), letters.encode(), columns.encode())
 
-    def put(self, name: str, *values: object) -> None:
+    def write_message(self, name: str, *values: object) -> None:
         message = self.reader.DFMessage(self.formats[name], list(values), True, None)
         packed = message.get_msgbuf()
         assert packed is not None, (name, values)
@@ -54,19 +54,19 @@ class Ulog:
 
     def __init__(self, start: int = 0) -> None:
         self.content = bytearray(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", start))
-        self.put("B", bytes(40))
+        self.write_message("B", bytes(40))
 
-    def put(self, kind: str, body: bytes) -> None:
+    def write_message(self, kind: str, body: bytes) -> None:
         self.content += struct.pack("<HB", len(body), ord(kind)) + body
 
     def define(self, name: str, fields: str) -> None:
-        self.put("F", f"{name}:uint64_t timestamp;{fields};".encode())
+        self.write_message("F", f"{name}:uint64_t timestamp;{fields};".encode())
 
     def announce(self, number: int, name: str, instance: int = 0) -> None:
-        self.put("A", struct.pack("<BH", instance, number) + name.encode())
+        self.write_message("A", struct.pack("<BH", instance, number) + name.encode())
 
     def send(self, number: int, microseconds: int, kinds: str, *values: object) -> None:
-        self.put("D", struct.pack(f"<HQ{kinds}", number, microseconds, *values))
+        self.write_message("D", struct.pack(f"<HQ{kinds}", number, microseconds, *values))
 
     def save(self, path: Path) -> Path:
         path.write_bytes(self.content)
@@ -89,9 +89,9 @@ class RosBag:
         self.modern, self.noetic = type_stores()
 
     def stamp(self, second: float, store: Any) -> Any:
-        whole = int(second)
+        seconds_part = int(second)
         kind = store.types["builtin_interfaces/msg/Time"]
-        return kind(sec=whole, nanosec=round((second - whole) * 1e9))
+        return kind(sec=seconds_part, nanosec=round((second - seconds_part) * 1e9))
 
     def twist(self, second: float, speed: float, frame: str = "base", store: Any = None) -> Any:
         """A twist with a stamp."""

@@ -1,4 +1,4 @@
-"""Arrays of checked shapes, and read-only ones, copied at the door."""
+"""Arrays of checked shape, and read-only copies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from hydrodamp.errors import MethodError
 
-#: Largest number of a file [SI]: its square has a double, and no vessel's coefficient comes near.
+#: Largest number of a file [SI]: its square has a double, and no coefficient comes near.
 MAX_MAGNITUDE = 1e30
 
 FloatArray = npt.NDArray[np.float64]
@@ -40,7 +40,7 @@ def as_shape(
 
 
 def frozen(values: npt.ArrayLike, *check: Any) -> npt.NDArray[Any]:
-    """Copy ``values`` into an array as :func:`shaped` gives it that cannot be written."""
+    """Copy ``values`` into an array of checked shape (:func:`as_shape`) that is read-only."""
     array = as_shape(values, *check).copy()
     array.setflags(write=False)
     return array
@@ -52,7 +52,7 @@ def freeze(
     dtype: npt.DTypeLike = np.float64,
     **shapes: Shape,
 ) -> None:
-    """Check arrays of a frozen dataclass, and replace them by copies that cannot be written."""
+    """Check arrays of a frozen dataclass, and replace them by read-only copies."""
     for name, shape in shapes.items():
         array = frozen(getattr(owner, name), shape, name, error, dtype)
         object.__setattr__(owner, name, array)
@@ -76,7 +76,7 @@ def mad_std(deviations: FloatArray, axis: int | None = None) -> FloatArray:
 
 @contextmanager
 def factorisation(matrix: str) -> Iterator[None]:
-    """Refuse, as a method does, a log and model of which a matrix cannot be factorised."""
+    """Raise MethodError if a matrix cannot be factorised."""
     try:
         yield
     except np.linalg.LinAlgError as error:

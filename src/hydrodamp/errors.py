@@ -1,4 +1,4 @@
-"""What can go wrong, as one tree."""
+"""Exceptions, warnings and the wording of faults."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class ModelError(HydrodampError, ValueError):
 
 
 class VehicleError(HydrodampError, ValueError):
-    """A vehicle that cannot be."""
+    """A vehicle that is physically impossible."""
 
 
 class ProblemError(HydrodampError, ValueError):
-    """A vehicle, a log and terms that do not meet."""
+    """A vehicle, a log and terms that do not match."""
 
 
 class MethodError(HydrodampError, ValueError):
@@ -48,7 +48,7 @@ class LogError(HydrodampError, ValueError):
     Attributes
     ----------
     faults : tuple of str
-        One sentence a fault.
+        One message per fault.
     """
 
     def __init__(self, faults: str | Iterable[str], *, source: str = "") -> None:
@@ -65,15 +65,15 @@ class GapWarning(HydrodampWarning):
 
 
 class ClockWarning(HydrodampWarning):
-    """A recorded clock repeats, runs backwards or leaps; the report says what was done."""
+    """A recorded clock repeats, runs backwards or jumps."""
 
 
 class ForeignVehicleWarning(HydrodampWarning):
-    """Damping coefficients are used with a vehicle they do not belong to."""
+    """Damping coefficients are used with another vehicle."""
 
 
 class PropulsionWarning(HydrodampWarning):
-    """The propulsion ratio is unknown and taken as one."""
+    """The propulsion ratio is unknown and assumed to be one."""
 
 
 _suppressed: ContextVar[bool] = ContextVar("suppressed", default=False)
@@ -115,13 +115,13 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def no_such(what: str, name: str, known: Iterable[str]) -> str:
-    """Return the sentence on a name that is none of the known ones, with the nearest of them."""
+    """Return the message for an unknown name, with the nearest known name."""
     names = list(known)
     there = ", ".join(names) or "none"
     return f"there is no {what} '{name}'.{did_you_mean(name, names)} There are: {there}"
 
 
 def demand(holds: bool, name: str, wanted: str, got: object) -> None:
-    """Refuse a setting of a method that is not what is wanted."""
+    """Raise MethodError if a setting is invalid."""
     if not holds:
         raise MethodError(f"`{name}` must be {wanted}; got {got}")

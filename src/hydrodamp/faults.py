@@ -1,4 +1,4 @@
-"""What a pydantic model finds wrong in a file, one plain sentence a fault, each with its place."""
+"""Messages of pydantic validation errors: one sentence per fault, with its location."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Model = TypeVar("Model", bound="BaseModel")
 def validate(
     form: type[Model], content: object, source: str, error: type[HydrodampError] = FileError
 ) -> Model:
-    """Return a file's content as its form, or refuse it with all its faults."""
+    """Validate the content of a file; raise an error with all faults."""
     from pydantic import ValidationError
 
     try:
@@ -40,20 +40,20 @@ def validate(
 def faults_in(error: ValidationError, content: object, form: type[BaseModel]) -> list[str]:
     """Return the faults of a file's content as sentences.
 
-    A validator that raises ValueError gives the rest of a sentence that begins with the place
-    ("must be ..."); one that raises an error of ours gives a whole sentence.
+    A validator that raises ValueError gives the predicate of a sentence about the location
+    ("must be ..."); one that raises a HydrodampError gives a complete sentence.
     """
-    told: list[str] = []
+    sentences: list[str] = []
     for fault in error.errors(include_url=False):
-        place = _location(fault["loc"], content, fault["type"])
-        told += _sentences(dict(fault), place, form)
-    return list(dict.fromkeys(told))
+        location = _location(fault["loc"], content, fault["type"])
+        sentences += _sentences(dict(fault), location, form)
+    return list(dict.fromkeys(sentences))
 
 
 def _sentences(
-    fault: dict[str, Any], place: list[str | int], form: type[BaseModel]
+    fault: dict[str, Any], location: list[str | int], form: type[BaseModel]
 ) -> Iterator[str]:
-    path, kind, given = format_path(place), fault["type"], fault.get("input")
+    path, kind, given = format_path(location), fault["type"], fault.get("input")
     subject = f"`{path}`" if path else "it"
     cause = fault.get("ctx", {}).get("error")
     if isinstance(cause, HydrodampError):
@@ -62,7 +62,7 @@ def _sentences(
     elif cause is not None:
         yield f"`{path}` {cause}" if path else str(cause)
     elif kind == "extra_forbidden":
-        yield _unknown_key(place, form)
+        yield _unknown_key(location, form)
     elif kind == "missing":
         yield f"`{path}` is missing"
     elif given is None:
@@ -72,49 +72,49 @@ def _sentences(
 
 
 def _location(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:
-    """Return where a fault is: its keys in the content, without what pydantic adds to them."""
-    place: list[str | int] = []
-    for depth, part in enumerate(loc):
-        is_key = isinstance(content, dict) and part in content
-        is_index = isinstance(content, list) and isinstance(part, int) and part < len(content)
+    """Return the keys of a fault in the content, without those that pydantic adds."""
+    location: list[str | int] = []
+    for depth, key in enumerate(loc):
+        is_key = isinstance(content, dict) and key in content
+        is_index = isinstance(content, list) and isinstance(key, int) and key < len(content)
         if is_key or is_index:
-            content = content[part]
-            place.append(part)
+            content = content[key]
+            location.append(key)
         elif kind == "missing" and depth == len(loc) - 1:
-            place.append(part)
-    return place
+            location.append(key)
+    return location
 
 
-def format_path(place: list[str | int]) -> str:
-    """Return a place as it is written: ``velocity.u[0].unit``."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
+def format_path(location: list[str | int]) -> str:
+    """Return a location as text: ``velocity.u[0].unit``."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in location)
     return text.removeprefix(".")
 
 
-def _unknown_key(place: list[str | int], form: type[BaseModel]) -> str:
-    key, known = str(place[-1]), list(_keys_at(place, form))
+def _unknown_key(location: list[str | int], form: type[BaseModel]) -> str:
+    key, known = str(location[-1]), list(_keys_at(location, form))
     near = did_you_mean(key, known)
-    if len(place) == 1:
+    if len(location) == 1:
         return f"unknown key `{key}`.{near} Keys are: {' '.join(known)}"
     takes = " ".join(known) or "nothing"
-    return f"`{format_path(place[:-1])}` has no `{key}`.{near} It takes: {takes}"
+    return f"`{format_path(location[:-1])}` has no `{key}`.{near} It takes: {takes}"
 
 
-def _keys_at(place: list[str | int], form: type[BaseModel]) -> dict[str, None]:
-    """Return the keys that the table around a place may have."""
+def _keys_at(location: list[str | int], form: type[BaseModel]) -> dict[str, None]:
+    """Return the allowed keys of the table around a location."""
     forms = [form]
-    for part in place[:-1]:
-        found = [one.model_fields[part] for one in forms if part in one.model_fields]
-        forms = [inner for one in found for inner in _nested_models(one.annotation)] or forms
-    return {key: None for one in forms for key in one.model_fields}
+    for key in location[:-1]:
+        fields = [model.model_fields[key] for model in forms if key in model.model_fields]
+        forms = [inner for field in fields for inner in _nested_models(field.annotation)] or forms
+    return {key: None for model in forms for key in model.model_fields}
 
 
 def _nested_models(annotation: Any) -> Iterator[type[BaseModel]]:
     """Yield the models in the type of a field."""
     if hasattr(annotation, "model_fields"):
         yield annotation
-    for part in get_args(annotation):
-        yield from _nested_models(part)
+    for argument in get_args(annotation):
+        yield from _nested_models(argument)
 
 
 def _expected_value(kind: str, fault: Mapping[str, Any]) -> str:
@@ -127,5 +127,5 @@ def _expected_value(kind: str, fault: Mapping[str, Any]) -> str:
     if kind in ("too_short", "too_long"):
         least, most = (fault["ctx"].get(name) for name in ("min_length", "max_length"))
         return "a list of at least one" if least == 1 else f"a list of {least or most}"
-    said = str(fault["msg"]).removeprefix("Input should be ").removeprefix("Input ")
-    return _EXPECTED_VALUES.get(kind, said)
+    message = str(fault["msg"]).removeprefix("Input should be ").removeprefix("Input ")
+    return _EXPECTED_VALUES.get(kind, message)

@@ -1,4 +1,4 @@
-"""How far long work has come: a bar over bytes or steps, by rich, where somebody watches."""
+"""Progress bars over bytes or steps, on a terminal."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Step = Callable[..., None]
 
-#: The bars of the work that somebody watches; None where nobody does.
+#: The progress bars; None if not shown.
 _bars: ContextVar[Progress | None] = ContextVar("bars", default=None)
 
 
 @contextmanager
 def show_progress() -> Iterator[None]:
-    """Show the progress of the work inside on standard error, where that is a terminal."""
+    """Show progress inside the context on standard error, if it is a terminal."""
     token = _bars.set(_new_bars() if sys.stderr.isatty() else None)
     try:
         yield
@@ -29,13 +29,13 @@ def show_progress() -> Iterator[None]:
 
 
 def disable_progress() -> None:
-    """Show no progress from here on, as in a process that was forked."""
+    """Disable progress, for example in a forked process."""
     _bars.set(None)
 
 
 @contextmanager
 def progress(label: str, total: float | None = None) -> Iterator[Step]:
-    """Give a function that says that so many more steps are done, from any thread."""
+    """Yield a thread-safe function that advances the bar."""
     bars = _bars.get()
     if bars is None:
         yield lambda steps=1: None
@@ -52,7 +52,7 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
 
 
 def count_items(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
-    """Go through items, and show how many are done."""
+    """Iterate over items and show progress."""
     with progress(label, total) as step:
         for item in items:
             yield item

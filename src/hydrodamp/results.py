@@ -51,20 +51,17 @@ def check_results(folder: Path, patterns: Iterable[str], force: bool) -> None:
 
 
 def save_results(
-    contents: Mapping[Path, bytes], folder: Path, *, replace_all: bool = False
+    contents: Mapping[Path, bytes], folder: Path, obsolete: Iterable[Path] = ()
 ) -> None:
-    """Write files into a folder and its manifest: all of them, or none.
+    """Write files into a folder and its manifest, and remove obsolete ones: all of it, or nothing.
 
-    With ``replace_all`` the other files of the manifest are removed. Files that hydrodamp did not
-    write are refused before any is written; an error or interrupt restores the earlier files.
+    Files that hydrodamp did not write are refused before any is written, and obsolete ones that
+    were changed stay. An error or interrupt restores the earlier files.
     """
     manifest = _read_manifest(folder)
     _check_replaceable(contents, folder, manifest)
     earlier = {path for path in contents if path.exists()}
-    if replace_all:
-        earlier |= {
-            folder / name for name in manifest if _is_replaceable(folder / name, folder, manifest)
-        }
+    earlier |= {path for path in obsolete if _is_replaceable(path, folder, manifest)}
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     digests = {path: hashlib.sha256(content).hexdigest() for path, content in contents.items()}

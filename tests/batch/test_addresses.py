@@ -7,9 +7,8 @@ import os
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.batch.discovery import expand_addresses
+from hydrodamp.batch.discovery import ResolvedMapping, digest_files, expand_addresses
 from hydrodamp.batch.grouping import assign_group, assign_vehicle, group_order, sort_groups
-from hydrodamp.batch.recordings import ResolvedMapping, digest_files
 
 FILES = """\
 files: {pose: "*_pose.csv", cmd: "*_cmd.csv"}

@@ -32,7 +32,7 @@ def run(fleet, tmp_path, threads):
     (tmp_path / "logs").mkdir()
 
     def call(vehicle=fleet.vehicle, **options):
-        given = {"by": ["folder"], "client": threads, "cache": tmp_path / "folds"}
+        given = {"by": ["folder"], "client": threads, "cache": tmp_path / "statistics"}
         found = hd.batch(tmp_path / "logs", vehicle, MODEL, **{**given, **options})
         assert not found.failed
         return found.fits[0].fit.damping.coefficients, found.n_cached
@@ -44,7 +44,7 @@ def run(fleet, tmp_path, threads):
 def test_a_damaged_fold_is_made_again(damage, run, fleet, tmp_path):
     hd.write_log(fleet.dive(1), tmp_path / "logs" / "a.csv")
     expected, _ = run()
-    (path,) = (tmp_path / "folds").iterdir()
+    (path,) = (tmp_path / "statistics").iterdir()
     content = path.read_bytes()
     flipped = bytearray(content)
     flipped[len(content) // 2] ^= 64  # within the numbers: a fold of other finite numbers

@@ -105,7 +105,7 @@ def test_a_fifth_more_drag_is_found_and_dated(fleet, tmp_path, threads):
 def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
     def again(*models, by="day"):
         return hd.batch(
-            season, fleet.vehicle, models, client=threads, cache=tmp_path / "folds", by=[by]
+            season, fleet.vehicle, models, client=threads, cache=tmp_path / "statistics", by=[by]
         )
 
     first, second = again(MODEL), again(MODEL)
@@ -147,7 +147,7 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
         assert both.n_logs == alone.n_logs == 3
         assert both.fit.damping.coefficients.tolist() == alone.fit.damping.coefficients.tolist()
     assert len(found.failed) == 3
-    assert all("of none of ray, ray-heavy" in why for why in found.failed.values())
+    assert all("none of ray, ray-heavy" in why for why in found.failed.values())
     with pytest.raises(hd.MethodError, match="must hold `vehicle`"):
         hd.batch(tmp_path, [light, heavy], MODEL, client=threads)
     with pytest.raises(hd.MethodError, match="different names"):
@@ -221,7 +221,7 @@ def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, t
 @pytest.mark.parametrize(
     ("more", "error", "says"),
     [
-        ({"logs": "nowhere"}, hd.FileError, "no log matches it"),
+        ({"logs": "nowhere"}, hd.FileError, "no log matches"),
         ({"by": []}, hd.MethodError, "at least one of"),
         ({"by": ["dive("]}, hd.MethodError, "patterns of the path"),
         ({"timeout": 0.0}, hd.MethodError, "positive"),

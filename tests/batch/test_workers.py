@@ -59,7 +59,7 @@ def test_as_many_hung_calls_as_workers_cost_no_other(executor):
         with ThreadPoolExecutor(2) as threads:
             found = results(tasks, 0.5, threads)
     assert [found[2], found[3], found[5]] == [2, 4, 6]
-    assert all("given up after 0.5 s" in found[index] for index in (0, 1, 4))
+    assert all("timeout of 0.5 s" in found[index] for index in (0, 1, 4))
 
 
 SCRIPT = r"""

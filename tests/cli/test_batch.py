@@ -32,14 +32,14 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     assert float(rows[0]["value"]) < float(rows[0]["high_noise_only"])
     found = sorted(path.name for path in (folder / "season").iterdir())
     tables = ["coefficients.csv", "coefficients.parquet"]
-    assert found == [".hydrodamp.json", *tables, "fits", "folds", "linear.svg", "season.html"]
-    page = (folder / "season" / "season.html").read_text("utf-8")
-    assert "4 logs in 2 groups, 0 left out." in page
+    assert found == [".hydrodamp.json", "batch.html", *tables, "fits", "linear.svg", "statistics"]
+    page = (folder / "season" / "batch.html").read_text("utf-8")
+    assert "4 logs in 2 groups, 0 omitted." in page
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")
-    assert "2 logs were read from the cache" in done.stderr  # each day has the same two
-    assert "2026-05-02_dive.csv is a duplicate of logs/2026-05-01_dive.csv" in done.stderr
+    assert "2 logs were in the cache" in done.stderr  # each day has the same two
+    assert "2026-05-02_dive.csv has the content of logs/2026-05-01_dive.csv" in done.stderr
 
 
 def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
@@ -56,14 +56,14 @@ def test_groups_of_too_little_are_named(folder, call):
     write(folder, "dive-2026-05-01.csv")
     line = LINE.format("dive-2026-05-01.csv", "day").replace("linear", "linear,gertler-hagen")
     told = " ".join(call(line).stdout.split())
-    assert "gertler-hagen 2026-05-01 (400 samples) do not tell all coefficients apart" in told
+    assert "gertler-hagen 2026-05-01 (400 samples) do not determine all coefficients" in told
     assert "linear 2026-05-01 (400 samples), gertler-hagen" in told
     assert "too short for standard errors" in told
 
 
 def test_wrong_calls_are_refused(folder, call):
     for line, says in (
-        (LINE.format("nothing*.csv", "day"), "no log matches it"),
+        (LINE.format("nothing*.csv", "day"), "no log matches"),
         (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
         (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`--model sparse`"),
         (
@@ -71,7 +71,7 @@ def test_wrong_calls_are_refused(folder, call):
             "`--mapping` must be given once",
         ),
         (LINE.format("a.csv", "folder").replace("planar.yaml", "planar.yaml,vt690"), "must hold"),
-        (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not answer"),
+        (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not respond"),
         (LINE.format("a.csv", "folder") + " --scheduler garbage", "must be the address of a Dask"),
         (LINE.format("a.csv", "folder") + " --timeout 0", "`timeout` must be positive"),
         (LINE.format("zzz://a.csv", "folder"), "cannot be read from its store"),

@@ -64,7 +64,7 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
     (folder / "planar.yaml").write_text(right.replace("[[10,", "[[30,"), "utf-8")
     said = " ".join(call(f"{LINE} --check-actuators --json").stderr.split())
     words = "the motion asks for 0.33 (0.33 to 0.33) times the wrench of the actuators"
-    assert f"warning: suspicion: `X` is not what acts: {words}" in said
+    assert f"warning: quality issue: `X` is not what acts: {words}" in said
     done = call(f"{LINE} --check-actuators --method weak --estimate-actuator-gains --out d.json")
     assert "the motion asks for" not in done.stderr
     damping = hd.read_damping(folder / "d.json")

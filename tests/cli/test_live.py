@@ -30,7 +30,7 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
     assert told == fit.damping.as_dict()
     again = call(f"{START} --source b.csv --checkpoint s.json")
     assert [json.loads(again.stdout)] == [line]
-    assert "goes on behind sample" in again.stderr
+    assert "resumes after sample" in again.stderr
 
 
 @pytest.mark.parametrize(
@@ -51,11 +51,11 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
         (f"{START} --source b.csv --method ls", "rls, ai; got 'ls'"),
         (f"{START} --source b.csv --checkpoint no/s.json", "there is no folder"),
         ("live --vehicle planar.yaml --model sparse --source b.csv", "a whole log"),
-        (f"{START} --source stdin --mapping avl690", "work on a whole log"),
+        (f"{START} --source stdin --mapping avl690", "a whole log"),
         (f"{START} --source mavlink://:0", "needs `--mapping`"),
         (f"{START} --source udp://here", "must be udp://HOST:PORT"),
         (f"{START} --source udp://127.0.0.1:99999", "must be udp://HOST:PORT"),
-        (f"{START} --source udp://0.0.0.0:0", "Say `--allow-remote`"),
+        (f"{START} --source udp://0.0.0.0:0", "--allow-remote"),
         (f"{START} --source udp://192.0.2.1:0 --allow-remote", "cannot be bound"),
     ],
 )

@@ -19,9 +19,9 @@ def asked(call, line):
 
 def test_tells_segments_columns_and_verdict(folder, call):
     done = call("probe ab.csv --vehicle planar.yaml")
-    for word in ("ab.csv: 800 samples", "one", "two", "ahead", "std", "Verdict: Fit for the job"):
+    for word in ("ab.csv: 800 samples", "one", "two", "ahead", "std", "Verdict: Suitable"):
         assert word in done.stdout
-    assert "as a mapping" not in done.stdout
+    assert "Draft mapping" not in done.stdout
     assert "righting" not in done.output
 
 
@@ -45,8 +45,13 @@ def test_says_what_will_not_be_determined(folder, call):
     still = {"u": 1.0 + 0.1 * np.sin(time), "v": 0.001 * np.cos(time), "r": np.sin(time)}
     columns = {"ahead": np.ones(40), "turn": np.sin(time)}
     hd.write_log(hd.Log.from_arrays(time, still, commands=columns), folder / "dull.csv")
-    said = asked(call, "dull.csv --vehicle planar.yaml")["reservations"]
-    for word in ("v hardly varies", "u never changes sign", "never change: ahead", "s apart"):
+    said = asked(call, "dull.csv --vehicle planar.yaml")["remarks"]
+    for word in (
+        "v hardly varies",
+        "u never changes sign",
+        "never change: ahead",
+        "sampling interval",
+    ):
         assert any(word in each for each in said), word
     assert any("only 19.5 s" in each for each in said)
 
@@ -79,7 +84,7 @@ def unmapped(folder, name="dive.csv", source="a.csv"):
 def test_an_unknown_table_is_guessed_and_drafted(folder, call):
     known = unmapped(folder)
     done = call("probe dive.csv --vehicle planar.yaml --draft mine.yaml")
-    for word in ("deg/s", "Velocities are along body axes", "# Left out:", "Delay between"):
+    for word in ("deg/s", "Velocities are along body axes", "# Omitted:", "Delay between"):
         assert word in done.stdout, word
     log = hd.read_log("dive.csv", "mine.yaml")
     assert log.command_names == ("motor_ahead", "motor_turn")
@@ -106,16 +111,16 @@ def test_a_log_of_which_nothing_is_known(folder, call):
     (folder / "odd.csv").write_text("a,b\n" + "\n".join(f"{k % 3},{k % 5}" for k in range(50)))
     done = call("probe odd.csv")
     for word in (
-        *("a b - no role found", "No shipped preset fits."),
-        "there is no clock",
-        "too unsure (0 %)",
-        "Verdict: Not fit for the",
+        *("a b - no role found", "No shipped preset"),
+        "no clock",
+        "too low (0 %)",
+        "Verdict: Not suitable",
     ):
         assert word in done.stdout, word
     document = asked(call, "odd.csv")
     assert document["log"] is None
     assert not document["fit"]
-    assert "too unsure" in document["missing"][0]
+    assert "too low" in document["missing"][0]
 
 
 def whole(folder):
@@ -136,13 +141,13 @@ def test_files_of_one_run_are_told_as_such_once(folder, call):
     written(folder / "pwm.csv", {name: table[name] for name in ("t_ms", *names)})
     written(folder / "late.csv", {"t_ms": table["t_ms"] + 1e6, names[0]: table[names[0]]})
     done = call("probe pose.csv pwm.csv")
-    assert done.stderr.count("`pose.csv+pwm.csv` makes one recording of these files") == 1
+    assert done.stderr.count("`pose.csv+pwm.csv` reads these files as one recording") == 1
     # Every fault has a line of its own.
     faults = [line for line in done.stdout.splitlines() if "the table has no column" in line]
     assert len(faults) > 3
     assert all(line.startswith("  ") for line in faults)
     for files in ("pose.csv+pwm.csv", "pose.csv late.csv", "dive.csv pwm.csv", "a.csv b.csv"):
-        assert "makes one recording" not in call(f"probe {files}").stderr
+        assert "as one recording" not in call(f"probe {files}").stderr
 
 
 def test_what_is_wrong_is_told_of_a_log_without_speeds_too(folder, call):
@@ -152,8 +157,8 @@ def test_what_is_wrong_is_told_of_a_log_without_speeds_too(folder, call):
     columns["yaw_deg"][100] += 90
     written(folder / "odd.csv", columns)
     done = call("probe odd.csv")
-    assert "`yaw` leaps there and back: 1 of 400 samples, at 10 s" in done.stdout
-    assert any("`yaw` leaps" in one for one in asked(call, "odd.csv")["doubts"])
+    assert "`yaw` jumps away and back: 1 of 400 samples, at 10 s" in done.stdout
+    assert any("`yaw` jumps" in one for one in asked(call, "odd.csv")["warnings"])
 
 
 def test_a_jitter_of_the_clock_is_minded(folder, call):
@@ -162,8 +167,8 @@ def test_a_jitter_of_the_clock_is_minded(folder, call):
     rough = rng.normal(size=log.velocity.shape)  # of which no motion tells
     late = replace(log, time=log.time + rng.uniform(0, 0.05, log.n), velocity=rough)
     hd.write_log(late, "late.csv")
-    assert any("jitters by" in each for each in asked(call, "late.csv")["reservations"])
-    assert not any("jitters by" in each for each in asked(call, "a.csv")["reservations"])
+    assert any("jitters by" in each for each in asked(call, "late.csv")["remarks"])
+    assert not any("jitters by" in each for each in asked(call, "a.csv")["remarks"])
 
 
 def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
@@ -179,7 +184,7 @@ def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     said = " ".join(call("probe dive.csv --mapping mine.yaml --vehicle planar.yaml").stdout.split())
     for word in ("dive.csv: text in columns", "Made by the mapping mine.yaml", "Verdict:", note):
         assert word in said, word
-    for word in ("as a mapping", "sure each line is", "Left out", "Axes: body"):
+    for word in ("Draft mapping", "confidence of each line", "Omitted", "Axes: body"):
         assert word not in said, word
     assert "Made by the draft" in call("probe dive.csv").stdout
     call("probe dive.csv --mapping mavros", 2)
@@ -217,5 +222,5 @@ def test_times_copied_from_probe_are_taken(folder, call):
 
 def test_axes_and_preset_of_a_measured_log_are_told(call, measured_logs):
     told = call(f"probe {measured_logs('bluerov2_kth')}/run_11_40_38.csv").stdout
-    for words in ("Axes: body FLU", "Preset `bluerov2-kth` fits"):
+    for words in ("Axes: body FLU", "Preset `bluerov2-kth` matches"):
         assert words in " ".join(told.split())

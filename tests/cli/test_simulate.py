@@ -35,7 +35,7 @@ def test_what_looks_wrong_about_the_log_is_told(folder, call, damping):
     velocity[100:140, 5] = velocity[100, 5]
     hd.write_log(replace(log, velocity=velocity), "frozen.csv")
     done = call(f"simulate frozen.csv --vehicle planar.yaml --damping {damping}")
-    assert "suspicion: `r` stands still to the last bit" in " ".join(done.stderr.split())
+    assert "quality issue: `r` is frozen" in " ".join(done.stderr.split())
 
 
 def test_a_diverged_replay_failed(folder, call, damping):

@@ -78,7 +78,7 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
             patch.setattr(cross_validation, "compare", interrupted_at(3, cross_validation.compare))
             done = call(LINE + more, 130)
         assert "interrupted after 2 of 5 folds" in done.stderr
-        assert more or "Held out in turn: 2 folds" in done.stdout
+        assert more or "Cross-validation: 2 folds" in done.stdout
     document = json.loads(done.stdout)
     assert document["held_out"] == whole["held_out"][:2]
     for part, row in zip(document["folds"], whole["folds"], strict=True):

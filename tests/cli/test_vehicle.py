@@ -46,7 +46,7 @@ def test_a_file_that_is_there_is_kept_unless_forced(folder, call):
     [
         ("--like bluerov3", "Did you mean 'bluerov2'?"),
         (f"--like lauv {SIZES}", "--length"),
-        ("--length 2000 --diameter 190 --mass 42", "give metres and kilograms"),
+        ("--length 2000 --diameter 190 --mass 42", "metres and kilograms"),
         ("--length 2", "together"),
     ],
 )

@@ -73,5 +73,5 @@ def test_no_bridge_across_a_join() -> None:
 
 
 def test_nothing_left_is_a_fault() -> None:
-    with pytest.raises(LogError, match="gone: no two neighbouring samples are left; all 60"):
+    with pytest.raises(LogError, match="gone: no two adjacent samples remain of 60"):
         remove_samples(straight(), {"u": rows(range(60))}, "gone")

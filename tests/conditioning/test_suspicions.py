@@ -18,8 +18,8 @@ from hydrodamp.cli.comparison_run import check_log
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.pipeline import parse_steps
 from hydrodamp.conditioning.quality_checks import annotate_quality, check_quality
-from hydrodamp.data.agreement import cumulative_integral
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
+from hydrodamp.data.channel_regression import cumulative_integral
 from hydrodamp.errors import HydrodampWarning
 
 #: Length [m], speed [m/s] and step of the clock [s].
@@ -66,7 +66,7 @@ def told(craft: str, log: hd.Log) -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", HydrodampWarning)
         check_log(vehicle, log, [hd.catalog["linear"]])
-    return [str(one.message).removeprefix("log: suspicion: ") for one in caught]
+    return [str(one.message).removeprefix("log: quality issue: ") for one in caught]
 
 
 Fault = Callable[[hd.Log], dict[str, object]]
@@ -132,7 +132,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "noise": (shuffled, "r", "over "),
     "degrees": (times(p=0.01745, q=0.01745, r=0.01745), "p q r", "taken for deg/s"),
     "rpm": (times(r=9.549), "r", "write `unit: rpm`"),
-    "other axes": (times(q=-1.0, r=-1.0), "q r", "of the other sign"),
+    "other axes": (times(q=-1.0, r=-1.0), "q r", "of opposite sign"),
     "knots": (times(u=1.944), "u", "write `unit: knots`"),
     "sway reversed": (times(v=-1.0), "v", "`sign: -1`"),
     "no surge": (times(u=0.0), "u", "`steps: [velocity_from_position: {names: [u]}]`"),
@@ -165,8 +165,8 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "held": (held, "u v w", "2500 of 3000 samples"),
     "arrival": (arrived, "time", "`time: header.stamp`"),
     "one leap": (replaced("attitude", [700], turned), "yaw", "at "),
-    "leaps": (replaced("attitude", [700, 1500], turned), "yaw", "in 2 places from "),
-    "impossible": (derived, "u", "in 2 places"),
+    "leaps": (replaced("attitude", [700, 1500], turned), "yaw", "in 2 intervals from "),
+    "impossible": (derived, "u", "in 2 intervals"),
 }
 
 
@@ -223,7 +223,7 @@ WAVE = np.sin(np.arange(3000) / 10)
 PULSES = 1500 + 300 * WAVE
 TWICE = "and converted once too often"
 PULSE = "looks like a pulse width [us], not a force"
-OTHER_SIGN = "is of the other sign"
+OTHER_SIGN = "is of opposite sign"
 
 
 @pytest.mark.parametrize(
@@ -237,7 +237,7 @@ OTHER_SIGN = "is of the other sign"
         (place(0.01), {"u v w": "is cm/s taken for m/s"}),
         (place(0.001), {"u v w": "is mm/s taken for m/s"}),
         (place(0.3048), {"u v w": "is ft/s taken for m/s"}),
-        (place(-1.0), {"u v w": f"{OTHER_SIGN}, or of another frame than the position"}),
+        (place(-1.0), {"u v w": OTHER_SIGN}),
         (
             lambda log: alone(log, velocity=log.velocity * [20.0, 1, 1, 1, 1, 1]),
             {"u v w": "may be cm/s or mm/s, not m/s"},
@@ -247,7 +247,7 @@ OTHER_SIGN = "is of the other sign"
             lambda log: alone(log, **force(1 / 9.81)(log)),
             {"specific_force": "is g taken for m/s^2"},
         ),
-        (force(-1.0), {"specific_force": "is of the other sign, or the log"}),
+        (force(-1.0), {"specific_force": "has the opposite sign"}),
         (force(0.0), {}),
         (commanded("rudder", 20 * WAVE), {"rudder": "may be in degrees, not rad"}),
         (commanded("m1", PULSES), {"m1": PULSE}),
@@ -321,7 +321,7 @@ def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start() -> None:
     speed = log.velocity.copy()
     speed[-1, 0] = speed[0, 1] = 25.0  # m/s
     late = dataclasses.replace(log, velocity=speed)
-    found = [one for one in check_quality(late, 1.0) if "faster" in one.problem]
+    found = [one for one in check_quality(late, 1.0) if "plausible speed" in one.problem]
     assert {one.channel: one.where for one in found} == {
         "u": f"at {late.elapsed[-1]:.6g} s",
         "v": "at 0 s",

@@ -157,6 +157,6 @@ def test_other_columns_are_refused_both_ways(swim: Log) -> None:
 
 def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
     text = str(swim.with_notes(*(f"step {k}" for k in range(20))))
-    assert "  what was done to it:\n  step 0\n" in text
+    assert "  processing:\n  step 0\n" in text
     assert text.endswith("... and 8 more notes")
     assert max(map(len, str(swim.with_notes("word " * 200)).splitlines())) < 170

@@ -58,7 +58,7 @@ def test_a_sample_left_alone_is_dropped_and_named() -> None:
 
 def test_many_gaps_are_one_warning_that_can_be_read() -> None:
     time = np.arange(50.0)
-    with pytest.warns(GapWarning, match="3 more stretches") as caught:
+    with pytest.warns(GapWarning, match="3 more parts") as caught:
         Log.from_arrays(time, speeds(50, tuple(range(5, 50, 6))))
     assert len(caught) == 1
 

@@ -41,12 +41,12 @@ def test_a_mission_runs_in_follows_the_waypoints_and_surfaces_at_the_start(plann
     assert items[0]["command"] == 178  # speed before the first waypoint
     legs = [item["params"][4:] for item in items if item["command"] == 16]
     north, east = (np.array(legs)[:, :2] - (60.0, 5.0)).T * 111_320.0
-    way = np.column_stack([north, east * np.cos(np.radians(60.0))])
-    assert way[1:-1] == pytest.approx(planned.waypoints[:, 1:3], abs=0.01)
-    run_in, first_leg = way[1] - way[0], way[2] - way[1]
+    path = np.column_stack([north, east * np.cos(np.radians(60.0))])
+    assert path[1:-1] == pytest.approx(planned.waypoints[:, 1:3], abs=0.01)
+    run_in, first_leg = path[1] - path[0], path[2] - path[1]
     cosine = run_in @ first_leg / np.linalg.norm(run_in) / np.linalg.norm(first_leg)
     assert cosine == pytest.approx(1.0, abs=1e-6)
-    assert way[-1] == pytest.approx([0.0, 0.0], abs=0.01)
+    assert path[-1] == pytest.approx([0.0, 0.0], abs=0.01)
     assert items[-1]["command"] == 21
     assert items[-1]["params"][4:] == [60.0, 5.0, 0.0]
 
@@ -88,8 +88,8 @@ def test_a_plan_is_written_whole(planned, tmp_path):
     pytest.importorskip("rosbags")
     assert write_plan(planned, tmp_path) == []
     assert write_plan(planned, tmp_path) == []  # in place of the first
-    found = {path.name for path in tmp_path.iterdir()}
-    assert {"plan.csv", "plan.json", "mission.plan", "track.csv", "bag", "plan.html"} <= found
+    names = {file.name for file in tmp_path.iterdir()}
+    assert {"plan.csv", "plan.json", "mission.plan", "track.csv", "bag", "plan.html"} <= names
     bag = hd.read_recording(tmp_path / "bag")
     assert {topic.name for topic in bag.topics} == {
         f"/plan/{name}" for name in ("north", "east", "speed")

@@ -11,9 +11,12 @@ from hydrodamp.experiment_design.closed_loop import Trajectories, saturation
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
 from hydrodamp.experiment_design.excitation import Manoeuvre
-from hydrodamp.experiment_design.feasibility import enforce_envelope
 from hydrodamp.experiment_design.optimise import Optimiser
-from hydrodamp.experiment_design.verification import MonteCarloVerification, _explain
+from hydrodamp.experiment_design.verification import (
+    MonteCarloVerification,
+    _explain,
+    enforce_envelope,
+)
 from hydrodamp.identification.identifiability import Cause
 from hydrodamp.simulation.problem import vehicle_stamp
 
@@ -90,7 +93,9 @@ def test_the_reason_of_an_unreached_goal_has_the_required_time():
     assert "is 49% of 4; standard errors fall with the root of time, so it takes 38 min" in message
     assert "more than 10 h" in _explain(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
     assert "weak form" in _explain(4.0, 1.0, Cause.NOT_SIGNIFICANT, 10.0, hd.Grade.WEAK)
-    assert _explain(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith("quiet")
+    assert _explain(4.0, 1.0, Cause.POORLY_EXCITED, 10.0, hd.Grade.WEAK).startswith(
+        "poorly excited"
+    )
 
 
 def test_a_prior_with_standard_errors_counts(boat, known):
@@ -166,8 +171,8 @@ def test_time_at_limits_is_counted(boat, known):
     commands = np.zeros((100, 1, 2))
     commands[:, 0, 0] = 0.1
     commands[40:60, 0, 0] = 0.4  # at the limit, and 0.3 rad there and back in one period of 0.1 s
-    made = Trajectories(commands, commands, commands, commands, 0.1)
-    assert saturation(autopilot, made)["rudder"] == pytest.approx([0.21])
+    result = Trajectories(commands, commands, commands, commands, 0.1)
+    assert saturation(autopilot, result)["rudder"] == pytest.approx([0.21])
 
 
 def test_time_at_limits_costs_in_the_objective(boat, known):
@@ -218,9 +223,9 @@ def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
 
     monkeypatch.setattr("hydrodamp.experiment_design.plan.optimise", weak)
     envelope = hd.Envelope(speed=(0.8, 1.6))
-    made = hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, mode=mode)
-    assert len(made.notes) == 1
-    assert ("waypoints" in made.notes[0]) == blames
+    result = hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, mode=mode)
+    assert len(result.notes) == 1
+    assert ("waypoints" in result.notes[0]) == blames
 
 
 def test_a_vehicle_with_a_propeller_alone_is_planned_for():
@@ -234,5 +239,5 @@ def test_a_vehicle_with_a_propeller_alone_is_planned_for():
     )
     known = hd.Damping.from_dict(None, {"X_u|u|": -8.0})
     envelope = hd.Envelope(speed=(0.8, 1.6))
-    made = hd.plan(sled, known.model, 60.0, damping=known, envelope=envelope)
-    assert (made.saturation, [*made.setpoints]) == ({}, ["speed", "rpm"])
+    result = hd.plan(sled, known.model, 60.0, damping=known, envelope=envelope)
+    assert (result.saturation, [*result.setpoints]) == ({}, ["speed", "rpm"])

@@ -97,7 +97,7 @@ def core(plant: ExportedPlant, at: States) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def sailed() -> hd.Campaign:
+def campaign() -> hd.Campaign:
     """A short campaign of the paper's vehicle."""
     return hd.reenact(duration=20.0, seed=3)
 
@@ -129,13 +129,13 @@ def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
     return boat, damping, replace(log, velocity=moved)
 
 
-def written(form, plant, folder):
+def write_export(form, plant, folder):
     """Write a form's files of a plant into a folder, and return it."""
     save_files(form.render_files(form.project_plant(plant, sample_states(plant))), folder)
     return folder
 
 
-def rates_of(form, folder, plant, at):
+def accelerations_of(form, folder, plant, at):
     """Return the accelerations that a form's files in a folder give."""
     with form.open_engine(folder, plant) as engine:
         return engine.accelerations(at)

@@ -11,9 +11,18 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.export.c99 import SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
-from microcontroller import TOOLS, on_cortex
+from microcontroller import TOOLS, run_on_cortex
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
+from .conftest import (
+    ALL_ATOMS,
+    MODELS,
+    RICH,
+    accelerations_of,
+    coefficients,
+    core,
+    states,
+    write_export,
+)
 
 pytestmark = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler is installed"
@@ -26,14 +35,17 @@ DOUBLE = C()
 def test_double_is_the_core_to_the_last_bit(model, tmp_path):
     plant = ExportedPlant.of(RICH, coefficients(model))
     at = states(plant)
-    found = rates_of(C(), written(DOUBLE, plant, tmp_path), plant, at)
+    found = accelerations_of(C(), write_export(DOUBLE, plant, tmp_path), plant, at)
     np.testing.assert_array_equal(found, core(plant, at))
 
 
 def test_float_is_near(tmp_path):
     plant, form = ExportedPlant.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
     at = states(plant)
-    found, wanted = rates_of(form, written(form, plant, tmp_path), plant, at), core(plant, at)
+    found, wanted = (
+        accelerations_of(form, write_export(form, plant, tmp_path), plant, at),
+        core(plant, at),
+    )
     assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
     assert np.abs(found - wanted).max() > 0.0
 
@@ -42,7 +54,7 @@ def test_inputs_that_a_model_alone_has(tmp_path):
     plant = ExportedPlant.of(hd.fleet["remus100"], coefficients(ALL_ATOMS))
     at = states(plant)
     assert plant.inputs[-1] == "u_c"
-    found = rates_of(C(), written(DOUBLE, plant, tmp_path), plant, at)
+    found = accelerations_of(C(), write_export(DOUBLE, plant, tmp_path), plant, at)
     np.testing.assert_array_equal(found, core(plant, at))
 
 
@@ -52,7 +64,7 @@ def test_a_vehicle_without_actuators_takes_a_wrench(tmp_path, precision):
     plant, form = ExportedPlant.of(bare, coefficients(MODELS[0])), C(precision=precision)
     at = states(plant)
     assert plant.inputs == ()
-    found = rates_of(form, written(form, plant, tmp_path), plant, at)
+    found = accelerations_of(form, write_export(form, plant, tmp_path), plant, at)
     wanted = core(plant, at)
     np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
 
@@ -83,7 +95,7 @@ int main(void)
 def rich(tmp_path_factory):
     """A folder with the library of a vehicle, and a program that sails five seconds."""
     damping = hd.Damping(hd.catalog["fossen"], -np.linspace(2.0, 30.0, 12))
-    folder = written(DOUBLE, ExportedPlant.of(RICH, damping), tmp_path_factory.mktemp("rich"))
+    folder = write_export(DOUBLE, ExportedPlant.of(RICH, damping), tmp_path_factory.mktemp("rich"))
     (folder / "sail.c").write_text(PROGRAM)
     return folder, damping
 
@@ -123,21 +135,21 @@ def test_cmake_builds_the_example(rich, tmp_path):
         pytest.skip("cmake is not installed")
     for call in (["cmake", "-S", rich[0], "-B", tmp_path], ["cmake", "--build", tmp_path]):
         subprocess.run(call, capture_output=True, check=True)
-    sailed = subprocess.run([tmp_path / "simulate"], capture_output=True, text=True, check=True)
-    assert len(sailed.stdout.splitlines()) == 13
+    process = subprocess.run([tmp_path / "simulate"], capture_output=True, text=True, check=True)
+    assert len(process.stdout.splitlines()) == 13
 
 
 def test_all_c_files_of_the_folder_are_the_library(tmp_path):
     """As Arduino, STM32Cube and Keil compile them; the README's command adds one example."""
     plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    folder = written(DOUBLE, plant, tmp_path)
+    folder = write_export(DOUBLE, plant, tmp_path)
     assert {path.name for path in (folder / "examples").iterdir()} == {"simulate.c", "estimate.c"}
     assert not any("int main" in path.read_text() for path in folder.glob("*.c"))
     readme = (folder / "README.md").read_text()
     command = next(line for line in readme.splitlines() if line.startswith("    cc "))
     subprocess.run(command, cwd=folder, shell=True, check=True)
-    sailed = subprocess.run(["./a.out"], cwd=folder, capture_output=True, text=True, check=True)
-    assert [line.split()[0] for line in sailed.stdout.splitlines()][:3] == ["u", "v", "w"]
+    process = subprocess.run(["./a.out"], cwd=folder, capture_output=True, text=True, check=True)
+    assert [line.split()[0] for line in process.stdout.splitlines()][:3] == ["u", "v", "w"]
 
 
 @pytest.mark.parametrize("flags", [(), ("-DHD_FLOAT",)], ids=["double", "float"])
@@ -145,7 +157,7 @@ def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
     if missing := [name for name in TOOLS if not shutil.which(name)]:
         pytest.skip(f"{', '.join(missing)} not installed")
     folder = shutil.copytree(rich[0], tmp_path / "rich")
-    assert on_cortex(folder, "sail.c", flags) == run(rich[0], "cc", *flags)
+    assert run_on_cortex(folder, "sail.c", flags) == run(rich[0], "cc", *flags)
 
 
 def test_the_precision_is_one_of_two():

@@ -13,7 +13,16 @@ import hydrodamp as hd
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, execute_module
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
+from .conftest import (
+    ALL_ATOMS,
+    MODELS,
+    RICH,
+    accelerations_of,
+    coefficients,
+    core,
+    states,
+    write_export,
+)
 
 ca = pytest.importorskip("casadi")
 
@@ -22,13 +31,15 @@ ca = pytest.importorskip("casadi")
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     plant = ExportedPlant.of(RICH, coefficients(model))
     at = states(plant)
-    found = rates_of(CasADi(), written(CasADi(), plant, tmp_path), plant, at)
+    found = accelerations_of(CasADi(), write_export(CasADi(), plant, tmp_path), plant, at)
     np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
 
 
 def test_its_jacobian_is_that_of_differences(tmp_path):
     plant = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
-    function = execute_module(written(CasADi(), plant, tmp_path) / "auv_rich_3.py").acceleration
+    function = execute_module(
+        write_export(CasADi(), plant, tmp_path) / "auv_rich_3.py"
+    ).acceleration
     at, step = states(plant, 5), 1e-6
     nu = ca.SX.sym("nu", 6)
     other = [ca.SX.sym("x", len(part.T)) for part in at[1:]]
@@ -42,21 +53,23 @@ def test_its_jacobian_is_that_of_differences(tmp_path):
             np.testing.assert_allclose(found[:, axis], wanted, rtol=1e-6, atol=1e-5)
 
 
-def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path, sailed):
+def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path, campaign):
     damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_vV": -9.0, "Z_|w|": -0.1})
     slopes = []
     for smooth in (0.0, 0.01):
         plant = ExportedPlant.of(hd.fleet["remus100"], damping)
         folder = tmp_path / str(smooth)
         folder.mkdir()
-        module = execute_module(written(CasADi(smooth=smooth), plant, folder) / "auv_remus100.py")
+        module = execute_module(
+            write_export(CasADi(smooth=smooth), plant, folder) / "auv_remus100.py"
+        )
         nu = ca.SX.sym("nu", 6)
         wrench = module.damping(nu, [0, 0, 1], [0] * len(module.INPUTS))
         slopes.append(np.array(ca.Function("f", [nu], [ca.jacobian(wrench, nu)])(np.zeros(6))))
     assert not np.isfinite(slopes[0]).all()
     assert np.isfinite(slopes[1]).all()
-    published, vehicle = hd.published["vt690-sname2022"], sailed.vehicle
-    log = sailed.test.between(0.0, 3.0)
+    published, vehicle = hd.published["vt690-sname2022"], campaign.vehicle
+    log = campaign.test.between(0.0, 3.0)
     card = hd.export(published, vehicle, CasADi(smooth=1e-3), tmp_path / "card", log=log)
     assert 1e-4 < card.wrench_error["N"] < 5.0
     assert "smoothed over 0.001" in card.ignores
@@ -64,17 +77,17 @@ def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path
         CasADi(smooth=-1.0)
 
 
-def test_its_step_is_that_of_a_replay(tmp_path, sailed):
-    log = sailed.exact_test.between(0.0, 3.0)
+def test_its_step_is_that_of_a_replay(tmp_path, campaign):
+    log = campaign.exact_test.between(0.0, 3.0)
     damping = hd.published["vt690-sname2022"]
-    plant = ExportedPlant.of(sailed.vehicle, damping)
-    module = execute_module(written(CasADi(), plant, tmp_path) / "auv_vt690.py")
+    plant = ExportedPlant.of(campaign.vehicle, damping)
+    module = execute_module(write_export(CasADi(), plant, tmp_path) / "auv_vt690.py")
     state = np.concatenate([log.velocity[0], np.zeros(3), log.attitude[0]])
     for k, length in enumerate(np.diff(log.time)):
         for _ in range(2):
             given = [log.command(name)[k] for name in module.INPUTS]
             state = np.array(module.step(state, given, np.zeros(6), length / 2.0)).ravel()
-    wanted = hd.simulate(sailed.vehicle, damping, log, attitude="simulated")
+    wanted = hd.simulate(campaign.vehicle, damping, log, attitude="simulated")
     np.testing.assert_allclose(state[:6], wanted.velocity[-1], rtol=1e-12)
 
 
@@ -83,7 +96,9 @@ def test_the_code_it_generates_is_the_same(tmp_path):
     if compiler is None:
         pytest.skip("no C compiler is installed")
     plant = ExportedPlant.of(RICH, coefficients(MODELS[0]))
-    function = execute_module(written(CasADi(), plant, tmp_path) / "auv_rich_3.py").acceleration
+    function = execute_module(
+        write_export(CasADi(), plant, tmp_path) / "auv_rich_3.py"
+    ).acceleration
     (tmp_path / "code").mkdir()
     made = function.generate("code.c")
     shutil.move(made, tmp_path / "code" / "code.c")
@@ -97,7 +112,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
 
 def test_the_example_of_predictive_control_runs(tmp_path):
     plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    written(CasADi(smooth=1e-3), plant, tmp_path)
+    write_export(CasADi(smooth=1e-3), plant, tmp_path)
     call = [sys.executable, "mpc.py"]
     done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=True)
     surges = [float(line.split()[3]) for line in done.stdout.splitlines() if "surge" in line]

@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym
 from hydrodamp.export.plant import ExportedPlant
 
-from .conftest import core, rates_of, states, written
+from .conftest import accelerations_of, core, states, write_export
 
 _VALUES = ("inertial/mass", "hydrostatics/buoyancy")
 TURN = np.array([1.0, -1.0, -1.0])
@@ -38,7 +38,7 @@ def test_a_craft_whose_origin_is_its_centre_of_gravity_comes_back(form, damping,
         return
     plant = ExportedPlant.of(STIFF, damping)
     at = states(plant, 12)
-    found = rates_of(form, written(form, plant, tmp_path), plant, at)
+    found = accelerations_of(form, write_export(form, plant, tmp_path), plant, at)
     np.testing.assert_allclose(found, core(plant, at), rtol=1e-10, atol=1e-10)
 
 
@@ -58,7 +58,7 @@ def test_linear_damping_about_any_origin_comes_back(tmp_path):
     damping = dict(zip(np.ravel(labels).tolist(), drag.ravel().tolist(), strict=True))
     plant = ExportedPlant.of(vehicle, hd.Damping.from_dict(None, damping))
     at = states(plant, 12)
-    found = rates_of(form, written(form, plant, tmp_path), plant, at)
+    found = accelerations_of(form, write_export(form, plant, tmp_path), plant, at)
     np.testing.assert_allclose(found, core(plant, at), rtol=1e-9, atol=1e-9)
 
 
@@ -71,7 +71,7 @@ def test_quadratic_drag_is_exact_where_the_centre_of_gravity_is_below_the_origin
 def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u": -4.0, "Y_v": -6.0, "Y_r": 2.0, "M_w": 0.7})
     plant = ExportedPlant.of(hd.fleet["remus100"], damping)
-    root = ElementTree.parse(written(UUV(), plant, tmp_path) / "uuv.urdf").getroot()
+    root = ElementTree.parse(write_export(UUV(), plant, tmp_path) / "uuv.urdf").getroot()
 
     def read(tag):
         return np.array(root.findtext(f".//{tag}").split(), dtype=float)
@@ -92,7 +92,7 @@ def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
 
 def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
     plant = ExportedPlant.of(hd.fleet["bluerov2"], EVERY)
-    root = ElementTree.parse(written(URDF(), plant, tmp_path) / "hydrodynamics.urdf").getroot()
+    root = ElementTree.parse(write_export(URDF(), plant, tmp_path) / "hydrodynamics.urdf").getroot()
 
     def read(tag, names):
         return np.array([float(root.find(f".//{tag}").get(name)) for name in names.split()])
@@ -124,7 +124,7 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
 
 def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path):
     plant = ExportedPlant.of(STIFF, EVERY)
-    text = (written(MarineGym(), plant, tmp_path) / "marinegym.yaml").read_text()
+    text = (write_export(MarineGym(), plant, tmp_path) / "marinegym.yaml").read_text()
     assert "keep `rotor_configuration`" in text
     said = yaml.safe_load(text)
     assert said["hydro_coef"]["linear_damping"][:2] == [4.0, 6.0]
@@ -132,7 +132,7 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
     assert said["hydro_coef"]["added_mass"][1] == pytest.approx(7.1206, abs=0.01)
     assert said["coBM"] == pytest.approx(0.03)
     assert said["volume"] * 997.0 * 9.8 == pytest.approx(STIFF.buoyancy)
-    root = ElementTree.parse(written(URDF(), plant, tmp_path) / "hydrodynamics.urdf").getroot()
+    root = ElementTree.parse(write_export(URDF(), plant, tmp_path) / "hydrodynamics.urdf").getroot()
     assert float(root.find(".//damping/linear").get("Yv")) == -6.0
     assert float(root.find(".//added_mass").get("Xdu")) == pytest.approx(-6.3567, abs=0.01)
     assert float(root.find(".//center_of_buoyancy").get("z")) == pytest.approx(-0.03)
@@ -140,10 +140,10 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
 
 @pytest.mark.parametrize("key", ["uuv", "urdf", "marinegym"])
 def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
-    key, sailed, planar, tmp_path
+    key, campaign, planar, tmp_path
 ):
-    published, log = hd.published["vt690-sname2022"], sailed.test.between(0.0, 5.0)
-    card = hd.export(published, sailed.vehicle, key, tmp_path / "a", log=log, force=True)
+    published, log = hd.published["vt690-sname2022"], campaign.test.between(0.0, 5.0)
+    card = hd.export(published, campaign.vehicle, key, tmp_path / "a", log=log, force=True)
     assert not card.exact
     assert card.replays.source_to_target.rms > 0.0
     assert card.not_run

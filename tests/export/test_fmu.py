@@ -16,7 +16,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.export.c99 import FMU, INPUTS, RATES, STATES, open_fmu
 from hydrodamp.export.plant import ExportedPlant
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, write_export
 
 pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(
@@ -34,7 +34,7 @@ VERSIONS = pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 
 
 def packed(plant, folder, fmi="2.0"):
-    return next(written(FMU(fmi), plant, folder).glob("*.fmu"))
+    return next(write_export(FMU(fmi), plant, folder).glob("*.fmu"))
 
 
 @VERSIONS
@@ -78,9 +78,9 @@ def test_its_rates_are_the_cores_to_the_last_bit(model, fmi, hold, tmp_path):
 
 
 @VERSIONS
-def test_co_simulation_is_a_replay_to_the_last_bit(fmi, sailed, hold, tmp_path):
-    log, damping = sailed.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
-    plant = ExportedPlant.of(sailed.vehicle, damping)
+def test_co_simulation_is_a_replay_to_the_last_bit(fmi, campaign, hold, tmp_path):
+    log, damping = campaign.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
+    plant = ExportedPlant.of(campaign.vehicle, damping)
     unit = hold(open_fmu(packed(plant, tmp_path, fmi)))
     velocity = [log.velocity[0]]
     unit.setReal(range(STATES, RATES), [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
@@ -89,7 +89,7 @@ def test_co_simulation_is_a_replay_to_the_last_bit(fmi, sailed, hold, tmp_path):
         unit.setReal(range(INPUTS + 6, INPUTS + 9), [log.command(name)[k] for name in plant.inputs])
         unit.doStep(float(log.time[k]), length)
         velocity.append(unit.getReal(range(6)))
-    wanted = hd.simulate(sailed.vehicle, damping, log, attitude="simulated").velocity
+    wanted = hd.simulate(campaign.vehicle, damping, log, attitude="simulated").velocity
     np.testing.assert_array_equal(velocity, wanted)
 
 

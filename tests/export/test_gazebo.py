@@ -16,7 +16,7 @@ from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.verification import VerificationRun
 from hydrodamp.kernels.core import coriolis
 
-from .conftest import MODELS, coefficients, core, rates_of, states, written
+from .conftest import MODELS, accelerations_of, coefficients, core, states, write_export
 
 EXACT = ["linear", "mcfarland-whitcomb", "coe", "prestero", "fossen"]
 PUBLISHED = hd.published["vt690-sname2022"]
@@ -40,7 +40,7 @@ def numbers(folder):
 
 @pytest.mark.parametrize("plant", [*crafts()])
 def test_the_system_of_gz_sim_makes_the_wrench_of_the_model(plant, tmp_path):
-    found = numbers(written(GzSim(), plant, tmp_path))
+    found = numbers(write_export(GzSim(), plant, tmp_path))
     velocity = np.random.default_rng(1).normal(size=(9, 6))
     there = dict(zip("UVWPQR", (velocity * TURN).T, strict=True))
     force = np.zeros((9, 6))
@@ -54,7 +54,7 @@ def test_the_system_of_gz_sim_makes_the_wrench_of_the_model(plant, tmp_path):
 
 def test_the_plugin_of_vrx_makes_the_wrench_of_the_model(tmp_path):
     plant = ExportedPlant.of(hd.fleet["remus100"], coefficients(hd.catalog["fossen"]))
-    found = numbers(written(VRX(), plant, tmp_path))
+    found = numbers(write_export(VRX(), plant, tmp_path))
     # As SimpleHydrodynamics.cc: what is not said is not zero, positive numbers drag.
     defaults = {f"{a}{n}": 20.0 for a, n in zip("xyzkmn", "UVWPQR", strict=True)}
     defaults |= {f"{a}Dot{n}": 5.0 for a, n in zip("xyzkmn", "UVWPQR", strict=True)}
@@ -76,7 +76,7 @@ def test_link_and_world_move_and_restore_as_the_vehicle(tmp_path):
         center_of_buoyancy=np.array([0.01, -0.02, -0.01]),
     )
     plant = ExportedPlant.of(vehicle, coefficients(hd.catalog["fossen"]))
-    written(GzSim(density=1025.0), plant, tmp_path)
+    write_export(GzSim(density=1025.0), plant, tmp_path)
     root = ElementTree.parse(tmp_path / "world.sdf").getroot()
     inertial, gravity = root.find(".//inertial"), -float(root.findtext(".//gravity").split()[2])
     mass, center = float(inertial.findtext("mass")), place(inertial)
@@ -115,19 +115,19 @@ def place(element):
 @dart
 @pytest.mark.parametrize("plant", [*crafts()])
 def test_dart_moves_what_is_read_back_as_the_core(plant, tmp_path):
-    written(GzSim(), plant, tmp_path)
+    write_export(GzSim(), plant, tmp_path)
     at = states(plant, 12)
-    found = rates_of(GzSim(), tmp_path, plant, at)
+    found = accelerations_of(GzSim(), tmp_path, plant, at)
     wanted = core(plant, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
 
 
 @dart
 @pytest.mark.parametrize(("key", "model"), [("gz-sim", "prestero"), ("vrx", "fossen")])
-def test_dart_sails_as_the_core_but_for_its_step(key, model, sailed, tmp_path):
-    model, log = hd.catalog[model], sailed.test.between(0.0, 5.0)
-    damping = hd.identify(model, sailed.vehicle, sailed.train, hd.LeastSquares()).damping
-    card = hd.export(damping, sailed.vehicle, key, tmp_path / "a", log=log)
+def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, tmp_path):
+    model, log = hd.catalog[model], campaign.test.between(0.0, 5.0)
+    damping = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares()).damping
+    card = hd.export(damping, campaign.vehicle, key, tmp_path / "a", log=log)
     assert card.exact
     assert max(card.wrench_error[axis] for axis in "XYZN") < 1e-8
     assert card.replays.source_to_target.rms < 0.01
@@ -135,10 +135,10 @@ def test_dart_sails_as_the_core_but_for_its_step(key, model, sailed, tmp_path):
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.key)
-def test_what_gz_sim_has_not_is_fitted(model, sailed, tmp_path):
-    damping = hd.identify(model, sailed.vehicle, sailed.train, hd.LeastSquares()).damping
-    form, log = GzSim(step=0.02), sailed.test.between(0.0, 2.0)
-    card = hd.export(damping, sailed.vehicle, form, tmp_path / "a", log=log, force=True)
+def test_what_gz_sim_has_not_is_fitted(model, campaign, tmp_path):
+    damping = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares()).damping
+    form, log = GzSim(step=0.02), campaign.test.between(0.0, 2.0)
+    card = hd.export(damping, campaign.vehicle, form, tmp_path / "a", log=log, force=True)
     assert card.exact == (model.key in EXACT)
     assert max(card.wrench_error[axis] for axis in "XYZN") < (1e-8 if card.exact else 90.0)
 
@@ -158,10 +158,10 @@ def test_half_the_step_of_dart_halves_its_error(tmp_path):
     )
     exact, found = drive.simulate_source().velocity, []
     for step in (0.004, 0.002, 0.001):
-        folder = written(GzSim(step=step), plant, tmp_path)
+        folder = write_export(GzSim(step=step), plant, tmp_path)
         with GzSim(step=step).open_engine(folder, plant) as engine:
-            sailed = drive.simulate_target(engine).velocity
-        found.append(np.sqrt(np.mean((sailed - exact) ** 2)))
+            velocity = drive.simulate_target(engine).velocity
+        found.append(np.sqrt(np.mean((velocity - exact) ** 2)))
     np.testing.assert_allclose(np.array(found[:-1]) / found[1:], 2.0, rtol=0.02)
 
 
@@ -187,7 +187,7 @@ def test_the_legacy_path(planar, tmp_path):
     assert numbers(tmp_path / "a")["xDotU"] < 0.0
     assert card.not_run
     assert (
-        numbers(written(VRX(legacy=True), ExportedPlant.of(light, damping), tmp_path))["xDotU"]
+        numbers(write_export(VRX(legacy=True), ExportedPlant.of(light, damping), tmp_path))["xDotU"]
         > 0.0
     )
 

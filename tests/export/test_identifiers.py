@@ -18,9 +18,9 @@ from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.sources import LineParser
-from microcontroller import TOOLS, on_cortex, write_program
+from microcontroller import TOOLS, run_on_cortex, write_program
 
-from .conftest import coefficients, written
+from .conftest import coefficients, write_export
 
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="neither gcc nor clang is installed")
@@ -34,7 +34,7 @@ def in_text(log, folder):
     return (folder / "dive.csv").read_text()
 
 
-def torn(text):
+def damage_log(text):
     """An empty cell, a row that is there twice, one that is older, and a second and a half less."""
     head, *lines = text.splitlines()
     first, _, rest = lines[40].split(",", 2)
@@ -44,11 +44,11 @@ def torn(text):
 
 
 def library(vehicle, model, folder):
-    return written(C(), ExportedPlant.of(vehicle, coefficients(model)), folder)
+    return write_export(C(), ExportedPlant.of(vehicle, coefficients(model)), folder)
 
 
 @pytest.fixture(scope="module")
-def compiled(tmp_path_factory):
+def compile_program(tmp_path_factory):
     """What compiles a program beside an exported library, and its own files once."""
     csrc, made = Path(hydrodamp.kernels.__file__).parent / "csrc", {}
 
@@ -67,7 +67,7 @@ def compiled(tmp_path_factory):
     return compile_one
 
 
-def printed(program, text="", *, under=()):
+def run_program(program, text="", *, under=()):
     call = [*under, str(program)]
     done = subprocess.run(call, input=text, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
@@ -93,23 +93,23 @@ def live(text, vehicle, model):
 
 
 @pytest.fixture(scope="module")
-def dive(sailed, tmp_path_factory):
+def dive(campaign, tmp_path_factory):
     """The library of the paper's vehicle, and a log as text."""
     folder = tmp_path_factory.mktemp("dive")
-    hd.export(coefficients(MODEL), sailed.vehicle, "c", folder)
-    return folder, in_text(sailed.train, tmp_path_factory.mktemp("log"))
+    hd.export(coefficients(MODEL), campaign.vehicle, "c", folder)
+    return folder, in_text(campaign.train, tmp_path_factory.mktemp("log"))
 
 
-@pytest.mark.parametrize("what", [str, torn], ids=["whole", "torn"])
-def test_estimates_have_the_bits_of_a_live_run(compiled, dive, sailed, what):
+@pytest.mark.parametrize("what", [str, damage_log], ids=["whole", "damaged"])
+def test_estimates_have_the_bits_of_a_live_run(compile_program, dive, campaign, what):
     folder, text = dive[0], what(dive[1])
-    found = columns(printed(compiled(folder, "examples/estimate.c", *CLEAN), text))
-    np.testing.assert_array_equal(found, live(text, sailed.vehicle, MODEL))
+    found = columns(run_program(compile_program(folder, "examples/estimate.c", *CLEAN), text))
+    np.testing.assert_array_equal(found, live(text, campaign.vehicle, MODEL))
 
 
-def test_roll_and_pitch_do_as_well(compiled, dive, sailed):
+def test_roll_and_pitch_do_as_well(compile_program, dive, campaign):
     folder, text = dive
-    log, angles = sailed.train, euler_from_quaternion(sailed.train.attitude)
+    log, angles = campaign.train, euler_from_quaternion(campaign.train.attitude)
     head, *lines = text.splitlines()
     assert head.startswith("time,qw,qx,qy,qz,")
     turned = [
@@ -117,15 +117,15 @@ def test_roll_and_pitch_do_as_well(compiled, dive, sailed):
         for time, row, line in zip(log.time.tolist(), angles.tolist(), lines, strict=True)
     ]
     text = "\n".join([head.replace("qw,qx,qy,qz", "roll,pitch,yaw"), *turned])
-    found = columns(printed(compiled(folder, "examples/estimate.c"), text))
-    np.testing.assert_allclose(found, live(text, sailed.vehicle, MODEL), rtol=1e-6)
+    found = columns(run_program(compile_program(folder, "examples/estimate.c"), text))
+    np.testing.assert_allclose(found, live(text, campaign.vehicle, MODEL), rtol=1e-6)
 
 
 DRIVEN = hd.DampingModel.from_table({"X": "u u^2(eta-1)", "Y": "v r", "N": "r r|r|"}, key="driven")
 
 
 @pytest.mark.parametrize("kind", ["commands", "wrench", "eta"])
-def test_a_boat_too_whatever_drives_it(compiled, planar, tmp_path, kind):
+def test_a_boat_too_whatever_drives_it(compile_program, planar, tmp_path, kind):
     boat, _, log = planar
     random = np.random.default_rng(5)
     if kind == "wrench":
@@ -136,47 +136,50 @@ def test_a_boat_too_whatever_drives_it(compiled, planar, tmp_path, kind):
         log = replace(log, propulsion_ratio=random.uniform(0.8, 1.4, log.n))
     model = DRIVEN if kind == "eta" else hd.catalog["linear"].restricted_to(boat.axes)
     text = in_text(log, tmp_path)
-    found = columns(printed(compiled(library(boat, model, tmp_path), "examples/estimate.c"), text))
+    found = columns(
+        run_program(compile_program(library(boat, model, tmp_path), "examples/estimate.c"), text)
+    )
     np.testing.assert_array_equal(found, live(text, boat, model))
 
 
-def test_float_is_near_after_a_hundred_hours_too(compiled, dive):
+def test_float_is_near_after_a_hundred_hours_too(compile_program, dive):
     """A clock of 100 h has 31 ms left in float; lengths of steps lose nothing."""
     folder, text = dive
-    whole = columns(printed(compiled(folder, "examples/estimate.c"), text))
-    program = compiled(folder, "examples/estimate.c", *FLOAT)
-    near = printed(program, text)
+    whole = columns(run_program(compile_program(folder, "examples/estimate.c"), text))
+    program = compile_program(folder, "examples/estimate.c", *FLOAT)
+    near = run_program(program, text)
     off = np.abs(columns(near) - whole).max(axis=1) / np.abs(whole).max(axis=1)
     assert np.all(off < 1e-4)
     assert np.all(off > 0.0)
     head, *lines = text.splitlines()
     later = [f"{float(time) + 360_000.0},{rest}" for time, rest in (x.split(",", 1) for x in lines)]
-    assert printed(program, "\n".join([head, *later])) == near
+    assert run_program(program, "\n".join([head, *later])) == near
 
 
 @pytest.mark.parametrize("flags", [(), FLOAT], ids=["double", "float"])
-def test_every_compiler_and_processor_gives_the_same_bits(compiled, dive, tmp_path, flags):
+def test_every_compiler_and_processor_gives_the_same_bits(compile_program, dive, tmp_path, flags):
     folder = shutil.copytree(dive[0], tmp_path / "dive")
     program = write_program(folder, "auv_vt690")
     first, *others = [
-        printed(compiled(folder, program, *flags, compiler=x)).splitlines()[1::2] for x in COMPILERS
+        run_program(compile_program(folder, program, *flags, compiler=x)).splitlines()[1::2]
+        for x in COMPILERS
     ]
     assert all(other == first for other in others)
     if missing := [name for name in TOOLS if not shutil.which(name)]:
         pytest.skip(f"{', '.join(missing)} not installed")
-    told = on_cortex(folder, program, flags).splitlines()
+    told = run_on_cortex(folder, program, flags).splitlines()
     assert told[1::2] == first
     _, most = re.findall(r"(\d+)\s+bytes\s+of\s+stack", (folder / "README.md").read_text())
     assert all(0 < int(line.split()[3]) < int(most) for line in told[::2])
 
 
-def test_valgrind_finds_nothing(compiled, dive):
+def test_valgrind_finds_nothing(compile_program, dive):
     if not shutil.which("valgrind"):
         pytest.skip("valgrind is not installed")
     folder, text = dive
     under = ("valgrind", "-q", "--error-exitcode=9", "--leak-check=full")
     short = "\n".join(text.splitlines()[:60])
-    assert printed(compiled(folder, "examples/estimate.c"), short, under=under)
+    assert run_program(compile_program(folder, "examples/estimate.c"), short, under=under)
 
 
 KEPT = """
@@ -219,15 +222,18 @@ int main(void)
 """
 
 
-def test_a_state_is_taken_up_where_it_was_kept_and_only_whole(compiled, dive):
+def test_a_state_is_taken_up_where_it_was_kept_and_only_whole(compile_program, dive):
     folder, _ = dive
     (folder / "kept.c").write_text(KEPT)
-    assert printed(compiled(folder, "kept.c", *CLEAN)) == "11001 11001 "
+    assert run_program(compile_program(folder, "kept.c", *CLEAN)) == "11001 11001 "
 
 
-def test_a_log_without_a_column_is_told(compiled, dive):
+def test_a_log_without_a_column_is_told(compile_program, dive):
     done = subprocess.run(
-        [compiled(dive[0], "examples/estimate.c")], input="time,u\n", capture_output=True, text=True
+        [compile_program(dive[0], "examples/estimate.c")],
+        input="time,u\n",
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 2
     assert done.stderr.startswith("column v is missing: give a log in the canonical form")
@@ -292,8 +298,8 @@ int main(void)
 
 
 @pytest.mark.parametrize("flags", [(), FLOAT], ids=["double", "float"])
-def test_no_number_makes_a_state_infinite(compiled, dive, flags):
+def test_no_number_makes_a_state_infinite(compile_program, dive, flags):
     """Random magnitudes up to the largest number: refused, or taken with a finite result."""
     folder, _ = dive
     (folder / "wild.c").write_text(WILD)
-    assert printed(compiled(folder, "wild.c", *flags)) == "1 1 0 0 1 1 0 0 "
+    assert run_program(compile_program(folder, "wild.c", *flags)) == "1 1 0 0 1 1 0 0 "

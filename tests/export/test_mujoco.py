@@ -12,7 +12,16 @@ from hydrodamp.export.mujoco import MuJoCo
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import execute_module
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
+from .conftest import (
+    ALL_ATOMS,
+    MODELS,
+    RICH,
+    accelerations_of,
+    coefficients,
+    core,
+    states,
+    write_export,
+)
 
 here = pytest.mark.skipif(not find_spec("mujoco"), reason="mujoco is not installed")
 PUBLISHED = hd.published["vt690-sname2022"]
@@ -24,16 +33,16 @@ def test_accelerations_are_those_of_the_core(model, tmp_path):
     plant = ExportedPlant.of(RICH, coefficients(model))
     at = states(plant, 12)
     found, wanted = (
-        rates_of(MuJoCo(), written(MuJoCo(), plant, tmp_path), plant, at),
+        accelerations_of(MuJoCo(), write_export(MuJoCo(), plant, tmp_path), plant, at),
         core(plant, at),
     )
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
 
 
 @here
-def test_it_sails_as_the_core_but_for_its_step(sailed, tmp_path):
-    log = sailed.test.between(0.0, 5.0)
-    card = hd.export(PUBLISHED, sailed.vehicle, "mujoco", tmp_path / "a", log=log)
+def test_it_sails_as_the_core_but_for_its_step(campaign, tmp_path):
+    log = campaign.test.between(0.0, 5.0)
+    card = hd.export(PUBLISHED, campaign.vehicle, "mujoco", tmp_path / "a", log=log)
     assert card.exact
     assert card.replays.source_to_target.rms < 1e-4
     assert "MuJoCo" in card.run_by
@@ -44,7 +53,7 @@ def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_lef
     import mujoco
 
     plant = ExportedPlant.of(hd.fleet["vt690"], PUBLISHED)
-    written(MuJoCo(), plant, tmp_path)
+    write_export(MuJoCo(), plant, tmp_path)
     ball = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
     other = mujoco.MjModel.from_xml_string(ball)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "auv_vt690.xml"))
@@ -77,7 +86,7 @@ def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
     whole.option.gravity, whole.option.timestep = [0.0, 0.0, -9.80665], 0.01
     whole.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for plant in crafts.values():
-        written(MuJoCo(), plant, tmp_path)
+        write_export(MuJoCo(), plant, tmp_path)
     for place, name in enumerate(crafts):
         own = mujoco.MjSpec.from_file(str(tmp_path / f"auv_{name}.xml"))
         frame = whole.worldbody.add_frame(pos=[0.0, 9.0 * place, 0.0])

@@ -14,7 +14,16 @@ from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Octave
 from hydrodamp.export.verification import attitude_quaternions
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
+from .conftest import (
+    ALL_ATOMS,
+    MODELS,
+    RICH,
+    accelerations_of,
+    coefficients,
+    core,
+    states,
+    write_export,
+)
 
 here = pytest.mark.skipif(
     not (shutil.which("octave-cli") or shutil.which("octave")), reason="Octave is not installed"
@@ -26,15 +35,15 @@ here = pytest.mark.skipif(
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     plant = ExportedPlant.of(RICH, coefficients(model))
     at = states(plant, 12)
-    found = rates_of(Octave(), written(Octave(), plant, tmp_path), plant, at)
+    found = accelerations_of(Octave(), write_export(Octave(), plant, tmp_path), plant, at)
     np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
 
 
 @here
-def test_it_sails_as_the_core_does(sailed, tmp_path):
-    log = sailed.test.between(0.0, 5.0)
+def test_it_sails_as_the_core_does(campaign, tmp_path):
+    log = campaign.test.between(0.0, 5.0)
     damping = hd.published["vt690-sname2022"]
-    card = hd.export(damping, sailed.vehicle, "octave", tmp_path / "a", log=log)
+    card = hd.export(damping, campaign.vehicle, "octave", tmp_path / "a", log=log)
     assert card.replays.source_to_target.rms < 1e-12
     assert "Octave" in card.run_by
 
@@ -42,7 +51,7 @@ def test_it_sails_as_the_core_does(sailed, tmp_path):
 @here
 def test_angles_and_a_current(tmp_path):
     plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    written(Octave(), plant, tmp_path)
+    write_export(Octave(), plant, tmp_path)
     # With the current, heading north: still in the water, whatever the state is written in.
     lines = (
         "x = [0 0.5 0 0 0 0.2 0 0 0 0.1 0.3 0]';",
@@ -61,7 +70,7 @@ def test_angles_and_a_current(tmp_path):
 
 @here
 def test_what_the_page_shows_runs(tmp_path):
-    written(
+    write_export(
         Octave(), ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path
     )
     page = (Path(__file__).parents[2] / "docs" / "how-to" / "export" / "octave.md").read_text(

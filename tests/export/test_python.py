@@ -10,7 +10,7 @@ from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Python
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states
+from .conftest import ALL_ATOMS, MODELS, RICH, accelerations_of, coefficients, core, states
 
 
 def module_of(plant, folder):
@@ -27,12 +27,12 @@ def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
     plant = ExportedPlant.of(vehicle, coefficients(model))
     module_of(plant, tmp_path)
     at = states(plant)
-    found, wanted = rates_of(Python(), tmp_path, plant, at), core(plant, at)
+    found, wanted = accelerations_of(Python(), tmp_path, plant, at), core(plant, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
 
 
-def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
-    log, vehicle = sailed.exact_test.between(0.0, 5.0), sailed.vehicle
+def test_the_simulators_euler_step_converges_to_the_replay(campaign, tmp_path):
+    log, vehicle = campaign.exact_test.between(0.0, 5.0), campaign.vehicle
     damping = hd.published["vt690-sname2022"]
     names = module_of(ExportedPlant.of(vehicle, damping, log), tmp_path)
     wanted = hd.simulate(vehicle, damping, log, attitude="simulated").velocity[-1]

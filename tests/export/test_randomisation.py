@@ -21,7 +21,7 @@ def damping():
     return hd.Damping(model, np.array([*LABELS.values()]), COVARIANCE)
 
 
-def drawn(folder):
+def read_draws(folder):
     head, estimate, *rows = csv.reader((folder / "draws.csv").read_text("utf-8").splitlines())
     assert head == ["draw", *LABELS]
     assert [float(cell) for cell in estimate[1:]] == [*LABELS.values()]
@@ -32,12 +32,12 @@ def test_draws_have_the_covariance_of_the_fit(damping, tmp_path):
     form = Randomisation(draws=4000)
     card = hd.export(damping, hd.fleet["vt690"], form, tmp_path / "a")
     assert max(card.wrench_error.values()) < 1e-10
-    rows = drawn(tmp_path / "a")
+    rows = read_draws(tmp_path / "a")
     np.testing.assert_allclose(rows.mean(axis=0), [*LABELS.values()], atol=0.06)
     np.testing.assert_allclose(np.cov(rows.T), COVARIANCE, atol=0.06)
     again = hd.export(damping, hd.fleet["vt690"], form, tmp_path / "b")
     assert again == card
-    np.testing.assert_array_equal(drawn(tmp_path / "b"), rows)
+    np.testing.assert_array_equal(read_draws(tmp_path / "b"), rows)
 
 
 class Generator:
@@ -65,7 +65,7 @@ def test_draws_that_inject_energy_are_rejected(damping):
 def test_each_draw_is_written_for_another_target(damping, tmp_path):
     form = Randomisation(draws=3, form="python")
     hd.export(damping, hd.fleet["vt690"], form, tmp_path / "a")
-    rows, found = drawn(tmp_path / "a"), []
+    rows, found = read_draws(tmp_path / "a"), []
     for path in sorted((tmp_path / "a").glob("*/auv_vt690.py")):
         names = {}
         exec(path.read_text("utf-8"), names)

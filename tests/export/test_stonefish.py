@@ -12,7 +12,7 @@ import hydrodamp as hd
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.stonefish import Stonefish, box_wrenches
 
-from .conftest import written
+from .conftest import write_export
 
 SIDES = np.array([0.6, 0.3, 0.2])
 SHAPE = Stonefish(length=6.0, width=3.0, height=2.0)
@@ -110,12 +110,12 @@ def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
     np.testing.assert_allclose(found, plant.acceleration(at), rtol=1e-8, atol=1e-9)
 
 
-def test_multipliers_come_nearest_and_what_drives_is_no_drag(sailed, tmp_path):
+def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0})
-    folder = written(Stonefish(), ExportedPlant.of(hd.fleet["bluerov2"], damping), tmp_path)
+    folder = write_export(Stonefish(), ExportedPlant.of(hd.fleet["bluerov2"], damping), tmp_path)
     assert multipliers(folder) == [[0.0] * 3] * 2
-    published, log = hd.published["vt690-sname2022"], sailed.test.between(0.0, 2.0)
-    card = hd.export(published, sailed.vehicle, SHAPE, tmp_path / "a", log=log, force=True)
+    published, log = hd.published["vt690-sname2022"], campaign.test.between(0.0, 2.0)
+    card = hd.export(published, campaign.vehicle, SHAPE, tmp_path / "a", log=log, force=True)
     assert "Stonefish" in card.not_run
     assert set(card.projected) == {x for x, value in published.as_dict().items() if value}
     assert card.power["target"] <= 0.0
@@ -126,7 +126,7 @@ def test_multipliers_come_nearest_and_what_drives_is_no_drag(sailed, tmp_path):
 def test_the_scenario_says_what_it_needs_besides(vehicle, tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u": -3.0})
     text = (
-        written(SHAPE, ExportedPlant.of(vehicle, damping), tmp_path) / Stonefish.file
+        write_export(SHAPE, ExportedPlant.of(vehicle, damping), tmp_path) / Stonefish.file
     ).read_text()
     for word in ("<environment>", "<materials>", "<looks>", 'density="1000.0"'):
         assert word in text

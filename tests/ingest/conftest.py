@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Recording, Topic
-from strangers import Truth, named, ros_odometry
+from strangers import Truth, name_columns, ros_odometry
 
 
 @pytest.fixture(scope="session")
@@ -30,8 +30,8 @@ def table() -> Callable[..., Recording]:
 @pytest.fixture
 def px4(dive: Truth) -> Recording:
     """The dive as PX4 logs it: earth-fixed velocities, quaternion with w first."""
-    time, place, speed = dive.time, dive.place.T, dive.world.T
-    moves = named("x y z vx vy vz ax", np.vstack((place, speed, 0 * time)).T)
+    time, position, speed = dive.time, dive.place.T, dive.world.T
+    moves = name_columns("x y z vx vy vz ax", np.vstack((position, speed, 0 * time)).T)
     attitude = {f"q[{k}]": dive.q_ned[:, k] for k in range(4)}
     return Recording(
         (
@@ -51,9 +51,9 @@ def px4(dive: Truth) -> Recording:
 def ardusub(dive: Truth) -> Recording:
     """The dive as ArduSub logs it: degrees, pulse widths, an accelerometer."""
     time, angles = dive.time, np.degrees(dive.angles)
-    gyro = named("GyrX GyrY GyrZ", dive.rates)
+    gyro = name_columns("GyrX GyrY GyrZ", dive.rates)
     force = {"AccX": 0 * time, "AccY": 0 * time, "AccZ": -9.8 + 0.1 * np.sin(time)}
-    world = named("VN VE VD PN PE PD", np.hstack((dive.world, dive.place)))
+    world = name_columns("VN VE VD PN PE PD", np.hstack((dive.world, dive.place)))
     return Recording(
         (
             Topic(

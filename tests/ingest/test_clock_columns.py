@@ -14,7 +14,7 @@ TIME = np.arange(0.0, 20.0, 0.1)
 
 def of_day(start: float) -> list[str]:
     """Return times of day with four digits behind the second."""
-    tenths = [round(10 * (start + one)) for one in TIME]
+    tenths = [round(10 * (start + time)) for time in TIME]
     return [f"{t // 36000 % 24:02}:{t // 600 % 60:02}:{t % 600 / 10:07.4f}" for t in tenths]
 
 

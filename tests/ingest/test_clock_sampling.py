@@ -44,8 +44,8 @@ def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[f
 
 def test_runs_know_nothing_of_one_another() -> None:
     two = stamps([90, 91, 92, 0, 1, 2])
-    found = bracket_ticks(two, ticks([90.5, 92.0, 0.5, 3.0, 0.5], [0, 0, 1, 1, 2]))
-    got = interpolate(np.array([0.0, 1, 2, 10, 11, 12]), found)
+    brackets = bracket_ticks(two, ticks([90.5, 92.0, 0.5, 3.0, 0.5], [0, 0, 1, 1, 2]))
+    got = interpolate(np.array([0.0, 1, 2, 10, 11, 12]), brackets)
     np.testing.assert_allclose(got, [0.5, 2.0, 10.5, np.nan, np.nan])
 
 
@@ -59,8 +59,8 @@ def test_attitude_turns_as_scipy_turns_it() -> None:
     given = turns.as_quat(scalar_first=True) * rng.choice([-1.0, 1.0], 60)[:, np.newaxis]
     got = interpolate_attitude(given, bracket_ticks(stamps(time), ticks(wanted)))
     expected = Slerp(time, turns)(wanted)
-    apart = (Rotation.from_quat(got, scalar_first=True) * expected.inv()).magnitude()
-    np.testing.assert_allclose(apart, 0, atol=1e-7)
+    difference = (Rotation.from_quat(got, scalar_first=True) * expected.inv()).magnitude()
+    np.testing.assert_allclose(difference, 0, atol=1e-7)
     np.testing.assert_allclose(np.linalg.norm(got, axis=1), 1, atol=1e-12)
 
 

@@ -34,8 +34,8 @@ def wrong(log: Log, case: Case) -> Iterator[str]:
     def differs(values: np.ndarray, true: np.ndarray, tolerance: float = case.tolerance) -> bool:
         known = np.interp(at, TRUTH.time, true)
         inner = slice(5, -5)  # what is derived is less sure at the ends
-        apart = np.sqrt(np.mean((values - known)[inner] ** 2))
-        return bool(apart > tolerance * np.std(true[5:-5]) + 1e-9)
+        rms_error = np.sqrt(np.mean((values - known)[inner] ** 2))
+        return bool(rms_error > tolerance * np.std(true[5:-5]) + 1e-9)
 
     if log.n < 0.95 * len(TRUTH.time):
         yield f"only {log.n} samples"
@@ -49,16 +49,18 @@ def wrong(log: Log, case: Case) -> Iterator[str]:
         elif name in holds:
             yield f"no {name}"
     if "attitude" in holds:
-        seen = None if log.attitude is None else Rotation.from_quat(log.attitude, scalar_first=True)
+        attitude = (
+            None if log.attitude is None else Rotation.from_quat(log.attitude, scalar_first=True)
+        )
         near = np.searchsorted(TRUTH.time, at).clip(0, len(TRUTH.time) - 1)
         true = TRUTH.turns[near]
-        if seen is None:
+        if attitude is None:
             yield "no attitude"
         elif planar:
             turn = Rotation.from_euler("ZYX", TRUTH.angles[near][:, ::-1] * (1, 0, 0))
-            if np.median((seen * turn.inv()).magnitude()) > 0.03:
+            if np.median((attitude * turn.inv()).magnitude()) > 0.03:
                 yield "heading"
-        elif np.median((seen * true.inv()).magnitude()) > 0.03:
+        elif np.median((attitude * true.inv()).magnitude()) > 0.03:
             yield "attitude"
     if "wrench" in holds and (
         log.wrench is None
@@ -70,12 +72,12 @@ def wrong(log: Log, case: Case) -> Iterator[str]:
         yield "wrench"
     for name, true in (("rudder", TRUTH.rudder), ("rpm", TRUTH.rpm)):
         if name in holds:
-            alike = [
-                abs(np.corrcoef(one, np.interp(at, TRUTH.time, true))[0, 1])
-                for one in log.commands.T
-                if np.std(one)
+            matches = [
+                abs(np.corrcoef(item, np.interp(at, TRUTH.time, true))[0, 1])
+                for item in log.commands.T
+                if np.std(item)
             ]
-            if max(alike, default=0.0) < 0.8:
+            if max(matches, default=0.0) < 0.8:
                 yield f"no {name}"
 
 
@@ -83,16 +85,16 @@ def wrong(log: Log, case: Case) -> Iterator[str]:
 def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
-    found = probe(recording)
-    text = found.draft.text
+    probed = probe(recording)
+    text = probed.draft.text
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if case.loads:
-            assert found.draft.confidence >= MIN_DRAFT_CONFIDENCE, text
-            assert [*wrong(found.mapping().log(recording), case)] == [], text
+            assert probed.draft.confidence >= MIN_DRAFT_CONFIDENCE, text
+            assert [*wrong(probed.mapping().log(recording), case)] == [], text
             return
-        assert found.draft.confidence < MIN_DRAFT_CONFIDENCE, text
-        assert case.says in text or any(case.says in note for note in found.notes), text
+        assert probed.draft.confidence < MIN_DRAFT_CONFIDENCE, text
+        assert case.says in text or any(case.says in note for note in probed.notes), text
         for before, after in case.add:
             assert before in text, text
             text = text.replace(before, after)
@@ -110,40 +112,44 @@ def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
     assert [*wrong_channels(recording, roles, case, SURE_CONFIDENCE)] == []
 
 
-@pytest.mark.parametrize("name", [name for name, one in CASES.items() if one.commands is not None])
+@pytest.mark.parametrize(
+    "name", [name for name, case in CASES.items() if case.commands is not None]
+)
 def test_no_channel_of_a_draft_is_wrong(name: str, tmp_path: Path) -> None:
     """However unsure: every channel is what the draft says, and so are the commands."""
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
-    found = probe(recording)
-    assert [*wrong_channels(recording, found.roles, case, MIN_CONFIDENCE - 1)] == [], (
-        found.draft.text
+    probed = probe(recording)
+    assert [*wrong_channels(recording, probed.roles, case, MIN_CONFIDENCE - 1)] == [], (
+        probed.draft.text
     )
     drafted_commands = {
-        one.column for one in found.roles.all_of("commands") if one.confidence >= MIN_CONFIDENCE
+        item.column for item in probed.roles.all_of("commands") if item.confidence >= MIN_CONFIDENCE
     }
-    assert drafted_commands == {*(case.commands or "").split()}, found.draft.text
-    names = {one.role.removeprefix("velocity.") for one in select_channels(found.roles)}
-    assert names.isdisjoint(case.lacks.split()), found.draft.text
+    assert drafted_commands == {*(case.commands or "").split()}, probed.draft.text
+    names = {item.role.removeprefix("velocity.") for item in select_channels(probed.roles)}
+    assert names.isdisjoint(case.lacks.split()), probed.draft.text
 
 
 def wrong_channels(recording: Recording, roles: Roles, case: Case, above: int) -> Iterator[str]:
     """Yield the drafted channels above a confidence that are not what the draft says."""
-    for one in select_channels(roles):
-        if one.confidence <= above or any(map(one.role.startswith, case.apart.split())):
+    for item in select_channels(roles):
+        if item.confidence <= above or any(map(item.role.startswith, case.apart.split())):
             continue
-        column = one.column.removeprefix(f"{one.topic}.")
-        values = recording.topic(one.topic).fields[column] * one.sign
-        values = values * (unit_factor(one.unit) if one.unit else 1.0)
+        column = item.column.removeprefix(f"{item.topic}.")
+        values = recording.topic(item.topic).fields[column] * item.sign
+        values = values * (unit_factor(item.unit) if item.unit else 1.0)
         known = np.isfinite(values)
         rows = known if len(values) == len(TRUTH.time) else np.ones(len(TRUTH.time), np.bool_)
         if rows.sum() != known.sum():
-            yield f"{one.role} is {one.column}, of another clock"
+            yield f"{item.role} is {item.column}, of another clock"
             continue
-        start = values[known][0] if one.role.startswith("position.") else None  # from its start
-        apart = []
-        for true in TRUTH.roles(one.role, roles.vertical_axis.body):
+        start = values[known][0] if item.role.startswith("position.") else None  # from its start
+        differences = []
+        for true in TRUTH.roles(item.role, roles.vertical_axis.body):
             off = values[known] - true[rows] - (0 if start is None else start - true[rows][0])
-            apart.append(np.median(np.abs(2 * np.sin(off / 2))) / np.std(true))  # but for turns
-        if min(apart, default=1.0) > 0.05:
-            yield f"{one.role} is {one.column}, {one.confidence} %"
+            differences.append(
+                np.median(np.abs(2 * np.sin(off / 2))) / np.std(true)
+            )  # but for turns
+        if min(differences, default=1.0) > 0.05:
+            yield f"{item.role} is {item.column}, {item.confidence} %"

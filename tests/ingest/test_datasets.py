@@ -78,14 +78,14 @@ def test_the_registry_is_whole() -> None:
     ],
 )
 def test_measured_logs_are_those_of_the_registry(measured_logs, name, place, counts) -> None:
-    found = check_folder(find_dataset(name), measured_logs(place))
-    assert (len(found.verified), len(found.unchecked), len(found.missing)) == counts
+    checked = check_folder(find_dataset(name), measured_logs(place))
+    assert (len(checked.verified), len(checked.unchecked), len(checked.lacking)) == counts
 
 
 def test_what_is_there_is_checked_and_not_downloaded_again(served: Dataset, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     first = fetch(served, folder)
-    assert (first.verified, first.unchecked, first.missing) == (("a.dat",), ("b.dat",), ())
+    assert (first.verified, first.unchecked, first.lacking) == (("a.dat",), ("b.dat",), ())
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENT
     (folder / "b.dat").write_bytes(b"mine")
     assert fetch(served, folder) == first
@@ -97,17 +97,17 @@ def test_files_that_changed_are_named_together(served: Dataset, tmp_path: Path) 
     dataset = dataclasses.replace(served, files=(*served.files, twice))
     for name in ("a.dat", "c.dat"):
         (tmp_path / name).write_bytes(b"other")
-    with pytest.raises(FileError, match="2 faults") as told:
+    with pytest.raises(FileError, match="2 faults") as caught:
         fetch(dataset, tmp_path)
-    assert "`a.dat` is not the file that the registry knows" in str(told.value)
+    assert "`a.dat` does not match the SHA-256 checksum" in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"sha256": "0" * 64}, "was not kept"),
+        ({"sha256": "0" * 64}, "was discarded"),
         ({"url": "gone"}, "cannot be downloaded: HTTP Error 404"),
-        ({"url": "half"}, "its last 50 bytes did not come"),
+        ({"url": "half"}, "the last 50 bytes are missing"),
     ],
 )
 def test_a_file_that_is_not_whole_is_not_kept(

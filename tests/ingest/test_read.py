@@ -34,7 +34,7 @@ def test_a_mapping_of_steps_alone_serves_the_canonical_form(csv_file: Write) -> 
 
 def test_several_files_are_one_log(csv_file: Write) -> None:
     log = read_logs([csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")])
-    assert [part.name for part in log.segments] == ["a", "b"]
+    assert [segment.name for segment in log.segments] == ["a", "b"]
     assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
 
 
@@ -55,14 +55,14 @@ def test_runs_of_one_file_name_are_named_by_their_folder(tmp_path: Path) -> None
     for path in paths:
         path.parent.mkdir()
         path.write_text(GOOD)
-    assert [part.name for part in read_logs(paths).segments] == ["monday", "tuesday"]
+    assert [segment.name for segment in read_logs(paths).segments] == ["monday", "tuesday"]
 
 
 def test_nested_folders_are_named(tmp_path: Path) -> None:
     for topic, columns in {"imu": "time,r\n0,1\n1,2\n", "dvl": GOOD}.items():
         (tmp_path / topic).mkdir()
         (tmp_path / topic / "data.csv").write_text(columns)
-    with pytest.raises(FileError, match=r"its folders dvl, imu alone.*joined by \+"):
+    with pytest.raises(FileError, match=r"subfolders dvl, imu.*joined by \+"):
         read_recording(tmp_path)
     both = read_recording([tmp_path / topic / "data.csv" for topic in ("imu", "dvl")])
     assert [topic.name for topic in both.topics] == ["imu", "dvl"]

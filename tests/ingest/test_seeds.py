@@ -43,7 +43,7 @@ STYLES = {
 @cache
 def base(folder: Path, number: int) -> Log:
     """Return one of the measured logs, a stretch of it."""
-    places = (
+    positions = (
         ("bluerov2_kth/run_11_40_38.csv", "bluerov2-kth"),
         ("bluerov2_kth/run_11_57_50.csv", "bluerov2-kth"),
         ("campaigns/c21/estimation.csv", None),
@@ -51,12 +51,12 @@ def base(folder: Path, number: int) -> Log:
         ("kvlcc2_hsva/HSVA_CPMC_KVLCC2_Z_20_05.dat", "kvlcc2-hsva"),
         ("kvlcc2_hsva/HSVA_CPMC_KVLCC2_Z_10_10_P.dat", "kvlcc2-hsva"),
     )
-    name, mapping = places[number % len(places)]
+    name, mapping = positions[number % len(positions)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        whole = read_log(folder / name, mapping)
-    longest = max(whole.segments, key=len)
-    return whole.select(longest.name)
+        complete = read_log(folder / name, mapping)
+    longest = max(complete.segments, key=len)
+    return complete.select(longest.name)
 
 
 def altered(log: Log, seed: int, folder: Path) -> Path:
@@ -68,7 +68,7 @@ def altered(log: Log, seed: int, folder: Path) -> Path:
     ticks = log.elapsed[index]
     ticks, index = np.unique(ticks, return_index=True)[0], np.unique(index)
     style = rng.choice([*STYLES])
-    speeds, angles, places = (names.split() for names in STYLES[style])
+    speeds, angles, positions = (names.split() for names in STYLES[style])
     stated = bool(rng.integers(2))
     columns: dict[str, np.ndarray | list[str]] = {}
     unit, factor = rng.choice([("m/s", 1.0), ("kn", 0.514444444)]) if stated else ("m/s", 1.0)
@@ -93,14 +93,14 @@ def altered(log: Log, seed: int, folder: Path) -> Path:
         speeds = [f"velocities[{k}]" for k in range(6)]
     for k, plain in enumerate(speeds):
         if "uvwpqr"[k] in log.velocity_names and "uvwpqr"[k] not in dropped:
-            scale, said = (float(factor), unit) if k < 3 else (degrees, f"{turn}/s")
-            columns[name(plain, str(said))] = body[:, k] / scale
+            scale, unit = (float(factor), unit) if k < 3 else (degrees, f"{turn}/s")
+            columns[name(plain, str(unit))] = body[:, k] / scale
     if log.attitude is not None:
         for k, plain in enumerate(angles):
             if k == 2 or "p" in log.velocity_names:
                 columns[name(plain, turn)] = euler[:, k] / degrees
     if is_placed and position is not None:
-        for k, plain in enumerate(places):
+        for k, plain in enumerate(positions):
             if k < 2 or "w" in log.velocity_names:
                 columns[name(plain, "m")] = position[:, k]
     for plain in log.command_names:
@@ -115,10 +115,10 @@ def altered(log: Log, seed: int, folder: Path) -> Path:
 def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
     kinds = ["npz", "mat"] if is_array else ["csv", "tsv", "comma", "gz", "npz", "parquet", "day"]
     kind = str(rng.choice(kinds))
-    start, said, scale = [(0.0, "t", 1.0), (1.7e9, "timestamp", 1.0), (5.0, "time_ms", 1e3)][
+    start, unit, scale = [(0.0, "t", 1.0), (1.7e9, "timestamp", 1.0), (5.0, "time_ms", 1e3)][
         rng.integers(3)
     ]
-    stamps = {said: (start + ticks) * scale}
+    stamps = {unit: (start + ticks) * scale}
     path = folder / f"log.{kind}"
     if kind == "day":
         return write(folder / "log.csv", {"Time": clock(80000 + ticks), **columns})
@@ -131,12 +131,12 @@ def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
         for key in table:
             stem = key.partition("[")[0] if is_array else key
             if stem not in grouped:
-                parts = [
-                    table[one]
-                    for one in table
-                    if one == key or (is_array and one.startswith(f"{stem}["))
+                tables = [
+                    table[item]
+                    for item in table
+                    if item == key or (is_array and item.startswith(f"{stem}["))
                 ]
-                grouped[stem] = np.column_stack(parts).squeeze()
+                grouped[stem] = np.column_stack(tables).squeeze()
         np.savez(path, **grouped) if kind == "npz" else savemat(path, grouped)
     elif kind == "gz":
         plain = write(folder / "log.csv", table, form="%.15g")
@@ -152,13 +152,13 @@ def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
 
 def amiss(found: Probe, log: Log, known: Log) -> list[str]:
     """Return channels that are other than known, unless it is told that the axes may be."""
-    at, told = log.elapsed, []
+    at, messages = log.elapsed, []
     signs = [np.ones(6)]
     if found.roles.vertical_axis.confidence < SURE:
         signs.append(np.array([1.0, -1, -1, 1, -1, -1]))
-    true = np.column_stack([np.interp(at, known.elapsed, one) for one in known.velocity.T])
+    true = np.column_stack([np.interp(at, known.elapsed, item) for item in known.velocity.T])
     spread = np.maximum(known.velocity.std(axis=0), 1e-3)
-    apart = min(
+    difference = min(
         (np.sqrt(np.mean((log.velocity - true * sign) ** 2, axis=0)) / spread for sign in signs),
         key=np.sum,
     )
@@ -168,22 +168,22 @@ def amiss(found: Probe, log: Log, known: Log) -> list[str]:
     for k, name in enumerate("uvwpqr"):
         if name in derived.partition("`")[2]:
             continue  # as noisy as the attitude or the position
-        if name in log.velocity_names and name in known.velocity_names and apart[k] > 0.02:
-            told.append(f"{name} by {apart[k]:.2g}")
+        if name in log.velocity_names and name in known.velocity_names and difference[k] > 0.02:
+            messages.append(f"{name} by {difference[k]:.2g}")
         if name in known.velocity_names and name not in log.velocity_names:
-            told.append(f"no {name}")
+            messages.append(f"no {name}")
     if log.attitude is not None and known.attitude is not None:
         near = np.searchsorted(known.elapsed, at).clip(0, known.n - 1)
-        one, other = (
+        first, second = (
             Rotation.from_quat(it, scalar_first=True) for it in (log.attitude, known.attitude[near])
         )
         flip = Rotation.from_euler("X", [[180.0]], degrees=True)[0]
-        sizes = [np.median((one * other.inv()).magnitude())]
+        sizes = [np.median((first * second.inv()).magnitude())]
         if len(signs) > 1:
-            sizes.append(np.median((one * (flip * other * flip).inv()).magnitude()))
+            sizes.append(np.median((first * (flip * second * flip).inv()).magnitude()))
         if min(sizes) > 0.05:
-            told.append(f"attitude by {min(sizes):.2g}")
-    return told
+            messages.append(f"attitude by {min(sizes):.2g}")
+    return messages
 
 
 @pytest.mark.parametrize("part", range(10))
@@ -191,14 +191,14 @@ def test_seeds(part: int, tmp_path: Path, measured_logs: Callable[[str], Path]) 
     folder = measured_logs("campaigns").parent
     for seed in range(part, SEEDS, 10):
         known = base(folder, seed)
-        place = tmp_path / str(seed)
-        place.mkdir()
-        path = altered(known, seed, place)
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        path = altered(known, seed, folder)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = probe(read_recording(path))
-            if found.draft.confidence < MIN_DRAFT_CONFIDENCE:
+            probed = probe(read_recording(path))
+            if probed.draft.confidence < MIN_DRAFT_CONFIDENCE:
                 continue
-            assert amiss(found, found.mapping().log(read_recording(path)), known) == [], (
-                f"{seed}\n{found.draft.text}"
+            assert amiss(probed, probed.mapping().log(read_recording(path)), known) == [], (
+                f"{seed}\n{probed.draft.text}"
             )

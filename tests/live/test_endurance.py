@@ -12,6 +12,7 @@ import pytest
 from hydrodamp.ingest.formats.mavlink import Decoder
 from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.live import sources
+from hydrodamp.live.bounded_queue import BoundedQueue
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup, Motion
@@ -20,7 +21,7 @@ from live.conftest import run_live
 
 def received(reader, datagrams):
     """Return what a reader of a socket makes of datagrams."""
-    queue = sources.BoundedQueue()
+    queue = BoundedQueue()
     sent = (datagram[: sources.MAX_DATAGRAM_SIZE] for datagram in datagrams)
     reader(SimpleNamespace(receive=lambda _: sent))(queue)
     assert queue.dropped == 0

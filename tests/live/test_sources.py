@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from hydrodamp.live import sources
+from hydrodamp.live.bounded_queue import BoundedQueue, SourceError
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.sources import open_source
 
@@ -24,14 +25,14 @@ def test_an_error_of_a_reader_is_raised_behind_what_it_read():
         queue.put({"time": 1.0})
         raise OSError("the cable is cut")
 
-    queue, rows = sources.BoundedQueue().start_reader(read), []
-    with pytest.raises(sources.SourceError, match="OSError: the cable is cut"):
+    queue, rows = BoundedQueue().start_reader(read), []
+    with pytest.raises(SourceError, match="OSError: the cable is cut"):
         rows.extend(queue)
     assert rows == [{"time": 1.0}]
 
 
 def test_blank_lines_of_a_datagram_are_no_samples():
-    queue = sources.BoundedQueue()
+    queue = BoundedQueue()
     receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
     datagrams = sources.DatagramSocket(receiver)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -56,7 +57,7 @@ def test_a_socket_is_closed_at_the_end():
 def test_what_the_kernel_drops_is_counted():
     receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    datagrams, queue = sources.DatagramSocket(receiver), sources.BoundedQueue()
+    datagrams, queue = sources.DatagramSocket(receiver), BoundedQueue()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k in range(500):
             sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())

@@ -6,8 +6,8 @@ from hydrodamp.report.comparison_tables import (
     detail_tables,
     horizon_tables,
     replay_table,
-    run_tables,
     score_table,
+    segment_tables,
     summary_tables,
 )
 from hydrodamp.report.table import to_text
@@ -33,7 +33,7 @@ def test_remarks_say_what_happened_where(comparison):
     assert "fossen by ls diverged in segment dive after 12.3 s, segment turn after 0.1 s." in notes
     assert "[ls: uncoupled]" in notes
     assert "[ls: coe]" in notes
-    assert "~ not settled" in notes
+    assert "~ not converged" in notes
     assert "[ai: linear, fossen]" in notes
 
 
@@ -107,15 +107,15 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     lost = hd.HorizonScore(10.0, second.score, 4, 1)
     rows = (replace(own, windows=windows), replace(second, windows=lost))
     found = replace(comparison, rows=rows)
-    runs, parts = to_text(run_tables(found)[0]), to_text(horizon_tables(found)[0])
+    runs, parts = to_text(segment_tables(found)[0]), to_text(horizon_tables(found)[0])
     assert "dive   turn" in runs
     assert "0.200  0.800" in runs
     assert "windows of 10 s" in parts
     assert "25 % off" in parts
-    assert not run_tables(comparison)
+    assert not segment_tables(comparison)
     alike = {"run_11_40": 0.2, "run_11_46": 0.8}
     named = replace(own, score=replace(first.score, rms_by_segment=alike))
-    (grid,) = run_tables(replace(comparison, rows=(named,)))
+    (grid,) = segment_tables(replace(comparison, rows=(named,)))
     assert grid.title.endswith(", run_11_…")
     assert grid.header == ("model", "method", "40", "46")
     assert not horizon_tables(comparison)

@@ -61,7 +61,7 @@ def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
     tied = replace(fit, damping=replace(fit.damping, covariance=covariance))
     found = grades(tied, Grade.NOT_DETERMINED, X_u=Cause.NOT_SIGNIFICANT, X_v=Cause.NOISE)
     grid = fit_table(tied, found)
-    words = ("not determined: wide", "not determined: noise", "not determined")
+    words = ("not determined: not significant", "not determined: noise", "not determined")
     assert column(grid, "grade")[:3] == words
     assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.NOT_SIGNIFICANT.value)
     assert grid.notes[-1].endswith("in combination: X_u with X_w.")

@@ -41,7 +41,7 @@ def test_the_lowest_error_names_its_runner_up():
     assert (choice.row, choice.runner_up) == (LARGE, LINEAR)
     assert str(choice) == (
         "large by ls (0.5): lowest RMS error of 4 replays; runner-up linear by ls (0.51), +2 %"
-        ". Left out: 1 replay that diverged, failed or did not settle."
+        ". Excluded: 1 replay that diverged, failed or did not converge."
     )
 
 
@@ -58,8 +58,8 @@ def test_fewer_coefficients_are_taken_where_no_run_tells_the_two_apart():
     choice = select_row([large, small, Entry("tiny", 12, 0.9, rms_by_fold=(0.5, 0.9, 1.3))])
     assert (choice.row, choice.runner_up) == (small, large)
     assert choice.sentence == (
-        "small by ls (0.51): 44 coefficients, and the 3 parts held out do not tell it from the "
-        "lowest RMS error, that of large by ls (0.5) with 248."
+        "small by ls (0.51): 44 coefficients; on the 3 held-out parts it is within one standard "
+        "error of the lowest RMS error, large by ls (0.5) with 248."
     )
 
 
@@ -79,7 +79,7 @@ def test_fits_that_have_not_settled_are_left_out_unless_none_has():
     assert select_row([loose, *ROWS]).row is LARGE
     only = select_row([loose])
     assert (only.row, only.runner_up) == (loose, None)
-    assert str(only) == ("loose by ai (0.1), which was compared with no other. No fit has settled.")
+    assert str(only) == "loose by ai (0.1), the only row. No fit has converged."
 
 
 def test_without_an_error_there_is_no_choice():

@@ -44,7 +44,7 @@ def test_examples_in_the_comments_are_valid():
 def test_sizes_in_other_units_are_refused(sizes):
     """A hull of 2 m by 0.19 m displaces 39 kg as a spheroid and 58 kg as a cylinder."""
     length, diameter, mass = sizes
-    with pytest.raises(VehicleError, match="give metres and kilograms"):
+    with pytest.raises(VehicleError, match="metres and kilograms"):
         vehicle_template(length=length, diameter=diameter, mass=mass)
 
 

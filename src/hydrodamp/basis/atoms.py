@@ -51,19 +51,19 @@ ZERO_WITHOUT = {**CONTENT, PROPULSION: "", "V_v": "v", "V_w": "w"}
 
 
 def is_absolute(atom: str) -> bool:
-    """Tell whether an atom is an absolute value, ``|r|`` or ``|rudder|``."""
+    """Whether an atom is an absolute value, ``|r|`` or ``|rudder|``."""
     return atom.startswith("|")
 
 
 def atom_index(atom: str, channels: Sequence[str] = ()) -> int:
-    """Return the place of an atom in the kernels' table."""
+    """Return the index of an atom in the table of the C core."""
     if atom in ATOM_PLACE:
         return ATOM_PLACE[atom]
     name = atom.strip("|")
     if name not in channels:
         raise TermError(no_such("channel", name, channels))
-    place = FIRST_CHANNEL + list(channels).index(name)
-    return place + len(channels) if is_absolute(atom) else place
+    index = FIRST_CHANNEL + list(channels).index(name)
+    return index + len(channels) if is_absolute(atom) else index
 
 
 #: Names with a meaning of their own, in logs or in terms.
@@ -98,7 +98,7 @@ def check_command_name(name: str) -> None:
     if name in RESERVED:
         raise TermError(f"Command name `{name}` is reserved. Rename it, to 'cmd_{name}' say.")
     if PRODUCT.fullmatch(name):
-        product = "*".join(found.group(0) for found in SYMBOL.finditer(name))
+        product = "*".join(match.group(0) for match in SYMBOL.finditer(name))
         raise TermError(
             f"Command name `{name}` reads as the product {product}. Rename it, to 'cmd_{name}' say."
         )

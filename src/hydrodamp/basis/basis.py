@@ -231,7 +231,7 @@ class Basis:
         return iter(self.terms)
 
     def __contains__(self, term: object) -> bool:
-        """Tell whether the basis holds a term, given as a term or as its spelling."""
+        """Whether the basis contains a term, given as a term or as its spelling."""
         return (Term.parse(term) if isinstance(term, str) else term) in self.terms
 
     def __str__(self) -> str:
@@ -239,7 +239,7 @@ class Basis:
         return " ".join(map(str, self.terms))
 
 
-_GRID = " ".join(f"{one}|{other}|" for one in VELOCITIES for other in VELOCITIES)
+_GRID = " ".join(f"{first}|{second}|" for first in VELOCITIES for second in VELOCITIES)
 _PAPER_SPELLINGS = f"""
 u v w p q r u^2 v^2 w^2 p^2 q^2 r^2 |u| |v| |w| |p| |q| |r| {_GRID}
 uv uw up uq ur vp vq vr vw wp wq wr pq pr qr vV wV qV rV |w|V |r|V_v |q|V_w
@@ -249,13 +249,13 @@ u^2(eta-1) v^2(eta-1) w^2(eta-1) uv(eta-1) uw(eta-1) uq(eta-1) ur(eta-1) vV(eta-
 #: The 85 terms of the paper's eight models together, in canonical order.
 UNION = Basis.of(*_PAPER_SPELLINGS.split())
 
-_UNION_PLACE = {term: place for place, term in enumerate(UNION.terms)}
+_UNION_INDEX = {term: index for index, term in enumerate(UNION.terms)}
 
 
 def canonical_key(term: Term) -> tuple[object, ...]:
     """Return what terms are sorted by."""
-    place = _UNION_PLACE.get(term, len(_UNION_PLACE))
-    return place, len(term.factors), tuple(atom_key(factor) for factor in term.factors)
+    index = _UNION_INDEX.get(term, len(_UNION_INDEX))
+    return index, len(term.factors), tuple(atom_key(factor) for factor in term.factors)
 
 
 def _spread(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:

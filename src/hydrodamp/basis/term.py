@@ -123,7 +123,7 @@ class Term:
         return any(factor.startswith("down_") for factor in self.factors)
 
     def vanishes_without(self, locked: Collection[str]) -> bool:
-        """Tell whether the term is identically zero while some velocities are zero.
+        """Whether the term is identically zero while some velocities are zero.
 
         Parameters
         ----------
@@ -156,13 +156,13 @@ class Term:
         >>> Term.parse("v|r|").latex()
         'v\\lvert r\\rvert'
         """
-        parts = [
+        factors = [
             _latex_atom(atom) + (f"^{{{count}}}" if count > 1 else "")
             for atom, count in Counter(self.factors).items()
         ]
         if self.commands:
-            return r"\,".join(parts)
-        return re.sub(r"\\rvert(?=[A-Za-z])", r"\\rvert ", "".join(parts)) or "1"
+            return r"\,".join(factors)
+        return re.sub(r"\\rvert(?=[A-Za-z])", r"\\rvert ", "".join(factors)) or "1"
 
     def __str__(self) -> str:
         """Return the canonical spelling."""
@@ -175,10 +175,10 @@ class Term:
 
 @lru_cache(maxsize=4096)
 def _parse(text: str) -> Term:
-    whole = text.strip()
-    if not whole:
+    stripped = text.strip()
+    if not stripped:
         raise TermError(f"A term must not be empty. {_ADVICE}")
-    pieces = (_read_piece(piece.strip(), whole) for piece in whole.split("*"))
+    pieces = (_read_piece(piece.strip(), stripped) for piece in stripped.split("*"))
     return Term(tuple(atom for piece in pieces for atom in piece))
 
 
@@ -210,7 +210,7 @@ def canonical(atoms: Iterable[str]) -> tuple[str, ...]:
 
 
 def _read_piece(piece: str, text: str) -> list[str]:
-    """Read what stands between two '*': reserved symbols side by side, or one command."""
+    """Parse the text between two '*': a product of reserved symbols, or one command."""
     if piece == "1":
         return ["1"]
     product = PRODUCT.match(piece)

@@ -1,1 +1,1 @@
-"""A season of logs: each folded by itself, merged by group, one table out."""
+"""Batch identification: sufficient statistics of many logs, fits of groups, change points."""

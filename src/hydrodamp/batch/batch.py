@@ -1,4 +1,4 @@
-"""The verb: many logs in, a fit for each group out, and what has changed between them."""
+"""Batch identification: a fit for each group of logs, and change points between the groups."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrodamp.batch.cache import StatisticsCache
 from hydrodamp.batch.changepoints import ChangePoint, find_change_points
-from hydrodamp.batch.discovery import digest_of_recording, expand_addresses
+from hydrodamp.batch.discovery import ResolvedMapping, digest_of_recording, expand_addresses
 from hydrodamp.batch.executor import Failure, WorkerPool, open_pool
 from hydrodamp.batch.grouping import (
     DATES,
@@ -24,7 +24,6 @@ from hydrodamp.batch.grouping import (
     group_order,
     sort_groups,
 )
-from hydrodamp.batch.recordings import ResolvedMapping
 from hydrodamp.batch.sufficient_statistics import (
     LogStatistics,
     grade_statistics,
@@ -41,8 +40,8 @@ from hydrodamp.identification.methods import find_method
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Methods of which a log leaves triangles.
-SUMMARISING = LeastSquares | WeakForm
+#: Methods with sufficient statistics.
+SummarisingMethod = LeastSquares | WeakForm
 
 Fits = tuple[Fit | None, ...]
 
@@ -54,18 +53,18 @@ class GroupFit:
     Attributes
     ----------
     group : tuple of str
-        What its logs have in common, a word for each way of grouping.
+        A label for each grouping key.
     start : float
-        When the first of them begins, by its clock [s].
+        Clock time of the first sample [s].
     n_logs : int
-        How many there are.
+        Number of logs.
     fit : Fit
-        Of all of them.
+        Estimate from all of them.
     rms : float or None
-        Error of equation 24 of a replay of the first log with a fit to the others; None where
-        there are no others, or it diverged.
+        RMS error (equation 24) of a replay of the first log with a fit to the others; None for a
+        single log or a divergence.
     grades : tuple of Grade
-        How well each coefficient is determined; empty where logs are not folded.
+        Grade of each coefficient; empty for methods without sufficient statistics.
     """
 
     group: Group
@@ -83,15 +82,15 @@ class BatchResult:
     Attributes
     ----------
     by : tuple of str
-        How logs were grouped.
+        Grouping keys.
     fits : tuple of GroupFit
-        Group by group in the order of ``order``, model by model.
+        By group, in the order of ``order``, and by model.
     failed : dict of str to str
-        Logs that a fit lacks, each with the reason.
+        Logs that could not be used, each with the reason.
     n_cached : int
-        How many logs were folded in an earlier run.
+        Number of logs whose statistics were in the cache.
     duplicates : dict of str to str
-        Logs that are left out, as their group has another log with the same content: which.
+        Logs that are omitted, each with the log of the same group and content.
     """
 
     by: tuple[str, ...]
@@ -102,29 +101,29 @@ class BatchResult:
 
     @cached_property
     def order(self) -> str:
-        """What orders the groups: `date`, `clock`, or `name` where clocks count from boot."""
-        return group_order(self.by, [one.start for one in self.fits])
+        """The key that orders the groups: `date`, `clock`, or `name` if clocks count from boot."""
+        return group_order(self.by, [fit.start for fit in self.fits])
 
     @cached_property
     def time_series(self) -> dict[str, tuple[GroupFit, ...]]:
-        """The fits of a model in the order of time, of groups alike but for their day or month."""
+        """The fits of a model in the order of time, for each combination of the other keys."""
         timed = not DATES.isdisjoint(self.by)
-        found = dict[str, tuple[GroupFit, ...]]()
-        for one in self.fits:
-            pairs = zip(self.by, one.group, strict=True)
-            alike = [part for way, part in pairs if timed and way not in DATES]
-            name = " ".join((one.fit.model.key, *alike))
-            found[name] = (*found.get(name, ()), one)
-        return found
+        series = dict[str, tuple[GroupFit, ...]]()
+        for group_fit in self.fits:
+            pairs = zip(self.by, group_fit.group, strict=True)
+            labels = [label for key, label in pairs if timed and key not in DATES]
+            name = " ".join((group_fit.fit.model.key, *labels))
+            series[name] = (*series.get(name, ()), group_fit)
+        return series
 
     @cached_property
     def changes(self) -> dict[str, tuple[ChangePoint, ...]]:
-        """What changed for good between the days or months of each course."""
+        """The change points of each time series of days or months."""
         if DATES.isdisjoint(self.by):
             return {}
         return {
-            name: find_change_points([one.fit for one in its])
-            for name, its in self.time_series.items()
+            name: find_change_points([each.fit for each in series])
+            for name, series in self.time_series.items()
         }
 
 
@@ -147,44 +146,44 @@ def batch(
     Parameters
     ----------
     logs : str, path, or iterable of them
-        Files, folders with all logs beneath them, patterns, or URLs that fsspec knows.
+        Files, folders with their subfolders, patterns, or URLs that fsspec supports.
     vehicle : Vehicle or iterable of Vehicle
-        Everything known. Of several, a log is of the one whose name its path holds, and ``by``
-        must hold ``vehicle``.
+        Known parameters. With several vehicles, the path of each log must contain the name of
+        one, and ``by`` must contain ``vehicle``.
     models : DampingModel or iterable of DampingModel
-        Which terms.
+        Damping models.
     method : str or Method
-        ``weak`` and ``ls`` fold each log into triangles; every other method reads the logs of a
-        group together.
+        ``weak`` and ``ls`` reduce each log to sufficient statistics; other methods read all logs
+        of a group at once.
     by : sequence of str
-        ``vehicle``, ``day``, ``month`` (of the clock, else of the path), ``folder``, or patterns
-        that the path holds: regular expressions, of which the first group counts.
+        ``vehicle``, ``day``, ``month`` (of the clock, else of the path), ``folder``, or regular
+        expressions for the path, of which the first group is the label.
     mapping : str, optional
         As for :func:`read_log`.
     client : Executor or distributed.Client, optional
-        Where the work is done; by default processes of this machine.
+        Executor of the work; by default local processes.
     workers : int, optional
-        How many of those.
+        Number of local processes.
     cache : str or path, optional
-        Folder of the folds of logs: a log is folded once.
+        Folder of cached statistics: each log is reduced once.
     timeout : float
-        How long the work on one log may take from its start on a worker [s].
+        Longest work on one log, from its start on a worker [s].
     exclude : str or path, optional
-        Folder whose files are no logs, such as that of the results.
+        Folder whose files are not logs, such as that of the results.
 
     Returns
     -------
-    season : Season
-        The fits, and the logs that are in none of them.
+    result : BatchResult
+        The fits, and the logs that could not be used.
 
     Raises
     ------
     FileError
-        If an address matches no log, or its store cannot be reached.
+        If an address matches no log, or its store is unreachable.
     LogError
         If the mapping is wrong.
     MethodError
-        If there is no such method or way of grouping, or ``timeout`` is not positive.
+        If a method or grouping key is unknown, or ``timeout`` is not positive.
     ProblemError
         If no log could be used.
 
@@ -193,36 +192,40 @@ def batch(
     >>> from concurrent.futures import ThreadPoolExecutor
     >>> from tempfile import TemporaryDirectory
     >>> import hydrodamp as hd
-    >>> dives, where = hd.reenact(duration=60.0), TemporaryDirectory()
-    >>> hd.write_log(dives.train, f"{where.name}/dive-2026-05-01.csv")
-    >>> with ThreadPoolExecutor(1) as here:
-    ...     season = batch(where.name, dives.vehicle, hd.catalog["linear"], client=here)
-    >>> season.fits[0].group, season.fits[0].n_logs
+    >>> dives, folder = hd.reenact(duration=60.0), TemporaryDirectory()
+    >>> hd.write_log(dives.train, f"{folder.name}/dive-2026-05-01.csv")
+    >>> with ThreadPoolExecutor(1) as executor:
+    ...     result = batch(folder.name, dives.vehicle, hd.catalog["linear"], client=executor)
+    >>> result.fits[0].group, result.fits[0].n_logs
     (('2026-05-01',), 1)
-    >>> where.cleanup()
+    >>> folder.cleanup()
     """
-    way = find_method(method) if isinstance(method, str) else method
-    asked = (models,) if isinstance(models, DampingModel) else tuple(models)
-    crafts = (vehicle,) if isinstance(vehicle, Vehicle) else tuple(vehicle)
-    check_grouping(by, crafts)
+    identifier = find_method(method) if isinstance(method, str) else method
+    model_list = (models,) if isinstance(models, DampingModel) else tuple(models)
+    vehicles = (vehicle,) if isinstance(vehicle, Vehicle) else tuple(vehicle)
+    check_grouping(by, vehicles)
     demand(timeout > 0.0, "timeout", "positive", timeout)
-    given = [logs] if isinstance(logs, str | os.PathLike) else logs
+    log_list = [logs] if isinstance(logs, str | os.PathLike) else logs
     resolved = ResolvedMapping.of(mapping)
-    addresses = expand_addresses((str(each) for each in given), resolved, exclude)
+    addresses = expand_addresses(map(str, log_list), resolved, exclude)
     folder = None if cache is None else Path(cache)
-    caches = {each.name: StatisticsCache(folder, each, asked, way, resolved) for each in crafts}
+    caches = {
+        each.name: StatisticsCache(folder, each, model_list, identifier, resolved)
+        for each in vehicles
+    }
     with open_pool(client, workers, timeout) as pool:
         groups = _read_groups(addresses, caches, tuple(by), pool)
-        fits = _fit_groups(groups, asked, way, pool)
+        fits = _fit_groups(groups, model_list, identifier, pool)
+    failed = {log: reason.removeprefix(f"{log}: ") for log, reason in groups.failed.items()}
     if not fits:
-        reasons = "; ".join(f"{log}: {why}" for log, why in [*groups.failed.items()][:3])
+        reasons = "; ".join(f"{log}: {reason}" for log, reason in [*failed.items()][:3])
         raise ProblemError(f"none of {len(addresses)} logs could be used. {reasons}")
-    return BatchResult(tuple(by), fits, groups.failed, groups.n_cached, groups.duplicates)
+    return BatchResult(tuple(by), fits, failed, groups.n_cached, groups.duplicates)
 
 
 @dataclass
 class _Group:
-    """Logs of a group so far; the folds of all but the first are a tree, in their order."""
+    """Logs of a group; the statistics of all but the first are merged in a binary tree."""
 
     cache: StatisticsCache
     logs: list[str] = field(default_factory=list)
@@ -230,33 +233,33 @@ class _Group:
     first: LogStatistics | None = None
     tree: list[LogStatistics | None] = field(default_factory=list)
 
-    def add(self, log: str, start: float, folded: LogStatistics | None) -> None:
-        """Add a log; its fold is carried up as in a binary counter, whoever was faster."""
+    def add(self, log: str, start: float, statistics: LogStatistics | None) -> None:
+        """Add a log; merge statistics of equal numbers of logs, as a binary counter carries."""
         self.logs.append(log)
         self.start = min(self.start, start)
-        if folded is None or len(self.logs) == 1:
-            self.first = folded
+        if statistics is None or len(self.logs) == 1:
+            self.first = statistics
             return
-        for level, there in enumerate(self.tree):
-            if there is None:
-                self.tree[level] = folded
+        for level, merged in enumerate(self.tree):
+            if merged is None:
+                self.tree[level] = statistics
                 return
-            folded, self.tree[level] = there.merge(folded), None
-        self.tree.append(folded)
+            statistics, self.tree[level] = merged.merge(statistics), None
+        self.tree.append(statistics)
 
     @property
-    def others(self) -> LogStatistics | None:
-        """All but the first."""
-        found: LogStatistics | None = None
-        for one in filter(None, self.tree):
-            found = one if found is None else one.merge(found)
-        return found
+    def without_first(self) -> LogStatistics | None:
+        """Statistics of all logs but the first; None for a single log."""
+        merged: LogStatistics | None = None
+        for statistics in filter(None, self.tree):
+            merged = statistics if merged is None else statistics.merge(merged)
+        return merged
 
     @property
-    def folded(self) -> LogStatistics | None:
-        """All logs; None where they are not folded."""
-        rest = self.others
-        return self.first if rest is None or self.first is None else self.first.merge(rest)
+    def statistics(self) -> LogStatistics | None:
+        """Statistics of all logs; None for methods without."""
+        later = self.without_first
+        return self.first if later is None or self.first is None else self.first.merge(later)
 
 
 @dataclass
@@ -272,116 +275,122 @@ class _Groups:
 def _read_groups(
     addresses: Sequence[str],
     caches: dict[str, StatisticsCache],
-    by: tuple[str, ...],
+    by: Sequence[str],
     pool: WorkerPool,
 ) -> _Groups:
-    """Fold each log, or read its start, and add it to its group."""
-    found, groups, own = _Groups(), dict[Group, _Group](), dict[str, StatisticsCache]()
+    """Compute the statistics of each log, or read its start, and assign it to its group."""
+    result, groups, cache_of = _Groups(), dict[Group, _Group](), dict[str, StatisticsCache]()
     first_logs: dict[tuple[Group, str], str] = {}
     for log in addresses:
         try:
-            own[log] = caches[assign_vehicle(log, [*caches])]
+            cache_of[log] = caches[assign_vehicle(log, [*caches])]
         except HydrodampError as error:
-            found.failed[log] = str(error)
-    calls = [(cache, log) for log, cache in own.items()]
-    results: Any = pool.map(_read_log, calls, "reading logs")
-    for (log, cache), result in zip(own.items(), results, strict=True):
-        if isinstance(result, Failure):
-            found.failed[log] = result
+            result.failed[log] = str(error)
+    calls = [(cache, log) for log, cache in cache_of.items()]
+    answers: Any = pool.map(_read_log, calls, "reading logs")
+    for (log, cache), answer in zip(cache_of.items(), answers, strict=True):
+        if isinstance(answer, Failure):
+            result.failed[log] = answer
             continue
-        start, folded, digest, is_cached = result
+        start, statistics, digest, is_cached = answer
         try:
             group = assign_group(by, log, cache.vehicle.name, start)
         except HydrodampError as error:
-            found.failed[log] = str(error)
+            result.failed[log] = str(error)
             continue
         if (first := first_logs.setdefault((group, digest), log)) != log:
-            found.duplicates[log] = first
+            result.duplicates[log] = first
             continue
-        found.n_cached += is_cached
-        groups.setdefault(group, _Group(cache)).add(log, start, folded)
-    order = sort_groups(by, {group: one.start for group, one in groups.items()})
-    found.groups = {group: groups[group] for group in order}
-    return found
+        result.n_cached += is_cached
+        groups.setdefault(group, _Group(cache)).add(log, start, statistics)
+    order = sort_groups(by, {name: group.start for name, group in groups.items()})
+    result.groups = {name: groups[name] for name in order}
+    return result
 
 
 def _read_log(cache: StatisticsCache, log: str) -> tuple[float, LogStatistics | None, str, bool]:
-    """Return start, fold (None where methods fold nothing), digest, and if the cache had it."""
-    if not isinstance(cache.method, SUMMARISING):
+    """Return start, statistics (None for methods without), digest, and whether it was cached."""
+    if not isinstance(cache.method, SummarisingMethod):
         digest = digest_of_recording(log, cache.mapping)
         return read_start(log, cache.mapping), None, digest, False
-    folded, digest, is_cached = cache.summarise(log)
-    return folded.start, folded, digest, is_cached
+    statistics, digest, is_cached = cache.summarise(log)
+    return statistics.start, statistics, digest, is_cached
 
 
 def _fit_groups(
-    found: _Groups, models: tuple[DampingModel, ...], method: Method, pool: WorkerPool
+    groups: _Groups, models: tuple[DampingModel, ...], method: Method, pool: WorkerPool
 ) -> tuple[GroupFit, ...]:
     """Fit each group; replay its first log with a fit to the others."""
-    several = {group: one for group, one in found.groups.items() if len(one.logs) > 1}
-    if isinstance(method, SUMMARISING):
-        failed = found.failed
-        whole = {name: _solve(one, one.folded, failed) for name, one in found.groups.items()}
-        others = {name: _solve(one, one.others, None) for name, one in several.items()}
+    several = {name: group for name, group in groups.groups.items() if len(group.logs) > 1}
+    if isinstance(method, SummarisingMethod):
+        fits = {
+            name: _solve(group, group.statistics, groups.failed)
+            for name, group in groups.groups.items()
+        }
+        test_fits = {
+            name: _solve(group, group.without_first, {}) for name, group in several.items()
+        }
     else:
-        logs = {name: one.logs for name, one in found.groups.items()}
-        whole = _identify(logs, found, pool)
-        others = _identify({name: one.logs[1:] for name, one in several.items()}, found, pool)
+        logs = {name: group.logs for name, group in groups.groups.items()}
+        fits = _identify(logs, groups, pool)
+        later_logs = {name: group.logs[1:] for name, group in several.items()}
+        test_fits = _identify(later_logs, groups, pool)
     replays = [
-        (one.logs[0], one.cache.vehicle, others[name], one.cache.mapping)
-        for name, one in several.items()
-        if name in others
+        (group.logs[0], group.cache.vehicle, test_fits[name], group.cache.mapping)
+        for name, group in several.items()
+        if name in test_fits
     ]
-    results = pool.map(replay_log, replays, "replaying")
+    answers = pool.map(replay_log, replays, "replaying")
     none = (None,) * len(models)
     errors = {
-        name: none if isinstance(one, Failure) else one
-        for name, one in zip(others, results, strict=True)
+        name: none if isinstance(answer, Failure) else answer
+        for name, answer in zip(test_fits, answers, strict=True)
     }
     return tuple(
-        GroupFit(name, one.start, len(one.logs), fit, rms, grade_statistics(one.folded, fit))
-        for name, one in found.groups.items()
-        if name in whole
-        for fit, rms in zip(whole[name], errors.get(name, none), strict=True)
+        GroupFit(
+            name, group.start, len(group.logs), fit, rms, grade_statistics(group.statistics, fit)
+        )
+        for name, group in groups.groups.items()
+        if name in fits
+        for fit, rms in zip(fits[name], errors.get(name, none), strict=True)
         if fit is not None
     )
 
 
-def _solve(group: _Group, folded: LogStatistics | None, failed: dict[str, str] | None) -> Fits:
-    """Solve each model; None, and the logs among those that failed, where that is not finite."""
-    if folded is None:
+def _solve(group: _Group, statistics: LogStatistics | None, failed: dict[str, str]) -> Fits:
+    """Solve each model; where the estimate is not finite, None, and the logs fail."""
+    if statistics is None:
         return ()
     fits: list[Fit | None] = []
     for model in group.cache.models:
         try:
-            fits.append(solve_model(folded, group.cache.vehicle, model, group.cache.method))
+            fits.append(solve_model(statistics, group.cache.vehicle, model, group.cache.method))
         except ProblemError as error:
             fits.append(None)
-            if failed is not None:
-                failed |= dict.fromkeys(group.logs, str(error))
+            failed |= dict.fromkeys(group.logs, str(error))
     return tuple(fits)
 
 
-def _identify(logs: dict[Group, list[str]], found: _Groups, pool: WorkerPool) -> dict[Group, Fits]:
-    """Identify from all logs of each group at once; a group that fails, fails with its logs."""
-    caches = {name: found.groups[name].cache for name in logs}
+def _identify(logs: dict[Group, list[str]], groups: _Groups, pool: WorkerPool) -> dict[Group, Fits]:
+    """Identify from all logs of each group at once; the logs of a group fail together."""
+    caches = {name: groups.groups[name].cache for name in logs}
     calls = [
-        (logs[name], own.vehicle, own.models, own.method, own.mapping)
-        for name, own in caches.items()
+        (logs[name], cache.vehicle, cache.models, cache.method, cache.mapping)
+        for name, cache in caches.items()
     ]
     fits: dict[Group, Fits] = {}
-    results: Any = pool.map(identify_logs, calls, "identifying")
-    for name, result in zip(logs, results, strict=True):
-        if isinstance(result, Failure):
-            found.failed |= dict.fromkeys(logs[name], result)
+    answers: Any = pool.map(identify_logs, calls, "identifying")
+    for name, answer in zip(logs, answers, strict=True):
+        if isinstance(answer, Failure):
+            groups.failed |= dict.fromkeys(logs[name], answer)
         else:
-            fits[name] = tuple(_check_finite(fit, logs[name], found.failed) for fit in result)
+            fits[name] = tuple(_check_finite(fit, logs[name], groups.failed) for fit in answer)
     return fits
 
 
 def _check_finite(fit: Fit, logs: Sequence[str], failed: dict[str, str]) -> Fit | None:
     if np.isfinite(fit.damping.coefficients).all():
         return fit
-    why = f"the estimate of model '{fit.model.key}' is not finite."
-    failed |= dict.fromkeys(logs, why)
+    reason = f"the estimate of model '{fit.model.key}' is not finite."
+    failed |= dict.fromkeys(logs, reason)
     return None

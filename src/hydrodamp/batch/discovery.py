@@ -1,22 +1,125 @@
-"""Logs by their addresses: files, folders, patterns, URLs."""
+"""Discovery of recordings: addresses (files, folders, patterns, URLs), multi-file logs, digests."""
 
 from __future__ import annotations
 
 import glob
+import hashlib
+import json
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from hydrodamp.batch.recordings import ResolvedMapping, digest_files, group_files
+from hydrodamp.data.record import name_of_source
 from hydrodamp.errors import FileError, HydrodampError
 from hydrodamp.ingest.formats.files import SUFFIXES, is_bag, suffix_of
-from hydrodamp.ingest.formats.multi_file import PATH_JOINER, split_joined_paths
+from hydrodamp.ingest.formats.multi_file import PATH_JOINER, split_joined_paths, topic_names
+from hydrodamp.ingest.mapping.log_mapping import (
+    LogMapping,
+    load_content,
+    read_mapping,
+    resolve_extends,
+)
 
 _JOINT_URL = re.compile(re.escape(PATH_JOINER) + r"(?=\w+://)")
+
+
+@dataclass(frozen=True)
+class ResolvedMapping:
+    """A mapping with all mappings it extends, as text that can be sent to workers."""
+
+    name: str
+    text: str
+
+    @classmethod
+    def of(cls, mapping: str | None) -> ResolvedMapping | None:
+        """Resolve a mapping file or a preset; refuse a wrong one."""
+        if mapping is None:
+            return None
+        read_mapping(mapping)
+        content, _ = load_content(mapping)
+        assert isinstance(content, dict)
+        return cls(mapping, json.dumps(resolve_extends(content, Path(mapping)), default=str))
+
+    @property
+    def mapping(self) -> LogMapping:
+        """The parsed mapping."""
+        return _parse_mapping(self.name, self.text)
+
+
+@lru_cache
+def _parse_mapping(name: str, text: str) -> LogMapping:
+    return LogMapping.from_dict(json.loads(text), name)
+
+
+def group_files(files: Iterable[str], mapping: ResolvedMapping | None) -> list[str]:
+    """Return one address for each recording among files."""
+    if mapping is None:
+        return [*files]
+    topics, patterns = _topic_names(mapping), mapping.mapping.files
+    locations = {file: _split_path(file) for file in files}
+    n_topics = Counter(
+        folder for file, (folder, _) in locations.items() if name_of_source(file) in topics
+    )
+    recordings: dict[tuple[str, str], list[str]] = {}
+    for file, (folder, name) in locations.items():
+        run = _match_run(name, patterns)
+        is_folder = run is None and n_topics[folder] > 1  # a folder with a file for each topic
+        key = "" if is_folder else name if run is None else f"run {run}"
+        recordings.setdefault((folder, key), []).append(file)
+    return [_join_files(folder, key, names) for (folder, key), names in recordings.items()]
+
+
+def _split_path(file: str) -> tuple[str, str]:
+    if "://" in file:
+        folder, _, name = file.rpartition("/")
+        return folder, name
+    return str(Path(file).parent), Path(file).name
+
+
+def _join_files(folder: str, key: str, files: list[str]) -> str:
+    if "://" in files[0]:
+        return PATH_JOINER.join(files)
+    return files[0] if key else folder  # the reader finds the other files of `files` itself
+
+
+def _topic_names(mapping: ResolvedMapping) -> set[str]:
+    """Return the names of single-topic files; a folder with several of them is one recording."""
+    content = mapping.mapping
+    topics = {name for names in content.topics.values() for name in names} | set(content.topics)
+    columns = [choice.column for entry in content.entries for choice in entry.choices]
+    return topics | {column.rpartition(".")[0] for column in columns if "." in column}
+
+
+def _match_run(name: str, patterns: Mapping[str, str]) -> str | None:
+    for pattern in sorted(patterns.values(), key=len, reverse=True):
+        expression = re.escape(pattern).replace(r"\*", "(.*)", 1)
+        if match := re.fullmatch(expression, name):
+            return "".join(match.groups())
+    return None
+
+
+def digest_files(address: str, mapping: ResolvedMapping | None) -> str:
+    """Return the digest of the files of a local recording, with their names if several."""
+    files: list[Path] = []
+    for path in split_joined_paths(address):
+        files += sorted(path.rglob("*")) if path.is_dir() else [path]
+    if mapping is not None and mapping.mapping.files:
+        files = [*topic_names(files, mapping.mapping.files)]
+    files = [file for file in files if file.is_file()]
+    digest = hashlib.sha256()
+    for file in files:
+        if len(files) > 1:
+            digest.update(f"{file.name}\0".encode())
+        with file.open("rb") as stream:
+            digest.update(hashlib.file_digest(stream, "sha256").digest())
+    return digest.hexdigest()
 
 
 def expand_addresses(
@@ -26,7 +129,7 @@ def expand_addresses(
 ) -> list[str]:
     """Return the recordings that addresses match, in their order, each once.
 
-    Files in the folder ``exclude`` are no logs.
+    Files in the folder ``exclude`` are not logs.
     """
     files, faults = dict[str, str](), []
     skip = None if exclude is None else Path(exclude).resolve()
@@ -37,7 +140,7 @@ def expand_addresses(
             if path is None or skip is None or not path.is_relative_to(skip):
                 files.setdefault(file if path is None else str(path), file)
         if not matches:
-            faults.append(f"{address}: no log matches it; logs end in {' '.join(sorted(SUFFIXES))}")
+            faults.append(f"{address}: no log matches; logs end in {' '.join(sorted(SUFFIXES))}")
     if faults:
         raise FileError("\n".join(faults))
     if not files:
@@ -49,13 +152,13 @@ def _match(address: str) -> Iterator[str]:
     if "://" in address:
         yield from _match_remote(address)
         return
-    pattern = _spell_out(address)
+    pattern = _expand_stars(address)
     is_pattern = "*" in address and not Path(address).exists()
     for path in map(Path, sorted(glob.glob(pattern, recursive=True)) if is_pattern else [address]):
         if path.is_dir() and not is_bag(path):
             yield from _walk(path)
         elif path.exists() or (
-            len(parts := split_joined_paths(path)) > 1 and all(p.exists() for p in parts)
+            len(files := split_joined_paths(path)) > 1 and all(p.exists() for p in files)
         ):
             yield str(path)
 
@@ -66,47 +169,47 @@ def _match_remote(address: str) -> Iterator[str]:
         return
     with remote_errors(address):
         system, path = _open_store(address)
-        paths = system.glob(_spell_out(path)) if "*" in path else [path]
+        paths = system.glob(_expand_stars(path)) if "*" in path else [path]
         files = [file for each in paths for file in (system.find(each) or [each])]
         yield from [system.unstrip_protocol(file) for file in files if suffix_of(file) in SUFFIXES]
 
 
-def _spell_out(pattern: str) -> str:
+def _expand_stars(pattern: str) -> str:
     """Return a pattern whose ``**`` are folders: ``**.parquet`` means ``**/*.parquet``."""
-    parts = (
-        f"**/*{part.lstrip('*')}" if part.startswith("**") and part.strip("*") else part
-        for part in pattern.split("/")
+    names = (
+        f"**/*{name.lstrip('*')}" if name.startswith("**") and name.strip("*") else name
+        for name in pattern.split("/")
     )
-    return "/".join(part if part == "**" else re.sub(r"\*\*+(?!/)", "*", part) for part in parts)
+    return "/".join(name if name == "**" else re.sub(r"\*\*+(?!/)", "*", name) for name in names)
 
 
 def _walk(folder: Path) -> list[str]:
-    """Return the logs beneath a folder, behind links too; a bag is one."""
+    """Return the logs of a folder and its subfolders, through links too; a bag is one log."""
     logs: list[str] = []
     visited: set[str] = set()
-    for place, folders, names in os.walk(folder, followlinks=True):
-        real = os.path.realpath(place)
+    for path, folders, names in os.walk(folder, followlinks=True):
+        real = os.path.realpath(path)
         if real in visited:
             folders.clear()
             continue
         visited.add(real)
-        if is_bag(Path(place)):
+        if is_bag(Path(path)):
             folders.clear()
-            logs.append(str(Path(place)))
+            logs.append(str(Path(path)))
             continue
-        paths = (Path(place, name) for name in names if suffix_of(name) in SUFFIXES)
-        logs += [str(path) for path in paths if path.is_file()]
+        files = (Path(path, name) for name in names if suffix_of(name) in SUFFIXES)
+        logs += [str(file) for file in files if file.is_file()]
     return sorted(logs)
 
 
 @contextmanager
 def remote_errors(address: str) -> Iterator[None]:
-    """Raise whatever a store or its client fails with as an error that names the address."""
+    """Raise any error of a store or its client as a ``FileError`` with the address."""
     try:
         yield
     except HydrodampError:
         raise
-    except Exception as error:  # each store has errors of its own
+    except Exception as error:  # each store has its own errors
         reason = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         raise FileError(
             f"{address}: cannot be read from its store: {type(error).__name__}: {reason}. Check "
@@ -130,15 +233,15 @@ def _open_store(address: str) -> tuple[Any, str]:
 
 @contextmanager
 def local_copy(address: str) -> Iterator[str]:
-    """Provide a recording as files of this machine."""
+    """Provide a recording as local files."""
     if "://" not in address:
         yield address
         return
     with tempfile.TemporaryDirectory() as folder:
         paths = []
-        for part in _JOINT_URL.split(address):
-            with remote_errors(part):
-                system, path = _open_store(part)
+        for url in _JOINT_URL.split(address):
+            with remote_errors(url):
+                system, path = _open_store(url)
                 local = Path(folder, PurePosixPath(path).name)
                 system.get(path, str(local))
             paths.append(str(local))
@@ -146,12 +249,12 @@ def local_copy(address: str) -> Iterator[str]:
 
 
 def digest_of_recording(address: str, mapping: ResolvedMapping | None) -> str:
-    """Return what changes with a recording: a digest of its files, or what its store says."""
+    """Return the digest of the files of a recording, or the checksum of its store."""
     if "://" not in address:
         return digest_files(address, mapping)
     checksums = []
-    for part in _JOINT_URL.split(address):
-        with remote_errors(part):
-            system, path = _open_store(part)
+    for url in _JOINT_URL.split(address):
+        with remote_errors(url):
+            system, path = _open_store(url)
             checksums.append(str(system.checksum(path)))
     return " ".join(checksums)

@@ -1,4 +1,4 @@
-"""Map a call over many logs, in processes or on a cluster; a failure is a result with a reason."""
+"""Executors: map a function over many logs in processes or on a cluster; an error is a result."""
 
 from __future__ import annotations
 
@@ -21,31 +21,29 @@ from hydrodamp.progress import count_items, disable_progress
 
 Result = TypeVar("Result")
 
-#: Longest wait between two checks of the processes [s]; answers end a wait at once.
-_POLL_INTERVAL = 1.0
+POLL_INTERVAL = 1.0  # s, longest wait between two checks of the processes; a result ends it
 
-#: How often a call may start: a process that somebody else killed costs no log.
-_MAX_STARTS = 2
+MAX_STARTS = 2  # of a call: one is repeated if the system kills its process
 
 
 class Failure(str):
-    """Why a call has no result."""
+    """Reason why a call has no result."""
 
 
 class WorkerPool(Protocol):
-    """Workers that make the same call with many arguments."""
+    """Workers that call a function with many arguments."""
 
     def map(
         self, call: Callable[..., Result], arguments: Sequence[tuple[Any, ...]], label: str
     ) -> Iterator[Result | Failure]:
-        """Yield the results in the order of the arguments, or why there is none."""
+        """Yield a result or a ``Failure`` for each of the arguments, in their order."""
 
 
 @contextmanager
 def open_pool(client: Any, n: int | None, timeout: float) -> Iterator[WorkerPool]:
-    """Provide an executor's workers, those of a Dask client, or ``n`` processes of this machine.
+    """Provide the workers of an executor or a Dask client, or ``n`` local processes.
 
-    A call ends ``timeout`` [s] after its start on the worker.
+    A call fails ``timeout`` [s] after its start on the worker.
     """
     if client is not None:
         executor = client.get_executor() if hasattr(client, "get_executor") else client
@@ -60,7 +58,7 @@ def open_pool(client: Any, n: int | None, timeout: float) -> Iterator[WorkerPool
 
 @dataclass
 class ExecutorPool:
-    """Workers of an executor, which restarts them itself."""
+    """Workers of an executor, which restarts them."""
 
     executor: Executor
     timeout: float
@@ -68,23 +66,23 @@ class ExecutorPool:
     def map(
         self, call: Callable[..., Result], arguments: Sequence[tuple[Any, ...]], label: str
     ) -> Iterator[Result | Failure]:
-        """Yield the results in the order of the arguments, or why there is none."""
+        """Yield a result or a ``Failure`` for each of the arguments, in their order."""
         futures = deque(
             self.executor.submit(_attempt_within, self.timeout, call, each) for each in arguments
         )
         for _ in count_items(range(len(futures)), label, len(futures)):
-            future = futures.popleft()  # without the reference, memory does not grow with the logs
+            future = futures.popleft()  # no reference: memory does not grow with the number of logs
             try:
                 result: Result | Failure = future.result()
             except CancelledError:
-                result = Failure("its work was cancelled: the scheduler is lost, or was closed.")
+                result = Failure("it was cancelled: the scheduler is lost or was closed.")
             except Exception as error:  # a lost worker, a broken executor
                 result = Failure(f"{type(error).__name__}: {error}")
             yield result
 
 
 class _Worker:
-    """A process that makes a call at a time."""
+    """A process that runs one call at a time."""
 
     def __init__(self) -> None:
         self.connection, remote = multiprocessing.Pipe()
@@ -100,7 +98,7 @@ class _Worker:
 
 @dataclass
 class ProcessPool:
-    """Processes of this machine: a hung or dead one is replaced and costs its call alone."""
+    """Local processes: a hung or killed one is replaced, and only its call fails."""
 
     n: int
     timeout: float
@@ -109,7 +107,7 @@ class ProcessPool:
     def map(
         self, call: Callable[..., Result], arguments: Sequence[tuple[Any, ...]], label: str
     ) -> Iterator[Result | Failure]:
-        """Yield the results in the order of the arguments, or why there is none."""
+        """Yield a result or a ``Failure`` for each of the arguments, in their order."""
         total = len(arguments)
         self._idle += [_Worker() for _ in range(min(self.n, total) - len(self._idle))]
         queue, starts = deque(range(total)), [0] * total
@@ -126,10 +124,10 @@ class ProcessPool:
                         _send(worker, (call, arguments[task]))
                     for worker, task, result in self._collect(busy):
                         del busy[worker]
-                        if result is None and starts[task] < _MAX_STARTS:
+                        if result is None and starts[task] < MAX_STARTS:
                             queue.appendleft(task)
                         else:
-                            results[task] = _death(worker) if result is None else result
+                            results[task] = _kill_failure(worker) if result is None else result
                 yield results.pop(index)
         finally:
             for worker in busy:
@@ -138,12 +136,12 @@ class ProcessPool:
     def _collect(
         self, busy: dict[_Worker, tuple[int, float]]
     ) -> list[tuple[_Worker, int, Any | None]]:
-        """Wait for an answer, a death or a deadline; return what ended, None for a death."""
+        """Wait for a result, a killed process or a deadline; return results, None if killed."""
         nearest = min(deadline for _, deadline in busy.values()) - monotonic()
-        wait([each.connection for each in busy], min(max(nearest, 0.0), _POLL_INTERVAL))
+        wait([each.connection for each in busy], min(max(nearest, 0.0), POLL_INTERVAL))
         ended: list[tuple[_Worker, int, Any | None]] = []
         for worker, (task, deadline) in busy.items():
-            is_alive = worker.process.is_alive()  # before the poll: a last answer is not lost
+            is_alive = worker.process.is_alive()  # before the poll: no last result is lost
             if worker.connection.poll():
                 try:
                     ended.append((worker, task, worker.connection.recv()))
@@ -160,7 +158,7 @@ class ProcessPool:
         return ended
 
     def close(self) -> None:
-        """End the processes."""
+        """Stop the processes."""
         while self._idle:
             self._idle.pop().kill()
 
@@ -168,19 +166,19 @@ class ProcessPool:
 def _send(worker: _Worker, task: Any) -> None:
     try:
         worker.connection.send(task)
-    except OSError:  # it died while idle; `_collect` finds it dead
+    except OSError:  # it was killed while idle; `_collect` reports it
         worker.process.join()
 
 
-def _death(worker: _Worker) -> Failure:
+def _kill_failure(worker: _Worker) -> Failure:
     code = worker.process.exitcode or 0
     reason = f"exit status {code}" if code >= 0 else f"signal {signal.Signals(-code).name}"
-    memory = ", for want of memory perhaps" if code == -getattr(signal, "SIGKILL", 0) else ""
-    return Failure(f"its process was killed {_MAX_STARTS} times ({reason}{memory}).")
+    memory = ", possibly out of memory" if code == -getattr(signal, "SIGKILL", 0) else ""
+    return Failure(f"its process was killed {MAX_STARTS} times ({reason}{memory}).")
 
 
 def _timeout_failure(timeout: float) -> Failure:
-    return Failure(f"it was given up after {timeout:g} s without an answer.")
+    return Failure(f"it exceeded the timeout of {timeout:g} s.")
 
 
 def _attempt(call: Callable[..., Result], arguments: tuple[Any, ...]) -> Result | Failure:
@@ -188,27 +186,27 @@ def _attempt(call: Callable[..., Result], arguments: tuple[Any, ...]) -> Result 
         return call(*arguments)
     except HydrodampError as error:
         return Failure(str(error))
-    except Exception as error:  # a file that breaks its reader
+    except Exception as error:  # a file may raise any error in its reader
         return Failure(f"{type(error).__name__}: {error}")
 
 
 def _attempt_within(
     timeout: float, call: Callable[..., Result], arguments: tuple[Any, ...]
 ) -> Result | Failure:
-    """Make a call on a thread of its own, so that a hung one leaves its worker free."""
-    answers: SimpleQueue[Result | Failure] = SimpleQueue()
-    Thread(target=lambda: answers.put(_attempt(call, arguments)), daemon=True).start()
+    """Call in a separate thread, so that a hung call does not block its worker."""
+    results: SimpleQueue[Result | Failure] = SimpleQueue()
+    Thread(target=lambda: results.put(_attempt(call, arguments)), daemon=True).start()
     try:
-        return answers.get(timeout=timeout)
+        return results.get(timeout=timeout)
     except Empty:
         return _timeout_failure(timeout)
 
 
 def _serve(connection: Connection) -> None:
-    """Answer calls until the pipe or the parent process ends."""
+    """Run calls until the pipe or the parent process ends."""
     from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent stops its workers
     Thread(target=_exit_with_parent, daemon=True).start()
     threadpool_limits(limits=1)
     disable_progress()

@@ -1,4 +1,9 @@
-"""Fold a log into a few triangles, merge folds, and solve models from them."""
+"""Sufficient statistics of linear regressions: R factors and Qᵀy of blocks of time of a log.
+
+With A = QR of the rows of a block, (R, Qᵀy) determines the least-squares estimate. Statistics of
+several logs are merged by a QR factorisation of the stacked R, and solved for any model whose terms
+they contain; standard errors come from the delete-one-block jackknife.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +19,7 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.batch.discovery import local_copy
-from hydrodamp.batch.recordings import ResolvedMapping
+from hydrodamp.batch.discovery import ResolvedMapping, local_copy
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import ProblemError, suppress_warnings
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, identify_or_refuse
@@ -39,22 +43,17 @@ from hydrodamp.simulation.replay import score, simulate
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Blocks of a log, and the shortest of them [s].
-_OF_A_LOG, _SHORTEST = 8, 30.0
-
-#: Blocks that merged statistics keep at most: more of them take memory.
-_KEPT = 128
-
-#: A direction of which one block tells more than the rest of this is taken to leave so much.
-_LEAST_LEFT = 0.1
+MAX_BLOCKS_PER_LOG, MIN_BLOCK_S = 8, 30.0  # [s]; by choice
+MAX_STORED_BLOCKS = 128  # of merged statistics; limits their memory
+MIN_REMAINING_SHARE = 0.1  # floor of 1 − leverage of a block, against division by zero
 
 
 @dataclass(frozen=True, eq=False)
 class LogStatistics:
-    """The sufficient statistics of a log, or of many: triangles of blocks of time.
+    """Sufficient statistics of one or several logs: (R, Qᵀy) of blocks of time.
 
-    ``order`` sorts the blocks of merged folds: start of the log [s], a number that tells logs of
-    equal start apart, index of the block.
+    ``order`` sorts the blocks of merged statistics: start of the log [s], a number that
+    distinguishes logs of equal start, index of the block.
     """
 
     blocks: tuple[Triangle, ...]
@@ -66,7 +65,7 @@ class LogStatistics:
     order: tuple[tuple[float, float, int], ...] = ()
 
     def __post_init__(self) -> None:
-        """Give the blocks of a single log their order."""
+        """Set the order of the blocks of a single log."""
         if not self.order:
             content = float(np.abs(self.blocks[0].r).sum())
             order = tuple((self.start, content, k) for k in range(len(self.blocks)))
@@ -74,53 +73,53 @@ class LogStatistics:
 
     @cached_property
     def triangle(self) -> Triangle:
-        """All blocks in one."""
+        """All blocks merged."""
         return merge(self.blocks)
 
     @cached_property
     def balanced(self) -> tuple[Triangle, ...]:
-        """The blocks of the jackknife, of nearly equal size where there are more."""
-        return tuple(merge(self.blocks[part]) for part in _divide(self.blocks, MAX_BLOCKS))
+        """The blocks of the jackknife; merged to nearly equal numbers of rows if there are more."""
+        return tuple(merge(self.blocks[run]) for run in _group_blocks(self.blocks, MAX_BLOCKS))
 
     def merge(self, other: LogStatistics) -> LogStatistics:
-        """Return both as one."""
+        """Return the statistics of both."""
         return merge_statistics((self, other))
 
     def select_terms(self, basis: Basis) -> LogStatistics:
-        """Return the same with the columns of some of its terms."""
-        own = self.blocks[0].basis
-        if basis == own:
+        """Return the statistics for a subset of the terms."""
+        current = self.blocks[0].basis
+        if basis == current:
             return self
-        places = [*map(own.index, basis), *range(len(own), len(own) + 6)]
-        empty = np.zeros((len(places), len(places)))
+        columns = [*map(current.index, basis), *range(len(current), len(current) + 6)]
+        empty = np.zeros((len(columns), len(columns)))
         blocks = tuple(
-            Triangle(basis, update_factor(empty, one.r[:, places]), one.n_samples)
-            for one in self.blocks
+            Triangle(basis, update_factor(empty, block.r[:, columns]), block.n_samples)
+            for block in self.blocks
         )
         return replace(self, blocks=blocks)
 
 
-def merge_statistics(folds: Iterable[LogStatistics]) -> LogStatistics:
-    """Merge the folds of many logs.
+def merge_statistics(statistics: Iterable[LogStatistics]) -> LogStatistics:
+    """Merge the sufficient statistics of several logs.
 
-    Coefficients and standard errors do not depend on the order of the folds. Merging in parts
-    gives the same too, up to 128 blocks; a log has at most eight.
+    Coefficients and standard errors do not depend on the order. Merging in several steps gives
+    the same result up to 128 blocks; a log has at most eight.
 
     Parameters
     ----------
-    folds : iterable of Folded
-        At least one, of the same vehicle, terms and method; as many at once as memory allows.
+    statistics : iterable of LogStatistics
+        At least one, of the same vehicle, terms and method.
 
     Returns
     -------
-    folded : Folded
-        Of all logs. Its blocks are in the order of time; beyond 128, neighbouring blocks are
-        merged into 64 or fewer of nearly equal numbers of rows.
+    merged : LogStatistics
+        Of all logs, blocks in the order of time. More than 128 blocks are merged with their
+        neighbours into 64 or fewer of nearly equal numbers of rows.
 
     Raises
     ------
     ProblemError
-        If there is no fold, or their terms differ.
+        If there are none, or their terms differ.
 
     Examples
     --------
@@ -128,47 +127,47 @@ def merge_statistics(folds: Iterable[LogStatistics]) -> LogStatistics:
     >>> dives, method = hd.reenact(duration=60.0), hd.WeakForm()
     >>> model = hd.catalog["linear"]
     >>> logs = dives.train, dives.test
-    >>> folds = [summarise_log(log, dives.vehicle, [model], method) for log in logs]
-    >>> merged = merge_statistics(folds)
+    >>> statistics = [summarise_log(log, dives.vehicle, [model], method) for log in logs]
+    >>> merged = merge_statistics(statistics)
     >>> merged.n_logs, len(merged.blocks)
     (2, 12)
     >>> solve_model(merged, dives.vehicle, model, method).uncertainty.n_blocks
     12
     """
-    parts = tuple(folds)
-    if not parts:
-        raise ProblemError("merge_statistics needs at least one fold, got none")
-    if any(one.blocks[0].basis != parts[0].blocks[0].basis for one in parts):
-        raise ProblemError("folds of different terms cannot be merged: fold all logs for one model")
-    pairs = [pair for one in parts for pair in zip(one.order, one.blocks, strict=True)]
+    logs = tuple(statistics)
+    if not logs:
+        raise ProblemError("merge_statistics needs the statistics of at least one log, got none")
+    if any(log.blocks[0].basis != logs[0].blocks[0].basis for log in logs):
+        raise ProblemError("statistics of different terms cannot be merged: use one model")
+    pairs = [pair for log in logs for pair in zip(log.order, log.blocks, strict=True)]
     pairs.sort(key=itemgetter(0))
-    order, blocks = [one for one, _ in pairs], [one for _, one in pairs]
-    if len(blocks) > _KEPT:
-        runs = _divide(blocks, _KEPT // 2)
+    order, blocks = [key for key, _ in pairs], [block for _, block in pairs]
+    if len(blocks) > MAX_STORED_BLOCKS:
+        runs = _group_blocks(blocks, MAX_STORED_BLOCKS // 2)
         order, blocks = [order[run.start] for run in runs], [merge(blocks[run]) for run in runs]
     return LogStatistics(
         blocks=tuple(blocks),
-        start=min(one.start for one in parts),
-        duration=math.fsum(one.duration for one in parts),
-        n_samples=sum(one.n_samples for one in parts),
-        n_logs=sum(one.n_logs for one in parts),
-        training_range=reduce(join_ranges, (one.training_range for one in parts)),
+        start=min(log.start for log in logs),
+        duration=math.fsum(log.duration for log in logs),
+        n_samples=sum(log.n_samples for log in logs),
+        n_logs=sum(log.n_logs for log in logs),
+        training_range=reduce(join_ranges, (log.training_range for log in logs)),
         order=tuple(order),
     )
 
 
-def _divide(blocks: Sequence[Triangle], most: int) -> list[slice]:
-    """Return runs of blocks: each block alone where there are few, else of nearly equal rows."""
-    if len(blocks) <= most:
+def _group_blocks(blocks: Sequence[Triangle], n_max: int) -> list[slice]:
+    """Return at most ``n_max`` runs of neighbouring blocks with nearly equal numbers of rows."""
+    if len(blocks) <= n_max:
         return [slice(k, k + 1) for k in range(len(blocks))]
-    rows = np.array([one.n_samples for one in blocks])
+    rows = np.array([block.n_samples for block in blocks])
     middle = (np.cumsum(rows) - rows / 2.0) / rows.sum()
-    firsts = np.unique((middle * most).astype(int), return_index=True)[1].tolist()
+    firsts = np.unique((middle * n_max).astype(int), return_index=True)[1].tolist()
     return [slice(first, last) for first, last in pairwise([*firsts, len(blocks)])]
 
 
 def _read_logs(addresses: Sequence[str], mapping: ResolvedMapping | None) -> Log:
-    """Read a log or several; what is odd about single ones is left to `probe`."""
+    """Read and concatenate logs without warnings; `probe` reports quality issues."""
     logs = []
     with suppress_warnings():
         for address in addresses:
@@ -184,7 +183,7 @@ def summarise_address(
     method: LeastSquares | WeakForm,
     mapping: ResolvedMapping | None = None,
 ) -> LogStatistics:
-    """Read a log, fill equation 1 with it, and fold its rows."""
+    """Read a log and return its sufficient statistics."""
     try:
         return summarise_log(_read_logs([address], mapping), vehicle, models, method)
     except _UnusableLogError as error:
@@ -192,7 +191,7 @@ def summarise_address(
 
 
 class _UnusableLogError(ProblemError):
-    """A log gives no row, or none that is finite."""
+    """A log without a finite regression row."""
 
 
 def summarise_log(
@@ -201,28 +200,28 @@ def summarise_log(
     models: Sequence[DampingModel],
     method: LeastSquares | WeakForm,
 ) -> LogStatistics:
-    """Fill equation 1 with a log and fold its rows."""
-    with np.errstate(all="ignore"):  # what overflows is refused below
+    """Return the sufficient statistics of the regression rows of a log."""
+    with np.errstate(all="ignore"):  # overflow is refused below
         problem = prepare(vehicle, log, models)
         rows = method.equations.rows(problem)
         if not rows.n:
-            raise _UnusableLogError(f"{log.duration:.3g} s are too short to make rows of.")
-        n = int(np.clip(log.duration / _SHORTEST, 1, min(_OF_A_LOG, rows.n)))
+            raise _UnusableLogError(f"{log.duration:.3g} s are too short for a regression row.")
+        n = int(np.clip(log.duration / MIN_BLOCK_S, 1, min(MAX_BLOCKS_PER_LOG, rows.n)))
         blocks = tuple(
-            rows.select(part).triangle() for part in np.array_split(np.arange(rows.n), n)
+            rows.select(block).triangle() for block in np.array_split(np.arange(rows.n), n)
         )
-        sizes = [np.square(block.r).sum() for block in blocks]  # covariances are of squares
+        sizes = [np.square(block.r).sum() for block in blocks]  # covariances need squares
     if not np.isfinite(sizes).all():
         raise _UnusableLogError(
-            "equation 1 filled with it overflows. Its largest numbers are "
-            f"{_largest_values(log)}: leave such samples out."
+            "equation 1 overflows. The largest values of the log are "
+            f"{_largest_values(log)}: remove such samples."
         )
     ranges = velocity_ranges(problem.inputs.velocity, vehicle.axes)
     return LogStatistics(blocks, float(log.time[0]), log.duration, log.n, 1, ranges)
 
 
 def _largest_values(log: Log, n: int = 3) -> str:
-    """Name the channels of a log with the largest numbers."""
+    """Return the channels with the largest values, as text."""
     columns = [*zip(log.velocity_names, log.velocity.T, strict=True)]
     columns += [*zip(log.command_names, log.commands.T, strict=True)]
     sizes = {name: float(np.nanmax(np.abs(values))) for name, values in columns}
@@ -230,7 +229,7 @@ def _largest_values(log: Log, n: int = 3) -> str:
 
 
 def read_start(address: str, mapping: ResolvedMapping | None = None) -> float:
-    """Return when a log begins by its clock [s]."""
+    """Return the clock time of the first sample [s]."""
     return float(_read_logs([address], mapping).time[0])
 
 
@@ -241,7 +240,7 @@ def identify_logs(
     method: Method,
     mapping: ResolvedMapping | None = None,
 ) -> tuple[Fit, ...]:
-    """Identify models from the whole of some logs, by a method that folds nothing."""
+    """Identify models from concatenated logs, by a method without sufficient statistics."""
     problem = prepare(vehicle, _read_logs(addresses, mapping), models)
     return tuple(identify_or_refuse(method, problem, model) for model in models)
 
@@ -252,7 +251,7 @@ def replay_log(
     fits: Sequence[Fit | None],
     mapping: ResolvedMapping | None = None,
 ) -> tuple[float | None, ...]:
-    """Return the error of equation 24 of replays of a log; None where one diverged or is absent."""
+    """Return the RMS error (eq. 24) of replays of a log; None for divergence or an absent fit."""
     log = _read_logs([address], mapping)
     return tuple(
         None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
@@ -260,83 +259,85 @@ def replay_log(
 
 
 def solve_model(
-    folded: LogStatistics, vehicle: Vehicle, model: DampingModel, method: Method
+    statistics: LogStatistics, vehicle: Vehicle, model: DampingModel, method: Method
 ) -> Fit:
-    """Solve a model from what was folded, its standard errors by leaving out one block each."""
+    """Solve a model from sufficient statistics, with jackknife standard errors."""
     free = model.restricted_to(vehicle.axes)
-    if not np.isfinite(folded.triangle.r).all():
+    if not np.isfinite(statistics.triangle.r).all():
         raise ProblemError("equation 1 of the logs together is not finite.")
-    with np.errstate(all="ignore"):  # what overflows is refused below
-        found = [solve_axis(folded.triangle, terms, axis) for axis, terms in enumerate(free.terms)]
-        known = _jackknifed(folded, free, found)
-    aliased = group_labels(one.span.aliased for one in found)
-    coefficients = np.concatenate([one.coefficients for one in found])
-    if known is None or known.covariance is None:
-        covariance = block_diag(*[one.covariance for one in found])
-    else:
-        covariance = known.covariance
+    with np.errstate(all="ignore"):  # overflow is refused below
+        solutions = [
+            solve_axis(statistics.triangle, terms, axis) for axis, terms in enumerate(free.terms)
+        ]
+        uncertainty = _jackknife(statistics, free, solutions)
+    aliased = group_labels(solution.span.aliased for solution in solutions)
+    coefficients = np.concatenate([solution.coefficients for solution in solutions])
+    covariance = None if uncertainty is None else uncertainty.covariance
+    if covariance is None:
+        covariance = block_diag(*(solution.covariance for solution in solutions))
     if not (np.isfinite(coefficients).all() and np.isfinite(covariance).all()):
         raise ProblemError(f"the estimate of model '{free.key}' is not finite.")
     return Fit(
-        damping=Damping(
-            free,
-            coefficients,
-            covariance=covariance,
-            vehicle=vehicle_stamp(vehicle),
-        ),
+        damping=Damping(free, coefficients, covariance=covariance, vehicle=vehicle_stamp(vehicle)),
         method=method.key,
         status=Status.RANK_DEFICIENT if aliased else Status.OK,
-        rank=sum(one.span.rank for one in found),
+        rank=sum(solution.span.rank for solution in solutions),
         aliased=aliased,
-        n_samples=folded.n_samples,
-        provenance={"logs": str(folded.n_logs), "vehicle": vehicle.name, "settings": repr(method)},
-        uncertainty=known,
-        training_range=dict(folded.training_range),
+        n_samples=statistics.n_samples,
+        provenance={
+            "logs": str(statistics.n_logs),
+            "vehicle": vehicle.name,
+            "settings": repr(method),
+        },
+        uncertainty=uncertainty,
+        training_range=dict(statistics.training_range),
     )
 
 
-def _jackknifed(
-    folded: LogStatistics, model: DampingModel, found: Sequence[AxisSolution]
+def _jackknife(
+    statistics: LogStatistics, model: DampingModel, solutions: Sequence[AxisSolution]
 ) -> Uncertainty | None:
-    """Return how far estimates without one block each lie apart: whatever is alike within one.
+    """Return the delete-one-block jackknife covariance; it is robust to correlation in a block.
 
-    With orthonormal columns Q of all blocks, leaving one out moves the amounts of them by
-    ``(I − QᵇᵀQᵇ)⁻¹ Qᵇᵀ e`` of its residuals e, exactly.
+    With orthonormal columns Q of all blocks, deleting block b changes their coefficients by
+    exactly ``(I − QᵇᵀQᵇ)⁻¹ Qᵇᵀ e``, with its residuals e.
     """
-    if len(folded.balanced) < MIN_BLOCKS:
+    if len(statistics.balanced) < MIN_BLOCKS:
         return None
-    moves: list[FloatArray] = []
-    for block in folded.balanced:
-        parts = []
-        for axis, (terms, one) in enumerate(zip(model.terms, found, strict=True)):
+    changes: list[FloatArray] = []
+    for block in statistics.balanced:
+        steps = []
+        for axis, (terms, solution) in enumerate(zip(model.terms, solutions, strict=True)):
             design = block.columns(terms)
-            unit = design @ one.span.coefficients
-            share, turn = np.linalg.eigh(unit.T @ unit)
-            left = unit.T @ (block.target(axis) - design @ one.coefficients)
-            amounts = turn @ ((turn.T @ left) / np.maximum(1.0 - share, _LEAST_LEFT))
-            parts.append(one.span.coefficients @ amounts)
-        moves.append(np.concatenate(parts))
-    leverage = np.concatenate([np.sum(one.span.coefficients**2, axis=1) for one in found])
-    return jackknife(np.array(moves), folded.duration, leverage)
+            orthonormal = design @ solution.span.coefficients
+            leverage, vectors = np.linalg.eigh(orthonormal.T @ orthonormal)
+            projection = orthonormal.T @ (block.target(axis) - design @ solution.coefficients)
+            remaining = np.maximum(1.0 - leverage, MIN_REMAINING_SHARE)
+            change = vectors @ ((vectors.T @ projection) / remaining)
+            steps.append(solution.span.coefficients @ change)
+        changes.append(np.concatenate(steps))
+    coefficients = [solution.span.coefficients for solution in solutions]
+    leverage = np.concatenate([np.sum(axis**2, axis=1) for axis in coefficients])
+    return jackknife(np.array(changes), statistics.duration, leverage)
 
 
-def grade_statistics(folded: LogStatistics | None, fit: Fit) -> tuple[Grade, ...]:
-    """Grade each coefficient by its interval and what its column is worth on its axis."""
-    if folded is None or fit.uncertainty is None:
+def grade_statistics(statistics: LogStatistics | None, fit: Fit) -> tuple[Grade, ...]:
+    """Grade each coefficient by its interval and its contribution to the axis force."""
+    if statistics is None or fit.uncertainty is None:
         return ()
     half = fit.uncertainty.critical_value() * fit.uncertainty.standard_errors
-    lost = {label for group in fit.aliased for label in group}
-    found, first, root = list[Grade](), 0, np.sqrt(folded.triangle.n_samples)
+    aliased = {label for group in fit.aliased for label in group}
+    grades, first, root = list[Grade](), 0, np.sqrt(statistics.triangle.n_samples)
     for terms in fit.model.terms:
-        part = slice(first, first := first + len(terms))
-        design, own = folded.triangle.columns(terms), fit.damping.coefficients[part]
-        found += grade_coefficients(
-            own,
-            half[part],
+        columns = slice(first, first := first + len(terms))
+        design, coefficients = statistics.triangle.columns(terms), fit.damping.coefficients[columns]
+        grades += grade_coefficients(
+            coefficients,
+            half[columns],
             np.linalg.norm(design, axis=0) / root,
             np.ones(len(terms)),
-            np.array([label in lost for label in fit.model.labels[part]], dtype=np.bool_),
-            response=float(np.linalg.norm(design @ own) / root),
+            np.array([label in aliased for label in fit.model.labels[columns]], dtype=np.bool_),
+            response=float(np.linalg.norm(design @ coefficients) / root),
             excited=True,
         )[0]
-    return tuple(found)
+    return tuple(grades)

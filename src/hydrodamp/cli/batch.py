@@ -21,10 +21,7 @@ def batch(
     method: Annotated[str, options.option("batch-method")] = "weak",
     group_by: Annotated[str, options.option("batch-group-by")] = "day",
     mapping: Annotated[list[str] | None, options.option("batch-mapping")] = None,
-    workers: Annotated[
-        int | None,
-        options.option("batch-workers"),
-    ] = None,
+    workers: Annotated[int | None, options.option("batch-workers")] = None,
     scheduler: Annotated[str | None, options.option("batch-scheduler")] = None,
     timeout: Annotated[float, options.option("batch-timeout")] = 3600.0,
     force: options.Force = False,
@@ -57,7 +54,7 @@ def batch(
             mapping=mapping[0] if mapping else None,
             client=client,
             workers=workers,
-            cache=out / "folds",
+            cache=out / "statistics",
             timeout=timeout,
             exclude=out,
         )
@@ -83,9 +80,10 @@ def batch(
 def _models(listed: str) -> tuple[hd.DampingModel, ...]:
     if not listed:
         raise hd.ModelError("`--model` is missing: give model names or YAML files of models.")
-    if resolve.selects_terms(listed):
+    requested = resolve.list_models(listed)
+    if requested.selects_terms:
         raise hd.ModelError("`--model sparse` needs a single log: give models with terms.")
-    return resolve.list_models(listed)
+    return requested.models
 
 
 def _cluster(address: str) -> Any:

@@ -36,32 +36,28 @@ def compare(
         mapping,
     )
     check_out_folder(out, inputs, resume, force)
-    vehicle_model, chosen = resolve.find_vehicle(vehicle), resolve.list_models(models)
+    vehicle_model, listed = resolve.find_vehicle(vehicle), resolve.list_models(models)
     method_list, provenance = resolve.list_methods(methods), run_provenance(inputs)
     train_log, test_log, overlap = train_and_test(logs or (), train or (), test or (), mapping)
-    ends = (
-        (test_log.time[segment.start], test_log.time[segment.stop - 1])
-        for segment in test_log.segments
-    )
-    longest = max(stop - start for start, stop in ends)
+    time, segments = test_log.time, test_log.segments
+    longest = max(time[segment.stop - 1] - time[segment.start] for segment in segments)
     if horizon is not None and not 0.0 < horizon <= longest:
         raise ProblemError(
             f"`--horizon` must be positive and at most {longest:.4g} s, the longest segment of "
             f"the test data; got {horizon:g}."
         )
-    check_training(
-        vehicle_model,
-        train_log,
-        resolve.with_selectable_terms(models, vehicle_model, train_log, chosen),
-    )
-    check_log(
-        vehicle_model,
-        test_log,
-        resolve.with_selectable_terms(models, vehicle_model, test_log, chosen),
-        train_log,
-    )
-    chosen = resolve.complete_models(models, vehicle_model, train_log, chosen, estimate_gains)
+    check_training(vehicle_model, train_log, listed.candidates(vehicle_model, train_log))
+    check_log(vehicle_model, test_log, listed.candidates(vehicle_model, test_log), train_log)
+    fitted_models = listed.complete(vehicle_model, train_log, estimate_gains)
     task = Task(
-        vehicle_model, train_log, test_log, chosen, method_list, out, attitude, rate_unit, horizon
+        vehicle_model,
+        train_log,
+        test_log,
+        fitted_models,
+        method_list,
+        out,
+        attitude,
+        rate_unit,
+        horizon,
     )
     run_comparison(task, overlap | provenance, resume, json)

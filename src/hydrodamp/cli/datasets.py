@@ -15,14 +15,8 @@ from hydrodamp.errors import FileError
 
 
 def datasets(
-    name: Annotated[
-        str | None,
-        options.argument("datasets-name"),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        options.option("datasets-out"),
-    ] = None,
+    name: Annotated[str | None, options.argument("datasets-name")] = None,
+    out: Annotated[Path | None, options.option("datasets-out")] = None,
     yes: Annotated[bool, options.option("datasets-yes")] = False,
     json: options.Json = False,
 ) -> None:
@@ -38,13 +32,13 @@ def datasets(
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
     files = hd.fetch(dataset, target) if yes else present
-    if len(files.missing) == len(dataset.files):
+    if len(files.lacking) == len(dataset.files):
         raise FileError(
             f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"
             f" {dataset.files[0].name}. Source: {dataset.page}. Use --yes to accept the licence and"
             " download the files that have a URL."
         )
-    downloaded = [file for file in present.missing if file not in files.missing]
+    downloaded = [file for file in present.lacking if file not in files.lacking]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
         emit(asdict(files) | document | {"folder": str(target)})
@@ -53,7 +47,7 @@ def datasets(
         (downloaded, "downloaded"),
         (files.verified, "verified by checksum"),
         (files.unchecked, "not verified: no checksum is known"),
-        (files.missing, "missing"),
+        (files.lacking, "missing"),
     ):
         if names:
             note(f"{len(names)} of {len(dataset.files)} files {state}")

@@ -34,7 +34,7 @@ def demo(
             f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
             f"Identified on {train}; replayed on {test}.\n"
         )
-    models, methods = list_models(None), list_methods(options.DEMO_METHODS)
+    models, methods = list_models(None).models, list_methods(options.DEMO_METHODS)
     task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, out)
     words = {
         "truth": campaign.truth,

@@ -22,16 +22,10 @@ def export(
     damping: Annotated[str, options.argument("export-damping")],
     out: Annotated[Path, options.option("export-out")],
     vehicle: options.VehicleName = "",
-    log: Annotated[
-        list[str] | None,
-        options.option("export-log"),
-    ] = None,
+    log: Annotated[list[str] | None, options.option("export-log")] = None,
     mapping: options.MappingFile = None,
     settings: Annotated[list[str] | None, options.option("export-settings")] = None,
-    force: Annotated[
-        bool,
-        options.option("export-force"),
-    ] = False,
+    force: Annotated[bool, options.option("export-force")] = False,
     json: options.Json = False,
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""

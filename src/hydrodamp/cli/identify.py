@@ -25,10 +25,7 @@ def identify(
     check_actuators: Annotated[bool, options.option("identify-check-actuators")] = False,
     sensitivity: Annotated[bool, options.option("identify-sensitivity")] = False,
     next_dive: Annotated[bool, options.option("identify-next-dive")] = False,
-    out: Annotated[
-        Path | None,
-        options.option("identify-out"),
-    ] = None,
+    out: Annotated[Path | None, options.option("identify-out")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
@@ -50,10 +47,8 @@ def identify(
     vehicle_model, listed = resolve.find_vehicle(vehicle), resolve.find_model(model)
     estimator, provenance = hd.find_method(method), run_provenance(inputs)
     log = training_log(logs or (), train or (), mapping)
-    check_training(
-        vehicle_model, log, resolve.with_selectable_terms(model, vehicle_model, log, listed)
-    )
-    models = resolve.complete_models(model, vehicle_model, log, listed, estimate_gains)
+    check_training(vehicle_model, log, listed.candidates(vehicle_model, log))
+    models = listed.complete(vehicle_model, log, estimate_gains)
     problem = hd.prepare(vehicle_model, log, models)
     if check_actuators:
         from hydrodamp.validation.actuator_check import check_gains

@@ -26,19 +26,10 @@ Message = TypeVar("Message")
 def live(
     vehicle: options.VehicleName = "",
     model: Annotated[str, options.option("live-model")] = "",
-    source: Annotated[
-        str,
-        options.option("live-source"),
-    ] = "",
-    method: Annotated[
-        str,
-        options.option("live-method"),
-    ] = "rls",
+    source: Annotated[str, options.option("live-source")] = "",
+    method: Annotated[str, options.option("live-method")] = "rls",
     mapping: options.MappingFile = None,
-    real_time: Annotated[
-        bool,
-        options.option("live-real-time"),
-    ] = False,
+    real_time: Annotated[bool, options.option("live-real-time")] = False,
     checkpoint: Annotated[Path | None, options.option("live-checkpoint")] = None,
     checkpoint_interval: Annotated[float, options.option("live-checkpoint-interval")] = 10.0,
     output_interval: Annotated[float, options.option("live-output-interval")] = 1.0,
@@ -47,10 +38,11 @@ def live(
 ) -> None:
     """Identify recursively from live samples; print estimates as JSON lines."""
     from hydrodamp.files import check_file
+    from hydrodamp.live.bounded_queue import SourceError
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
     from hydrodamp.live.runner import LiveRun
-    from hydrodamp.live.sources import SourceError, open_source
+    from hydrodamp.live.sources import open_source
 
     if not source:
         raise ProblemError("`--source` is missing: see `hydrodamp live --help`.")
@@ -64,7 +56,7 @@ def live(
         raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
     if checkpoint is not None:
         check_file(checkpoint)
-    vehicle_model, models = resolve.find_vehicle(vehicle), resolve.find_model(model)
+    vehicle_model, models = resolve.find_vehicle(vehicle), resolve.find_model(model).models
     if not models:
         raise ProblemError("`--model sparse` needs a whole log: give a model with terms.")
     with ExitStack() as ends:

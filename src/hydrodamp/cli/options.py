@@ -102,66 +102,21 @@ def argument(key: str) -> Any:
     return typer.Argument(**_settings(key)[1])
 
 
-Logs = Annotated[
-    list[str] | None,
-    argument("logs"),
-]
-SomeLogs = Annotated[
-    list[str],
-    argument("some-logs"),
-]
+Logs = Annotated[list[str] | None, argument("logs")]
+SomeLogs = Annotated[list[str], argument("some-logs")]
 VehicleName = Annotated[str, option("vehicle-name")]
-Train = Annotated[
-    list[str] | None,
-    option("train"),
-]
-Test = Annotated[
-    list[str] | None,
-    option("test"),
-]
-Models = Annotated[
-    str | None,
-    option("models"),
-]
-OneModel = Annotated[
-    str,
-    option("one-model"),
-]
+Train = Annotated[list[str] | None, option("train")]
+Test = Annotated[list[str] | None, option("test")]
+Models = Annotated[str | None, option("models")]
+OneModel = Annotated[str, option("one-model")]
 Methods = Annotated[str, option("methods")]
-MappingFile = Annotated[
-    str | None,
-    option("mapping-file"),
-]
-Attitude = Annotated[
-    Literal["measured", "simulated"],
-    option("attitude"),
-]
-Rates = Annotated[
-    Literal["deg", "rad"],
-    option("rates"),
-]
-Horizon = Annotated[
-    float | None,
-    option("horizon"),
-]
+MappingFile = Annotated[str | None, option("mapping-file")]
+Attitude = Annotated[Literal["measured", "simulated"], option("attitude")]
+Rates = Annotated[Literal["deg", "rad"], option("rates")]
+Horizon = Annotated[float | None, option("horizon")]
 OutFolder = Annotated[Path | None, option("out-folder")]
-Resume = Annotated[
-    bool,
-    option("resume"),
-]
-EstimateGains = Annotated[
-    bool,
-    option("estimate-gains"),
-]
-Force = Annotated[
-    bool,
-    option("force"),
-]
-Json = Annotated[
-    bool,
-    option("json"),
-]
-Quiet = Annotated[
-    bool,
-    option("quiet"),
-]
+Resume = Annotated[bool, option("resume")]
+EstimateGains = Annotated[bool, option("estimate-gains")]
+Force = Annotated[bool, option("force")]
+Json = Annotated[bool, option("json")]
+Quiet = Annotated[bool, option("quiet")]

@@ -22,13 +22,9 @@ def plan(
         Literal["determinant", "worst", "replay"], options.option("plan-criterion")
     ] = "determinant",
     mode: Annotated[
-        Literal["waypoints", "setpoints", "overlays"] | None,
-        options.option("plan-mode"),
+        Literal["waypoints", "setpoints", "overlays"] | None, options.option("plan-mode")
     ] = None,
-    seed: Annotated[
-        int,
-        options.option("plan-seed"),
-    ] = 0,
+    seed: Annotated[int, options.option("plan-seed")] = 0,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
@@ -39,9 +35,10 @@ def plan(
 
     check_results(out, RESULTS, force)
     vehicle_model = resolve.find_vehicle(vehicle)
-    if resolve.selects_terms(model):
+    listed = resolve.find_model(model)
+    if listed.selects_terms:
         raise hd.ModelError("`--model sparse` needs a log: give a model with terms.")
-    (damping_model,) = resolve.find_model(model)
+    (damping_model,) = listed.models
     dive_plan = hd.plan(
         vehicle_model,
         damping_model,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import hydrodamp as hd
+from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, print_results
 from hydrodamp.progress import progress
@@ -18,15 +19,9 @@ if TYPE_CHECKING:
 
 def probe(
     logs: options.SomeLogs,
-    vehicle: Annotated[
-        str | None,
-        options.option("probe-vehicle"),
-    ] = None,
+    vehicle: Annotated[str | None, options.option("probe-vehicle")] = None,
     mapping: options.MappingFile = None,
-    draft: Annotated[
-        Path | None,
-        options.option("probe-draft"),
-    ] = None,
+    draft: Annotated[Path | None, options.option("probe-draft")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
@@ -58,13 +53,28 @@ def probe(
 
 
 def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
-    """Return the requirements of a vehicle, and axes whose wrench contradicts the motion."""
-    from hydrodamp.simulation.checks import log_requirements, missing_actuation
+    """Return the requirements of a vehicle, with axes whose wrench contradicts the motion."""
+    from hydrodamp.ingest.inspection.quality_report import Requirements
+    from hydrodamp.simulation.checks import (
+        estimate_length,
+        missing_actuation,
+        missing_data,
+        unused_commands,
+    )
     from hydrodamp.validation.actuator_check import check_gains
 
-    requirements, model = log_requirements(vehicle, log), hd.catalog["fossen"]
-    if requirements.missing or missing_actuation(vehicle, log):
+    no_actuation = missing_actuation(vehicle, log)
+    # Terms of a model may still use the commands of a vehicle without actuators.
+    by_terms = no_actuation if log.command_names and not vehicle.commands else ""
+    requirements = Requirements(
+        velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
+        missing=tuple(fault for fault in missing_data(vehicle, log, ()) if fault != by_terms),
+        reservations=(*unused_commands(vehicle, log, ()), *filter(None, [by_terms])),
+        length=estimate_length(vehicle),
+    )
+    if requirements.missing or no_actuation:
         return requirements
+    model = hd.catalog["fossen"]
     return replace(
         requirements, suspicions=tuple(check_gains(hd.prepare(vehicle, log, model), [model]))
     )

@@ -16,14 +16,8 @@ if TYPE_CHECKING:
 
 
 def report(
-    folder: Annotated[
-        Path,
-        options.argument("report-folder"),
-    ],
-    out: Annotated[
-        Path | None,
-        options.option("report-out"),
-    ] = None,
+    folder: Annotated[Path, options.argument("report-folder")],
+    out: Annotated[Path | None, options.option("report-out")] = None,
     force: options.Force = False,
 ) -> None:
     """Write the HTML report of a folder of results without fitting again."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import hydrodamp as hd
@@ -24,46 +25,45 @@ def find_vehicle(name: str) -> hd.Vehicle:
     return hd.find_vehicle(name)
 
 
-def selects_terms(listed: str | None) -> bool:
-    """Return whether a list of models contains the one that is selected from the log."""
-    return listed is not None and SPARSE in split_names(listed)
+@dataclass(frozen=True)
+class ModelList:
+    """Models of a list, and whether it also asks for one selected from the training data."""
 
+    models: tuple[hd.DampingModel, ...]
+    selects_terms: bool
 
-def with_selectable_terms(
-    listed: str | None, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
-) -> tuple[hd.DampingModel, ...]:
-    """Return models, and one with the candidate commands of the selection."""
-    if not selects_terms(listed):
+    def candidates(self, vehicle: hd.Vehicle, log: hd.Log) -> tuple[hd.DampingModel, ...]:
+        """Return the models, and one with the candidate commands of the selection."""
+        if not self.selects_terms:
+            return self.models
+        unassigned = [name for name in log.command_names if name not in vehicle.commands]
+        candidate = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(unassigned)}, key=SPARSE)
+        return (*self.models, candidate)
+
+    def complete(
+        self, vehicle: hd.Vehicle, log: hd.Log, estimate_gains: bool = False
+    ) -> tuple[hd.DampingModel, ...]:
+        """Return the models with the selected one and with actuator gains, if requested."""
+        from hydrodamp.simulation.actuation import with_gains
+
+        models = self.models
+        if self.selects_terms:
+            selection = hd.StepwiseSelection()
+            with progress("selecting terms", len(selection.windows)) as step:
+                selected = selection.select(vehicle, log, models, lambda *_: step())
+            note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
+            models = (*models, selected)
+        if estimate_gains:
+            models = tuple(with_gains(vehicle, log, model) for model in models)
         return models
-    unassigned = [name for name in log.command_names if name not in vehicle.commands]
-    candidate = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(unassigned)}, key=SPARSE)
-    return (*models, candidate)
 
 
-def complete_models(
-    listed: str | None,
-    vehicle: hd.Vehicle,
-    log: hd.Log,
-    models: tuple[hd.DampingModel, ...],
-    estimate_gains: bool = False,
-) -> tuple[hd.DampingModel, ...]:
-    """Return models with the selected one and with actuator gains, if requested."""
-    from hydrodamp.simulation.actuation import with_gains
-
-    if selects_terms(listed):
-        selection = hd.StepwiseSelection()
-        with progress("selecting terms", len(selection.windows)) as step:
-            selected = selection.select(vehicle, log, models, lambda *_: step())
-        note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
-        models = (*models, selected)
-    return tuple(with_gains(vehicle, log, model) for model in models) if estimate_gains else models
-
-
-def list_models(listed: str | None) -> tuple[hd.DampingModel, ...]:
-    """Return the models of a comma-separated list, without the selected one."""
+def list_models(listed: str | None) -> ModelList:
+    """Return the models of a comma-separated list; the default is the paper's eight."""
     requested = hd.PAPER_MODELS if listed is None else split_names(listed)
     if not requested:
         raise ModelError("`--models` must name at least one model; got an empty list.")
+    selects_terms = SPARSE in requested
     models: dict[str, hd.DampingModel] = {}
     for model in (
         model for name in requested if name != SPARSE for model in read_named_models(name)
@@ -71,12 +71,12 @@ def list_models(listed: str | None) -> tuple[hd.DampingModel, ...]:
         key = model.key.casefold()  # not all file systems distinguish A.json from a.json
         first = models.setdefault(key, model)
         same = (first.key, first.terms) == (model.key, model.terms)
-        if not same or (key == SPARSE and selects_terms(listed)):
+        if not same or (key == SPARSE and selects_terms):
             raise ModelError(
                 f"two different models are called '{model.key}' (case-insensitive): rename the "
                 "one in your file."
             )
-    return tuple(models.values())
+    return ModelList(tuple(models.values()), selects_terms)
 
 
 def read_named_models(name: str) -> tuple[hd.DampingModel, ...]:
@@ -103,21 +103,21 @@ def _is_yaml(name: str) -> bool:
     return Path(name).suffix.lower() in (".yaml", ".yml")
 
 
-def find_model(name: str) -> tuple[hd.DampingModel, ...]:
-    """Return a single model by name or file; none if it is selected from the log."""
+def find_model(name: str) -> ModelList:
+    """Return a single model by name or file, or the one that is selected from the log."""
     if not name:
         raise ModelError(
             "`--model` is missing: give a model of `hydrodamp models`, a YAML file, or `sparse`, "
             "which is selected from the log."
         )
-    models = list_models(name)
-    if len(models) + selects_terms(name) != 1:
-        keys = ", ".join(model.key for model in models)
+    listed = list_models(name)
+    if len(listed.models) + listed.selects_terms != 1:
+        keys = ", ".join(model.key for model in listed.models)
         raise ModelError(
             f"`--model {name}` names several models: {keys}. Give one, such as FILE:NAME; "
             "`hydrodamp compare --models` takes several."
         )
-    return models
+    return listed
 
 
 def list_methods(listed: str) -> tuple[hd.Method, ...]:

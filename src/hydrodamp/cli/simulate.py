@@ -16,18 +16,12 @@ from hydrodamp.progress import progress
 
 def simulate(
     logs: options.SomeLogs,
-    damping: Annotated[
-        str,
-        options.option("simulate-damping"),
-    ],
+    damping: Annotated[str, options.option("simulate-damping")],
     vehicle: options.VehicleName = "",
     mapping: options.MappingFile = None,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
-    out: Annotated[
-        Path | None,
-        options.option("simulate-out"),
-    ] = None,
+    out: Annotated[Path | None, options.option("simulate-out")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:

@@ -18,10 +18,7 @@ def validate(
     models: options.Models = None,
     methods: options.Methods = options.DEFAULT_METHOD,
     mapping: options.MappingFile = None,
-    folds: Annotated[
-        int | None,
-        options.option("validate-folds"),
-    ] = None,
+    folds: Annotated[int | None, options.option("validate-folds")] = None,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
     out: Annotated[Path | None, options.option("validate-out")] = None,
@@ -37,21 +34,19 @@ def validate(
 
     files = map(resolve.model_file, resolve.split_names(models or ""))
     check_out_file(out, (*logs, *files, vehicle, mapping), force)
-    vehicle_model, listed_models = resolve.find_vehicle(vehicle), resolve.list_models(models)
+    vehicle_model, listed = resolve.find_vehicle(vehicle), resolve.list_models(models)
     method_list, log = resolve.list_methods(methods), read_logs(logs, mapping)
-    selected = (hd.StepwiseSelection(),) if resolve.selects_terms(models) else ()
-    check_training(
-        vehicle_model, log, resolve.with_selectable_terms(models, vehicle_model, log, listed_models)
-    )
-    chosen = resolve.complete_models(models, vehicle_model, log, listed_models)
+    selected = (hd.StepwiseSelection(),) if listed.selects_terms else ()
+    check_training(vehicle_model, log, listed.candidates(vehicle_model, log))
+    fitted_models = listed.complete(vehicle_model, log)
     count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()
     full_fit: tuple[Any, ...] = ((), ())
     try:
-        with progress("cross-validating", count * len(method_list) * len(chosen)) as done:
+        with progress("cross-validating", count * len(method_list) * len(fitted_models)) as done:
             hd.cross_validate(
                 vehicle_model,
                 log,
-                (*listed_models, *selected),
+                (*listed.models, *selected),
                 method_list,
                 folds=folds,
                 attitude=attitude,
@@ -59,8 +54,8 @@ def validate(
                 done=lambda _: done(),
                 keep=tables.append,
             )
-        problem = hd.prepare(vehicle_model, log, chosen)
-        fits = fit_all(problem, chosen, method_list)
+        problem = hd.prepare(vehicle_model, log, fitted_models)
+        fits = fit_all(problem, fitted_models, method_list)
         scores = [
             hd.horizon_scores(
                 vehicle_model, fit.damping, log, attitude=attitude, rate_unit=rate_unit

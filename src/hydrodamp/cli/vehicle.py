@@ -21,10 +21,7 @@ def new(
     length: Size = None,
     diameter: Size = None,
     mass: Annotated[float | None, options.option("new-mass")] = None,
-    like: Annotated[
-        str | None,
-        options.option("new-like"),
-    ] = None,
+    like: Annotated[str | None, options.option("new-like")] = None,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
@@ -34,7 +31,7 @@ def new(
     from hydrodamp.files import save_text
     from hydrodamp.results import check_new_file
     from hydrodamp.vehicle.file import fleet_text
-    from hydrodamp.vehicle.template import copied, vehicle_template
+    from hydrodamp.vehicle.template import rename_vehicle, vehicle_template
 
     sizes = {"length": length, "diameter": diameter, "mass": mass}
     complete = like is not None or mass is not None
@@ -48,7 +45,7 @@ def new(
     elif any(size is not None for size in sizes.values()):
         raise VehicleError("`--like` cannot be combined with --length, --diameter or --mass.")
     else:
-        text = copied(fleet_text(like), file.stem)
+        text = rename_vehicle(fleet_text(like), file.stem)
     check_new_file(file, force)
     save_text(text, file)
     if json:

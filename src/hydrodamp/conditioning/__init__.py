@@ -1,1 +1,1 @@
-"""Log to log: what is wrong is masked, what is missing is derived, and every step is counted."""
+"""Conditioning of logs: mask dropouts and outliers, derive missing channels, check quality."""

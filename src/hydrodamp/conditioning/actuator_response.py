@@ -1,4 +1,8 @@
-"""What an actuator makes of a command: a dead zone, a dead time, a first-order lag."""
+"""Actuator dynamics: dead zone, dead time (pure delay) and first-order lag of a command.
+
+With a command u held from sample to sample, a dead time d gives u(t - d) and a lag with time
+constant T solves T x' = u - x; both are averaged exactly over each sampling interval.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ _Response = Callable[[FloatArray, FloatArray, float], FloatArray]
 
 
 def apply_delay(log: Log, seconds: Mapping[str, float]) -> Log:
-    """Return a log whose commands act later.
+    """Return a log whose commands are delayed by a dead time.
 
     Parameters
     ----------
@@ -33,7 +37,7 @@ def apply_delay(log: Log, seconds: Mapping[str, float]) -> Log:
     Raises
     ------
     LogError
-        If there is no such command, or a time is negative or no number.
+        If a command does not exist, or a time is negative or not finite.
 
     Examples
     --------
@@ -45,7 +49,7 @@ def apply_delay(log: Log, seconds: Mapping[str, float]) -> Log:
 
 
 def apply_first_order_lag(log: Log, seconds: Mapping[str, float]) -> Log:
-    """Return a log whose commands act through a first-order lag.
+    """Return a log whose commands pass through a first-order lag.
 
     Parameters
     ----------
@@ -62,7 +66,7 @@ def apply_first_order_lag(log: Log, seconds: Mapping[str, float]) -> Log:
     Raises
     ------
     LogError
-        If there is no such command, or a time is negative or no number.
+        If a command does not exist, or a time is negative or not finite.
 
     Examples
     --------
@@ -74,10 +78,10 @@ def apply_first_order_lag(log: Log, seconds: Mapping[str, float]) -> Log:
 
 
 def apply_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
-    """Return a log whose commands are what lies beyond their dead zones.
+    """Return a log whose commands are measured from the edges of their dead zones.
 
-    A thruster of known newtons has a dead zone of its own in the vehicle file; this is for
-    a command whose gain is unknown, such as a pulse width about 1500 us.
+    For a thruster of known force, set its dead zone in the vehicle file. Use this function for
+    a command of unknown gain, such as a pulse width around 1500 us.
 
     Parameters
     ----------
@@ -89,13 +93,13 @@ def apply_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
     Returns
     -------
     log : Log
-        Zero within the zone, the distance to its nearer end beyond, with its sign; its notes
+        Zero inside the zone, the signed distance to the nearer limit outside; its notes
         give the zones.
 
     Raises
     ------
     LogError
-        If there is no such command, or a zone does not run from low to high.
+        If a command does not exist, or the limits of a zone are not in ascending order.
 
     Examples
     --------
@@ -119,14 +123,14 @@ def apply_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
 
 def _apply_response(log: Log, seconds: Mapping[str, float], response: _Response, done: str) -> Log:
     changed = {}
-    for name, given in seconds.items():
+    for name, time in seconds.items():
         values = log.command(name)
-        if not (np.isfinite(given) and given >= 0):
-            fault = f"the time of `{name}` must be zero or positive [s]; got {given}"
+        if not (np.isfinite(time) and time >= 0):
+            fault = f"the time of `{name}` must be zero or positive [s]; got {time}"
             raise LogError(fault, source=log.source)
-        if given > 0:
-            parts = [response(log.time[a:b], values[a:b], given) for a, b in log.bounds]
-            changed[name] = np.concatenate(parts)
+        if time > 0:
+            values_by_segment = [response(log.time[a:b], values[a:b], time) for a, b in log.bounds]
+            changed[name] = np.concatenate(values_by_segment)
     notes = [f"command `{name}` {done} by {seconds[name]:g} s" for name in changed]
     return _with_commands(log, changed).with_notes(*notes)
 
@@ -139,7 +143,7 @@ def _with_commands(log: Log, changed: Mapping[str, FloatArray]) -> Log:
 
 
 def _sample_ends(time: FloatArray) -> FloatArray:
-    """Return when each sample ends; the last one lasts a median step."""
+    """Return the end time of each sample; the last sample lasts a median step."""
     return np.append(time[1:], time[-1] + np.median(np.diff(time)))
 
 
@@ -148,20 +152,20 @@ def _delay_segment(time: FloatArray, values: FloatArray, seconds: float) -> Floa
     knots = np.append(time, ends[-1])
     area = np.concatenate(([0.0], np.cumsum(values * (ends - time))))
 
-    def until(late: FloatArray) -> FloatArray:
-        before = np.minimum(late - time[0], 0.0) * values[0]
-        return np.asarray(np.interp(late, knots, area) + before)
+    def integral_until(times: FloatArray) -> FloatArray:
+        before = np.minimum(times - time[0], 0.0) * values[0]
+        return np.asarray(np.interp(times, knots, area) + before)
 
-    return (until(ends - seconds) - until(time - seconds)) / (ends - time)
+    return (integral_until(ends - seconds) - integral_until(time - seconds)) / (ends - time)
 
 
 def _lag_segment(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
     from scipy.linalg.lapack import dtbtrs  # takes long to import
 
     steps = (_sample_ends(time) - time) / seconds
-    reached = -np.expm1(-steps)  # of the way to the command, at the end of each step
-    # Each response is what is left of the one before, and what it has reached of the command.
+    gain = -np.expm1(-steps)  # share of the step response reached at the end of each step
+    # x[k+1] = exp(-h/T) x[k] + (1 - exp(-h/T)) u[k], solved as a bidiagonal system.
     bands = np.stack((np.ones(len(time)), -np.exp(-steps)))
-    begun, _ = dtbtrs(bands, np.append(values[0], (reached * values)[:-1]), uplo="L")
-    # The mean over the step of the decay from where the response is towards the command.
-    return np.asarray(values + (begun - values) * reached / steps)
+    initial, _ = dtbtrs(bands, np.append(values[0], (gain * values)[:-1]), uplo="L")
+    # Mean of the exponential from x[k] towards u[k] over the step.
+    return np.asarray(values + (initial - values) * gain / steps)

@@ -1,4 +1,9 @@
-"""Channels judged against each other: rates by attitude, velocity by position, clock by motion."""
+"""Consistency of redundant channels: rates and attitude, velocity and position, clock and motion.
+
+The integral of a rate is regressed on the increments of the channel it is the derivative of, over
+windows longer than the noise (:mod:`hydrodamp.data.channel_regression`). The scale reveals a
+wrong unit or sign; a low correlation reveals a channel that measures something else.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +19,7 @@ from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.conditioning.dropouts import find_mocap_dropouts, varying_position
 from hydrodamp.conditioning.gaps import ATTITUDE
 from hydrodamp.conditioning.outliers import find_attitude_outliers
-from hydrodamp.data.agreement import (
+from hydrodamp.data.channel_regression import (
     ChannelRegression,
     integrate_displacement,
     integrate_rotation,
@@ -25,44 +30,49 @@ from hydrodamp.data.channels import POSITION
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 
-_SCALE_TOLERANCE, _SIGN_TOLERANCE = 0.08, 0.3  # of a ratio, about that of a unit, or about -1
-_MAX_SCALE_ERROR = 1.5  # times too large or too small, of no unit
-_SURE_CORRELATION = 0.95  # correlation from which a ratio of no unit is told
+_SCALE_TOLERANCE, _SIGN_TOLERANCE = (
+    0.08,
+    0.3,
+)  # relative error of a scale around a unit factor, and around -1
+_MAX_SCALE_ERROR = 1.5  # times too large or too small, without a unit that explains it
+_SURE_CORRELATION = 0.95  # correlation from which a scale without a unit is reported
 _MIN_CORRELATION = 0.5  # correlation below which two channels do not measure one motion
-_DEAD_SCALE = 0.2  # of the other's motion; less is none
-_DEAD_SCALE_ANY_UNIT = 1e-4  # of any two units of a rate or a speed
-_MIN_SIGNAL_TO_NOISE = 10.0  # times the noise of a channel, from which it moves
-_MIN_COMPONENT_SHARE = 0.2  # of the way, that a velocity's own part must have to be missed
-_INLIER_SHARE = 0.95  # of the samples; the rest are spikes
-_MIN_JITTER = 0.2  # of a step, from which a clock is asked
-_MIN_ROUGHNESS_RATIO = 3.0  # times smoother by row than by clock
-_MIN_SAMPLES = 200  # samples; in fewer, chance and spikes speak
+_DEAD_SCALE = 0.2  # share of the reference motion; a smaller scale is a dead channel
+_DEAD_SCALE_ANY_UNIT = 1e-4  # smaller than the ratio of any two units of a rate or a speed
+_MIN_SIGNAL_TO_NOISE = 10.0  # motion over noise from which a channel is moving
+_MIN_COMPONENT_SHARE = (
+    0.2  # of the largest increment, from which a component is expected to be seen
+)
+_INLIER_SHARE = 0.95  # of the samples; the others are outliers
+_MIN_JITTER = 0.2  # of a step, from which the clock is checked
+_MIN_ROUGHNESS_RATIO = 3.0  # roughness by clock over roughness by row number
+_MIN_SAMPLES = 200  # samples; fewer are dominated by chance and outliers
 _BURST_STEP_SHARE = 0.01  # of the mean step
 
 
 @dataclass(frozen=True)
 class QualityIssue:
-    """Something about a channel that does not look right.
+    """A quality issue of a channel: problem, evidence and remedy.
 
     Attributes
     ----------
     channel : str
-        Which one, or several.
-    looks : str
-        What it looks like.
+        The channel, or several separated by blanks.
+    problem : str
+        The problem.
     evidence : str
-        Why, with the number it rests on.
+        The evidence, with its number.
     where : str
-        Which samples; empty where it is the whole channel.
-    cure : str
-        The step or the line of a mapping that mends it, or what to do.
-    minor : bool
-        Whether it concerns single samples, which the cure takes out.
+        The affected samples; empty if the whole channel is affected.
+    remedy : str
+        The cleaning step or the line of a mapping that corrects it, or other advice.
+    is_minor : bool
+        Whether only single samples are affected, which the remedy removes.
 
     Examples
     --------
     >>> print(QualityIssue("r", "is deg/s taken for rad/s", "it is 57.3 times the attitude's"))
-    suspicion: `r` is deg/s taken for rad/s: it is 57.3 times the attitude's
+    quality issue: `r` is deg/s taken for rad/s: it is 57.3 times the attitude's
     """
 
     channel: str
@@ -75,30 +85,30 @@ class QualityIssue:
     def __str__(self) -> str:
         """Return one sentence."""
         evidence = ", ".join(filter(None, (self.evidence, self.where)))
-        told = "; ".join(filter(None, (evidence, self.remedy)))
-        return f"suspicion: `{self.channel}` {self.problem}: {told}"
+        details = "; ".join(filter(None, (evidence, self.remedy)))
+        return f"quality issue: `{self.channel}` {self.problem}: {details}"
 
 
 @dataclass(frozen=True)
 class VehicleScale:
-    """What is little and what is much for a vehicle, by Froude's law."""
+    """Typical and negligible velocities of a vehicle of a given length, by Froude scaling."""
 
     length: float  # m
 
     @classmethod
     def from_log(cls, log: Log) -> VehicleScale:
-        """Return the size that the usual speed of a log speaks for."""
+        """Return the length at which the 90 % quantile of speed is a Froude number of 0.25."""
         speed = float(np.quantile(np.linalg.norm(log.velocity[:, :3], axis=1), 0.9))
         length = speed**2 / (_CRUISE_FROUDE**2 * GRAVITY)
         return cls(min(max(length, _MIN_LENGTH_M), _MAX_LENGTH_M))
 
     @property
     def time_scale(self) -> float:
-        """Times, and speeds, beside those of a small vehicle."""
+        """Froude scale of times and speeds relative to a vehicle of 2 m."""
         return math.sqrt(self.length / _REFERENCE_LENGTH_M)
 
     def negligible(self, unit: str) -> float:
-        """Return the standard deviation of a velocity that hardly varies."""
+        """Return the standard deviation below which a velocity is not excited."""
         return (
             _NEGLIGIBLE_SPEED * self.time_scale
             if unit == "m/s"
@@ -106,22 +116,22 @@ class VehicleScale:
         )
 
     def largest_plausible(self, unit: str) -> float:
-        """Return a velocity that no such vehicle reaches."""
+        """Return the largest plausible velocity of a vehicle of this length."""
         of_length = self.length if unit == "m/s" else 1.0 / self.length
         return _MAX_FROUDE * math.sqrt(GRAVITY * of_length)
 
 
-_CRUISE_FROUDE, _MAX_FROUDE = 0.25, 2.0  # usual, and of a boat that planes
+_CRUISE_FROUDE, _MAX_FROUDE = 0.25, 2.0  # at cruise speed, and of a planing boat
 _MIN_LENGTH_M, _MAX_LENGTH_M = 0.3, 100.0  # m
 _REFERENCE_LENGTH_M, _NEGLIGIBLE_SPEED, _NEGLIGIBLE_RATE = 2.0, 0.02, 0.01  # m, m/s, rad/s
 
 
 def _unit_confusions(quantity: str, other: str) -> dict[float, str]:
-    """Return what a ratio to another channel means, by the units of a quantity."""
+    """Return the unit confusion or sign error that each scale of a channel indicates."""
     unit = si_unit(quantity)
     units = {factor: name for name, factor in reversed(UNITS[quantity].items()) if name != unit}
     return {
-        -1.0: f"of the other sign, or of another frame than the {other}",
+        -1.0: f"of opposite sign to, or in another frame than, the {other}",
         **{
             factor: f"{unit} taken for {name} and converted once too often"
             for factor, name in units.items()
@@ -132,153 +142,178 @@ def _unit_confusions(quantity: str, other: str) -> dict[float, str]:
 
 _RATE_CONFUSIONS = _unit_confusions("angular rate", "attitude")
 _RATE_CONFUSIONS[UNITS["angular rate"]["deg/s"]] += ", or its angle is degrees taken for radians"
-_SPEED_CONFUSIONS = _unit_confusions("speed", "position") | {0.001: "m/s beside a position in mm"}
+_SPEED_CONFUSIONS = _unit_confusions("speed", "position") | {0.001: "m/s with a position in mm"}
 
 
-#: By the first of three velocities: their units, what they are beside, what derives them.
+#: By the first of three velocities: unit confusions, reference channel, step that derives them.
 _COMPARISONS = {
-    0: (_SPEED_CONFUSIONS, "way of the position along it", "velocity_from_position"),
+    0: (_SPEED_CONFUSIONS, "displacement of the position along it", "velocity_from_position"),
     3: (_RATE_CONFUSIONS, "rate of the attitude", "rates_from_attitude"),
 }
 
 
 def find_inconsistencies(log: Log, size: VehicleScale) -> Iterator[QualityIssue]:
-    """Yield where channels that measure one motion contradict each other."""
+    """Yield contradictions between channels that measure the same motion."""
     yield from _clock_issue(log)
     if log.attitude is None:
         return
-    lost = find_mocap_dropouts(log)
-    untold = find_attitude_outliers(log) | lost.get(ATTITUDE, False)
-    attitude = np.where(untold[:, np.newaxis], np.nan, log.attitude)
+    dropouts = find_mocap_dropouts(log)
+    invalid = find_attitude_outliers(log) | dropouts.get(ATTITUDE, False)
+    attitude = np.where(invalid[:, np.newaxis], np.nan, log.attitude)
     yield from _velocity_issues(
         log, 3, integrate_rotation(attitude, log.bounds), size.negligible("rad/s")
     )
-    if (place := varying_position(log)) is not None:
-        gone = lost[POSITION.columns[0]][:, np.newaxis]
-        position = np.where(gone, np.nan, place)
-        way = integrate_displacement(attitude, position, log.bounds)
+    if (measured := varying_position(log)) is not None:
+        missing = dropouts[POSITION.columns[0]][:, np.newaxis]
+        position = np.where(missing, np.nan, measured)
+        displacement = integrate_displacement(attitude, position, log.bounds)
         exchanged = position[:, (1, 0, 2)] * np.array([1.0, 1.0, -1.0])
-        other = _frame_issue(
-            log, place, integrate_displacement(attitude, exchanged, log.bounds), way
+        issue = _frame_issue(
+            log, measured, integrate_displacement(attitude, exchanged, log.bounds), displacement
         )
-        yield from [other] if other else _velocity_issues(log, 0, way, size.negligible("m/s"))
+        yield from (
+            [issue] if issue else _velocity_issues(log, 0, displacement, size.negligible("m/s"))
+        )
 
 
 def _velocity_issues(
-    log: Log, first: int, moved: FloatArray, little: float
+    log: Log, first: int, reference_values: FloatArray, negligible: float
 ) -> Iterator[QualityIssue]:
-    """Yield what is wrong with three velocities, a sentence for all that look the same."""
-    units, other, step = _COMPARISONS[first]
+    """Yield the issues of three velocities; those with the same problem share one issue."""
+    units, reference, step = _COMPARISONS[first]
     names = VELOCITIES[first : first + 3]
-    each = {
-        name: regress_channel(log.time, log.bounds, log.velocity[:, [first + k]], moved[:, [k]])
+    regressions = {
+        name: regress_channel(
+            log.time, log.bounds, log.velocity[:, [first + k]], reference_values[:, [k]]
+        )
         for k, name in enumerate(names)
         if name in log.velocity_names
     }
-    most = max((both.rms_increment for both in each.values()), default=0.0)
-    found: dict[str, list[str]] = {}
-    for name, both in each.items():
-        noise = _MIN_SIGNAL_TO_NOISE * noise_std(moved[:, names.index(name)], log.bounds)
-        least = max(
-            noise, little * both.window_s, _MIN_COMPONENT_SHARE * most if first == 0 else 0.0
+    largest = max((regression.rms_increment for regression in regressions.values()), default=0.0)
+    names_by_problem: dict[str, list[str]] = {}
+    for name, regression in regressions.items():
+        noise = _MIN_SIGNAL_TO_NOISE * noise_std(reference_values[:, names.index(name)], log.bounds)
+        threshold = max(
+            noise,
+            negligible * regression.window_s,
+            _MIN_COMPONENT_SHARE * largest if first == 0 else 0.0,
         )
-        looks = _describe_problem(both, units, least if log.n >= _MIN_SAMPLES else np.inf)
-        found.setdefault(looks, []).append(name)
-    for looks, alike in found.items():
-        numbers = ", ".join(f"{each[name].scale:.3g}" for name in alike)
-        likeness = ", ".join(f"{each[name].correlation:.2f}" for name in alike)
-        span = each[alike[0]].window_s
-        evidence = f"over {span:.3g} s it is {numbers} times the {other} (correlation {likeness})"
-        cure = f"derive it: `steps: [{step}: {{names: [{', '.join(alike)}]}}]`"
-        if "too often" in looks:
-            cure = "write the units that the file has in the mapping, `unit: deg` for such an angle"
-        elif " taken for " in looks:
-            cure = f"write `unit: {looks.split()[1]}` for it in the mapping"
-        elif "sign" in looks:
-            cure = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
-        if looks:
-            yield QualityIssue(" ".join(alike), looks, evidence, remedy=cure)
+        problem = _describe_problem(
+            regression, units, threshold if log.n >= _MIN_SAMPLES else np.inf
+        )
+        names_by_problem.setdefault(problem, []).append(name)
+    for problem, affected in names_by_problem.items():
+        scales = ", ".join(f"{regressions[name].scale:.3g}" for name in affected)
+        correlations = ", ".join(f"{regressions[name].correlation:.2f}" for name in affected)
+        span = regressions[affected[0]].window_s
+        evidence = (
+            f"over {span:.3g} s it is {scales} times the {reference} (correlation {correlations})"
+        )
+        remedy = f"derive it: `steps: [{step}: {{names: [{', '.join(affected)}]}}]`"
+        if "too often" in problem:
+            remedy = (
+                "state the units of the file in the mapping, for example `unit: deg` for an angle"
+            )
+        elif " taken for " in problem:
+            remedy = f"write `unit: {problem.split()[1]}` for it in the mapping"
+        elif "sign" in problem:
+            remedy = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
+        if problem:
+            yield QualityIssue(" ".join(affected), problem, evidence, remedy=remedy)
 
 
-def _describe_problem(both: ChannelRegression, units: dict[float, str], least: float) -> str:
-    """Return what is wrong with a channel beside another that moves by more than its noise."""
-    if both.is_consistent() and (unit := _unit_confusion(both.scale, units)):
+def _describe_problem(
+    regression: ChannelRegression, units: dict[float, str], threshold: float
+) -> str:
+    """Return the problem that a regression on the reference channel reveals, or ""."""
+    if regression.is_consistent() and (unit := _unit_confusion(regression.scale, units)):
         return f"is {unit}"
-    seen = both.rms_increment > least
-    if abs(both.scale) < (_DEAD_SCALE if seen else _DEAD_SCALE_ANY_UNIT) and (
-        seen or both.is_consistent()
+    is_moving = regression.rms_increment > threshold
+    if abs(regression.scale) < (_DEAD_SCALE if is_moving else _DEAD_SCALE_ANY_UNIT) and (
+        is_moving or regression.is_consistent()
     ):
-        return "measures nothing of its motion"
-    if both.is_consistent():
-        fits = (
-            1 / _MAX_SCALE_ERROR < both.scale < _MAX_SCALE_ERROR
-            or abs(both.correlation) < _SURE_CORRELATION
+        return "does not measure the motion"
+    if regression.is_consistent():
+        is_plausible = (
+            1 / _MAX_SCALE_ERROR < regression.scale < _MAX_SCALE_ERROR
+            or abs(regression.correlation) < _SURE_CORRELATION
         )
-        return "" if fits or not seen else "is of another size"
-    unlike = seen and abs(both.correlation) < _MIN_CORRELATION
-    return "is not the motion of the vehicle" if unlike else ""
+        return "" if is_plausible or not is_moving else "has a wrong scale"
+    is_uncorrelated = is_moving and abs(regression.correlation) < _MIN_CORRELATION
+    return "is uncorrelated with the motion of the vehicle" if is_uncorrelated else ""
 
 
 def _unit_confusion(ratio: float, units: dict[float, str]) -> str:
-    """Return what a ratio means, or nothing."""
+    """Return the unit confusion whose factor a scale matches, or ""."""
     unit = min(units, key=lambda unit: abs(ratio / unit - 1))
     allowed = _SCALE_TOLERANCE if unit > 0.0 else _SIGN_TOLERANCE
     return units[unit] if abs(ratio / unit - 1) < allowed else ""
 
 
 def _frame_issue(
-    log: Log, position: FloatArray, exchanged: FloatArray, way: FloatArray
+    log: Log, position: FloatArray, exchanged: FloatArray, displacement: FloatArray
 ) -> QualityIssue | None:
-    """Return in which axes velocities would make the way of the position that they do not."""
-    ways = {
-        "is along the axes of the world, not of the vehicle": (
+    """Return the frame in which the velocities integrate to the position, if not the body frame."""
+    alternatives = {
+        "is given in world axes, not in body axes": (
             position,
             "name them `north`, `east` and `down` under `velocity` in the mapping",
         ),
-        "has a position of another world, east and north exchanged": (
+        "contradicts a position whose east and north are exchanged": (
             exchanged,
             "name the axes of the position `east`, `north`, `up` in the mapping",
         ),
     }
     names = " ".join(name for name in VELOCITIES[:3] if name in log.velocity_names)
-    both = regress_channel(log.time, log.bounds, log.velocity[:, :3], way)
-    for looks, (other, cure) in ways.items():
-        found = regress_channel(log.time, log.bounds, log.velocity[:, :3], other)
-        if found.correlation > _SURE_CORRELATION and found.explains_more_than(both):
-            told = f"added up it goes with the position by a correlation of {both.correlation:.2f}"
-            return QualityIssue(names, looks, f"{told}, so by {found.correlation:.2f}", remedy=cure)
+    expected = regress_channel(log.time, log.bounds, log.velocity[:, :3], displacement)
+    for problem, (alternative, remedy) in alternatives.items():
+        regression = regress_channel(log.time, log.bounds, log.velocity[:, :3], alternative)
+        if regression.correlation > _SURE_CORRELATION and regression.explains_more_than(expected):
+            evidence = f"its integral correlates with the position by {expected.correlation:.2f}"
+            return QualityIssue(
+                names,
+                problem,
+                f"{evidence}, in those axes by {regression.correlation:.2f}",
+                remedy=remedy,
+            )
     return None
 
 
 def _clock_issue(log: Log) -> Iterator[QualityIssue]:
-    """Ask whether samples follow each other more evenly than their clock says."""
-    few, low, step, high = np.quantile(log.steps, (0.1, 0.05, 0.5, 0.95)).tolist()
+    """Yield an issue if the motion is smoother by row number than by clock."""
+    shortest, low, step, high = np.quantile(log.steps, (0.1, 0.05, 0.5, 0.95)).tolist()
     if log.n < _MIN_SAMPLES or high - low < 2 * _MIN_JITTER * step:
         return
     blocks = [log.velocity] + ([] if log.position is None else [log.position])
     blocks += [] if log.attitude is None else [integrate_rotation(log.attitude, log.bounds)]
-    times = _clock_roughness(log, np.column_stack(blocks))
-    in_bursts = few < _BURST_STEP_SHARE * float(np.mean(log.steps))
-    if in_bursts or (times.max() > _MIN_ROUGHNESS_RATIO and times.min() > 1 / _MIN_ROUGHNESS_RATIO):
-        told = f"by row number the motion is {times.max():.2g} times smoother"
+    ratios = _clock_roughness(log, np.column_stack(blocks))
+    in_bursts = shortest < _BURST_STEP_SHARE * float(np.mean(log.steps))
+    if in_bursts or (
+        ratios.max() > _MIN_ROUGHNESS_RATIO and ratios.min() > 1 / _MIN_ROUGHNESS_RATIO
+    ):
+        evidence = f"by row number the motion is {ratios.max():.2g} times smoother"
         yield QualityIssue(
             "time",
-            "is not when the samples were taken",
+            "is not the sampling time",
             f"its steps are from {low:.2g} to {high:.2g} s, "
-            + ("in bursts" if in_bursts else told),
-            remedy="take the sensor's own stamp (`time: header.stamp` in the mapping), not when a "
-            "message came",
+            + ("in bursts" if in_bursts else evidence),
+            remedy="use the sensor's time stamp (`time: header.stamp` in the mapping), not the "
+            "arrival time of the message",
         )
 
 
 def _clock_roughness(log: Log, values: FloatArray) -> FloatArray:
-    """Return how much farther samples are off between their neighbours by clock than by row."""
+    """Return the error of linear interpolation by clock over that by row number, per column."""
     inside = np.ones(log.n, dtype=np.bool_)
     inside[[*log.bounds[:, 0], *(log.bounds[:, 1] - 1)]] = False
-    at = np.flatnonzero(inside)
-    share = (log.time[at] - log.time[at - 1]) / (log.time[at + 1] - log.time[at - 1])
-    rise, ahead = values[at] - values[at - 1], values[at + 1] - values[at - 1]
+    rows = np.flatnonzero(inside)
+    share = (log.time[rows] - log.time[rows - 1]) / (log.time[rows + 1] - log.time[rows - 1])
+    rise, ahead = values[rows] - values[rows - 1], values[rows + 1] - values[rows - 1]
     by_clock, by_row = np.abs(rise - share[:, np.newaxis] * ahead), np.abs(rise - ahead / 2)
-    usual = by_row <= np.quantile(by_row, _INLIER_SHARE, axis=0)
-    one, other = (np.mean(each, axis=0, where=usual) for each in (by_clock, by_row))
-    return np.asarray(np.divide(one, other, out=np.ones_like(one), where=other > 0.0))
+    inliers = by_row <= np.quantile(by_row, _INLIER_SHARE, axis=0)
+    clock_error, row_error = (
+        np.mean(errors, axis=0, where=inliers) for errors in (by_clock, by_row)
+    )
+    return np.asarray(
+        np.divide(clock_error, row_error, out=np.ones_like(clock_error), where=row_error > 0.0)
+    )

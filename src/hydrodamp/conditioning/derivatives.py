@@ -1,4 +1,8 @@
-"""Velocities and accelerations derived from other channels, by local quadratics."""
+"""Velocities and accelerations from position, attitude and accelerometer, by local quadratics.
+
+Savitzky-Golay smoothing on an uneven clock: a quadratic is fitted to each window by least squares;
+its slope at the sample is the derivative. Leave-one-out cross-validation selects the window.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +19,12 @@ from hydrodamp.data.attitude import down_vectors, rotate_to_body, rotation_vecto
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean
 
-#: Numbers of samples to choose from.
+#: Window lengths to select from [samples].
 WINDOW_LENGTHS = (5, 7, 9, 13, 17, 25, 35)
 
 _CHUNK_ROWS = 8192
-_UNIFORM_TOLERANCE = 1e-9  # of a window, by which an even clock may differ
-_MAX_CV_SAMPLES = 20000  # samples at which windows are compared, no more
+_UNIFORM_TOLERANCE = 1e-9  # of a window; smaller deviations count as uniform sampling
+_MAX_CV_SAMPLES = 20000  # samples at which windows are compared
 
 
 class LocalFit(NamedTuple):
@@ -31,12 +35,12 @@ class LocalFit(NamedTuple):
     leverage: FloatArray
 
 
-#: Samples (m,) and their neighbours (m, w) -> the values there, shape (m, w, k).
+#: Samples (m,) and the samples of their windows (m, w) -> values, shape (m, w, k).
 WindowValues = Callable[[IntArray, IntArray], FloatArray]
 
 
 def fit_slopes(log: Log, around: WindowValues, seconds: float | None) -> tuple[LocalFit, int]:
-    """Return local quadratics over some seconds, or over the best window; and its samples."""
+    """Fit local quadratics over a given time, or over the best window; return fit and window."""
     if seconds is None:
         window = select_window(log.time, log.bounds, around)
     else:
@@ -45,25 +49,25 @@ def fit_slopes(log: Log, around: WindowValues, seconds: float | None) -> tuple[L
 
 
 def differences_from_centre(values: FloatArray) -> WindowValues:
-    """Return columns of numbers as differences from each sample."""
+    """Return the values in a window as differences from its sample."""
 
-    def around(at: IntArray, near: IntArray) -> FloatArray:
-        return np.asarray(values[near] - values[at][:, np.newaxis])
+    def differences(at: IntArray, neighbours: IntArray) -> FloatArray:
+        return np.asarray(values[neighbours] - values[at][:, np.newaxis])
 
-    return around
+    return differences
 
 
-def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> LocalFit:
+def local_polynomials(span: FloatArray, values: FloatArray, degree: int = 2) -> LocalFit:
     """Fit a polynomial to each window and evaluate it at the sample."""
     if np.ptp(span, axis=0).max() <= _UNIFORM_TOLERANCE * np.abs(span).max():
-        span = span[:1]  # an even clock: one polynomial's weights serve all
+        span = span[:1]  # uniform sampling: one set of weights
     size = np.abs(span).max(axis=1)
     scale = np.where(size > 0, size, 1.0)[:, np.newaxis]
     powers = np.stack([(span / scale) ** k for k in range(min(degree + 1, span.shape[1]))], axis=1)
     inverse = np.linalg.inv(powers @ powers.transpose(0, 2, 1))
-    parts = (inverse @ powers) @ around
-    slope = parts[:, 1] / scale if parts.shape[1] > 1 else 0.0 * parts[:, 0]
-    return LocalFit(parts[:, 0], slope, np.broadcast_to(inverse[:, 0, 0], len(around)))
+    coefficients = (inverse @ powers) @ values
+    slope = coefficients[:, 1] / scale if coefficients.shape[1] > 1 else 0.0 * coefficients[:, 0]
+    return LocalFit(coefficients[:, 0], slope, np.broadcast_to(inverse[:, 0, 0], len(values)))
 
 
 def fit_local_polynomials(
@@ -75,22 +79,22 @@ def fit_local_polynomials(
     degree: int = 2,
 ) -> LocalFit:
     """Return local polynomials at samples of a log."""
-    wanted = np.arange(len(time)) if rows is None else rows
-    parts = []
+    samples = np.arange(len(time)) if rows is None else rows
+    fits = []
     for start, stop in bounds.tolist():
-        first, last = np.searchsorted(wanted, (start, stop)).tolist()
+        first, last = np.searchsorted(samples, (start, stop)).tolist()
         width = min(window, stop - start)
         for low in range(first, last, _CHUNK_ROWS):
-            at = wanted[low : min(low + _CHUNK_ROWS, last)]
+            at = samples[low : min(low + _CHUNK_ROWS, last)]
             begin = np.clip(at - width // 2, start, stop - width)
-            near = begin[:, np.newaxis] + np.arange(width)
-            span = time[near] - time[at, np.newaxis]
-            parts.append(local_polynomials(span, around(at, near), degree))
-    return LocalFit(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+            neighbours = begin[:, np.newaxis] + np.arange(width)
+            span = time[neighbours] - time[at, np.newaxis]
+            fits.append(local_polynomials(span, around(at, neighbours), degree))
+    return LocalFit(*(np.concatenate(column) for column in zip(*fits, strict=True)))
 
 
 def select_window(time: FloatArray, bounds: IntArray, around: WindowValues) -> int:
-    """Return the window whose parabolas best predict the sample they leave out."""
+    """Return the window of least leave-one-out prediction error."""
     rows = np.arange(0, len(time), -(-len(time) // _MAX_CV_SAMPLES))
     longest = int(np.max(bounds[:, 1] - bounds[:, 0]))
     usable = [window for window in WINDOW_LENGTHS if window < longest] or [WINDOW_LENGTHS[0]]
@@ -103,16 +107,16 @@ def select_window(time: FloatArray, bounds: IntArray, around: WindowValues) -> i
 
 
 def required_blocks(log: Log, step: str, *names: str) -> list[FloatArray]:
-    """Return what a step needs of a log, or say what is lacking."""
-    found = {name: getattr(log, name) for name in names}
-    if lacking := [name.replace("_", " ") for name, block in found.items() if block is None]:
+    """Return the blocks that a step needs; raise LogError if one is missing."""
+    blocks = {name: getattr(log, name) for name in names}
+    if lacking := [name.replace("_", " ") for name, block in blocks.items() if block is None]:
         fault = f"there is no {' and no '.join(lacking)}, which `{step}` needs"
         raise LogError(fault, source=log.source)
-    return [*found.values()]
+    return [*blocks.values()]
 
 
 _LINEAR, _RATES = VELOCITIES[:3], VELOCITIES[3:]
-_MAX_TILT = 1e-9  # off the vertical; a planar log has no more
+_MAX_TILT = 1e-9  # tilt of the down vector; less in a planar log
 
 
 def rates_from_attitude(
@@ -125,21 +129,20 @@ def rates_from_attitude(
     log : Log
         With an attitude.
     names : sequence of str, optional
-        Which of p q r to derive; those not recorded where not given, of a log that is level
-        throughout r alone.
+        Which of p q r to derive; default: those not recorded (of a level log only r).
     seconds : float, optional
-        Time under each local quadratic [s]; chosen by cross-validation where not given.
+        Length of the local quadratics [s]; default: selected by cross-validation.
 
     Returns
     -------
     log : Log
-        Its notes say which rates are derived, and how. A log that lacks none is returned
-        as it is.
+        Its notes state the derived rates and the window. A log that has all rates is
+        returned unchanged.
 
     Raises
     ------
     LogError
-        If there is no attitude, or a name is no rate.
+        If the attitude is missing, or a name is not a rate.
 
     Examples
     --------
@@ -169,21 +172,21 @@ def velocity_from_position(
     log : Log
         With a position and an attitude.
     names : sequence of str, optional
-        Which of u v w to derive; those not recorded where not given, without w where the
-        position never leaves its depth, w alone where it has a depth alone.
+        Which of u v w to derive; default: those not recorded (no w at constant depth, only w
+        if the position is a depth only).
     seconds : float, optional
-        Time under each local quadratic [s]; chosen by cross-validation where not given.
+        Length of the local quadratics [s]; default: selected by cross-validation.
 
     Returns
     -------
     log : Log
-        Its notes say which velocities are derived: they are over ground, a current is in
-        them. A log that lacks none is returned as it is.
+        Its notes state the derived velocities. They are over ground and contain a current.
+        A log that has all velocities is returned unchanged.
 
     Raises
     ------
     LogError
-        If position or attitude is lacking, or a name is no linear velocity.
+        If position or attitude is missing, or a name is not a linear velocity.
 
     Examples
     --------
@@ -208,19 +211,19 @@ def velocity_from_position(
 
 
 def _relative_rotations(attitude: FloatArray) -> WindowValues:
-    """Return attitudes as the rotation vectors that lead there from each sample."""
+    """Return the attitudes in a window as rotation vectors from its sample."""
 
-    def around(at: IntArray, near: IntArray) -> FloatArray:
-        first = np.repeat(attitude[at], near.shape[1], axis=0)
-        return rotation_vectors(first, attitude[near.ravel()]).reshape(*near.shape, 3)
+    def rotations(at: IntArray, neighbours: IntArray) -> FloatArray:
+        first = np.repeat(attitude[at], neighbours.shape[1], axis=0)
+        return rotation_vectors(first, attitude[neighbours.ravel()]).reshape(*neighbours.shape, 3)
 
-    return around
+    return rotations
 
 
 def _names_to_derive(
     log: Log, names: Sequence[str] | None, known: Sequence[str], usual: Sequence[str]
 ) -> tuple[str, ...]:
-    """Return the velocities to derive, in their usual order, or say which cannot be."""
+    """Return the velocities to derive, in canonical order; raise LogError for invalid names."""
     if names is None:
         return tuple(name for name in usual if name not in log.velocity_names)
     faults = [
@@ -234,18 +237,18 @@ def _names_to_derive(
 
 
 def _with_velocities(
-    log: Log, chosen: Sequence[str], three: FloatArray, origin: str, window: int
+    log: Log, chosen: Sequence[str], derived: FloatArray, origin: str, window: int
 ) -> Log:
-    """Return a log with some of three velocities added or replaced, without accelerations."""
-    velocity, called = log.velocity.copy(), " ".join(chosen)
-    for place in map(VELOCITIES.index, chosen):
-        velocity[:, place] = three[:, place % 3]
+    """Return a log with derived velocities and without accelerations."""
+    velocity, listed = log.velocity.copy(), " ".join(chosen)
+    for axis in map(VELOCITIES.index, chosen):
+        velocity[:, axis] = derived[:, axis % 3]
     names = tuple(name for name in VELOCITIES if name in (*log.velocity_names, *chosen))
-    made = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
+    result = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
     if log.acceleration is not None:
-        made = made.with_notes(f"left out: recorded accelerations, which `{called}` lack")
-    return made.with_notes(
-        f"derived: `{called}` {origin}, by local quadratics over {window} samples"
+        result = result.with_notes(f"left out: recorded accelerations, which `{listed}` lack")
+    return result.with_notes(
+        f"derived: `{listed}` {origin}, by local quadratics over {window} samples"
     )
 
 
@@ -268,18 +271,18 @@ def acceleration_from_accelerometer(
     lever_arm : array_like, shape (3,), optional
         From the reference point to the accelerometer, body frame [m].
     seconds : float, optional
-        Time under the local quadratics of the rates [s]; chosen by cross-validation where
-        not given.
+        Length of the local quadratics of the rates [s]; default: selected by
+        cross-validation.
 
     Returns
     -------
     log : Log
-        With ``acceleration`` for every velocity recorded; its notes say so.
+        With ``acceleration`` for every recorded velocity; its notes say so.
 
     Raises
     ------
     LogError
-        If specific force or attitude is lacking, or the lever arm is not three numbers.
+        If specific force or attitude is missing, or the lever arm is not three numbers.
 
     Examples
     --------
@@ -291,19 +294,19 @@ def acceleration_from_accelerometer(
     >>> acceleration_from_accelerometer(still).acceleration[4, :3].round(9).tolist()
     [0.5, 0.0, 0.0]
     """
-    what = "acceleration_from_accelerometer"
-    force, _ = required_blocks(log, what, "specific_force", "attitude")
-    arm = frozen(lever_arm, (3,), "lever_arm", LogError)
+    step = "acceleration_from_accelerometer"
+    force, _ = required_blocks(log, step, "specific_force", "attitude")
+    lever = frozen(lever_arm, (3,), "lever_arm", LogError)
     rates = log.velocity[:, 3:]
     fit, window = fit_slopes(log, differences_from_centre(rates), seconds)
     linear = force + GRAVITY * log.down - np.cross(rates, log.velocity[:, :3])
-    linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
-    both = np.column_stack((linear, fit.slope))
+    linear -= np.cross(fit.slope, lever) + np.cross(rates, np.cross(rates, lever))  # of the arm
+    acceleration = np.column_stack((linear, fit.slope))
     absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]
-    both[:, absent] = 0.0
-    place = ", ".join(f"{part:g}" for part in arm)
+    acceleration[:, absent] = 0.0
+    position = ", ".join(f"{component:g}" for component in lever)
     note = (
-        f"derived: accelerations from an accelerometer at ({place}) m and from rates by local"
+        f"derived: accelerations from an accelerometer at ({position}) m and from rates by local"
         f" quadratics over {window} samples"
     )
-    return dataclasses.replace(log, acceleration=both).with_notes(note)
+    return dataclasses.replace(log, acceleration=acceleration).with_notes(note)

@@ -1,4 +1,4 @@
-"""Dropouts of sensors: what is frozen, held, lost, or stands for no measurement."""
+"""Sensor dropouts: frozen sensors, sample-and-hold, lost bottom lock (DVL), lost frames (mocap)."""
 
 from __future__ import annotations
 
@@ -10,39 +10,35 @@ from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, true_runs
 from hydrodamp.data.channels import POSITION
 from hydrodamp.data.log import Log, recorded_velocities
 
-#: Channels, and which samples of each are to be taken out.
+#: By channel, which samples to remove, shape (n,).
 Masks = dict[str, BoolArray]
 
 _FROZEN_FACTOR = 3.0
-_RUN_QUANTILE = 0.9  # quantile of the lengths of a channel's runs
+_RUN_QUANTILE = 0.9  # quantile of the durations of constant runs
 _MIN_FROZEN_STEPS = 3
-_MIN_REPEATED_SHARE = (
-    0.4  # share of samples that repeat the one before, from which a channel is held
-)
-_MIN_UPDATES = 10  # times at least
-_MIN_REGULARITY = (
-    0.6  # of the usual number of rows; a coarse sensor repeats itself any number of times
-)
-_JUMP_FACTOR = 3.0  # times the usual step
-_MIN_STEP_SHARE = 0.3  # of a usual step of a pose
-_MIN_MOVING_SHARE = 0.5  # of the steps of a run, on which something else must change
+_MIN_REPEATED_SHARE = 0.4  # repeated share from which a channel is sample-and-hold
+_MIN_UPDATES = 10  # updates of the slower sensor, at least
+_MIN_REGULARITY = 0.6  # shortest over median run; a coarse sensor repeats irregularly
+_JUMP_FACTOR = 3.0  # times the median step
+_MIN_STEP_SHARE = 0.3  # of a median step of a pose
+_MIN_MOVING_SHARE = 0.5  # of the steps of a run on which another channel changes
 
 
 def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
-    """Take out what a frozen sensor of velocity, attitude or position repeats.
+    """Remove the repeated samples of a frozen velocity, attitude or position sensor.
 
     Parameters
     ----------
     log : Log
         Any log.
     seconds : float, optional
-        No run of one value up to this long is taken for frozen [s].
+        Shorter constant runs are not regarded as frozen [s].
 
     Returns
     -------
     log : Log
-        The first sample of a run is kept. A channel that never changes at all is left
-        alone: :func:`~hydrodamp.conditioning.quality_checks.suspicions` reports it.
+        The first sample of a run is kept. A channel that never changes is not masked;
+        :func:`~hydrodamp.conditioning.quality_checks.check_quality` reports it.
 
     Examples
     --------
@@ -56,24 +52,24 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
 
 
 def find_frozen(log: Log, seconds: float = 1.0) -> Masks:
-    """Return what a frozen sensor repeats: of a velocity, of the attitude, of the position."""
-    steady, lost = _repeat_masks(log), Masks()
+    """Return the repeated samples of frozen velocities, attitude and position."""
+    repeats, masks = _repeat_masks(log), Masks()
     for name, values in recorded_velocities(log).items():
-        rest = [other for one, other in steady.items() if one != name]
-        moving = ~np.logical_and.reduce(rest or [np.ones(log.n, dtype=np.bool_)])
-        lost[name] = _frozen_mask(log, values, steady[name], moving, seconds)
+        others_repeat = [mask for channel, mask in repeats.items() if channel != name]
+        moving = ~np.logical_and.reduce(others_repeat or [np.ones(log.n, dtype=np.bool_)])
+        masks[name] = _frozen_mask(log, values, repeats[name], moving, seconds)
     turning = None if log.attitude is None else log.attitude[:, 1:]
     poses = (((ATTITUDE,), turning, 3), (POSITION.columns, varying_position(log), 0))
     for names, pose, first in poses:
         if pose is not None:
-            same = _repeats_previous(pose, log.bounds)
-            moving = _motion_expected(log, pose, same, log.velocity[:, first : first + 3])
-            lost |= dict.fromkeys(names, _frozen_mask(log, pose, same, moving, seconds))
-    return lost
+            repeated = _repeats_previous(pose, log.bounds)
+            moving = _motion_expected(log, pose, repeated, log.velocity[:, first : first + 3])
+            masks |= dict.fromkeys(names, _frozen_mask(log, pose, repeated, moving, seconds))
+    return masks
 
 
 def varying_position(log: Log) -> FloatArray | None:
-    """Return the position, unless it is a depth alone: that may well stay, and is no way."""
+    """Return the position if at least two of its components vary (not a depth only)."""
     if log.position is None or np.count_nonzero(np.ptp(log.position, axis=0)) < 2:
         return None
     return log.position
@@ -82,7 +78,7 @@ def varying_position(log: Log) -> FloatArray | None:
 def _motion_expected(
     log: Log, pose: FloatArray, same: BoolArray, velocity: FloatArray
 ) -> BoolArray:
-    """Return where velocities would change a pose by as much as it usually does in a step."""
+    """Return where the velocities predict a change of the pose."""
     steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)[~same[1:]]
     usual = float(np.median(steps)) if len(steps) else np.inf
     speed = np.linalg.norm(velocity, axis=1)
@@ -90,14 +86,14 @@ def _motion_expected(
 
 
 def _constant_runs(log: Log, same: BoolArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the first and the last sample of each run of one value, and how long it lasted."""
+    """Return first sample, last sample and duration [s] of each constant run."""
     first = np.flatnonzero(~same)
     last = np.append(first[1:], log.n) - 1
     return first, last, log.time[last] - log.time[first]
 
 
 def interpolate_sample_and_hold(log: Log) -> Log:
-    """Interpolate velocities that a slower sensor sent and that were held from row to row.
+    """Interpolate velocities of a slower sensor that were recorded by sample and hold.
 
     Parameters
     ----------
@@ -107,7 +103,7 @@ def interpolate_sample_and_hold(log: Log) -> Log:
     Returns
     -------
     log : Log
-        Its notes count the samples that repeated the one before.
+        Its notes count the repeated samples.
 
     Examples
     --------
@@ -116,37 +112,37 @@ def interpolate_sample_and_hold(log: Log) -> Log:
     >>> interpolate_sample_and_hold(Log.from_arrays(time, {"u": surge, "r": np.cos(time)})).notes[0]
     'held: 76 of 100 samples of `u` (76 %) interpolated'
     """
-    lost = find_sample_and_hold(log)
-    spans = [_constant_runs(log, rows)[2].max() for rows in lost.values()]
+    masks = find_sample_and_hold(log)
+    spans = [_constant_runs(log, rows)[2].max() for rows in masks.values()]
     longest = max(spans, default=0.0) + 2 * float(np.median(log.steps))
-    return remove_samples(log, lost, "held", longest)
+    return remove_samples(log, masks, "held", longest)
 
 
 def find_sample_and_hold(log: Log) -> Masks:
-    """Return the samples of velocities that repeat a slower sensor's last."""
-    steady, lost = _repeat_masks(log), Masks()
-    least = min((float(same.mean()) for same in steady.values()), default=0.0)
+    """Return the repeated samples of velocities recorded by sample and hold."""
+    repeats, masks = _repeat_masks(log), Masks()
+    min_share = min((float(same.mean()) for same in repeats.values()), default=0.0)
     for name in log.velocity_names:
-        first, last, _ = _constant_runs(log, same := steady[name])
+        first, last, _ = _constant_runs(log, same := repeats[name])
         if (
-            same.mean() < max(_MIN_REPEATED_SHARE, _FROZEN_FACTOR * least)
+            same.mean() < max(_MIN_REPEATED_SHARE, _FROZEN_FACTOR * min_share)
             or len(first) < _MIN_UPDATES
         ):
             continue
-        short, usual, long = np.quantile(last - first + 1, (0.1, 0.5, 0.75)).tolist()
-        if usual > 1.0 and short > _MIN_REGULARITY * usual and long < usual / _MIN_REGULARITY:
-            lost[name] = same
-    return lost
+        short, median, long = np.quantile(last - first + 1, (0.1, 0.5, 0.75)).tolist()
+        if median > 1.0 and short > _MIN_REGULARITY * median and long < median / _MIN_REGULARITY:
+            masks[name] = same
+    return masks
 
 
 def _repeat_masks(log: Log) -> Masks:
-    """Tell which samples of velocities and of the attitude repeat the one before."""
+    """Return which samples of velocities and attitude repeat the previous sample."""
     columns = recorded_velocities(log) | ({} if log.attitude is None else {ATTITUDE: log.attitude})
     return {name: _repeats_previous(values, log.bounds) for name, values in columns.items()}
 
 
 def _repeats_previous(values: FloatArray, bounds: IntArray) -> BoolArray:
-    """Tell which samples repeat the one before in the same segment."""
+    """Return which samples repeat the previous sample of their segment."""
     flat = values.reshape(len(values), -1)
     same = np.zeros(len(values), dtype=np.bool_)
     same[1:] = (flat[1:] == flat[:-1]).all(axis=1)
@@ -157,55 +153,55 @@ def _repeats_previous(values: FloatArray, bounds: IntArray) -> BoolArray:
 def _frozen_mask(
     log: Log, values: FloatArray, same: BoolArray, moving: BoolArray, seconds: float
 ) -> BoolArray:
-    first, last, lasted = _constant_runs(log, same)
-    found = np.zeros(log.n, dtype=np.bool_)
-    if len(first) <= len(log.segments):  # one run a segment: it never changes
-        return found
-    limit = max(seconds, _FROZEN_FACTOR * float(np.quantile(lasted, _RUN_QUANTILE)))
+    first, last, durations = _constant_runs(log, same)
+    mask = np.zeros(log.n, dtype=np.bool_)
+    if len(first) <= len(log.segments):  # a constant channel
+        return mask
+    limit = max(seconds, _FROZEN_FACTOR * float(np.quantile(durations, _RUN_QUANTILE)))
     steps = last - first
     count = np.concatenate(([0], np.cumsum(moving)))
-    moved = count[last + 1] - count[first + 1]
+    n_moving = count[last + 1] - count[first + 1]
     long = (
-        (lasted > limit)
+        (durations > limit)
         & (steps >= _MIN_FROZEN_STEPS)
         & values[first].reshape(len(first), -1).any(axis=1)
     )
-    for run in np.flatnonzero(long & (moved >= _MIN_MOVING_SHARE * steps)).tolist():
-        found[first[run] + 1 : last[run] + 1] = True
-    return found
+    for run in np.flatnonzero(long & (n_moving >= _MIN_MOVING_SHARE * steps)).tolist():
+        mask[first[run] + 1 : last[run] + 1] = True
+    return mask
 
 
-#: Velocities that stand for none [m/s]: the ends of a 16-bit count of mm/s.
+#: Invalid velocities of DVLs [m/s]: limits of a 16-bit integer in mm/s.
 DVL_SENTINELS = (-32.768, 32.768, 32.767, -32.767)
 
-#: What hardly any craft reaches; a usual speed of half of it is in another unit.
+#: Speed no marine vehicle exceeds; a median of half of it indicates another unit.
 MAX_SPEED = 30.0  # m/s
 
 _SENTINEL_TOLERANCE = 1e-6  # m/s, about a sentinel
-_MIN_DROPOUT_SPEED = 0.1  # m/s; from this speed no vehicle stands still within a sample
+_MIN_DROPOUT_SPEED = 0.1  # m/s; no vehicle stops from this speed within one sample
 
 
 def mask_dvl_dropouts(log: Log, *, flag: str | None = None) -> Log:
-    """Take out linear velocities that were written without bottom lock.
+    """Remove linear velocities that a DVL wrote without bottom lock.
 
     Parameters
     ----------
     log : Log
         Any log.
     flag : str, optional
-        A command channel that is zero where the velocity is not good.
+        A command channel that is zero where the velocity is invalid.
 
     Returns
     -------
     log : Log
-        Without the samples that are :data:`SENTINELS`, beyond :data:`FASTEST`, flagged, or
-        zero in all linear velocities at once between samples under way. Where most are above
-        15 m/s their unit is to blame, and they stay.
+        Without samples that are :data:`DVL_SENTINELS`, exceed :data:`MAX_SPEED`, are flagged,
+        or drop to zero in all linear velocities at once. If the median speed exceeds 15 m/s
+        the unit is wrong and no sample is removed for its speed.
 
     Raises
     ------
     LogError
-        If there is no such flag, or nothing is left.
+        If the flag does not exist, or no sample remains.
 
     Examples
     --------
@@ -217,54 +213,60 @@ def mask_dvl_dropouts(log: Log, *, flag: str | None = None) -> Log:
 
 
 def find_dvl_dropouts(log: Log, flag: str | None = None) -> Masks:
-    """Return the linear velocities that were written without bottom lock."""
-    linear = {name: one for name, one in recorded_velocities(log).items() if name in VELOCITIES[:3]}
+    """Return the linear velocities written without bottom lock."""
+    linear = {
+        name: component
+        for name, component in recorded_velocities(log).items()
+        if name in VELOCITIES[:3]
+    }
     if not linear:
         return {}
     values = np.column_stack([*linear.values()])
-    usual = float(np.median(np.abs(values).max(axis=1)))
-    lost = is_invalid_velocity(values, MAX_SPEED if usual <= MAX_SPEED / 2 else np.inf).any(axis=1)
-    lost |= _zero_dropouts(values, log.bounds, _MIN_DROPOUT_SPEED)
+    median_speed = float(np.median(np.abs(values).max(axis=1)))
+    mask = is_invalid_velocity(values, MAX_SPEED if median_speed <= MAX_SPEED / 2 else np.inf).any(
+        axis=1
+    )
+    mask |= _zero_dropouts(values, log.bounds, _MIN_DROPOUT_SPEED)
     if flag is not None:
-        lost |= log.command(flag) == 0.0
-    return dict.fromkeys(linear, lost)
+        mask |= log.command(flag) == 0.0
+    return dict.fromkeys(linear, mask)
 
 
 def is_invalid_velocity(values: FloatArray, fastest: float) -> BoolArray:
-    """Return which numbers of a velocity sensor stand for none."""
+    """Return which values of a velocity sensor are invalid."""
     sentinel = (
         np.abs(values[..., np.newaxis] - np.array(DVL_SENTINELS)).min(axis=-1) < _SENTINEL_TOLERANCE
     )
     return np.asarray(sentinel | ~(np.abs(values) <= fastest))
 
 
-def _zero_dropouts(values: FloatArray, bounds: IntArray, least: float) -> BoolArray:
-    """Return zeros in two or more velocities at once that begin and end with a jump."""
-    found = np.zeros(len(values), dtype=np.bool_)
+def _zero_dropouts(values: FloatArray, bounds: IntArray, threshold: float) -> BoolArray:
+    """Return zeros of all components at once that begin and end with a jump."""
+    mask = np.zeros(len(values), dtype=np.bool_)
     if values.shape[1] < 2:
-        return found
+        return mask
     size = np.linalg.norm(values, axis=1)
     for start, stop in bounds.tolist():
-        part = size[start:stop]
-        for a, b in true_runs(part == 0.0):
-            inside = a > 0 and b < len(part)
-            found[start + a : start + b] = inside and min(part[a - 1], part[b]) > least
-    return found
+        speeds = size[start:stop]
+        for a, b in true_runs(speeds == 0.0):
+            inside = a > 0 and b < len(speeds)
+            mask[start + a : start + b] = inside and min(speeds[a - 1], speeds[b]) > threshold
+    return mask
 
 
 def mask_mocap_dropouts(log: Log) -> Log:
-    """Take out poses that motion capture wrote as zeros where it lost the vehicle.
+    """Remove poses that motion capture wrote as zeros when it lost the vehicle.
 
     Parameters
     ----------
     log : Log
-        Any log; derive velocities from its position after this.
+        Any log; derive velocities from its position afterwards.
 
     Returns
     -------
     log : Log
-        Without positions and attitudes that are zero in all components between samples that
-        are not.
+        Without positions and attitudes that are zero in all components between nonzero
+        samples.
 
     Examples
     --------
@@ -278,17 +280,17 @@ def mask_mocap_dropouts(log: Log) -> Log:
 
 
 def find_mocap_dropouts(log: Log) -> Masks:
-    """Return the poses that are zero between samples that are not."""
-    lost = Masks()
+    """Return the poses that are zero between nonzero samples."""
+    masks = Masks()
     if log.position is not None:
-        lost |= dict.fromkeys(POSITION.columns, _zero_pose_dropouts(log.position, log.bounds))
-    # A heading alone is averaged to zero where it wraps, too.
+        masks |= dict.fromkeys(POSITION.columns, _zero_pose_dropouts(log.position, log.bounds))
+    # A heading averaged across a wrap can be zero as well.
     if log.attitude is not None and log.attitude[:, 1:3].any():
-        lost[ATTITUDE] = _zero_pose_dropouts(log.attitude[:, 1:], log.bounds)
-    return lost
+        masks[ATTITUDE] = _zero_pose_dropouts(log.attitude[:, 1:], log.bounds)
+    return masks
 
 
 def _zero_pose_dropouts(values: FloatArray, bounds: IntArray) -> BoolArray:
-    """Return zeros that are much farther from their neighbours than these mostly are."""
+    """Return zeros whose distance to adjacent samples exceeds three median steps."""
     steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
     return _zero_dropouts(values, bounds, _JUMP_FACTOR * float(np.median(steps)))

@@ -1,4 +1,4 @@
-"""Dropouts of sensors taken out: bridged where the gap is short, cut where it is long."""
+"""Removal of samples: interpolate short gaps, cut the log at long gaps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrodamp.data.log import Log, extract_segments
 from hydrodamp.data.record import Segment, max_step
 from hydrodamp.errors import LogError
 
-#: How the channel of the quaternions is called.
+#: Name of the quaternion channel.
 ATTITUDE = "attitude"
 
 _SENSOR_CHANNELS = [
@@ -28,47 +28,47 @@ _SENSOR_CHANNELS = [
 
 
 class _Gaps(NamedTuple):
-    """The good samples about every sample of a channel."""
+    """The valid samples before and after every sample of a channel."""
 
     before: IntArray
     after: IntArray
-    share: FloatArray  # of the way from one to the other
+    share: FloatArray  # interpolation weight of the sample after
     bridged: BoolArray
     cut: BoolArray
 
 
 def sensor_columns(log: Log) -> dict[str, FloatArray]:
-    """Return what sensors wrote, column by column, without attitude and commands."""
+    """Return the columns of sensors, without attitude and commands."""
     sensed = {name for _, _, name in _SENSOR_CHANNELS}
     return {name: values for name, values in columns_of(log).items() if name in sensed}
 
 
 def remove_samples(
-    log: Log, lost: Mapping[str, BoolArray], reason: str, longest: float | None = None
+    log: Log, masks: Mapping[str, BoolArray], reason: str, longest: float | None = None
 ) -> Log:
-    """Return a log without some samples of some channels, with a note on each channel."""
+    """Return a log without the masked samples; its notes count them per channel."""
     span = max_step(log.steps) if longest is None else longest
-    gaps = {name: _find_gaps(log, rows, span) for name, rows in lost.items() if rows.any()}
+    gaps = {name: _find_gaps(log, rows, span) for name, rows in masks.items() if rows.any()}
     if not gaps:
         return log
     notes = [
         count_note(reason, name, int(rows.sum()), log.n, done)
-        for name, one in gaps.items()
-        for rows, done in ((one.bridged, "interpolated"), (one.cut, "cut out"))
+        for name, gap in gaps.items()
+        for rows, done in ((gap.bridged, "interpolated"), (gap.cut, "cut out"))
         if rows.any()
     ]
-    cut = np.logical_or.reduce([one.cut for one in gaps.values()])
+    cut = np.logical_or.reduce([gap.cut for gap in gaps.values()])
     return _cut_rows(_interpolate_gaps(log, gaps), cut, reason).with_notes(*notes)
 
 
 def true_runs(mask: BoolArray) -> list[tuple[int, int]]:
-    """Return the first and one-past-last place of each run of true ones."""
+    """Return the half-open index ranges in which a mask is true."""
     edges = np.flatnonzero(np.diff(mask, prepend=False, append=False)).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def count_note(reason: str, channel: str, samples: int, of: int, done: str) -> str:
-    """Return the sentence on samples of a channel and what became of them."""
+    """Return the note on removed samples of a channel."""
     share = f"{100 * samples / of:.2g} %"
     return f"{reason}: {samples} of {of} samples of `{channel}` ({share}) {done}"
 
@@ -89,34 +89,34 @@ def _find_gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
 
 def _interpolate_gaps(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
     blocks: dict[str, Any] = {}
-    for block, place, name in _SENSOR_CHANNELS:
+    for block, column_index, name in _SENSOR_CHANNELS:
         if name in gaps:
-            column = blocks.setdefault(block, getattr(log, block).copy())[:, place]
-            one, rows = gaps[name], gaps[name].bridged
-            first, last = column[one.before[rows]], column[one.after[rows]]
-            column[rows] = first + one.share[rows] * (last - first)
+            column = blocks.setdefault(block, getattr(log, block).copy())[:, column_index]
+            gap, rows = gaps[name], gaps[name].bridged
+            first, last = column[gap.before[rows]], column[gap.after[rows]]
+            column[rows] = first + gap.share[rows] * (last - first)
     if ATTITUDE in gaps and log.attitude is not None:
-        one, rows = gaps[ATTITUDE], gaps[ATTITUDE].bridged
-        first, last = log.attitude[one.before[rows]], log.attitude[one.after[rows]]
+        gap, rows = gaps[ATTITUDE], gaps[ATTITUDE].bridged
+        first, last = log.attitude[gap.before[rows]], log.attitude[gap.after[rows]]
         blocks[ATTITUDE] = log.attitude.copy()
-        blocks[ATTITUDE][rows] = slerp(first, last, one.share[rows])
+        blocks[ATTITUDE][rows] = slerp(first, last, gap.share[rows])
     return dataclasses.replace(log, **blocks)
 
 
 def _cut_rows(log: Log, cut: BoolArray, reason: str) -> Log:
-    """Leave out samples; each segment falls into the pieces between them."""
+    """Remove samples and split segments there."""
     if not cut.any():
         return log
-    pieces = [piece for part in log.segments for piece in _split_segment(part, cut)]
+    pieces = [piece for segment in log.segments for piece in _split_segment(segment, cut)]
     if not pieces:
-        fault = f"{reason}: no two neighbouring samples are left; all {log.n} were to be taken out"
+        fault = f"{reason}: no two adjacent samples remain of {log.n}"
         raise LogError(fault, source=log.source)
     return extract_segments(log, pieces)
 
 
-def _split_segment(part: Segment, cut: BoolArray) -> Iterator[Segment]:
-    """Yield what is left of a segment, numbered where there are several."""
-    spans = [(a, b) for a, b in true_runs(~cut[part.start : part.stop]) if b - a >= 2]
+def _split_segment(segment: Segment, cut: BoolArray) -> Iterator[Segment]:
+    """Yield the remaining parts of a segment, numbered if there are several."""
+    spans = [(a, b) for a, b in true_runs(~cut[segment.start : segment.stop]) if b - a >= 2]
     for number, (start, stop) in enumerate(spans, start=1):
-        name = part.name if len(spans) == 1 else f"{part.name}.{number}"
-        yield Segment(name, part.start + start, part.start + stop)
+        name = segment.name if len(spans) == 1 else f"{segment.name}.{number}"
+        yield Segment(name, segment.start + start, segment.start + stop)

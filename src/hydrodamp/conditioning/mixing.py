@@ -1,4 +1,8 @@
-"""Roll from the fins of an autopilot that mixes their commands to allow for roll."""
+"""Roll angle from the mixing of fin commands by an autopilot (least squares on the roll angle).
+
+The autopilot rotates the demanded (elevator, rudder) by the roll angle; the angle that minimises
+|fins - mixing(roll) demand|² over a short window is the roll (equation 1).
+"""
 
 from __future__ import annotations
 
@@ -12,16 +16,14 @@ from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, no_such
 
-_MAX_RELATIVE_ERROR = (
-    0.02  # of the size of the demand, by which the fins may differ from equation 1
-)
+_MAX_RELATIVE_ERROR = 0.02  # of the demand; larger residuals of equation 1 are invalid
 _ROUNDING_RAD = 2e-4  # rad
-_MIN_SENSITIVITY = 5e-3  # rad of fin per rad of roll, that shows an angle
-_MIN_VALID_SHARE = 0.1  # of the samples that must show one
-_SIGN_RATIO = 2.0  # times as steady a roll with the other sign is no chance
-_MAX_ROLL_RAD = np.radians(60.0)  # no vehicle with fins rolls farther under way
+_MIN_SENSITIVITY = 5e-3  # rad of fin per rad of roll; less does not determine the roll
+_MIN_VALID_SHARE = 0.1  # of the samples that must be valid
+_SIGN_RATIO = 2.0  # ratio of roll changes from which the sign is wrong
+_MAX_ROLL_RAD = np.radians(60.0)  # larger rolls do not occur under way
 _INITIAL_ROLLS = np.linspace(-_MAX_ROLL_RAD, _MAX_ROLL_RAD, 25)
-_NEWTON_STEPS = 4  # of Newton's method, from the best start
+_NEWTON_STEPS = 4  # iterations of Newton's method
 
 
 #: By autopilot, what elevator and rudder demanded count as in the fins of an upright vehicle; all
@@ -40,33 +42,33 @@ def roll_from_mixing(
     *,
     seconds: float = 0.5,
 ) -> Log:
-    """Return a log whose roll angle comes from how the autopilot mixed its fins.
+    """Return a log whose roll is estimated from the mixing of fin commands.
 
     Parameters
     ----------
     log : Log
         With an attitude, whose roll is replaced.
     demanded : tuple of two str
-        Commands: elevator and rudder as the autopilot wants them, upright [rad].
+        Commands: elevator and rudder demanded, in the upright frame [rad].
     fins : tuple of two str
-        Commands: elevator and rudder as set, rolling with the body [rad].
+        Commands: elevator and rudder as set, in the body frame [rad].
     mixing : str, optional
-        What the autopilot does: ``"rotation"`` turns the demand by the roll angle,
+        Mixing rule: ``"rotation"`` rotates the demand by the roll angle,
         ``"avl690"`` is the Virginia Tech 690.
     seconds : float, optional
-        Time over which samples are taken together [s].
+        Length of the estimation window [s].
 
     Returns
     -------
     log : Log
-        With a roll of 60 degrees at most; where fins stood at a stop it is interpolated,
-        and its notes say how often.
+        With a roll of 60 degrees at most, interpolated where fins were saturated; its notes
+        count these samples.
 
     Raises
     ------
     LogError
-        If a command or the attitude is lacking, hardly any sample shows an angle, or a
-        sign is wrong.
+        If a command or the attitude is missing, fewer than 10 % of the samples determine the
+        roll, or a sign is wrong.
 
     Examples
     --------
@@ -88,13 +90,13 @@ def roll_from_mixing(
     good, alone = _valid_rows(wanted, actual, mixing)
     if good.mean() < _MIN_VALID_SHARE:
         fault = (
-            f"the fins `{' '.join(fins)}` follow from the demands `{' '.join(demanded)}` and a roll"
-            f" in {100 * good.mean():.0f} % of the samples only; are names, signs and mixing right?"
+            f"the fins `{' '.join(fins)}` agree with the demands `{' '.join(demanded)}` and a roll"
+            f" in only {100 * good.mean():.0f} % of the samples; check names, signs and mixing"
         )
         raise LogError(fault, source=log.source)
     mirrored = _valid_rows(wanted * (1, -1), actual, mixing)
     if _median_change(good, alone) > _SIGN_RATIO * _median_change(*mirrored):
-        fault = f"roll would be steadier with the other sign of `{demanded[1]}`; turn one sign"
+        fault = f"the roll is smoother with the opposite sign of `{demanded[1]}`; change one sign"
         raise LogError(fault, source=log.source)
     sums = np.where(good[:, np.newaxis], _product_sums(wanted, actual, mixing), 0.0)
     euler = euler_from_quaternion(attitude)
@@ -107,14 +109,14 @@ def roll_from_mixing(
 
 
 def _product_sums(wanted: FloatArray, actual: FloatArray, mixing: str) -> FloatArray:
-    """Return the products that the squared distance of equation 1 consists of, shape (n, 5)."""
+    """Return the inner products of the squared residual of equation 1, shape (n, 5)."""
     first, second = wanted * MIXINGS[mixing], wanted[:, ::-1] * (-1.0, 1.0)
     pairs = ((actual, first), (actual, second), (first, first), (first, second), (second, second))
-    return np.column_stack([np.sum(one * other, axis=1) for one, other in pairs])
+    return np.column_stack([np.sum(a * b, axis=1) for a, b in pairs])
 
 
 def _distance(sums: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the squared distance, less that of no fins; half its first and second derivative."""
+    """Return the squared residual less |fins|², and half its first and second derivative."""
     c, s = np.cos(roll), np.sin(roll)
     along, across, first, both, second = sums.T
     size = c * c * first + 2 * c * s * both + s * s * second
@@ -126,18 +128,18 @@ def _distance(sums: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArra
 def _valid_rows(
     wanted: FloatArray, actual: FloatArray, mixing: str
 ) -> tuple[BoolArray, FloatArray]:
-    """Return where equation 1 holds and shows an angle, and the angle sample by sample."""
+    """Return where equation 1 holds and determines the roll, and the roll of each sample."""
     sums = _product_sums(wanted, actual, mixing)
     roll = _minimise_distance(sums)
     distance, _, bend = _distance(sums, roll)
-    rest = np.sqrt(np.maximum(distance + np.sum(actual**2, axis=1), 0.0))
-    return (rest <= _MAX_RELATIVE_ERROR * np.sqrt(sums[:, 2]) + _ROUNDING_RAD) & (
+    residual = np.sqrt(np.maximum(distance + np.sum(actual**2, axis=1), 0.0))
+    return (residual <= _MAX_RELATIVE_ERROR * np.sqrt(sums[:, 2]) + _ROUNDING_RAD) & (
         bend > _MIN_SENSITIVITY**2
     ), roll
 
 
 def _minimise_distance(sums: FloatArray) -> FloatArray:
-    """Return the angle of the least distance, from the best of several starts."""
+    """Return the angle of least residual, from the best of several initial values."""
     roll = np.zeros(len(sums))
     least = _distance(sums, roll)[0]
     for start in _INITIAL_ROLLS:
@@ -151,7 +153,7 @@ def _minimise_distance(sums: FloatArray) -> FloatArray:
 
 
 def _median_change(good: BoolArray, roll: FloatArray) -> float:
-    """Return the usual change of an angle from sample to sample [rad]."""
+    """Return the median change of an angle between samples [rad]."""
     pairs = good[1:] & good[:-1]
     if pairs.mean() < _MIN_VALID_SHARE:
         return np.inf
@@ -159,7 +161,7 @@ def _median_change(good: BoolArray, roll: FloatArray) -> float:
 
 
 def _roll_angles(log: Log, sums: FloatArray, seconds: float) -> FloatArray:
-    """Return the angle that suits the samples about each one, interpolated over none."""
+    """Return the roll of each window, interpolated where it is not determined."""
     roll = np.empty(log.n)
     for start, stop in log.bounds.tolist():
         time = log.time[start:stop]
@@ -167,14 +169,14 @@ def _roll_angles(log: Log, sums: FloatArray, seconds: float) -> FloatArray:
         angle = _minimise_distance(total)
         known = np.flatnonzero(_distance(total, angle)[2] > _MIN_SENSITIVITY**2)
         if len(known) == 0:
-            fault = f"nothing shows the roll from {time[0]:g} s to {time[-1]:g} s"
+            fault = f"no sample determines the roll from {time[0]:g} s to {time[-1]:g} s"
             raise LogError(fault, source=log.source)
         roll[start:stop] = np.interp(time, time[known], np.unwrap(angle[known]))
     return roll
 
 
 def _windowed_sum(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-    """Sum values over a time about each sample."""
+    """Sum values over a window centred at each sample."""
     slack = 1e-9 * max(1.0, seconds)
     first: IntArray = np.searchsorted(time, time - seconds / 2 - slack)
     last: IntArray = np.searchsorted(time, time + seconds / 2 + slack)

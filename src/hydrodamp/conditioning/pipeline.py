@@ -1,4 +1,4 @@
-"""Steps from log to log by their names, so that a mapping file can ask for them."""
+"""The cleaning pipeline, and the named steps of a mapping file."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from hydrodamp.faults import faults_in
 
 Step = Callable[[Log], Log]
 
-#: The steps of :func:`clean`. Numbers that stand for none first: others take them for spikes.
+#: The steps of :func:`clean`. Invalid numbers first, or later steps see them as outliers.
 CLEANING_STEPS: tuple[Step, ...] = (
     mask_dvl_dropouts,
     mask_mocap_dropouts,
@@ -57,8 +57,7 @@ _STRICT = ConfigDict(extra="forbid")
 _PositiveNumber = Annotated[FiniteFloat, Field(gt=0)]
 _CommandTimes = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
 
-# The kinds of all settings that a file can hold, by their names; of steps that take a table of
-# commands, by the name of the step.
+# Types of settings by name; of steps that take a table of commands, by the name of the step.
 _SETTING_TYPES: dict[str, Any] = {
     "names": tuple[str, ...],
     **dict.fromkeys(("threshold", "seconds"), _PositiveNumber),
@@ -72,24 +71,24 @@ _SETTING_TYPES: dict[str, Any] = {
 
 
 def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Log:
-    """Clean a log, step by step.
+    """Clean a log by a sequence of steps.
 
     Parameters
     ----------
     log : Log
         Any log.
     steps : sequence of function, optional
-        Each takes a log and returns a log; :func:`functools.partial` gives one other settings.
+        Functions from log to log; set options by :func:`functools.partial`.
 
     Returns
     -------
     log : Log
-        Its notes count what every step touched, channel by channel.
+        Its notes count the changed samples of every step and channel.
 
     Raises
     ------
     LogError
-        If a step leaves nothing.
+        If no sample remains.
 
     Examples
     --------
@@ -120,32 +119,32 @@ _STEP_FUNCTIONS: tuple[Callable[..., Log], ...] = (
 )
 _FUNCTIONS = {step.__name__: step for step in _STEP_FUNCTIONS}
 
-#: The names of all steps.
+#: Names of all steps.
 STEPS = tuple(_FUNCTIONS)
 
 
 def parse_steps(content: Sequence[object]) -> tuple[tuple[Step, ...], list[str]]:
-    """Return the steps that a mapping file asks for, and everything wrong with them."""
-    found: list[Step] = []
+    """Return the steps that a mapping file names, and the faults of their settings."""
+    steps: list[Step] = []
     faults: list[str] = []
-    for given in content:
-        name, settings = given, None
-        if isinstance(given, dict) and len(given) == 1:
-            ((name, settings),) = given.items()
+    for item in content:
+        name, settings = item, None
+        if isinstance(item, dict) and len(item) == 1:
+            ((name, settings),) = item.items()
         if not isinstance(name, str):
             faults.append(f"a step must be a name, or one name with its settings; got {name!r}")
         elif name not in STEPS:
             near = did_you_mean(name, STEPS)
             faults.append(f"unknown step `{name}`.{near} Steps are: {' '.join(STEPS)}")
         else:
-            step, wrong = _parse_step(name, {} if settings is None else settings)
-            found += () if step is None else (step,)
-            faults += wrong
-    return tuple(found), faults
+            step, step_faults = _parse_step(name, {} if settings is None else settings)
+            steps += () if step is None else (step,)
+            faults += step_faults
+    return tuple(steps), faults
 
 
 def _parse_step(name: str, settings: object) -> tuple[Step | None, list[str]]:
-    """Return a step with its settings checked, or what is wrong with them."""
+    """Return a step with checked settings, or the faults."""
     function, by_command = _FUNCTIONS[name], name in _SETTING_TYPES
     if by_command and settings == {}:
         return None, [f"`{name}` needs commands and their numbers, such as {{rudder: 0.2}}"]
@@ -162,11 +161,11 @@ def _parse_step(name: str, settings: object) -> tuple[Step | None, list[str]]:
 
 
 def _settings_model(name: str) -> type[BaseModel]:
-    """Return the form of the settings that the function of a step takes."""
-    taken = inspect.signature(_FUNCTIONS[name]).parameters
+    """Return the pydantic model of the settings of a step."""
+    parameters = inspect.signature(_FUNCTIONS[name]).parameters
     fields: dict[str, Any] = {
-        key: (_SETTING_TYPES[key], ... if one.default is one.empty else None)
-        for key, one in taken.items()
+        key: (_SETTING_TYPES[key], ... if parameter.default is parameter.empty else None)
+        for key, parameter in parameters.items()
         if key in _SETTING_TYPES
     }
     return create_model(name, __config__=_STRICT, **fields)

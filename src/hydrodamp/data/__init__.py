@@ -1,1 +1,1 @@
-"""Recorded logs: one clock, SI units, axes forward-starboard-down, split in segments."""
+"""Logs on one clock in SI units and forward-starboard-down axes, split into segments."""

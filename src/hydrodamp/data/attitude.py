@@ -1,4 +1,4 @@
-"""Attitude as quaternions and Euler angles."""
+"""Attitude: unit quaternions, Euler angles, rotation matrices and vectors."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from hydrodamp.arrays import FloatArray
 def quaternion_from_euler(euler: FloatArray) -> FloatArray:
     """Return the unit quaternions of roll, pitch and yaw."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(euler.T / 2), np.sin(euler.T / 2)
-    parts = (
+    components = (
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
     )
-    return np.stack(parts, axis=-1)
+    return np.stack(components, axis=-1)
 
 
 def euler_from_quaternion(quaternion: FloatArray) -> FloatArray:
     """Return roll, pitch and yaw of unit quaternions."""
-    turned = rotation_matrices(quaternion)
-    (north, _, _), (east, _, _), (down_x, down_y, down_z) = np.moveaxis(turned, 0, -1)
+    matrices = rotation_matrices(quaternion)
+    (north, _, _), (east, _, _), (down_x, down_y, down_z) = np.moveaxis(matrices, 0, -1)
     pitch = np.arcsin(np.clip(-down_x, -1, 1))
     return np.stack((np.arctan2(down_y, down_z), pitch, np.arctan2(east, north)), axis=-1)
 
@@ -39,13 +39,13 @@ def rotation_matrices(quaternion: FloatArray) -> FloatArray:
 
 
 def rotate_to_body(quaternion: FloatArray, world: FloatArray) -> FloatArray:
-    """Return vectors of the world in body components; those of two components are horizontal."""
+    """Rotate world vectors to body axes; vectors of two components are horizontal."""
     rows = rotation_matrices(quaternion)[:, : world.shape[1]]
     return np.asarray(np.einsum("nij,ni->nj", rows, world))
 
 
 def quaternion_product(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Return the rotation by the second quaternion, then by the first."""
+    """Return the Hamilton product: the rotation by the second quaternion, then by the first."""
     w, v = first[..., :1], first[..., 1:]
     scalar, vector = second[..., :1], second[..., 1:]
     real = w * scalar - np.sum(v * vector, axis=-1, keepdims=True)
@@ -53,15 +53,15 @@ def quaternion_product(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def down_vectors(quaternion: FloatArray) -> FloatArray:
-    """Return the world's downward direction in body components, R^T e3."""
+    """Return the down vector in body axes, R^T e3."""
     w, x, y, z = quaternion.T
     return np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))).T
 
 
 def rotation_vectors(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Return the rotation vectors that carry one attitude into another."""
-    apart = quaternion_product(first * (1.0, -1.0, -1.0, -1.0), second)
-    scalar, vector = apart[:, :1], apart[:, 1:]
+    """Return the rotation vectors from one attitude to another [rad]."""
+    difference = quaternion_product(first * (1.0, -1.0, -1.0, -1.0), second)
+    scalar, vector = difference[:, :1], difference[:, 1:]
     vector = np.where(scalar < 0, -vector, vector)
     sine = np.linalg.norm(vector, axis=1, keepdims=True)
     angle = 2 * np.arctan2(sine, np.abs(scalar))
@@ -69,15 +69,15 @@ def rotation_vectors(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.asarray(vector * scale)
 
 
-MIN_SINE = 1e-6  # rad; below it sines are angles to all digits
+MIN_SINE = 1e-6  # rad; below it sin(x) = x to double precision
 
 
 def slerp(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
-    """Return attitudes a share of the shorter turn from one to another."""
+    """Return attitudes interpolated along the shorter rotation (spherical linear interpolation)."""
     cosine = np.einsum("ni,ni->n", first, second)
     angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
     sine = np.sin(angle)
-    close = sine < MIN_SINE  # both are nearly the same: the turn is a straight line
+    close = sine < MIN_SINE  # nearly equal: linear interpolation
     sine[close] = 1.0
     near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
     far = np.where(close, share, np.sin(share * angle) / sine) * np.where(cosine < 0, -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""The canonical form: columns by their names in SI units, as a record; and a log as such a file."""
+"""The canonical form of a log: named columns in SI units, written as CSV or Parquet."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def record_of_columns(
     source: str = "",
     run: IntArray | None = None,
 ) -> tuple[Record | None, list[str]]:
-    """Return the record of named columns in SI units and our axes, and all that is wrong."""
+    """Return the record of named columns in SI units and canonical axes, and its faults."""
     faults = [
         *_attitude_faults(numbers),
         *_incomplete_group_faults(numbers),
@@ -58,8 +58,8 @@ def record_of_columns(
     blocks = {}
     absent = {f"d{name}": np.full(len(time), np.nan) for name in VELOCITIES if name in numbers}
     for block in BLOCKS:
-        there = [name in numbers for name in block.columns]
-        if block.name == "velocity" or (all(there) if block.is_whole else any(there)):
+        present = [name in numbers for name in block.columns]
+        if block.name == "velocity" or (all(present) if block.is_whole else any(present)):
             stacked = stack_columns({**absent, **numbers}, block.columns, len(time))
             blocks[block.name] = stacked if block.shape else stacked[:, 0]
     if "attitude" not in blocks and "yaw" in numbers:
@@ -77,13 +77,13 @@ def write_log(log: Log, path: str | Path) -> None:
     log : Log
         The log.
     path : str or Path
-        The file; it appears whole or not at all. A name that ends in ``.parquet`` gives Parquet,
-        any other text in columns.
+        The file, written atomically. A name that ends in ``.parquet`` gives Parquet, any other
+        CSV.
 
     Raises
     ------
     FileError
-        If the file cannot be written, or its name ends in what is neither.
+        If the file cannot be written, or its suffix is not known.
 
     Examples
     --------
@@ -101,19 +101,19 @@ def write_log(log: Log, path: str | Path) -> None:
         _write_parquet(log, columns, path)
         return
     with open_atomic(path) as file, progress("writing the log", log.n) as step:
-        # The segment is last: a name in front might be taken for a comment.
+        # The segment is last: a name in front could be read as a comment.
         file.write(",".join((*columns, SEGMENT)) + "\n")
         write = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n").writerows
-        for part in log.segments:
-            for start in range(part.start, part.stop, _CHUNK_ROWS):
-                rows = slice(start, min(start + _CHUNK_ROWS, part.stop))
+        for segment in log.segments:
+            for start in range(segment.start, segment.stop, _CHUNK_ROWS):
+                rows = slice(start, min(start + _CHUNK_ROWS, segment.stop))
                 table = np.column_stack([values[rows] for values in columns.values()])
-                write([*row, part.name] for row in table.tolist())
+                write([*row, segment.name] for row in table.tolist())
                 step(len(table))
 
 
 def check_log_file(path: str | Path) -> None:
-    """Refuse a file name that says another format than a log is written in."""
+    """Refuse a file name whose suffix is not a format of logs."""
     if (suffix := Path(path).suffix.lower()) not in (*_TEXT_SUFFIXES, *_PARQUET_SUFFIXES):
         raise FileError(
             f"{path}: a log is written as CSV or Parquet, not as '{suffix}'. Give a name that ends"
@@ -130,10 +130,12 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
             f'{path}: Parquet needs pyarrow. Install it by `pip install "hydrodamp[logs]"`, or'
             " write a .csv file"
         ) from error
-    labels = np.repeat([part.name for part in log.segments], [len(part) for part in log.segments])
-    said = {name: {"unit": unit_of(name)} for name in columns if QUANTITIES.get(name)}
+    labels = np.repeat(
+        [segment.name for segment in log.segments], [len(segment) for segment in log.segments]
+    )
+    metadata = {name: {"unit": unit_of(name)} for name in columns if QUANTITIES.get(name)}
     number = pyarrow.float64()
-    fields = [pyarrow.field(name, number, metadata=said.get(name)) for name in columns]
+    fields = [pyarrow.field(name, number, metadata=metadata.get(name)) for name in columns]
     schema = pyarrow.schema([*fields, (SEGMENT, pyarrow.string())], metadata=_FRAMES)
     table = pyarrow.table([*columns.values(), labels], schema=schema)
     with open_atomic(path, binary=True) as file:
@@ -141,7 +143,7 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
 
 
 def columns_of(log: Log) -> dict[str, FloatArray]:
-    """Return what a log holds by the names of columns, without velocities not recorded."""
+    """Return the columns of a log by name, without velocities not recorded."""
     columns: dict[str, FloatArray] = {}
     for block in BLOCKS:
         values = getattr(log, block.name)
@@ -157,45 +159,45 @@ def columns_of(log: Log) -> dict[str, FloatArray]:
 
 
 def _suggest_name(name: str, numbers: Collection[str]) -> str:
-    by_lower = {other.lower(): other for other in numbers}
-    starts = [other for low, other in by_lower.items() if low in ("t", name) or name in low]
-    return f" Did you mean '{starts[0]}'?" if starts else did_you_mean(name, numbers)
+    by_lower = {column.lower(): column for column in numbers}
+    matches = [column for low, column in by_lower.items() if low in ("t", name) or name in low]
+    return f" Did you mean '{matches[0]}'?" if matches else did_you_mean(name, numbers)
 
 
 def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    angles, parts = (
+    angles, quaternion = (
         [name for name in group if name in numbers] for group in (EULER, ATTITUDE.columns)
     )
-    if angles and parts:
+    if angles and quaternion:
         yield (
-            f"attitude must be given once; got both `{' '.join(angles)}` and `{' '.join(parts)}`."
-            " Drop one set"
+            f"attitude must be given once; got both `{' '.join(angles)}` and"
+            f" `{' '.join(quaternion)}`. Drop one set"
         )
     if any(is_in_degrees(name, numbers[name]) for name in angles):
-        yield f"`{' '.join(angles)}` must be in rad; angles in degrees run so. {_CONVERT_ADVICE}"
+        yield f"`{' '.join(angles)}` must be in rad; its range indicates degrees. {_CONVERT_ADVICE}"
 
 
 def _incomplete_group_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     planar = not any(name in numbers for name in (*EULER[:2], "w", "p", "q"))
     wrench = ("X", "Y", "N") if planar else AXES
     for group in (EULER, wrench, *(block.columns for block in BLOCKS if block.is_whole)):
-        there = [name for name in group if name in numbers]
+        present = [name for name in group if name in numbers]
         absent = [name for name in group if name not in numbers]
-        if there and absent and not (group == EULER and planar):
+        if present and absent and not (group == EULER and planar):
             hints = "".join(_suggest_name(name, set(numbers) - set(group)) for name in absent)
-            alone = " Only a planar log, of u v r alone, may have yaw by itself"
+            remark = " Only a planar log, of u v r alone, may have yaw by itself"
             yield (
-                f"`{' '.join(group)}` belong together; `{' '.join(absent)}` is missing beside "
-                f"`{' '.join(there)}`.{hints} Add it, drop the others, or rename a command of that"
-                f" name.{alone if there == ['yaw'] else ''}"
+                f"`{' '.join(group)}` belong together; `{' '.join(absent)}` is missing next to "
+                f"`{' '.join(present)}`.{hints} Add it, drop the others, or rename a command of"
+                f" this name.{remark if present == ['yaw'] else ''}"
             )
 
 
 def is_in_degrees(name: str, angle: FloatArray) -> bool:
-    """Return whether an angle is in degrees: a pitch beyond any turn, or a wrap by 360."""
+    """Return whether an angle is in degrees: a pitch beyond a full turn, or a wrap by 360."""
     wrap = np.abs(np.diff(angle))
-    beyond = np.abs(angle) > _FULL_TURN_RAD if name == "pitch" else (wrap > 340) & (wrap < 380)
-    return bool(beyond.any())
+    exceeds = np.abs(angle) > _FULL_TURN_RAD if name == "pitch" else (wrap > 340) & (wrap < 380)
+    return bool(exceeds.any())
 
 
 def _column_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
@@ -204,4 +206,4 @@ def _column_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
     for name, column in numbers.items():
         if name != "time" and len(column) and np.isnan(column).all():
-            yield f"column `{name}` holds no number at all; drop it"
+            yield f"column `{name}` holds no number; drop it"

@@ -1,4 +1,4 @@
-"""The table of channels: what a log holds, what its columns are called, in which units.
+"""The table of channels of a log: names, columns and units.
 
 `Log`, canonical files, mappings, checks, the summary and cleaning derive their lists from
 :data:`BLOCKS`. Commands are not in it: each log names its own.

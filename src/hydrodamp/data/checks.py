@@ -1,4 +1,4 @@
-"""What can be wrong with a recording or a log: clock, attitude, units, names, infinite numbers."""
+"""Validation of records and logs: clock, attitude norm, units, names, finite numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.agreement import integrate_rotation, regress_channel
+from hydrodamp.data.channel_regression import integrate_rotation, regress_channel
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copy_arrays, split_segments, unrecorded_columns
 from hydrodamp.text import first_few
@@ -18,7 +18,7 @@ from hydrodamp.text import first_few
 MAX_VELOCITY = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
-_SCREENING_FACTOR = 0.1  # of that slope, where medians tell it
+_SCREENING_FACTOR = 0.1  # of that slope; smaller ratios of medians are not regressed
 #: Longest median step [s], a day, and latest clock [s], 30 000 years after 1970: what is beyond is
 #: no clock in seconds, for no vessel is recorded so slowly or so late.
 _LONGEST_STEP_S, _LATEST_CLOCK_S = 86_400.0, 1e12
@@ -28,7 +28,7 @@ _MAX_LISTED = 3
 
 
 def record_faults(record: Record) -> list[str]:
-    """Return all that is wrong with a recording."""
+    """Return the faults of a record."""
     if record.n == 0:
         return ["there are no samples; at least two are needed"]
     measured = {name: block for name, block in record.blocks.items() if name != "time"}
@@ -44,12 +44,12 @@ def record_faults(record: Record) -> list[str]:
             f" {next(iter(degrees.values())):.3g} times the rate of the attitude, so they are in"
             " deg/s. Convert them, or give a mapping with unit: deg/s"
         )
-    rest = [name for name in record.velocity_names if name not in degrees]
-    return [*faults, *_speed_faults(record.blocks["velocity"], record.row_name, rest)]
+    checked = [name for name in record.velocity_names if name not in degrees]
+    return [*faults, *_speed_faults(record.blocks["velocity"], record.row_name, checked)]
 
 
 def check_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
-    """Copy the arrays of a log by their names; return them and what is wrong with them."""
+    """Copy the arrays of a log by name; return them and their faults."""
     n = np.size(given["time"])
     commands = np.empty((n, 0)) if np.size(given["commands"]) == 0 else given["commands"]
     shapes = {block.name: (given[block.name], block.shape) for block in BLOCKS}
@@ -69,11 +69,11 @@ def check_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[
 
 
 def segment_faults(time: FloatArray, segments: Sequence[Segment]) -> Iterator[str]:
-    """Yield what is wrong with the segments of a log, and with its clock within them."""
-    edges = [0, *(part.stop for part in segments)]
-    is_covered = [part.start for part in segments] == edges[:-1] and edges[-1] == len(time)
-    is_told_apart = len({part.name for part in segments}) == len(segments)
-    if not is_covered or not is_told_apart or min(map(len, segments)) < 2:
+    """Yield the faults of segments, and of the clock inside them."""
+    edges = [0, *(segment.stop for segment in segments)]
+    is_covered = [segment.start for segment in segments] == edges[:-1] and edges[-1] == len(time)
+    has_unique_names = len({segment.name for segment in segments}) == len(segments)
+    if not is_covered or not has_unique_names or min(map(len, segments)) < 2:
         yield (
             f"`segments` must follow one another from 0 to {len(time)}, each of two samples or"
             f" more and with a name of its own; got {segments}"
@@ -85,7 +85,7 @@ def segment_faults(time: FloatArray, segments: Sequence[Segment]) -> Iterator[st
 
 
 def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> Iterator[str]:
-    """Yield what is wrong with the names of a log's columns."""
+    """Yield the faults of column names."""
     if [name for name in VELOCITIES if name in velocities] != list(velocities):
         yield f"`velocity_names` must be some of u v w p q r in this order; got {velocities}"
     if len(commands) != n or len(set(commands)) < n:
@@ -93,7 +93,7 @@ def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> I
 
 
 def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]) -> Iterator[str]:
-    """Yield where a clock has no value, repeats or runs backwards but at a join."""
+    """Yield where a clock has no value, repeats or runs backwards, except at joins."""
     absent = np.flatnonzero(~np.isfinite(time)).tolist()
     empty = [f"`time` has no value in {place(row)}" for row in absent]
     yield from first_few(empty, _MAX_LISTED, "samples without a time")
@@ -101,8 +101,8 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
         stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
     turns = [
         f"`time` must increase; it goes from {time[row - 1]:.10g} s to {time[row]:.10g} s in"
-        f" {place(row)}. If another run begins there, say so in a `segment` column; a mapping takes"
-        " clocks that repeat or are set back"
+        f" {place(row)}. If another run begins there, mark it in a `segment` column; a mapping"
+        " accepts clocks that repeat or are set back"
         for row in stuck.tolist()
     ]
     yield from first_few(turns, _MAX_LISTED, "steps of the clock like these")
@@ -151,7 +151,7 @@ def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> li
 def _speed_faults(
     velocity: FloatArray, place: Callable[[int], str], names: Sequence[str]
 ) -> Iterator[str]:
-    """Yield a sentence for each velocity that is larger than :data:`FASTEST`."""
+    """Yield a fault for each velocity larger than :data:`MAX_VELOCITY`."""
     for name, values in zip(VELOCITIES, velocity.T, strict=True):
         over = np.flatnonzero((np.abs(values) > MAX_VELOCITY) & np.isfinite(values)).tolist()
         if name not in names or not over:
@@ -161,19 +161,21 @@ def _speed_faults(
         degrees = "If rates are in deg/s, convert them. " if unit == "rad/s" else ""
         yield (
             f"`{name}` must be at most {MAX_VELOCITY:g} {unit} in size; it is {values[first]:.4g}"
-            f" in {place(first)}{tail}. {degrees}If it is a spike, put NaN or nothing there: that"
-            " marks a missing sample"
+            f" in {place(first)}{tail}. {degrees}If it is an outlier, replace it by NaN or an"
+            " empty cell, which marks a missing sample"
         )
 
 
 def _rates_in_degrees(record: Record) -> dict[str, float]:
-    """Return the rates in deg/s and their slopes; for a recording without other faults."""
+    """Return the rates in deg/s and their scales; for a record without other faults."""
     attitude = record.blocks.get("attitude")
     if attitude is None:
         return {}
     keep, segments, _ = split_segments(record)
-    bounds = np.array([(part.start, part.stop) for part in segments], np.int64).reshape(-1, 2)
-    time, rates, turns = (
+    bounds = np.array([(segment.start, segment.stop) for segment in segments], np.int64).reshape(
+        -1, 2
+    )
+    time, rates, rotation = (
         record.time[keep],
         record.blocks["velocity"][keep],
         integrate_rotation(attitude[keep], bounds),
@@ -182,12 +184,13 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     lag = max(round(1.0 / step), 1)
     summed = np.cumsum(rates[:, 3:], axis=0) * step
-    told, moved = (np.abs(one[lag:] - one[:-lag]) for one in (summed, turns))
-    # Most rates are seen at a glance not to be so much larger.
-    both = {
-        name: regress_channel(time, bounds, rates[:, [3 + k]], turns[:, [k]])
+    integrals, increments = (np.abs(values[lag:] - values[:-lag]) for values in (summed, rotation))
+    # Regress only rates whose median is large enough.
+    regressions = {
+        name: regress_channel(time, bounds, rates[:, [3 + k]], rotation[:, [k]])
         for k, name in enumerate(VELOCITIES[3:])
-        if len(moved) and np.median(told[:, k]) > _SCREENING_FACTOR * low * np.median(moved[:, k])
+        if len(increments)
+        and np.median(integrals[:, k]) > _SCREENING_FACTOR * low * np.median(increments[:, k])
     }
-    agreed = {name: one.scale for name, one in both.items() if one.is_consistent()}
+    agreed = {name: result.scale for name, result in regressions.items() if result.is_consistent()}
     return {name: slope for name, slope in agreed.items() if low <= slope <= high}

@@ -1,4 +1,4 @@
-"""The log: what was measured on one clock, in SI units, split in segments."""
+"""The log: measurements on one clock in SI units, split into segments."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Log:
     attitude : ndarray, shape (n, 4), or None
         Unit quaternions ``(w, x, y, z)``, body to north-east-down.
     command_names : tuple of str
-        What the columns of ``commands`` are called.
+        Names of the columns of ``commands``.
     commands : ndarray, shape (n, m)
         Held from sample to sample.
     wrench : ndarray, shape (n, 6), or None
@@ -71,14 +71,14 @@ class Log:
     segments : tuple of Segment
         They cover all samples in order; one segment where none is given.
     source : str
-        Where the log came from, for messages.
+        Source of the log, for messages.
     notes : tuple of str
-        What was done to the measurements, a sentence each, in order.
+        Processing steps applied to the measurements, in order.
 
     Raises
     ------
     LogError
-        With everything that is wrong.
+        With all faults.
 
     Examples
     --------
@@ -103,7 +103,7 @@ class Log:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Copy the arrays at the door and check them."""
+        """Copy and check the arrays."""
         blocks, faults = check_blocks({name: getattr(self, name) for name in _ARRAYS})
         values: dict[str, Any] = {**blocks}
         for name in ("velocity_names", "command_names", "notes", "segments"):
@@ -169,7 +169,7 @@ class Log:
         Raises
         ------
         LogError
-            With everything that is wrong.
+            With all faults.
 
         Examples
         --------
@@ -179,9 +179,9 @@ class Log:
         >>> [segment.name for segment in log.segments], log.velocity_names
         (['a', 'b'], ('u',))
         """
-        others = (acceleration, propulsion_ratio, wrench, position, specific_force)
+        optional_blocks = (acceleration, propulsion_ratio, wrench, position, specific_force)
         names = (block.name for block in BLOCKS)
-        given = dict(zip(names, (time, attitude, velocity, *others), strict=True))
+        given = dict(zip(names, (time, attitude, velocity, *optional_blocks), strict=True))
         return cls.from_record(record_of_arrays(given, commands or {}, segment, source))
 
     @classmethod
@@ -203,7 +203,7 @@ class Log:
         return log.with_notes(cut)
 
     def with_notes(self, *notes: str) -> Log:
-        """Return the same log with sentences on what was done to it, after those it had."""
+        """Return the same log with notes appended."""
         return dataclasses.replace(self, notes=(*self.notes, *notes))
 
     @property
@@ -214,7 +214,9 @@ class Log:
     @property
     def bounds(self) -> IntArray:
         """First and one-past-last sample of each segment, shape (s, 2)."""
-        return np.array([(part.start, part.stop) for part in self.segments], dtype=np.int64)
+        return np.array(
+            [(segment.start, segment.stop) for segment in self.segments], dtype=np.int64
+        )
 
     @cached_property
     def steps(self) -> FloatArray:
@@ -237,10 +239,10 @@ class Log:
     def elapsed(self) -> FloatArray:
         """Time since the first sample [s], shape (n,); runs on where a clock restarts or leaps."""
         count = self.time - self.time[0]
-        for before, part in itertools.pairwise(self.segments):
-            if not 0.0 < self.time[part.start] - self.time[part.start - 1] <= EPOCH_GAP_S:
+        for before, segment in itertools.pairwise(self.segments):
+            if not 0.0 < self.time[segment.start] - self.time[segment.start - 1] <= EPOCH_GAP_S:
                 step = np.median(np.diff(self.time[before.start : before.stop]))
-                count[part.start :] += count[part.start - 1] + step - count[part.start]
+                count[segment.start :] += count[segment.start - 1] + step - count[segment.start]
         return frozen(count)
 
     def command(self, name: str) -> FloatArray:
@@ -291,8 +293,11 @@ class Log:
         [2.0, 3.0, 4.0]
         """
         first, last = np.searchsorted(self.elapsed, (start, end)).tolist()
-        cut = ((part, max(part.start, first), min(part.stop, last)) for part in self.segments)
-        if pieces := [Segment(part.name, a, b) for part, a, b in cut if b - a >= 2]:
+        cut = (
+            (segment, max(segment.start, first), min(segment.stop, last))
+            for segment in self.segments
+        )
+        if pieces := [Segment(segment.name, a, b) for segment, a, b in cut if b - a >= 2]:
             return extract_segments(self, pieces)
         fault = (
             f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
@@ -326,13 +331,17 @@ class Log:
         >>> log.select("b").velocity[:, 0].tolist()
         [2.0, 2.0]
         """
-        known = [part.name for part in self.segments]
+        known = [segment.name for segment in self.segments]
         faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
         pieces: dict[str, Segment] = {}
         for name in names:
-            found = {part.name: part for part in self.segments if matches_name(part.name, name)}
-            pieces |= found
-            if not found:
+            matches = {
+                segment.name: segment
+                for segment in self.segments
+                if matches_name(segment.name, name)
+            }
+            pieces |= matches
+            if not matches:
                 faults.append(no_such("segment", name, known))
         if faults:
             raise LogError(faults, source=self.source)
@@ -343,16 +352,16 @@ class Log:
         return f"<Log {self.source or 'of arrays'}: {self.n} samples, {self.duration:.6g} s>"
 
     def __str__(self) -> str:
-        """Return what the log holds, on one screen: its span, columns, ranges and segments."""
-        time, held = self.time, recorded_arrays(self)
+        """Return a summary: span, columns, ranges and segments."""
+        time, blocks = self.time, recorded_arrays(self)
         several = "s" if len(self.segments) > 1 else ""
-        more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in held]
+        more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in blocks]
         commands = zip(self.command_names, self.commands.T, strict=True)
-        spans = [(part, part.start, part.stop - 1) for part in self.segments]
-        parts = [
-            f"{part.name:<18} {len(part):>7} {self.elapsed[a]:>9.2f} {self.elapsed[b]:>9.2f}"
+        spans = [(segment, segment.start, segment.stop - 1) for segment in self.segments]
+        segment_lines = [
+            f"{segment.name:<18} {len(segment):>7} {self.elapsed[a]:>9.2f} {self.elapsed[b]:>9.2f}"
             f" {time[a]:>16.3f}"
-            for part, a, b in spans
+            for segment, a, b in spans
         ]
         lines = [
             f"Log {self.source or 'of arrays'}",
@@ -360,15 +369,15 @@ class Log:
             f" median step {np.median(self.steps):.4g} s",
             f"with {', '.join(more)}",
             *(
-                _format_range(name, one, f" {unit_of(name)}")
-                for name, one in recorded_velocities(self).items()
+                _format_range(name, values, f" {unit_of(name)}")
+                for name, values in recorded_velocities(self).items()
             ),
             *first_few(
                 [_format_range(name, values) for name, values in commands], _MAX_LISTED, "commands"
             ),
             "segment            samples  from [s]    to [s]  by the clock [s]",
-            *first_few(parts, _MAX_LISTED, "segments"),
-            *(["what was done to it:"] if self.notes else []),
+            *first_few(segment_lines, _MAX_LISTED, "segments"),
+            *(["processing:"] if self.notes else []),
             *first_few([textwrap.shorten(n, _MAX_WIDTH) for n in self.notes], _MAX_LISTED, "notes"),
         ]
         return "\n  ".join(lines)
@@ -384,17 +393,17 @@ def recorded_velocities(log: Log) -> dict[str, FloatArray]:
 
 
 def extract_segments(log: Log, pieces: Sequence[Segment]) -> Log:
-    """Return the log of some stretches, each a segment of its own."""
-    rows = np.concatenate([np.arange(part.start, part.stop) for part in pieces])
-    segments = consecutive_segments((part.name for part in pieces), map(len, pieces))
-    taken: dict[str, Any] = {name: block[rows] for name, block in recorded_arrays(log).items()}
-    return dataclasses.replace(log, **taken, segments=segments)
+    """Return the log of given pieces, each a segment."""
+    rows = np.concatenate([np.arange(piece.start, piece.stop) for piece in pieces])
+    segments = consecutive_segments((piece.name for piece in pieces), map(len, pieces))
+    blocks: dict[str, Any] = {name: block[rows] for name, block in recorded_arrays(log).items()}
+    return dataclasses.replace(log, **blocks, segments=segments)
 
 
 def recorded_arrays(log: Log) -> dict[str, FloatArray]:
     """Return the arrays that a log has, commands included."""
-    found = {name: getattr(log, name) for name in _ARRAYS}
-    return {name: block for name, block in found.items() if block is not None}
+    blocks = {name: getattr(log, name) for name in _ARRAYS}
+    return {name: block for name, block in blocks.items() if block is not None}
 
 
 def concatenate(logs: Iterable[Log]) -> Log:
@@ -403,7 +412,7 @@ def concatenate(logs: Iterable[Log]) -> Log:
     Parameters
     ----------
     logs : iterable of Log
-        Logs with the same columns; commands may stand in another order.
+        Logs with the same columns; commands may be in another order.
 
     Returns
     -------
@@ -421,47 +430,54 @@ def concatenate(logs: Iterable[Log]) -> Log:
     >>> [segment.name for segment in concatenate([log, log]).segments]
     ['1', '1-2']
     """
-    parts = list(logs)
-    if not parts:
+    log_list = list(logs)
+    if not log_list:
         raise LogError("there is no log to concatenate")
-    first = parts[0]
-    if faults := [fault for other in parts[1:] for fault in _column_differences(first, other)]:
+    first = log_list[0]
+    if faults := [fault for log in log_list[1:] for fault in _column_differences(first, log)]:
         raise LogError(faults)
-    order = [[part.command_names.index(name) for name in first.command_names] for part in parts]
+    order = [[log.command_names.index(name) for name in first.command_names] for log in log_list]
     blocks: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts])
+        name: np.concatenate([getattr(log, name) for log in log_list])
         for name in recorded_arrays(first)
         if name != "commands"
     }
-    commands = [part.commands[:, columns] for part, columns in zip(parts, order, strict=True)]
-    names = [name for part in parts for name in _segment_names(part, parts)]
-    lengths = [len(piece) for part in parts for piece in part.segments]
+    commands = [log.commands[:, columns] for log, columns in zip(log_list, order, strict=True)]
+    names = [name for log in log_list for name in _segment_names(log, log_list)]
+    lengths = [len(piece) for log in log_list for piece in log.segments]
     return dataclasses.replace(
         first,
         **blocks,
         commands=np.concatenate(commands),
         segments=consecutive_segments(names, lengths),
-        source=", ".join(dict.fromkeys(part.source for part in parts if part.source)),
-        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        source=", ".join(dict.fromkeys(log.source for log in log_list if log.source)),
+        notes=tuple(dict.fromkeys(note for log in log_list for note in log.notes)),
     )
 
 
-def _segment_names(part: Log, parts: Sequence[Log]) -> list[str]:
-    """Return the names of segments, by folders where files in several have one name."""
-    called, folder = name_of_source(part.source), Path(part.source).parent.name
-    same = {Path(one.source).parent for one in parts if name_of_source(one.source) == called}
-    names = [piece.name for piece in part.segments]
-    if not part.source or not folder or len(same) < 2:
+def _segment_names(log: Log, logs: Sequence[Log]) -> list[str]:
+    """Return the names of segments, by folder if several folders have a file of this name."""
+    called, folder = name_of_source(log.source), Path(log.source).parent.name
+    same = {
+        Path(other_log.source).parent
+        for other_log in logs
+        if name_of_source(other_log.source) == called
+    }
+    names = [piece.name for piece in log.segments]
+    if not log.source or not folder or len(same) < 2:
         return names
     return [folder + name.removeprefix(called) for name in names]
 
 
 def _column_differences(first: Log, other: Log) -> Iterator[str]:
-    """Say which columns one of two logs has and the other lacks."""
-    held = [
+    """Yield the columns that only one of two logs has."""
+    columns = [
         {*log.velocity_names, *log.command_names, *recorded_arrays(log)} for log in (first, other)
     ]
-    for mine, its, log in ((held[0], held[1], other), (held[1], held[0], first)):
-        if mine - its:
-            lacking = " ".join(sorted(mine - its))
+    for present, absent_from, log in (
+        (columns[0], columns[1], other),
+        (columns[1], columns[0], first),
+    ):
+        if present - absent_from:
+            lacking = " ".join(sorted(present - absent_from))
             yield f"{log.source or 'a log'} lacks {lacking}, which the others have"

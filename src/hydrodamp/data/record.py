@@ -1,4 +1,4 @@
-"""What was recorded, sample by sample, before it is checked; and where it falls into segments."""
+"""Unchecked records, and their segmentation at joins, gaps and missing samples."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MIN_GAP_S = 1.0
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a log without a join or a gap: samples start to stop - 1."""
+    """A part of a log without a join or a gap: samples start to stop - 1."""
 
     name: str
     start: int
@@ -43,13 +43,13 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Arrays of one recording in SI units and our axes; NaN where nothing was measured."""
+    """Arrays of one recording in SI units and canonical axes; NaN where nothing was measured."""
 
     blocks: Mapping[str, FloatArray]  # as a Log has them; time, velocity and commands always
     velocity_names: tuple[str, ...] = VELOCITIES
     command_names: tuple[str, ...] = ()
     labels: tuple[str, ...] | None = None
-    run: IntArray | None = None  # of the clock, which may begin anew
+    run: IntArray | None = None  # number of the clock run, which changes when the clock restarts
     lines: Sequence[int] | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
@@ -81,15 +81,15 @@ class Record:
         return lacking
 
     def row_name(self, row: int) -> str:
-        """Return how a message calls a sample."""
+        """Return the name of a sample in messages."""
         return f"row {row + 1}" + ("" if self.lines is None else f" (line {self.lines[row]})")
 
     def log_fields(self, keep: BoolArray) -> dict[str, Any]:
         """Return the fields of a log that holds some of the samples."""
-        rows = slice(None) if keep.all() else keep  # a long log is not copied for nothing
+        rows = slice(None) if keep.all() else keep  # no copy of a complete log
         names = ("velocity_names", "command_names", "source", "notes")
-        taken = {name: block[rows] for name, block in self.blocks.items()}
-        return taken | {name: getattr(self, name) for name in names}
+        blocks = {name: block[rows] for name, block in self.blocks.items()}
+        return blocks | {name: getattr(self, name) for name in names}
 
 
 def record_of_arrays(
@@ -98,7 +98,7 @@ def record_of_arrays(
     segment: Sequence[object] | None,
     source: str,
 ) -> Record:
-    """Return the record of arrays by the names of their blocks, or raise all their faults."""
+    """Return the record of named blocks; raise LogError with all faults."""
     n, velocity, attitude = np.size(given["time"]), given["velocity"], given["attitude"]
     names: tuple[str, ...] = VELOCITIES
     faults = command_faults(commands)
@@ -114,9 +114,9 @@ def record_of_arrays(
     if attitude is not None and np.shape(attitude) == (n, 3):
         euler, wrong = copy_arrays({"attitude": (attitude, (3,))}, n)
         attitude, faults = quaternion_from_euler(euler["attitude"]), faults + wrong
-    whole = {**given, "velocity": velocity, "attitude": attitude}
+    complete = {**given, "velocity": velocity, "attitude": attitude}
     blocks, wrong = copy_arrays(
-        {block.name: (whole[block.name], block.shape) for block in BLOCKS}, n
+        {block.name: (complete[block.name], block.shape) for block in BLOCKS}, n
     )
     channels, wrong_too = copy_arrays({name: (values, ()) for name, values in commands.items()}, n)
     faults += wrong + wrong_too
@@ -132,7 +132,7 @@ def record_of_arrays(
 def copy_arrays(
     given: Mapping[str, tuple[Any, tuple[int | None, ...]]], n: int
 ) -> tuple[dict[str, FloatArray], list[str]]:
-    """Copy arrays of n samples, given with the shape of an entry; and say what is wrong."""
+    """Copy arrays of n samples, given with the shape of an entry; return them and their faults."""
     blocks: dict[str, FloatArray] = {}
     faults = []
     for name, (values, shape) in given.items():
@@ -148,7 +148,7 @@ def copy_arrays(
 
 
 def unrecorded_columns(name: str, block: FloatArray) -> BoolArray:
-    """Return which columns of a block hold nothing: accelerations may be recorded in part."""
+    """Return which columns of a block are not recorded (only accelerations can be partial)."""
     if name != ACCELERATION.name:
         return np.zeros(block.shape[1:], dtype=np.bool_)
     largest: FloatArray = np.fmax.reduce(block, axis=0, initial=np.nan)  # no mask of a long log
@@ -156,12 +156,12 @@ def unrecorded_columns(name: str, block: FloatArray) -> BoolArray:
 
 
 def stack_columns(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
-    """Stack columns; those that are absent are zero."""
+    """Stack columns; absent columns are zero."""
     return np.column_stack([np.empty((n, 0)), *(columns.get(name, np.zeros(n)) for name in names)])
 
 
 def label_changes(labels: Sequence[object] | IntArray | None, n: int) -> BoolArray:
-    """Return which of n samples have another label than the one before."""
+    """Return which of n samples have another label than the previous sample."""
     changed = np.zeros(n, dtype=np.bool_)
     if labels is not None:
         names = np.array(labels, dtype=object)
@@ -170,7 +170,7 @@ def label_changes(labels: Sequence[object] | IntArray | None, n: int) -> BoolArr
 
 
 def command_faults(names: Iterable[str]) -> list[str]:
-    """Return what is wrong with the names of commands."""
+    """Return the faults of command names."""
     faults = []
     for name in names:
         try:
@@ -186,7 +186,7 @@ def max_step(steps: FloatArray) -> float:
 
 
 def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
-    """Return which samples to keep, their segments, and a sentence on every cut but joins."""
+    """Return which samples to keep, their segments, and a note on every cut except joins."""
     joins, missing = record.joins, record.missing
     late = np.diff(record.time, prepend=record.time[:1]) > max_step(
         np.diff(record.time)[~joins[1:]]
@@ -195,42 +195,46 @@ def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tupl
     starts = joins | gaps | (missing != np.roll(missing, 1))
     edges = np.append(np.flatnonzero(starts), record.n).tolist()
     pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a]]
-    kept = [(a, b) for a, b in pieces if b - a >= 2]
+    segment_bounds = [(a, b) for a, b in pieces if b - a >= 2]
     keep = np.zeros(record.n, dtype=np.bool_)
-    for a, b in kept:
+    for a, b in segment_bounds:
         keep[a:b] = True
-    return keep, _segments(record, kept), (*_notes(record, gaps, missing, edges, kept),)
+    return (
+        keep,
+        _segments(record, segment_bounds),
+        (*_notes(record, gaps, missing, edges, segment_bounds),),
+    )
 
 
 def name_of_source(source: str) -> str:
-    """Return what the segments of a file are called; of several, the first counts."""
+    """Return the segment name of a file; of several files, the first."""
     name = Path(source.split(", ")[0]).name
     return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
 
 
 def consecutive_segments(names: Iterable[str], lengths: Iterable[int]) -> tuple[Segment, ...]:
-    """Return segments of these lengths, one behind the other, each with a name of its own."""
+    """Return consecutive segments of given lengths with unique names."""
     edges = itertools.pairwise(itertools.accumulate(lengths, initial=0))
     pairs = zip(unique_names(names), edges, strict=True)
     return tuple(Segment(name, start, stop) for name, (start, stop) in pairs)
 
 
 def matches_name(segment: str, name: str) -> bool:
-    """Return whether a segment answers to a name: its own, or that of its label."""
+    """Return whether a name is that of a segment or of its label."""
     label, _, piece = segment.rpartition(".")
     return segment == name or (piece.isdigit() and matches_name(label, name))
 
 
 def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, ...]:
-    """Name each piece after its label or file, numbered where a label has several."""
+    """Name each piece after its label or file, numbered if a label has several."""
     run = np.cumsum(label_changes(record.labels, record.n))
     count = np.bincount([run[a] for a, _ in pieces], minlength=1)
-    seen: dict[int, int] = {}
+    n_seen: dict[int, int] = {}
     names = []
     for a, _ in pieces:
         label = name_of_source(record.source) if record.labels is None else record.labels[a]
-        seen[run[a]] = seen.get(run[a], 0) + 1
-        names.append(f"{label}.{seen[run[a]]}" if count[run[a]] > 1 else label)
+        n_seen[run[a]] = n_seen.get(run[a], 0) + 1
+        names.append(f"{label}.{n_seen[run[a]]}" if count[run[a]] > 1 else label)
     return consecutive_segments(names, [b - a for a, b in pieces])
 
 
@@ -239,16 +243,16 @@ def _notes(
     gaps: BoolArray,
     missing: BoolArray,
     edges: list[int],
-    kept: list[tuple[int, int]],
+    segment_bounds: list[tuple[int, int]],
 ) -> Iterator[str]:
-    """Say where a recording is cut, and what is dropped."""
+    """Yield notes on cuts and discarded samples."""
     time, pieces = record.time.tolist(), [*itertools.pairwise(edges)]
-    first = time[kept[0][0]] if kept else time[0]
+    first = time[segment_bounds[0][0]] if segment_bounds else time[0]
     pauses = [
         f"no samples for {time[row] - time[row - 1]:.3g} s from {format_time(time[row - 1], first)}"
         for row in np.flatnonzero(gaps).tolist()
     ]
-    left_out = [
+    discarded = [
         f"{b - a} sample{'s' if b - a > 1 else ''}"
         f" {'with missing values' if missing[a] else 'alone, left out'}"
         f" at {format_time(time[a], first)}"
@@ -257,4 +261,4 @@ def _notes(
         if missing[a] or b - a == 1
     ]
     yield from first_few(pauses, 5, "gaps")
-    yield from first_few(left_out, 5, "stretches left out")
+    yield from first_few(discarded, 5, "parts left out")

@@ -1,4 +1,4 @@
-"""What a recording holds, topic by topic, before anything is made of it."""
+"""Recordings as read from files: topics with fields, units and faults."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ class Topic:
     Attributes
     ----------
     name : str
-        As the file calls it; empty where a file is one table.
+        Name in the file; empty if the file is one table.
     time : ndarray, shape (n,), or None
         When each message was recorded [s], on the clock of the file; None where only a
         mapping can say which field is the time.
     fields : mapping of str to ndarray, shape (n,)
-        Numbers as they stand in the file, by the path of the field, such as
+        Numbers as in the file, by the path of the field, such as
         ``twist.linear.x`` or ``current[3]``; NaN where there is none.
     texts : mapping of str to tuple of str, length n
-        Fields that are words.
+        Text fields.
     units : mapping of str to str
-        Units that the file states, spelt as there.
+        Units as spelled in the file.
     faults : mapping of str to str
-        What is wrong with a field, a sentence each. Such a field is not among ``fields``; a
-        column that nobody needs does not refuse the log.
+        The fault of a field. Such a field is not in ``fields``; an unused faulty column does
+        not refuse the log.
     lines : sequence of int
         The line of the file of each row; empty where the file has no lines.
 
@@ -56,7 +56,7 @@ class Topic:
     lines: Sequence[int] = ()
 
     def __post_init__(self) -> None:
-        """Copy the arrays at the door, but those that nobody can write."""
+        """Copy writable arrays."""
         if self.time is not None:
             object.__setattr__(self, "time", _read_only(self.time))
         numbers = {name: _read_only(values) for name, values in self.fields.items()}
@@ -91,9 +91,9 @@ class Recording:
     format : str
         Which format it was read as, such as ``"ROS 2 bag (MCAP)"``.
     notes : tuple of str
-        What the reader found odd and tolerated, a sentence each.
+        Irregularities that the reader tolerated.
     files : mapping of str to str
-        For every topic its file, where each has one of its own; a star stands for the run.
+        The file of every topic, if each has its own; a star replaces the name of the run.
 
     Examples
     --------
@@ -135,7 +135,7 @@ class Recording:
 
 
 def _read_only(values: FloatArray) -> FloatArray:
-    """Return the array itself where it is flat, read-only and nobody's view; else a copy."""
+    """Return the array itself if it is flat, read-only and owns its data; else a copy."""
     known = isinstance(values, np.ndarray) and values.dtype == np.float64 and values.ndim == 1
     if known and values.flags.c_contiguous and values.flags.owndata and not values.flags.writeable:
         return values

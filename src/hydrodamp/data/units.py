@@ -1,4 +1,4 @@
-"""The one vocabulary of units: what they are in SI, and how files spell them."""
+"""Units: factors to SI, and their spellings in files."""
 
 from __future__ import annotations
 
@@ -72,14 +72,14 @@ _SPELLINGS = {
     for spelling in listed.split()
 }
 
-# Words that are units in a header, but of no quantity of a log.
+# Units in headers that no quantity of a log has.
 _NO_QUANTITY = """
 - K C A V W T bool boolean raw none count pwm 1/s hz khz pa hpa kpa mbar bar dbar psi mv volt
 ma amp watt °c degc kg kg/m3 g/cc psu ppt gauss mgauss tesla ut μt
 """
 _WITHOUT_FACTOR = frozenset(_NO_QUANTITY.split())
 
-# Units that mean something else as the last word of a column's name.
+# Units that mean something else as the last word of a column name.
 _NOT_IN_NAMES = frozenset(["1", "%", "g", "h", "min", "rev", "n"])
 
 
@@ -91,33 +91,33 @@ def si_unit(quantity: str) -> str:
 def unit_factor(unit: str, quantity: str | None = None) -> float:
     """Return the factor that turns a unit, in any spelling, into SI."""
     known = _known_units(quantity)
-    found = parse_unit(unit, quantity)
-    if found is None:
+    canonical = parse_unit(unit, quantity)
+    if canonical is None:
         of = f"of {quantity} " if quantity else ""
         raise LogError(
             f"'{unit}' is no unit {of}known here.{did_you_mean(unit, known)}"
             f" Known are: {', '.join(known)}"
         )
-    return known[found]
+    return known[canonical]
 
 
 def parse_unit(text: str, quantity: str | None = None) -> str | None:
-    """Return the unit that a file states in its own spelling; None where it is not known."""
+    """Return the unit of a spelling; None if it is unknown."""
     known = _known_units(quantity)
     plain = _strip_brackets(text)
     if plain in known:
         return plain
-    if len(plain) == 1 and plain != "°":  # one letter counts as it stands: v is no volt
+    if len(plain) == 1 and plain != "°":  # single letters are case-sensitive: v is not volt
         return None
-    parts = "/".join(
+    folded = "/".join(
         map(_canonical_spelling, re.split("/| per ", _canonical_spelling(plain.casefold())))
     )
-    squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", parts)
+    squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", folded)
     return {name.casefold(): name for name in reversed(known)}.get(squared.casefold())
 
 
 def is_unit(word: str) -> bool:
-    """Return whether a word is a unit as headers spell them."""
+    """Return whether a word is a unit."""
     plain = _strip_brackets(word)
     if len(plain) == 1:
         return plain in _WITHOUT_FACTOR or (plain != "1" and parse_unit(plain) is not None)
@@ -128,7 +128,7 @@ def is_unit(word: str) -> bool:
 
 
 def trailing_unit(words: Sequence[str]) -> tuple[int, str] | None:
-    """Return how many words at the end of a name are its unit, and the unit."""
+    """Return the number of words of the unit at the end of a name, and the unit."""
     for count in (2, 1):
         tail = words[len(words) - count :]
         if len(words) > count and tail[0] not in _NOT_IN_NAMES:

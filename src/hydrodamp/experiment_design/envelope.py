@@ -128,8 +128,8 @@ class Envelope(_Table):
             yield f"`depth` must be a band below the surface, least first; {_got(self.depth)}"
         elif not self.depth[0] < self.max_depth:
             yield (
-                f"`bottom` at {self.bottom:g} m less `altitude` of {self.altitude:g} m leaves "
-                f"no water below the least depth of {self.depth[0]:g} m"
+                f"`bottom` {self.bottom:g} m less `altitude` {self.altitude:g} m must be below the "
+                f"least depth of {self.depth[0]:g} m"
             )
         if not 0.0 <= self.speed[0] <= self.speed[1] or not self.speed[1] > 0.0:
             yield f"`speed` must be a band of zero or more, least first; {_got(self.speed)}"

@@ -44,8 +44,8 @@ class CourseGuidance:
     """Selects the course of each segment from the members' positions at its start.
 
     ``setpoints`` (segments, samples, 3) are speed, heading relative to the course, and depth;
-    ``drift_correction`` (segments, members, m, 2) the simulated minus the dead-reckoned track of
-    the previous iteration, on a course north [m].
+    ``drift_correction`` (segments, members, m, 2) the difference of the simulated and the dead
+    reckoning track in the previous iteration, on a course north [m].
     """
 
     area: Area | None

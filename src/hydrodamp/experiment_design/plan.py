@@ -20,7 +20,6 @@ from hydrodamp.experiment_design.context import Mode, PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
 from hydrodamp.experiment_design.excitation import candidate_manoeuvres
-from hydrodamp.experiment_design.feasibility import CandidateDive, enforce_envelope
 from hydrodamp.experiment_design.fisher_information import (
     Criterion,
     ErrorModel,
@@ -30,7 +29,9 @@ from hydrodamp.experiment_design.fisher_information import (
 from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
 from hydrodamp.experiment_design.verification import (
+    CandidateDive,
     MonteCarloVerification,
+    enforce_envelope,
     expected_coefficients,
     shortest_duration,
     verify,

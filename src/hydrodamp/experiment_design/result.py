@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -231,10 +231,7 @@ def plan_document(plan: DivePlan) -> dict[str, Any]:
                 "start": item.start,
                 "end": item.end,
                 "course": float(np.degrees(item.course) % 360.0),
-                "shape": item.manoeuvre.shape,
-                "level": item.manoeuvre.level,
-                "tempo": item.manoeuvre.tempo,
-                "strengths": list(item.manoeuvre.strengths),
+                **asdict(item.manoeuvre),
             }
             for item in plan.segments
         ],

@@ -1,19 +1,33 @@
-"""Monte Carlo verification of a dive: simulated logs of ensemble members are identified.
+"""Monte Carlo verification of a dive: chance constraint, and predicted standard errors.
 
-The predicted standard error of a coefficient is the geometric mean of those that the recommended
-method reports for the members; the predicted grade is the median of their grades.
+A dive is feasible if P(g_i <= 0 for every limit i at every sample) >= 0.95; the probability is
+estimated by the share of ensemble members that satisfy it, the feasibility rate. Segments of an
+infeasible dive are attenuated or slowed down.
+
+Simulated logs of some members are identified: the predicted standard error of a coefficient is the
+geometric mean of those that the recommended method reports, the predicted grade their median.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
+from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.errors import ProblemError
+from hydrodamp.experiment_design.closed_loop import (
+    ClosedLoopSimulator,
+    Excitation,
+    Trajectories,
+    limit_violations,
+    saturation,
+)
 from hydrodamp.experiment_design.context import PlanningContext
+from hydrodamp.experiment_design.envelope import Area
+from hydrodamp.experiment_design.excitation import Manoeuvre, join_setpoints
+from hydrodamp.experiment_design.guidance import CourseGuidance, follow_tracks
 from hydrodamp.experiment_design.result import GoalDuration
 from hydrodamp.identification.fit import Fit, critical_value as critical_value
 from hydrodamp.identification.identifiability import (
@@ -27,11 +41,143 @@ from hydrodamp.identification.output_error import Recommended
 from hydrodamp.simulation.parallel import run_parallel
 from hydrodamp.simulation.problem import prepare
 
+MIN_FEASIBILITY_RATE = 0.95
+"""Share of the members that must satisfy all constraints."""
+
+ATTENUATION, MAX_ATTENUATIONS = 0.8, 12
+"""Factor on a segment that violates a limit, and how often it is applied at most."""
+
+AREA_SLOWDOWN = 0.9
+"""Factor on the speed of all segments where the area is violated."""
+
+RESPONSE_TIME = 5.0
+"""Time after a segment in which it can cause a violation [s]; assumed."""
+
 N_DURATIONS = 5
 """Durations that are tried for a goal: a fifth of the dive, two fifths, and so on."""
 
 MAX_HOURS = 10.0
 """Extrapolated durations beyond this are reported as more than it [h]."""
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateDive:
+    """A dive simulated for the whole ensemble.
+
+    ``feasibility_rate`` is the share of members that satisfy all constraints, ``saturation`` the
+    share of time at a limit by command, ``waypoints`` (m, 5) replace setpoints.
+    """
+
+    manoeuvres: list[Manoeuvre]
+    overlays: FloatArray
+    courses: FloatArray
+    trajectories: Trajectories
+    feasibility_rate: float
+    saturation: dict[str, float]
+    waypoints: FloatArray | None = None
+
+    def until(self, n_segments: int, samples: int) -> CandidateDive:
+        """Return the first segments."""
+        n, waypoints = n_segments * samples, self.waypoints
+        if waypoints is not None:
+            waypoints = waypoints[: np.searchsorted(waypoints[:, 0], n * self.trajectories.period)]
+        return replace(
+            self,
+            waypoints=waypoints,
+            manoeuvres=self.manoeuvres[:n_segments],
+            overlays=self.overlays[:n],
+            courses=self.courses[:n_segments],
+            trajectories=self.trajectories.until(n),
+        )
+
+
+def enforce_envelope(
+    context: PlanningContext, manoeuvres: list[Manoeuvre], *, baseline: bool = False
+) -> CandidateDive:
+    """Attenuate manoeuvres until the ensemble satisfies the chance constraint.
+
+    The baseline is executed by setpoints in every mode.
+    """
+    simulator = context.simulator
+    envelope, autopilot, n = simulator.envelope, simulator.autopilot, simulator.n_members
+    by_waypoints = context.mode == "waypoints" and not baseline
+    moves = np.array([float(autopilot.propeller is not None), 1.0, 1.0])
+    drift, message = np.zeros((len(manoeuvres), 1, 1, 2)), ""
+    for _ in range(MAX_ATTENUATIONS):
+        setpoints, overlays = join_setpoints(manoeuvres, autopilot, envelope, context.samples)
+        by_segment = (moves * setpoints).reshape(len(manoeuvres), context.samples, 3)
+        course = CourseGuidance(envelope.area, by_segment, envelope.period, drift)
+        waypoints: FloatArray | None = None
+        if by_waypoints:
+            excitation = _repeat(setpoints, overlays, 1)
+            planned = simulator.with_members([0]).simulate(excitation, None, course)
+            trajectories, (waypoints, *_) = follow_tracks(
+                simulator, planned, context.acceptance, context.seed
+            )
+        else:
+            excitation = _repeat(setpoints, overlays, n)
+            planned = trajectories = simulator.simulate(excitation, context.seed, course)
+        violations = limit_violations(envelope, trajectories)
+        violated = {name: np.any(g > 0.0, axis=0) for name, g in violations.items()}
+        feasibility_rate = 1.0 - float(np.mean(np.any([*violated.values()], axis=0)))
+        if feasibility_rate >= MIN_FEASIBILITY_RATE:
+            shares = saturation(autopilot, trajectories).items()
+            return CandidateDive(
+                *(manoeuvres, overlays, np.array(course.courses), trajectories),
+                *(feasibility_rate, {name: float(np.mean(share)) for name, share in shares}),
+                waypoints,
+            )
+        name = max(violated, key=lambda limit: float(np.mean(violated[limit])))
+        message = (
+            f"`{name}` is violated in {np.mean(violated[name]):.0%} of the ensemble, by up to "
+            f"{violations[name].max():.0%}"
+        )
+        drift = course.update_drift(planned)
+        # The members of largest violation, which may be infeasible, do not count.
+        worst = np.max([g.max(axis=0) for g in violations.values()], axis=0)
+        counted = np.argsort(worst)[: int(np.ceil(MIN_FEASIBILITY_RATE * n))]
+        manoeuvres = _attenuate(
+            context, manoeuvres, {name: g[:, counted] for name, g in violations.items()}
+        )
+    raise ProblemError(
+        f"no feasible dive: after {MAX_ATTENUATIONS} attenuations {message}. Widen that limit, "
+        "raise the lowest `speed`, or check the autopilot's gains."
+    )
+
+
+def _attenuate(
+    context: PlanningContext, manoeuvres: list[Manoeuvre], violations: dict[str, FloatArray]
+) -> list[Manoeuvre]:
+    """Slow down segments that are too fast; attenuate those that violate other limits.
+
+    Where the area is violated, all are slowed down: each starts where the last one ends.
+    """
+    if any(np.max(violations[name]) > 0.0 for name in Area.model_fields if name in violations):
+        manoeuvres = [manoeuvre.slow_down(AREA_SLOWDOWN) for manoeuvre in manoeuvres]
+    angles = np.max([violations[name] for name in ("depth", "pitch", "roll")], axis=0)
+    fast, strong = (
+        _segments_of(context, violations["speed"] > 0.0),
+        _segments_of(context, angles > 0.0),
+    )
+    if context.simulator.autopilot.propeller is None:
+        # Without a speed setpoint the excitation alone determines the speed.
+        strong, fast = strong | fast, np.zeros_like(fast)
+    for is_violated, change in ((fast, Manoeuvre.slow_down), (strong, Manoeuvre.attenuate)):
+        pairs = zip(manoeuvres, is_violated, strict=True)
+        manoeuvres = [change(item, ATTENUATION) if flag else item for item, flag in pairs]
+    return manoeuvres
+
+
+def _segments_of(context: PlanningContext, violated: BoolArray) -> BoolArray:
+    """Return the segments in which, or shortly after which, a member violates a limit."""
+    shift = round(RESPONSE_TIME / context.simulator.envelope.period)
+    late = np.roll(violated.any(axis=1), -shift)
+    return np.asarray(late.reshape(-1, context.samples).any(axis=1))
+
+
+def _repeat(setpoints: FloatArray, overlays: FloatArray, n: int) -> Excitation:
+    """Return the same setpoints and overlays for n vehicles."""
+    return np.repeat(setpoints[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,11 +27,11 @@ from hydrodamp.export.scripts import CasADi, Octave, Python
 from hydrodamp.export.stonefish import Stonefish
 from hydrodamp.export.target import Files, Target, save_files
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
-from hydrodamp.files import as_json, load_text
+from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
-from hydrodamp.results import MANIFEST, check_results, save_results
+from hydrodamp.results import check_results, save_results
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD = "fidelity.json"
@@ -130,16 +130,23 @@ def export(
     digests = {path: sha256(content).hexdigest() for path, content in contents.items()}
     contents[CARD] = as_json({**card.document(), "files": digests}).encode("utf-8")
     results = {folder / path: content for path, content in contents.items()}
-    save_results(results, folder, replace_all=True)
+    save_results(results, folder, obsolete=[folder / name for name in _earlier_files(folder)])
     return card
 
 
 def check_export(folder: Path, force: bool) -> None:
     """Refuse a folder with other files than an export's, or without ``force`` with an export."""
-    is_export = (folder / MANIFEST).is_file()
-    if folder.is_dir() and any(folder.iterdir()) and not is_export:
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / CARD).is_file():
         raise FileError(f"{folder}: holds files that are no export; name a new folder.")
-    check_results(folder, ("**/*",), force)
+    check_results(folder, (CARD,), force)
+    check_results(folder, _earlier_files(folder), force)
+
+
+def _earlier_files(folder: Path) -> list[str]:
+    """Return the files of the export that is in a folder, by its card."""
+    card = load_json(folder / CARD) if (folder / CARD).is_file() else {}
+    files = card.get("files") if isinstance(card, dict) else None
+    return [CARD, *files] if isinstance(files, dict) else []
 
 
 def _check_wrench(card: Fidelity) -> None:

@@ -8,8 +8,9 @@ sample (sample and hold), and gives NaN across dropouts: steps above a limit fro
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,13 +20,67 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import slerp
 from hydrodamp.data.record import EPOCH_GAP_S, label_changes, max_step
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.irregularity import Irregularity, IrregularityKind
+from hydrodamp.text import format_time
 
 #: Share of rows with the timestamp of the previous row above which the clock is coarse.
 COARSE_SHARE = 0.25
 
 _MAX_RESETS = 200  # of a clock; more is no clock
 _MAX_STOPPED_ROWS = 20  # rows with the last timestamp, and ratio to the median count
+
+
+class IrregularityKind(Enum):
+    """Kind of irregularity; the value is the template of its sentence."""
+
+    MISSING = "{count} without a timestamp, dropped"
+    REPEATED = "{count} with a duplicate timestamp, dropped (first at {first})"
+    COARSE = (
+        "{count} with new values but the timestamp of the previous one: the resolution of the clock"
+        " is coarse; they were spaced evenly up to the next timestamp (first at {first})"
+    )
+    STOPPED = (
+        "the clock stops at {first}; {count} after it were dropped. If evenly sampled, set"
+        " `time: {{rate: HERTZ}}`"
+    )
+    OUT_OF_ORDER = "{count} out of order, dropped (first at {first})"
+    RESET = "the clock was reset or changed its epoch {times}; a segment begins (first at {first})"
+    DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {first})"
+    INVALID = "{count} without a value of {channel}, dropped (first at {first})"
+
+
+@dataclass(frozen=True)
+class Irregularity:
+    """Irregularities of one kind in one topic: count, time of the first [s], longest step [s]."""
+
+    topic: str
+    kind: IrregularityKind
+    count: int
+    first_time: float
+    limit: float = 0.0
+    channel: str = ""
+
+    def describe(self, first: float = 0.0) -> str:
+        """Return the sentence; times count from the first sample of the log."""
+        noun = "message" if self.topic else "row"
+        return self.kind.value.format(
+            count=f"{self.count} {noun}{'s' if self.count != 1 else ''}",
+            times="once" if self.count == 1 else f"{self.count} times",
+            first=format_time(self.first_time, first),
+            limit=self.limit,
+            channel=self.channel,
+        )
+
+
+def describe_irregularities(
+    irregularities: Iterable[Irregularity], first: float
+) -> Iterator[tuple[IrregularityKind, str]]:
+    """Yield each distinct sentence once, with the topics it applies to."""
+    topics: dict[tuple[IrregularityKind, str], list[str]] = {}
+    for it in irregularities:
+        topics.setdefault((it.kind, it.describe(first)), []).append(it.topic)
+    for (kind, sentence), names in topics.items():
+        listed = " ".join(f"`{name}`" for name in names if name)
+        yield kind, f"{listed}: {sentence}" if listed else sentence
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +100,7 @@ class Clock:
     @cached_property
     def runs(self) -> IntArray:
         """Run of each row: the number of clock resets before it."""
-        stamps = clean_timestamps(self)
-        run = np.zeros(len(self.time), dtype=np.int64)
+        stamps, run = clean_timestamps(self), np.zeros(len(self.time), dtype=np.int64)
         run[stamps.rows] = stamps.run
         return np.maximum.accumulate(run)
 
@@ -70,8 +124,7 @@ class Timestamps:
         """Return the selected messages."""
         if mask.all():
             return self
-        rows, time, run = self.rows[mask], self.time[mask], self.run[mask]
-        return replace(self, rows=rows, time=time, run=run)
+        return replace(self, rows=self.rows[mask], time=self.time[mask], run=self.run[mask])
 
 
 def clean_timestamps(clock: Clock) -> Timestamps:

@@ -68,7 +68,7 @@ class DatasetFiles:
     folder: Path
     verified: tuple[str, ...]
     unchecked: tuple[str, ...]
-    missing: tuple[str, ...]
+    lacking: tuple[str, ...]
 
 
 @lru_cache(maxsize=1)
@@ -132,7 +132,7 @@ def check_folder(dataset: Dataset, folder: Path) -> DatasetFiles:
         folder,
         verified=tuple(file.name for file in present if file.sha256),
         unchecked=tuple(file.name for file in present if not file.sha256),
-        missing=tuple(file.name for file in dataset.files if file not in present),
+        lacking=tuple(file.name for file in dataset.files if file not in present),
     )
 
 
@@ -165,7 +165,7 @@ def fetch(dataset: Dataset, folder: Path) -> DatasetFiles:
         If a file differs from its checksum or cannot be downloaded; files downloaded before
         remain.
     """
-    missing = check_folder(dataset, folder).missing
+    missing = check_folder(dataset, folder).lacking
     for file in dataset.files:
         if file.name in missing and file.url:
             save_all({folder / file.name: _download(file, folder)})

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from hydrodamp.ingest.formats.message_layout import MAX_ARRAY_LENGTH
-from hydrodamp.live.sources import BoundedQueue
+from hydrodamp.live.bounded_queue import BoundedQueue
 from hydrodamp.live.synchroniser import Message
 
 DISCOVERY_INTERVAL = 0.5  # s, between two searches for new topics; by choice

@@ -10,14 +10,12 @@ import json
 import os
 import socket
 import sys
-import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from hydrodamp.data.log import Log
@@ -25,10 +23,9 @@ from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.mavlink import Decoder, split_packets
 from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.ingest.read import read_log
+from hydrodamp.live.bounded_queue import POLL_INTERVAL, BoundedQueue
 from hydrodamp.live.samples import Row, read_number, rows_of
 from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
-
-Item = TypeVar("Item")
 
 #: A row that cannot be read; it has no time.
 UNREADABLE: Row = {}
@@ -39,86 +36,10 @@ UNREADABLE_MESSAGE = Message("", 0.0, {})
 #: Preset mappings of the sources that need one.
 PRESETS = {"mavlink": "ardusub-mavlink", "ros2": "rep103-odometry"}
 
-POLL_INTERVAL = 0.2  # s, after which an idle source yields None; by choice
-JOIN_TIMEOUT = 5.0  # s, that the end of a reader may take; by choice
-MAX_QUEUE_LENGTH = 10_000  # rows or messages; by choice
 MAX_DATAGRAM_SIZE = 8192  # bytes; the end of a larger one is lost
 CHUNK_SIZE, MAX_LINE_LENGTH = 1 << 16, 1 << 20  # bytes; by choice
 RECEIVE_BUFFER_SIZE = 1 << 22  # bytes of the kernel
 SO_RXQ_OVFL = 40  # Linux's asm-generic/socket.h: ancillary count of datagrams dropped so far
-
-
-class SourceError(Exception):
-    """A source that can no longer be read."""
-
-
-@dataclass
-class BoundedQueue(Generic[Item]):
-    """A bounded queue from a reader thread to the run; it counts the items it drops."""
-
-    blocks_when_full: bool = False  # instead of dropping the oldest item
-    dropped: int = 0
-    is_cancelled: bool = False  # by the consumer
-    is_finished: bool = False  # by the reader
-    error: Exception | None = None  # of the reader
-    thread: threading.Thread | None = None
-    items: deque[Item] = field(default_factory=deque)
-    changed: threading.Condition = field(default_factory=threading.Condition)
-
-    def put(self, item: Item | None) -> None:
-        """Append an item; drop the oldest one where the queue is full. None ends the stream."""
-        with self.changed:
-            while (
-                self.blocks_when_full
-                and len(self.items) >= MAX_QUEUE_LENGTH
-                and not self.is_cancelled
-            ):
-                self.changed.wait(POLL_INTERVAL)
-            if item is None:
-                self.is_finished = True
-            else:
-                if len(self.items) >= MAX_QUEUE_LENGTH:
-                    self.items.popleft()
-                    self.dropped += 1
-                self.items.append(item)
-            self.changed.notify_all()
-
-    def __iter__(self) -> Iterator[Item | None]:
-        """Yield the items, and None after an interval without one."""
-        while True:
-            with self.changed:
-                if not self.items and not self.is_finished:
-                    self.changed.wait(POLL_INTERVAL)
-                item = self.items.popleft() if self.items else None
-                if item is None and self.is_finished:
-                    break
-                if len(self.items) == MAX_QUEUE_LENGTH - 1:
-                    self.changed.notify_all()
-            yield item
-        if self.error is not None:
-            text = f"{type(self.error).__name__}: {self.error}"
-            raise SourceError(f"the source can no longer be read: {text}") from self.error
-
-    def start_reader(self, read: Callable[[BoundedQueue[Item]], None]) -> BoundedQueue[Item]:
-        """Start a thread that fills the queue; the consumer receives its error."""
-
-        def run() -> None:
-            try:
-                read(self)
-            except Exception as error:
-                self.error = error
-            finally:
-                self.put(None)
-
-        self.thread = threading.Thread(target=run, daemon=True)
-        self.thread.start()
-        return self
-
-    def cancel(self) -> None:
-        """Stop the reader and wait for its end; a reader of standard input may never end."""
-        self.is_cancelled = True
-        if self.thread is not None and not self.blocks_when_full:
-            self.thread.join(JOIN_TIMEOUT)
 
 
 @dataclass

@@ -19,8 +19,9 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import Assembly, build_resampler
+from hydrodamp.ingest.mapping.columns import read_timestamps
+from hydrodamp.ingest.mapping.resampling import Stream
 from hydrodamp.ingest.mapping.schema import Clock, Source
-from hydrodamp.ingest.mapping.streams import Stream, read_timestamps
 from hydrodamp.live.samples import Row
 from hydrodamp.text import first_few
 

@@ -42,9 +42,9 @@ class VehicleStamp:
 
 @dataclass(frozen=True, eq=False)
 class Damping:
-    """A damping model with numbers: the viscous remainder of a vehicle.
+    """A damping model with its coefficients.
 
-    The wrench stands on the right-hand side of equation 1: negative along the
+    The wrench is on the right-hand side of equation 1: negative along the
     motion where it dissipates. ``H(M nu) nu`` with the full mass matrix is not in
     it. Reference point is the origin of the vehicle's body frame.
 
@@ -153,8 +153,8 @@ class Damping:
         ... ).tolist()
         [-20.0, 0.0]
         """
-        own = self.as_dict()
-        return np.array([own.get(label, 0.0) for label in model.labels])
+        values = self.as_dict()
+        return np.array([values.get(label, 0.0) for label in model.labels])
 
     def __getitem__(self, label: str) -> float:
         """Return one coefficient by its label, ``damping["Y_v|v|"]``."""
@@ -257,19 +257,19 @@ class Damping:
 
 
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:
-    """Warn when coefficients are used with a vehicle they do not belong to."""
-    if told := foreign_to(damping, stamp):
-        warnings.warn(told, ForeignVehicleWarning, stacklevel=2)
+    """Warn when coefficients are used with a vehicle that they were not identified for."""
+    if message := foreign_to(damping, stamp):
+        warnings.warn(message, ForeignVehicleWarning, stacklevel=2)
 
 
 def foreign_to(damping: Damping, stamp: VehicleStamp) -> str:
-    """Return why coefficients do not belong to a vehicle; nothing where they do."""
-    own = damping.vehicle
-    differences = [] if own is None else list(_differences(own, stamp))
-    if own is None or not differences:
+    """Return how two vehicles differ, as a message; empty where coefficients belong to this one."""
+    origin = damping.vehicle
+    differences = [] if origin is None else list(_differences(origin, stamp))
+    if origin is None or not differences:
         return ""
     return (
-        f"These coefficients belong to vehicle '{own.name}', used with '{stamp.name}': "
+        f"These coefficients belong to vehicle '{origin.name}', used with '{stamp.name}': "
         f"{'; '.join(differences)}. The same forces have other coefficients under another "
         "mass matrix: identify them again, or use the vehicle they belong to."
     )

@@ -89,9 +89,9 @@ class ModelEntry(_Model):
         if not self.terms and not self.extends:
             raise ModelError("it needs `terms`, such as {X: 'u u|u|', Y N: 'v r'}")
         words = self.model_dump(exclude={"name", "extends", "terms"})
-        own = DampingModel.from_table(self.terms, key=self.name, **words)
+        model = DampingModel.from_table(self.terms, key=self.name, **words)
         if not self.extends:
-            return own
+            return model
         if self.extends == "sparse":
             raise ModelError(
                 "`sparse` is selected from each log and cannot be extended: leave `extends` out "
@@ -104,7 +104,7 @@ class ModelEntry(_Model):
             )
         parent = known[self.extends]
         source = self.source or f"Extends {parent.key}. {parent.source}".strip()
-        return replace(own, terms=parent.with_terms(self.terms).terms, source=source)
+        return replace(model, terms=parent.with_terms(self.terms).terms, source=source)
 
 
 class ModelDocument(_Model):
@@ -190,8 +190,8 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
         Naming every fault of the file, each with its place; or what else it is.
     """
     content = load_yaml(path)
-    if other := wrong_kind_message(content, str(path), "models"):
-        raise ModelError(other)
+    if message := wrong_kind_message(content, str(path), "models"):
+        raise ModelError(message)
     if not isinstance(content, Mapping):
         raise ModelError(
             f"{path}: a model file must be keys and values ({' '.join(ModelEntry.model_fields)}); "
@@ -201,13 +201,13 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
     entries = content["models"] if several else [content]
     if several and (len(content) > 1 or not isinstance(entries, list) or not entries):
         raise ModelError(
-            f"{path}: `models` must be a list of at least one model, and nothing may stand beside "
-            f"it; got {' '.join(map(str, content))}."
+            f"{path}: `models` must be a list of at least one model, and no other key is "
+            f"allowed; got {' '.join(map(str, content))}."
         )
     faults: list[str] = []
     models: dict[str, DampingModel] = {}
-    for place, entry in enumerate(entries):
-        where = f"models[{place}]: " if several else ""
+    for index, entry in enumerate(entries):
+        where = f"models[{index}]: " if several else ""
         try:
             model = ModelEntry.model_validate(entry).build({**catalog, **models})
         except ValidationError as error:
@@ -325,11 +325,11 @@ def damping_document(damping: Damping) -> dict[str, Any]:
 
 def damping_from_document(document: object, source: str = "damping") -> Damping:
     """Return the damping of a document."""
-    if other := wrong_kind_message(document, source, "damping"):
-        raise ModelError(other)
-    found = validate(DampingDocument, document, source, ModelError)
+    if message := wrong_kind_message(document, source, "damping"):
+        raise ModelError(message)
+    content = validate(DampingDocument, document, source, ModelError)
     try:
-        return found.damping()
+        return content.damping()
     except ModelError as error:
         raise ModelError(f"{source}: {error}") from error
 

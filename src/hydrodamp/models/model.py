@@ -53,10 +53,10 @@ def coefficient_unit(axis: str, term: Term) -> str:
     wrench = "N" if axis in "XYZ" else "N m"
     units = _UNITS | {name: f"[{name}]" for name in term.commands}
     powers = Counter(units[name] for each in term.factors if (name := each.strip("|")) in units)
-    parts = [unit if power == 1 else f"{unit}^{power}" for unit, power in powers.items()]
-    if not parts:
+    factors = [unit if power == 1 else f"{unit}^{power}" for unit, power in powers.items()]
+    if not factors:
         return wrench
-    return f"{wrench}/{parts[0]}" if len(parts) == 1 else f"{wrench}/({' '.join(parts)})"
+    return f"{wrench}/{factors[0]}" if len(factors) == 1 else f"{wrench}/({' '.join(factors)})"
 
 
 #: Axes, separated by blanks, to terms: one text separated by blanks, or a list.
@@ -264,7 +264,7 @@ class DampingModel:
         >>> DampingModel.from_table({"X": "u u|u|"}, key="mine").index("X_u|u|")
         1
         """
-        known = {name: place for place, name in enumerate(self.labels)}
+        known = {name: index for index, name in enumerate(self.labels)}
         name = label if label in known else spell_label(*read_label(label))
         if name not in known:
             near = did_you_mean(name, self.labels)
@@ -387,7 +387,7 @@ def one_screen(head: str, *lines: str, **remarks: str) -> str:
 
 
 def read_table(table: Table, what: str) -> Rows:
-    """Return the six rows of a table; every fault found in it is told at once."""
+    """Return the six rows of a table; all faults are reported together."""
     rows: dict[str, list[Term]] = {axis: [] for axis in AXES}
     faults: list[str] = []
     for axes, spellings in table.items():
@@ -403,10 +403,10 @@ def read_table(table: Table, what: str) -> Rows:
 
 
 def _read_terms(axes: str, spellings: str | Iterable[str | Term], faults: list[str]) -> list[Term]:
-    found: list[Term] = []
+    terms: list[Term] = []
     for spelling in spellings.split() if isinstance(spellings, str) else spellings:
         try:
-            found.append(spelling if isinstance(spelling, Term) else Term.parse(spelling))
+            terms.append(spelling if isinstance(spelling, Term) else Term.parse(spelling))
         except TermError as error:
             faults.append(f"At {axes}: {error}")
-    return found
+    return terms

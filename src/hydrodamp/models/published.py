@@ -19,7 +19,7 @@ from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, spell_label, table_of
 
 
-def _read(name: str) -> Damping:
+def _read_published(name: str) -> Damping:
     if name not in published:
         raise ModelError(no_such("coefficient set", name, published))
     content = cast("dict[str, Any]", parse_yaml(published.text(name), name))
@@ -42,7 +42,7 @@ def _read(name: str) -> Damping:
     )
 
 
-published = PackageData(Path(__file__).parent / "published", _read)
+published = PackageData(Path(__file__).parent / "published", _read_published)
 """Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
 
 
@@ -57,13 +57,14 @@ def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:
 
 def coriolis_coefficients(matrix: npt.ArrayLike) -> dict[str, float]:
     """Return ``H(A nu) nu`` as coefficients of products of two velocities."""
-    mass, turned = np.asarray(matrix, dtype=np.float64), np.zeros((6, 6, 6))
-    for place, momentum in enumerate(mass.T):  # H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega]
-        force, moment = (np.cross(part, np.eye(3)).T for part in np.split(momentum, 2))
-        turned[place, :3, 3:] = turned[place, 3:, :3] = force
-        turned[place, 3:, 3:] = moment
-    found: dict[str, float] = {}
-    for place, axis, other in np.argwhere(turned).tolist():
-        label = spell_label(AXES[axis], Term((VELOCITIES[place], VELOCITIES[other])))
-        found[label] = found.get(label, 0.0) + float(turned[place, axis, other])
-    return {label: value for label, value in found.items() if value != 0.0}
+    mass, products = np.asarray(matrix, dtype=np.float64), np.zeros((6, 6, 6))
+    for k, momentum in enumerate(mass.T):  # H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega]
+        force, moment = (np.cross(half, np.eye(3)).T for half in np.split(momentum, 2))
+        products[k, :3, 3:] = products[k, 3:, :3] = force
+        products[k, 3:, 3:] = moment
+    coefficients: dict[str, float] = {}
+    for first, axis, second in np.argwhere(products).tolist():
+        label = spell_label(AXES[axis], Term((VELOCITIES[first], VELOCITIES[second])))
+        value = float(products[first, axis, second])
+        coefficients[label] = coefficients.get(label, 0.0) + value
+    return {label: value for label, value in coefficients.items() if value != 0.0}

@@ -1,4 +1,4 @@
-"""What a season of logs tells: a table of groups, every coefficient of each, and their course."""
+"""Report of a batch: tables of groups, coefficients and change points, figures and a page."""
 
 from __future__ import annotations
 
@@ -30,16 +30,20 @@ from hydrodamp.simulation.status import Status
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Coefficients that are drawn, and groups that are named in a sentence.
-_DRAWN, _SAID = 6, 3
+MAX_PANELS, MAX_LISTED_GROUPS = 6, 3  # of a figure, and of a note
+MAX_TICKS = 12  # of a figure
+MIN_P_VALUE = 1e-6  # printed; smaller ones depend on the tails of the distribution
 
-_CAPTION = "Coefficients of {} with 95 % intervals; lines where one changed for good."
+CAPTION = "Coefficients of {} with 95 % intervals; lines mark change points."
+
+#: Patterns of the files that a batch may write, relative to its folder.
+RESULT_FILES = ("coefficients.csv", "coefficients.parquet", "batch.html", "*.svg", "fits/*.json")
 
 
-def batch_table(season: BatchResult) -> Table:
-    """Return a row for each group and model, and what changed below."""
+def batch_table(result: BatchResult) -> Table:
+    """Return a row for each group and model, and the change points in the notes."""
     columns = (
-        *(Column(_header(one), number=False) for one in season.by),
+        *(Column(_header(key), number=False) for key in result.by),
         Column("model", number=False),
         *(Column(name, form=str) for name in ("logs", "samples", "rank", "coefs")),
         Column("RMS", form="{:.3f}".format),
@@ -47,166 +51,164 @@ def batch_table(season: BatchResult) -> Table:
     )
     rows = tuple(
         (
-            *one.group,
-            one.fit.model.key,
-            *(one.n_logs, one.fit.n_samples, one.fit.rank, one.fit.model.n_coefficients),
-            one.rms,
-            one.fit.status.word,
+            *each.group,
+            each.fit.model.key,
+            *(each.n_logs, each.fit.n_samples, each.fit.rank, each.fit.model.n_coefficients),
+            each.rms,
+            each.fit.status.word,
         )
-        for one in season.fits
+        for each in result.fits
     )
-    return Table("Fits of groups of logs", columns, rows, (*_notes(season),))
+    return Table("Fits of groups of logs", columns, rows, (*_notes(result),))
 
 
-def summary_tables(season: BatchResult) -> list[Table]:
-    """Return the tables that a reader sees: all fits, and what changed, if anything did."""
-    changed = change_point_table(season)
-    return [batch_table(season), *([changed] if changed.rows else [])]
+def summary_tables(result: BatchResult) -> list[Table]:
+    """Return the printed tables: all fits, and the change points if there are any."""
+    changes = change_point_table(result)
+    return [batch_table(result), *([changes] if changes.rows else [])]
 
 
-def _header(by: str) -> str:
-    return by if by in ("vehicle", "day", "month", "folder") else "group"
+def _header(key: str) -> str:
+    return key if key in ("vehicle", "day", "month", "folder") else "group"
 
 
-def _notes(season: BatchResult) -> Iterator[str]:
+def _notes(result: BatchResult) -> Iterator[str]:
     yield (
         "RMS is the error of eq. 24 of a replay of each group's first log with a fit to its others."
     )
-    if season.order != "date":
-        reason = ", as clocks that count from boot give none" if season.order == "name" else ""
+    if any(each.n_logs == 1 for each in result.fits):
+        yield "RMS is `-` for a group of one log, which has no others."
+    if result.order != "date":
+        reason = ", as clocks that count from boot give none" if result.order == "name" else ""
         yield (
-            f"Groups are in the order of their {season.order}s{reason}; changes are looked for "
-            "between days or months."
+            f"Groups are in the order of their {result.order}s{reason}; change points are only "
+            "estimated between days or months."
         )
     yield (
-        "Standard errors and intervals allow for noise, not for bias that all logs share, such as "
+        "Standard errors and intervals include noise, but no bias that all logs share, such as "
         "that of noise in the velocities."
     )
-    yield from _verdicts(season)
-    yield from _thin(season)
-    for log, reason in season.failed.items():
-        yield f"left out: {log}: {reason}"
+    yield from _change_notes(result)
+    yield from _data_notes(result)
+    for log, reason in result.failed.items():
+        yield f"omitted: {log}: {reason}"
 
 
-def _verdicts(season: BatchResult) -> Iterator[str]:
-    """Say of each course whether it changed, and when most of it did."""
-    for name, found in season.changes.items():
-        course = season.time_series[name]
-        n = sum(one.fit.uncertainty is not None for one in course)
+def _change_notes(result: BatchResult) -> Iterator[str]:
+    """Yield for each time series whether it changed, and when most coefficients did."""
+    for name, changes in result.changes.items():
+        series = result.time_series[name]
+        n = sum(each.fit.uncertainty is not None for each in series)
         if n < MIN_GROUPS:
             yield (
-                f"{name}: {n} group{'s' * (n != 1)} with standard errors are too few to tell a "
-                f"change, which takes {MIN_GROUPS}."
+                f"{name}: {n} group{'s' * (n != 1)} with standard errors are too few for a change "
+                f"point, which needs {MIN_GROUPS}."
             )
-        elif not found:
-            yield f"{name}: no coefficient changes for good."
+        elif not changes:
+            yield f"{name}: no coefficient has a change point."
         else:
-            ((first, most),) = Counter(one.first for one in found).most_common(1)
+            ((first, most),) = Counter(change.first for change in changes).most_common(1)
             yield (
-                f"{name}: {len(found)} of {course[0].fit.model.n_coefficients} coefficients change "
-                f"for good, {most} of them from {' '.join(course[first].group)} on."
+                f"{name}: {len(changes)} of {series[0].fit.model.n_coefficients} coefficients have "
+                f"a change point, {most} of them at {' '.join(series[first].group)}."
             )
 
 
-def change_point_table(season: BatchResult) -> Table:
-    """Return a row for each lasting change, the surest of a course first."""
+def change_point_table(result: BatchResult) -> Table:
+    """Return a row for each change point, the most significant of a time series first."""
     columns = (
-        *(Column(name, number=False) for name in ("course", "coefficient", "from")),
+        *(Column(name, number=False) for name in ("series", "coefficient", "from")),
         *(Column(name, form=coefficient) for name in ("before", "after")),
         Column("change", form="{:+.0%}".format),
-        Column("chance", form="{:.0e}".format),
+        Column("p-value", form="{:.0e}".format),
     )
     rows = tuple(
         (
-            *(name, one.label, " ".join(season.time_series[name][one.first].group)),
-            *(one.before, one.after, one.relative_change, max(one.p_value, 1e-6)),
+            *(name, change.label, " ".join(result.time_series[name][change.first].group)),
+            *(change.before, change.after, change.relative_change),
+            max(change.p_value, MIN_P_VALUE),
         )
-        for name, found in season.changes.items()
-        for one in found
+        for name, changes in result.changes.items()
+        for change in changes
     )
-    note = "Chance: how often so much would be seen, at most, in a season in which nothing changes."
-    return Table("What changed for good", columns, rows, (note,))
+    note = "p-value: family-wise probability of so large a change in a series without a change."
+    return Table("Change points", columns, rows, (note,))
 
 
-def _thin(season: BatchResult) -> Iterator[str]:
-    """Say of which groups there is too little."""
-    some = {
-        "do not tell all coefficients apart: log more of them, or take a smaller model": [
-            one for one in season.fits if one.fit.status is Status.RANK_DEFICIENT
+def _data_notes(result: BatchResult) -> Iterator[str]:
+    """Yield which groups have too little data."""
+    problems = {
+        "do not determine all coefficients: add logs, or select a smaller model": [
+            each for each in result.fits if each.fit.status is Status.RANK_DEFICIENT
         ],
-        "are too short for standard errors, which take two minutes of logs": [
-            one for one in season.fits if one.fit.uncertainty is None
+        "are too short for standard errors, which need two minutes of logs": [
+            each for each in result.fits if each.fit.uncertainty is None
         ],
     }
-    for what, fits in some.items():
+    for problem, fits in problems.items():
         if fits:
-            said = ", ".join(f"{_name(one)} ({one.fit.n_samples} samples)" for one in fits[:_SAID])
-            more = f" and {len(fits) - _SAID} more" if len(fits) > _SAID else ""
-            yield f"{said}{more} {what}."
+            names = ", ".join(
+                f"{' '.join((each.fit.model.key, *each.group))} ({each.fit.n_samples} samples)"
+                for each in fits[:MAX_LISTED_GROUPS]
+            )
+            n_more = len(fits) - MAX_LISTED_GROUPS
+            yield f"{names}{f' and {n_more} more' if n_more > 0 else ''} {problem}."
 
 
-def _name(one: GroupFit) -> str:
-    return " ".join((one.fit.model.key, *one.group))
-
-
-def coefficient_table(season: BatchResult) -> Table:
+def coefficient_table(result: BatchResult) -> Table:
     """Return a row for each coefficient of each group, for other programs."""
-    number = ("value", "standard_error", "low_noise_only", "high_noise_only")
-    names = ("model", "coefficient", *number, "unit", "grade")
-    more = ("start", "logs", "samples", "rank", "rms", "outcome")
-    rows = tuple(row for one in season.fits for row in _rows(one))
-    columns = tuple(Column(name) for name in (*map(_header, season.by), *names, *more))
+    numbers = ("value", "standard_error", "low_noise_only", "high_noise_only")
+    names = ("model", "coefficient", *numbers, "unit", "grade")
+    fit_names = ("start", "logs", "samples", "rank", "rms", "outcome")
+    rows = tuple(row for each in result.fits for row in _coefficient_rows(each))
+    columns = tuple(Column(name) for name in (*map(_header, result.by), *names, *fit_names))
     return Table("Coefficients of groups of logs", columns, rows)
 
 
-def _rows(one: GroupFit) -> Iterator[tuple[Any, ...]]:
-    fit = one.fit
-    words = [grade.word for grade in one.grades]
-    grades = words or [""] * fit.model.n_coefficients
+def _coefficient_rows(group: GroupFit) -> Iterator[tuple[Any, ...]]:
+    fit = group.fit
+    grades = [grade.word for grade in group.grades] or [""] * fit.model.n_coefficients
     values = fit.damping.coefficients.tolist()
     errors, halves = standard_errors(fit).tolist(), half_widths(fit).tolist()
-    each = zip(fit.model.labels, values, errors, halves, grades, strict=True)
-    for label, value, error, half, grade in each:
-        number = (value, error, value - half, value + half)
+    columns = zip(fit.model.labels, values, errors, halves, grades, strict=True)
+    fit_values = (group.start, group.n_logs, fit.n_samples, fit.rank, group.rms, fit.status.word)
+    for label, value, error, half, grade in columns:
+        numbers = (value, error, value - half, value + half)
         unit = coefficient_unit(*read_label(label))
-        told = (one.start, one.n_logs, fit.n_samples, fit.rank, one.rms, fit.status.word)
-        yield (*one.group, fit.model.key, label, *number, unit, grade, *told)
+        yield (*group.group, fit.model.key, label, *numbers, unit, grade, *fit_values)
 
 
-#: Names of all files that a season may write, from its folder.
-RESULT_FILES = ("coefficients.csv", "coefficients.parquet", "season.html", "*.svg", "fits/*.json")
-
-
-def write_batch(season: BatchResult, folder: Path) -> None:
-    """Write the table as CSV and Parquet, a file for each fit, a picture a course, and a page."""
-    contents = {folder / "coefficients.csv": to_csv(coefficient_table(season)).encode("utf-8")}
-    names = _file_names([(*one.group, one.fit.model.key) for one in season.fits])
-    for one, name in zip(season.fits, names, strict=True):
-        contents[folder / "fits" / f"{name}.json"] = as_json(fit_document(one.fit)).encode("utf-8")
+def write_batch(result: BatchResult, folder: Path) -> None:
+    """Write the table as CSV and Parquet, a file for each fit, a figure a series, and a page."""
+    table = to_csv(coefficient_table(result)).encode("utf-8")
+    contents = {folder / "coefficients.csv": table}
+    names = _file_names([(*each.group, each.fit.model.key) for each in result.fits])
+    for each, name in zip(result.fits, names, strict=True):
+        contents[folder / "fits" / f"{name}.json"] = as_json(fit_document(each.fit)).encode("utf-8")
     with suppress(ImportError):
         from pyarrow import csv, parquet
 
-        table = io.BytesIO()
-        parquet.write_table(csv.read_csv(io.BytesIO(next(iter(contents.values())))), table)
-        contents[folder / "coefficients.parquet"] = table.getvalue()
-    pictures = {}
+        stream = io.BytesIO()
+        parquet.write_table(csv.read_csv(io.BytesIO(table)), stream)
+        contents[folder / "coefficients.parquet"] = stream.getvalue()
+    figures = {}
     with suppress(MethodError):
-        pictures = {
-            name: figure_bytes(time_series_figure(season, name), "svg")
-            for name in season.time_series
+        figures = {
+            name: figure_bytes(time_series_figure(result, name), "svg")
+            for name in result.time_series
         }
-    names = _file_names([(name,) for name in pictures])
+    names = _file_names([(name,) for name in figures])
     contents |= {
-        folder / f"{name}.svg": one for name, one in zip(names, pictures.values(), strict=True)
+        folder / f"{name}.svg": figure for name, figure in zip(names, figures.values(), strict=True)
     }
     if installed():
-        contents[folder / "season.html"] = render_batch_page(season, pictures).encode("utf-8")
+        contents[folder / "batch.html"] = render_batch_page(result, figures).encode("utf-8")
     remove_results(folder, RESULT_FILES, keep=contents)
     save_results(contents, folder)
 
 
 def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
-    """Return a file name for each key; a digest tells keys apart that would share one."""
+    """Return a file name for each key; a digest distinguishes equal names."""
     names = [re.sub(r"[^\w.+-]+", "-", ".".join(key)) for key in keys]
     uses = Counter(name.casefold() for name in names)  # some file systems ignore case
     digests = (hashlib.sha256(repr(key).encode()).hexdigest()[:8] for key in keys)
@@ -216,73 +218,69 @@ def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
     ]
 
 
-def render_batch_page(season: BatchResult, pictures: dict[str, bytes]) -> str:
-    """Return the page of a season."""
+def render_batch_page(result: BatchResult, figures: dict[str, bytes]) -> str:
+    """Return the HTML page of a batch."""
     import hydrodamp
 
-    n_logs = {one.group: one.n_logs for one in season.fits}
-    counted = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(season.failed)} left out."
+    n_logs = {each.group: each.n_logs for each in result.fits}
+    counts = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted."
     return render_page(
         "Damping of groups of logs",
-        "One fit per group, and the changes between groups",
-        [" ".join((counted, *_verdicts(season)))],
-        summary_tables(season)[::-1],
-        [(_CAPTION.format(name), picture) for name, picture in pictures.items()],
+        "One fit per group, and change points between the groups",
+        [" ".join((counts, *_change_notes(result)))],
+        summary_tables(result)[::-1],
+        [(CAPTION.format(name), figure) for name, figure in figures.items()],
         {
-            "grouped by": ", ".join(season.by),
-            "method": season.fits[0].fit.method,
+            "grouped by": ", ".join(result.by),
+            "method": result.fits[0].fit.method,
             "made by": f"hydrodamp {hydrodamp.__version__}",
         },
     )
 
 
 @with_style
-def time_series_figure(season: BatchResult, course: str) -> Figure:
-    """Draw the course of coefficients: those that changed, else the best known.
+def time_series_figure(result: BatchResult, series: str) -> Figure:
+    """Draw the time series of coefficients: those that changed, then the most precise.
 
     Parameters
     ----------
-    season : Season
+    result : BatchResult
         Groups in the order of time.
-    course : str
-        One of ``season.courses``.
+    series : str
+        A key of ``result.time_series``.
 
     Returns
     -------
     figure : Figure
-        A panel each, with 95 % intervals; a line where one changed for good.
+        A panel for each coefficient, with 95 % intervals; lines mark change points.
 
     Raises
     ------
     MethodError
         If matplotlib is not installed.
     """
-    groups, changed = season.time_series[course], season.changes.get(course, ())
+    groups, changes = result.time_series[series], result.changes.get(series, ())
     labels = groups[0].fit.model.labels
     errors, size = standard_errors(groups[0].fit), abs(groups[0].fit.damping.coefficients)
-    shares = np.divide(errors, size, out=np.full_like(size, np.inf), where=size > 0.0)
-    best = [labels[place] for place in shares.argsort()]
-    chosen = [*dict.fromkeys([*(one.label for one in changed), *best])][:_DRAWN]
-    figure, panels = stacked_panels(len(chosen), each=1.3)
+    relative = np.divide(errors, size, out=np.full_like(size, np.inf), where=size > 0.0)
+    by_precision = [labels[index] for index in relative.argsort()]
+    drawn = [*dict.fromkeys([*(change.label for change in changes), *by_precision])][:MAX_PANELS]
+    figure, panels = stacked_panels(len(drawn), each=1.3)
     days = range(len(groups))
-    for panel, label in zip(panels, chosen, strict=True):
-        place = labels.index(label)
-        values = [one.fit.damping.coefficients[place] for one in groups]
-        halves = [half_widths(one.fit)[place] for one in groups]
-        panel.errorbar(
-            days, values, halves, fmt="o", markersize=3, capsize=2, color=colour_of("weak")
-        )
-        for one in changed:
-            if one.label == label:
-                panel.plot([-0.4, one.first - 0.5], [one.before] * 2, color="black")
-                panel.plot([one.first - 0.5, len(groups) - 0.6], [one.after] * 2, color="black")
+    style: dict[str, Any] = {"fmt": "o", "markersize": 3, "capsize": 2}
+    for panel, label in zip(panels, drawn, strict=True):
+        index = labels.index(label)
+        values = [each.fit.damping.coefficients[index] for each in groups]
+        halves = [half_widths(each.fit)[index] for each in groups]
+        panel.errorbar(days, values, halves, color=colour_of("weak"), **style)
+        for change in changes:
+            if change.label == label:
+                panel.plot([-0.4, change.first - 0.5], [change.before] * 2, color="black")
+                end = len(groups) - 0.6
+                panel.plot([change.first - 0.5, end], [change.after] * 2, color="black")
         unit = coefficient_unit(*read_label(label))
         panel.set_ylabel(f"{coefficient_symbol(label)}\n[{unit}]")
-    step = -(-len(groups) // 12)
-    panels[-1].set_xticks(
-        [*days][::step],
-        [" ".join(one.group) for one in groups][::step],
-        rotation=45,
-        ha="right",
-    )
+    step = -(-len(groups) // MAX_TICKS)
+    names = [" ".join(each.group) for each in groups]
+    panels[-1].set_xticks([*days][::step], names[::step], rotation=45, ha="right")
     return figure

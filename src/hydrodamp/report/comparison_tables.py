@@ -93,26 +93,28 @@ def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
     methods = comparison.methods
     pages = math.ceil(len(methods) / MAX_METHODS) or 1
     groups = np.array_split(np.array(methods, dtype=object), pages)
-    *grids, last = (summary_table(comparison, group.tolist()) for group in groups)
-    chosen = any(row.rms is not None for row in comparison.rows)
-    choice = (str(comparison.select()),) if chosen else ()
-    return (*grids, replace(last, notes=(*choice, *remarks(comparison))))
+    *tables, last = (summary_table(comparison, group.tolist()) for group in groups)
+    is_scored = any(row.rms is not None for row in comparison.rows)
+    choice = (str(comparison.select()),) if is_scored else ()
+    return (*tables, replace(last, notes=(*choice, *remarks(comparison))))
 
 
 def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
     by_key = {(row.model, row.method): row for row in reversed(comparison.rows)}
     sizes = {row.model: row.n_coefficients for row in comparison.rows}
-    known = [PAPER_COLUMN[m] for m in methods if m in PAPER_COLUMN]
-    printed = list(dict.fromkeys(known)) if is_paper_campaign(comparison) else []
+    paper_columns = [PAPER_COLUMN[m] for m in methods if m in PAPER_COLUMN]
+    paper_names = list(dict.fromkeys(paper_columns)) if is_paper_campaign(comparison) else []
     columns = [Column("model", number=False), Column("n"), Column("rank")]
     columns += [Column(method, form=error_size) for method in methods]
-    columns += [Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in printed]
+    columns += [
+        Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in paper_names
+    ]
     rows = []
     for model, n in sizes.items():
-        mine = [by_key.get((model, method)) for method in methods]
-        ranks = (row.fit.rank for row in mine if row is not None and row.fit.rank is not None)
-        paper = (getattr(PAPER_TABLE_I.get(model), name, None) for name in printed)
-        rows.append((model, n, next(ranks, None), *map(_error, mine), *paper))
+        model_rows = [by_key.get((model, method)) for method in methods]
+        ranks = (row.fit.rank for row in model_rows if row is not None and row.fit.rank is not None)
+        paper = (getattr(PAPER_TABLE_I.get(model), name, None) for name in paper_names)
+        rows.append((model, n, next(ranks, None), *map(_error, model_rows), *paper))
     best = set()
     for column, method in enumerate(methods, start=3):
         scored = [row for row in comparison.rows if row.method == method and row.converged]
@@ -137,7 +139,7 @@ def _error(row: Row | None) -> float | str | None:
 
 def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Table:
     """Return all numbers of rows of a comparison."""
-    unit, printed = f"{comparison.rate_unit}/s", is_paper_campaign(comparison)
+    unit, has_paper = f"{comparison.rate_unit}/s", is_paper_campaign(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
     columns = [
         *_ROW,
@@ -151,13 +153,13 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
         ),
         Column("status", number=False, meaning="outcome of the fit and its replay"),
     ]
-    if printed:
+    if has_paper:
         meaning = "RMS error in Table I of the paper"
         form = partial(error_size, decimals=2)
         columns.append(Column("paper", form=form, meaning=meaning, key="paper_rms"))
     for name in names:
         columns += _axis_columns(name, unit)
-    return Table(title, tuple(columns), tuple(score_row(row, names, printed) for row in rows))
+    return Table(title, tuple(columns), tuple(score_row(row, names, has_paper) for row in rows))
 
 
 def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
@@ -171,11 +173,11 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
     )
 
 
-def score_row(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
+def score_row(row: Row, names: Sequence[str], has_paper: bool) -> tuple[object, ...]:
     paper = getattr(PAPER_TABLE_I.get(row.model), PAPER_COLUMN.get(row.method, ""), None)
     return (
         *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
-        *((paper,) if printed else ()),
+        *((paper,) if has_paper else ()),
         *_by_axis(row, names),
     )
 
@@ -188,7 +190,7 @@ def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:
 
 def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return error and fit by velocity, one table per method."""
-    unit, grids = f"{comparison.rate_unit}/s", []
+    unit, tables = f"{comparison.rate_unit}/s", []
     for method in comparison.methods:
         rows = [row for row in comparison.rows if row.method == method and row.rms is not None]
         if rows:
@@ -197,8 +199,8 @@ def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
             columns = chain.from_iterable((error, replace(fit, name="%")) for error, fit in by_axis)
             title = f"{method} by axis: RMS error (m/s, {unit}), fit in %"
             cells = tuple((row.model, *_by_axis(row, names)) for row in rows)
-            grids.append(Table(title, (Column("model", number=False), *columns), cells))
-    return tuple(grids)
+            tables.append(Table(title, (Column("model", number=False), *columns), cells))
+    return tuple(tables)
 
 
 def replay_table(title: str, score: Score) -> Table:
@@ -267,11 +269,11 @@ def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] |
     return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
 
-def format_horizon_error(found: HorizonScore) -> str:
+def format_horizon_error(score: HorizonScore) -> str:
     """Return the error, or the share of windows that diverged."""
-    if found.n_diverged:
-        return f"{max(100.0 * found.diverged_share, 1.0):.0f} % off"
-    return error_size(found.score.rms)
+    if score.n_diverged:
+        return f"{max(100.0 * score.diverged_share, 1.0):.0f} % off"
+    return error_size(score.score.rms)
 
 
 def validation_document(

@@ -141,10 +141,10 @@ def provenance_of(comparison: Comparison) -> dict[str, str]:
     """Return the provenance of a comparison with settings and version."""
     import hydrodamp
 
-    words = dict(comparison.provenance)
-    version = words.pop("hydrodamp", hydrodamp.__version__)
+    texts = dict(comparison.provenance)
+    version = texts.pop("hydrodamp", hydrodamp.__version__)
     settings = {"attitude": comparison.attitude, "rate_unit": comparison.rate_unit}
-    return {**words, **settings, "hydrodamp": version}
+    return {**texts, **settings, "hydrodamp": version}
 
 
 def score_document(score: Score, attitude: str) -> dict[str, Any]:
@@ -196,12 +196,12 @@ class UncertaintyDocument(BaseModel):
 
     def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
         """Return the uncertainty with the covariance of its damping."""
-        known = self.model_dump()
+        fields = self.model_dump()
         if self.degrees_of_freedom is None:
-            known["degrees_of_freedom"] = math.inf
+            fields["degrees_of_freedom"] = math.inf
         if self.noise is not None:
-            known["noise"] = np.diag(np.array(self.noise, dtype=np.float64))
-        return Uncertainty(covariance, **known)
+            fields["noise"] = np.diag(np.array(self.noise, dtype=np.float64))
+        return Uncertainty(covariance, **fields)
 
 
 class FitDocument(BaseModel):
@@ -219,10 +219,10 @@ class FitDocument(BaseModel):
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""
-        known = {key: getattr(self, key) for key in type(self).model_fields}
+        fields = {key: getattr(self, key) for key in type(self).model_fields}
         if self.uncertainty is not None and damping.covariance is not None:
-            known["uncertainty"] = self.uncertainty.uncertainty(damping.covariance)
-        return Fit(damping=damping, **known)
+            fields["uncertainty"] = self.uncertainty.uncertainty(damping.covariance)
+        return Fit(damping=damping, **fields)
 
 
 def fit_document(fit: Fit) -> dict[str, Any]:

@@ -109,15 +109,15 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         If the folder cannot be made or written, or a file would replace one that hydrodamp did
         not write.
     """
-    home, grids = Path(folder), (*summary_tables(comparison), *detail_tables(comparison))
+    home, tables = Path(folder), (*summary_tables(comparison), *detail_tables(comparison))
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
     remove_results(home, (COMPARISON, REPORT, GRADES, BAND, *_PICTURES))
     if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
         remove_results(home, (_FITS,), keep=fits)
     texts = {
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
-        home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
-        home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n",
+        home / "table.txt": "\n\n".join(map(to_text, tables)) + "\n",
+        home / "table.md": "\n\n".join(map(to_markdown, tables)) + "\n",
         home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n",
         home / "table.csv": to_csv(score_table(comparison, comparison.rows)),
         home / COMPARISON: as_json(comparison_document(comparison)),
@@ -163,8 +163,8 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     home = Path(folder)
     path = home / COMPARISON
     document = validate(ComparisonDocument, load_json(path), str(path))
-    settings, words = document.provenance, dict(document.provenance.model_extra or {})
-    log, velocities = _read_replays(home / REPLAYS, words.get("test", ""))
+    settings, texts = document.provenance, dict(document.provenance.model_extra or {})
+    log, velocities = _read_replays(home / REPLAYS, texts.get("test", ""))
     rows = []
     for entry in document.rows:
         fit, run = read_fit(home / "fits" / f"{entry.fit}.json"), None
@@ -175,7 +175,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
             run = Trajectory(log, velocity, score.diverged, settings.attitude, axes)
         windows = entry.windows.score(settings.rate_unit) if entry.windows else None
         rows.append(Row(fit, score, run, windows))
-    return Comparison(tuple(rows), settings.rate_unit, settings.attitude, words)
+    return Comparison(tuple(rows), settings.rate_unit, settings.attitude, texts)
 
 
 def is_result(path: Path, folder: Path) -> bool:
@@ -212,8 +212,8 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     arrays = _read_npz(path)
     if "time" not in arrays:
         return None, {}
-    named = zip(arrays["segment_names"], arrays["segment_bounds"].tolist(), strict=True)
-    segments = tuple(Segment(str(name), *bounds) for name, bounds in named)
+    bounds_by_name = zip(arrays["segment_names"], arrays["segment_bounds"].tolist(), strict=True)
+    segments = tuple(Segment(str(name), *bounds) for name, bounds in bounds_by_name)
     log = Log(arrays["time"], arrays["measured"], segments=segments, source=source)
     return log, {
         name.removeprefix(_SIMULATED): values
@@ -237,9 +237,9 @@ def write_content(content: ReportContent, home: Path) -> None:
 
 def write_pictures(content: ReportContent, folder: Path, home: Path) -> None:
     """Write pictures and captions into a folder; list them in the manifest of ``home``."""
-    words = _Index(pictures=content.pictures, not_shown=content.not_shown)
+    index = _Index(pictures=content.pictures, not_shown=content.not_shown)
     contents = {folder / f"{picture.name}.svg": picture.svg for picture in content.pictures}
-    contents[folder / INDEX] = words.model_dump_json(indent=2).encode("utf-8")
+    contents[folder / INDEX] = index.model_dump_json(indent=2).encode("utf-8")
     save_results(contents, home)
 
 

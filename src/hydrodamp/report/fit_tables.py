@@ -47,7 +47,7 @@ SPARSE: dict[str, Any] = {
 
 def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     """Return the coefficients of a fit with their uncertainty, grades and aliases."""
-    model, known = fit.model, grade_words(fit, grades)
+    model, grade_column = fit.model, grade_words(fit, grades)
     columns = [
         Column("coefficient", number=False),
         Column("value", form=coefficient),
@@ -55,11 +55,13 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
         Column("± 95 %", form=coefficient),
         Column("unit", number=False),
     ]
-    if known:
+    if grade_column:
         columns.append(Column("aliased" if grades is None else "grade", number=False))
     units = [coefficient_unit(*read_label(label)) for label in model.labels]
     numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
-    rows = zip(model.labels, *numbers, units, *([known] if known else []), strict=True)
+    rows = zip(
+        model.labels, *numbers, units, *([grade_column] if grade_column else []), strict=True
+    )
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     graded = (
         () if grades is None else (grades.summary + ".", GRADE_DEFINITIONS, *_causes(fit, grades))

@@ -66,7 +66,7 @@ def write_report(
     path : str or path
         The file; written whole or not at all.
     content : ReportContent, optional
-        Grades, band and pictures of the chosen row; by default those in the folder, if any.
+        Grades, band and pictures of the selected row; by default those in the folder, if any.
 
     Returns
     -------
@@ -94,14 +94,14 @@ def comparison_page(comparison: Comparison, content: ReportContent | None = None
 
 def _variables(comparison: Comparison, content: ReportContent) -> dict[str, object]:
     """Return the variables of the template."""
-    chosen, grades, unit = (
+    selected, grades, unit = (
         find_selected_row(comparison),
         content.identifiability,
         comparison.rate_unit,
     )
     by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
-    drawn = series(comparison, order, content.band)
+    plots = series(comparison, order, content.band)
     warnings = comparison.provenance.get("warnings", "").splitlines()
     segments = comparison.provenance.get("test_segments")
     return {
@@ -120,17 +120,17 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
             f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
         ),
         "sorted_rows": by_error,
-        "chosen": chosen,
-        "series": drawn,
+        "selected": selected,
+        "series": plots,
         "coefficients": [
-            (row, fit_table(row.fit, grades if row is chosen else None))
+            (row, fit_table(row.fit, grades if row is selected else None))
             for row in order
             if row.fit.status.usable
         ],
         "pictures": content.pictures,
         "not_shown": content.not_shown,
         "origin": _origin(comparison),
-        "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]],
+        "scripts": [text_of(name) for name in _SCRIPTS[: None if plots else 2]],
         "styles": text_of("report.css"),
         "plot_styles": text_of("uplot.css"),
         "licence": text_of("uplot.LICENSE"),
@@ -192,9 +192,9 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     """Return the provenance of a comparison: vehicle, files, versions and settings."""
     import hydrodamp
 
-    words = {key: text for key, text in provenance_of(comparison).items() if text}
-    files = [line.strip().partition("  ") for line in words.pop("files", "").splitlines()]
-    facts = [(key.replace("_", " "), text) for key, text in words.items() if key != "warnings"]
+    texts = {key: text for key, text in provenance_of(comparison).items() if text}
+    files = [line.strip().partition("  ") for line in texts.pop("files", "").splitlines()]
+    facts = [(key.replace("_", " "), text) for key, text in texts.items() if key != "warnings"]
     version = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
     read = [(name or digest, digest if name else "") for digest, _, name in files]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
@@ -213,23 +213,23 @@ def series(
     runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
     if not runs:
         return None
-    drawn, log, chosen = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
+    shown_runs, log, selected = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
     names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
-    n_series = len(names) * (1 + len(drawn) + 2 * (band is not None))
+    n_series = len(names) * (1 + len(shown_runs) + 2 * (band is not None))
     bins, time = Bins.over(log.bounds, min(MAX_VALUES // n_series, MAX_POINTS)), clock(log)
 
     def packed(velocity: FloatArray) -> list[dict[str, object]]:
         return [_pack(bins.values(shown_velocities(velocity, name, unit))) for name in names]
 
-    looks = line_styles([(row.model, row.method) for row, _ in drawn])
+    styles = line_styles([(row.model, row.method) for row, _ in shown_runs])
     band_entry, caption, edges = None, "", []
-    if band is not None and chosen is not None:
+    if band is not None and selected is not None:
         band_entry = {
-            "name": f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}",
-            "method": chosen.method,
-            "colour": colour_of(chosen.method),
+            "name": f"{100.0 * band.level:.0f} % band of {selected.model} by {selected.method}",
+            "method": selected.method,
+            "colour": colour_of(selected.method),
         }
-        caption = band_caption(chosen)
+        caption = band_caption(selected)
         edges = [packed(band.lower), packed(band.upper)]
     document = {
         "velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names],
@@ -241,20 +241,20 @@ def series(
             {
                 "name": f"{row.model} by {row.method}",
                 "method": row.method,
-                "colour": look.colour,
-                "dashes": [round(LINE_WIDTH * length, 1) for length in look.dashes],
+                "colour": style.colour,
+                "dashes": [round(LINE_WIDTH * length, 1) for length in style.dashes],
             }
-            for (row, _), look in zip(drawn, looks, strict=True)
+            for (row, _), style in zip(shown_runs, styles, strict=True)
         ],
         "band": band_entry,
         "time": _base64(bins.times(time).astype("<f8")),
-        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in drawn)],
+        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in shown_runs)],
         "edges": edges,
     }
     return {
         "document": document,
         "band_caption": caption,
-        "left_out": len(runs) - len(drawn),
+        "left_out": len(runs) - len(shown_runs),
         "is_thinned": not bins.is_exact,
     }
 

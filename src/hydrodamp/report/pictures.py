@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from functools import cache, partial
+from importlib.resources import files
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -74,116 +76,53 @@ def _sentence(subject: str, reason: str) -> str:
 
 
 def _sketches(comparison: Comparison, findings: Findings, train: Log) -> Iterator[Sketch]:
-    unit, row = comparison.rate_unit, findings.row
-    if row is not None:
-        yield from _replay_sketches(comparison, findings, row)
-        yield from _fit_sketches(comparison, findings, row)
-    yield (
-        "estimation-velocities",
-        "Training data: velocities. Damping of a velocity that hardly varies cannot be identified.",
-        partial(velocities_figure, train, unit),
-    )
-    yield (
-        "estimation-actuation",
-        "Training data: actuation, attitude and depth over the same time.",
-        partial(commands_figure, train),
-    )
+    """Yield the pictures of the selected row, then those of the training data."""
+    unit, row, text = comparison.rate_unit, findings.row, captions()
+    if row is not None and len(comparison.rows) > 1:
+        yield "front", text["front"], partial(front_figure, comparison)
+    if row is not None and row.trajectory is not None:
+        yield "horizons", text["horizons"], partial(horizons_figure, findings.horizons)
+        band = f" {band_caption(row)}" if findings.band else ""
+        caption = f"{text['replays']}{band}"
+        yield "replays", caption, partial(replays_figure, findings.rows, findings.band)
+    if findings.identifiability is not None:
+        yield "excitation", text["excitation"], partial(excitation_figure, findings.identifiability)
+    if row is not None and findings.problem is not None and findings.box is not None:
+        fit, tests = row.fit, findings.residual_tests
+        yield "correlation", text["correlation"], partial(correlation_figure, fit)
+        draw_residuals = partial(residuals_figure, findings.problem, fit)
+        yield "residuals", residual_caption(tests), draw_residuals
+        caption = power_caption(findings.power) if findings.power else ""
+        yield "power", caption, partial(power_figure, fit, findings.box, unit)
+    name = "estimation-velocities"
+    yield name, text[name], partial(velocities_figure, train, unit)
+    name = "estimation-actuation"
+    yield name, text[name], partial(commands_figure, train)
 
 
-def _replay_sketches(comparison: Comparison, findings: Findings, row: Row) -> Iterator[Sketch]:
-    if len(comparison.rows) > 1:
-        yield (
-            "front",
-            "RMS error against number of coefficients. The line is the Pareto front: no row has "
-            "both a lower error and fewer coefficients.",
-            partial(front_figure, comparison),
-        )
-    if row.trajectory is None:
-        return
-    yield (
-        "horizons",
-        "RMS error against prediction horizon, the time since the simulation was restarted at a "
-        "measured state. Observers need short horizons, simulators the whole segment.",
-        partial(horizons_figure, findings.horizons),
-    )
-    band = findings.band
-    yield (
-        "replays",
-        "Measured and simulated velocities: the selected row, and the row of every other method "
-        f"with the lowest error.{f' {band_caption(row)}' if band else ''}",
-        partial(replays_figure, findings.rows, band),
-    )
-
-
-def _fit_sketches(comparison: Comparison, findings: Findings, row: Row) -> Iterator[Sketch]:
-    problem, grades, box, power = (
-        findings.problem,
-        findings.identifiability,
-        findings.box,
-        findings.power,
-    )
-    if problem is None or box is None:
-        return
-    if grades is not None:
-        yield (
-            "excitation",
-            "Left: cross-validated share of the response of each axis that the model predicts "
-            "(dashed: lower limit of an excited axis). Right: coefficients by grade. Do not "
-            "interpret single coefficients of an axis below the limit: the excitation is poor or "
-            "terms are missing.",
-            partial(excitation_figure, grades),
-        )
-    yield (
-        "correlation",
-        "Correlation of the estimation errors of each pair of coefficients; lines separate the "
-        "axes. Of a highly correlated pair, the sum or the difference is better known than each "
-        "coefficient.",
-        partial(correlation_figure, row.fit),
-    )
-    yield (
-        "residuals",
-        residual_caption(findings.residual_tests),
-        partial(residuals_figure, problem, row.fit),
-    )
-    yield (
-        "power",
-        power_caption(power) if power else "",
-        partial(power_figure, row.fit, box, comparison.rate_unit),
-    )
+@cache
+def captions() -> dict[str, str]:
+    """Return the captions of ``captions.toml``."""
+    text = files("hydrodamp.report").joinpath("captions.toml").read_text("utf-8")
+    return dict(tomllib.loads(text))
 
 
 def residual_caption(tests: tuple[str, ...]) -> str:
     """Return whether residuals are correlated in time, and how to read their picture."""
-    if not any("autocorrelated" in test for test in tests):
-        tests = ("Residuals are white according to the test.", *tests)
-    reading = (
-        "White residuals stay in the grey band; outside it, the model misses part of the dynamics."
-    )
-    return " ".join((*tests, reading))
+    is_white = not any("autocorrelated" in test for test in tests)
+    return " ".join((*([captions()["white"]] * is_white), *tests, captions()["residuals"]))
 
 
 def power_caption(maximum: PowerMaximum) -> str:
     """Return whether the damping injects energy, where most, and over which velocities."""
     power, velocity = maximum
-    state = ", ".join(
-        f"{name} {value:.2g}" for name, value in zip(VELOCITIES, velocity, strict=True) if value
-    )
-    result = (
-        f"The damping injects energy where the power is positive (shaded): {power:.3g} W at most, "
-        f"at {state} (m/s, rad/s). This is not physical, and a simulation may diverge there."
-        if power > 0.0
-        else "The damping is dissipative at all velocities that were searched."
-    )
-    return (
-        f"{result} The velocities are those of the training data without {100.0 * TAIL:g} % of the "
-        "samples at either end, extended by a quarter."
-    )
+    values = zip(VELOCITIES, velocity, strict=True)
+    state = ", ".join(f"{name} {value:.2g}" for name, value in values if value)
+    result = captions()["injects" if power > 0.0 else "dissipative"]
+    tail = captions()["power"].format(tail=100.0 * TAIL)
+    return f"{result.format(power=power, state=state)} {tail}"
 
 
 def band_caption(row: Row) -> str:
     """Return what the prediction band of a row contains."""
-    return (
-        f"Shaded: 95 % band of {row.model} by {row.method}, the range of replays at each time for "
-        "coefficients within their standard errors, to first order. It includes neither "
-        "measurement noise nor model-form error."
-    )
+    return captions()["band"].format(row=f"{row.model} by {row.method}")

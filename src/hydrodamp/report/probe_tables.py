@@ -1,4 +1,4 @@
-"""What `hydrodamp probe` shows of a recording and the log it makes: tables, and one document."""
+"""Tables and JSON document of `hydrodamp probe`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Inspection, 
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 from hydrodamp.report.table import Table
 
-#: Topics and segments that are spelt out.
+#: Listed topics and segments.
 MAX_LISTED = 25
 
-_MIN_LEAD_S = -0.05  # s, of an answer before its command
-_UNUSABLE = "Not fit for the job as it is: see what is missing."
-_DRAFT_HEADER = "draft, and how sure each line is (--draft FILE saves it)"
+_MIN_LEAD_S = -0.05  # s; a response this early precedes its command
+_UNUSABLE = "Not suitable for identification: see what is missing."
+_DRAFT_HEADER = "draft with the confidence of each line (--draft FILE saves it)"
 _WORLD_NAMES = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
 
@@ -28,11 +28,11 @@ def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
         yield _draft_table(found)
     if judged.report is None:
         notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
-        notes += [f"mind: {each}" for each in found.roles.vertical_axis.warnings]
+        notes += [f"remark: {each}" for each in found.roles.vertical_axis.warnings]
         yield Table("No log", (), (), (*notes, f"Verdict: {_UNUSABLE}"))
         return
-    made = (f"Made {judged.mapping}.",) if judged.mapping else ()
-    yield _segment_table(judged.report, (*made, *judged.notes))
+    notes_made = (f"Made {judged.mapping}.",) if judged.mapping else ()
+    yield _segment_table(judged.report, (*notes_made, *judged.notes))
     if judged.report.delays:
         yield _delay_table(judged.report.delays)
     yield _column_table(judged.report)
@@ -41,19 +41,19 @@ def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
 def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.report
-    nothing = ("delays", "suspicions", "doubts", "reservations", "promises")
-    facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _UNUSABLE, "fit": False}
+    absent = ("delays", "issues", "warnings", "remarks", "identifiable")
+    facts: dict[str, Any] = {**dict.fromkeys(absent, ()), "verdict": _UNUSABLE, "fit": False}
     if verdict is not None:
-        facts = {**asdict(verdict), "doubts": verdict.warnings, "frame": verdict.frame}
-        facts |= {"verdict": verdict.report_quality, "fit": verdict.is_usable}
+        facts = {**asdict(verdict), "warnings": verdict.warnings, "frame": verdict.frame}
+        facts |= {"verdict": verdict.verdict, "fit": verdict.is_usable}
     return {
         **facts,
         "missing": judged.missing,
         "log": judged.mapping or (None if verdict is None else "canonical"),
         "log_notes": judged.notes,
         **{key: getattr(found, key) for key in ("source", "format", "notes", "without_role")},
-        "topics": [{**asdict(one), "units": dict(one.units)} for one in found.topics],
-        "guesses": [{**asdict(one), "role": one.role or None} for one in roles.guesses],
+        "topics": [{**asdict(item), "units": dict(item.units)} for item in found.topics],
+        "guesses": [{**asdict(item), "role": item.role or None} for item in roles.guesses],
         "axes": {
             **asdict(roles.vertical_axis),
             "world": roles.world,
@@ -62,7 +62,7 @@ def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
             "rates_mirrored": roles.rates.mirrored,
             "rate_unit": roles.rates.unit,
         },
-        "presets": [asdict(one) for one in found.presets],
+        "presets": [asdict(item) for item in found.presets],
         "draft": found.draft.text,
         "draft_confidence": found.draft.confidence,
     }
@@ -77,9 +77,9 @@ def _topic_table(found: Probe) -> Table:
         name = topic.name or "table"
         notes += [f"{name}: {fault}" for fault in topic.faults]
         if topic.start is None and topic.n:
-            notes.append(f"{name}: no column increases; there is no clock.")
+            notes.append(f"{name}: no clock: no column increases.")
         if topic.backward:
-            notes.append(f"{name}: {topic.backward} times the clock stands still or goes back.")
+            notes.append(f"{name}: {topic.backward} times the clock repeats or runs backwards.")
     units = sorted({unit for topic in found.topics for _, unit in topic.units})
     notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
     columns = {
@@ -105,34 +105,32 @@ def _draft_table(found: Probe) -> Table:
     notes = [*_axes_notes(found), *_preset_notes(found)]
     if found.draft.confidence < MIN_DRAFT_CONFIDENCE:
         notes.append(
-            f"The draft is too unsure ({found.draft.confidence} %) to make a log of: correct it, "
-            "then ask again with --mapping."
+            f"The confidence in the draft is too low ({found.draft.confidence} %): correct it, "
+            "then pass it by --mapping."
         )
-    return Table.of_words(
-        "What its columns may be, as a mapping", (_DRAFT_HEADER,), "l", lines, notes
-    )
+    return Table.of_words("Draft mapping", (_DRAFT_HEADER,), "l", lines, notes)
 
 
 def _axes_notes(found: Probe) -> Iterator[str]:
-    """Say which axes the recording uses, with the evidence."""
-    roles, way = found.roles, found.roles.velocity
+    """Yield the axes of the recording, with the evidence."""
+    roles, velocity = found.roles, found.roles.velocity
     upright = roles.vertical_axis
     yield f"Axes: body {upright.body} over {_WORLD_NAMES[roles.world]}, {upright.confidence} %."
     for sign in upright.evidence:
         yield f"- for {'FRD' if sign.log_odds > 0 else 'FLU'}: {sign.message}."
     if (earth := _is_earth_fixed(found)) is not None:
         kind = "earth-fixed" if earth else "along body axes"
-        seen = (
-            f", as the way of the position says (correlation {way.regression.correlation:.3f}; "
-            f"otherwise {way.alternative.correlation:.2f} at best)"
+        evidence = (
+            f", by regression on the position (correlation {velocity.regression.correlation:.3f};"
+            f" alternative {velocity.alternative.correlation:.2f})"
         )
-        yield f"Velocities are {kind}{seen if way.earth_fixed is not None else ''}."
+        yield f"Velocities are {kind}{evidence if velocity.earth_fixed is not None else ''}."
     if roles.rates.unit:
         axes = ", ".join(f"{name} {likeness:.2f}" for name, likeness in roles.rates.axes)
-        yield f"Rates turn as the attitude does, in {roles.rates.unit} (correlation {axes})."
-    for mirrored, what in ((roles.rates.mirrored, "Rates"), (way.mirrored, "Velocities")):
+        yield f"Rates are consistent with the attitude, in {roles.rates.unit} (correlation {axes})."
+    for mirrored, channels in ((roles.rates.mirrored, "Rates"), (velocity.mirrored, "Velocities")):
         if mirrored:
-            yield f"{what} are in axes of the other kind than the attitude: y and z opposite."
+            yield f"{channels} are in other axes than the attitude: y and z have opposite signs."
 
 
 def _is_earth_fixed(found: Probe) -> bool | None:
@@ -143,35 +141,38 @@ def _is_earth_fixed(found: Probe) -> bool | None:
 
 
 def _preset_notes(found: Probe) -> Iterator[str]:
-    for one in found.presets:
-        yield f"Preset `{one.name}` fits: {one.channels} channels (`--mapping {one.name}`)."
+    for preset in found.presets:
+        option = f"`--mapping {preset.name}`"
+        yield f"Preset `{preset.name}` matches {preset.channels} channels ({option})."
     if not found.presets:
-        yield "No shipped preset fits."
+        yield "No shipped preset matches."
 
 
-def _delay_table(found: tuple[Delay, ...]) -> Table:
+def _delay_table(delays: tuple[Delay, ...]) -> Table:
     notes = [
-        "Sense: the sign of the change that follows. Explains: share of the growth of the "
-        "velocity, beyond what velocities explain."
+        "sign: direction of the response. explains: share of the variance of the acceleration "
+        "that the command explains in addition to the velocities."
     ]
     if early := [
-        one.command for one in found if one.seconds + (one.standard_deviation or 0.0) < _MIN_LEAD_S
+        delay.command
+        for delay in delays
+        if delay.seconds + (delay.standard_deviation or 0.0) < _MIN_LEAD_S
     ]:
         notes.append(
-            f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
-            "smoothed the velocity, or a loop is closed and the command follows the motion."
+            f"The response precedes {' '.join(early)}: the clocks differ, the velocity was "
+            "smoothed by a zero-phase filter, or the command follows the motion in a closed loop."
         )
     columns = {
         "command": ("command", "s"),
-        "moves": ("velocity", "s"),
+        "velocity": ("velocity", "s"),
         "sign": ("sign", "+d"),
         "delay [s]": ("seconds", ".2f"),
         "± [s]": ("standard_deviation", ".2f"),
         "explains": ("share", ".0%"),
-        "sure [%]": ("confidence", "d"),
+        "confidence [%]": ("confidence", "d"),
     }
-    title = "Delay between commands and what they move (dead time and lag together)"
-    return Table.of_items(title, found, columns, notes)
+    title = "Delay between commands and velocities (dead time plus lag)"
+    return Table.of_items(title, delays, columns, notes)
 
 
 def _segment_table(found: QualityReport, notes: tuple[str, ...]) -> Table:
@@ -207,8 +208,8 @@ def _column_table(judged: QualityReport) -> Table:
         *(f"missing: {each}" for each in judged.missing),
         f"frame: {judged.frame}",
         *judged.warnings,
-        *(f"mind: {each}" for each in judged.remarks),
-        *(f"good: {each}" for each in judged.identifiable),
-        f"Verdict: {judged.report_quality}",
+        *(f"remark: {each}" for each in judged.remarks),
+        *(f"identifiable: {each}" for each in judged.identifiable),
+        f"Verdict: {judged.verdict}",
     )
     return Table.of_items("Columns", (*judged.velocities, *judged.commands), columns, notes)

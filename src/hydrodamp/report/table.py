@@ -67,8 +67,10 @@ class Table:
         notes: Iterable[str] = (),
     ) -> Table:
         """Return a table with a row per item; a column is an attribute and its format."""
-        named = columns.items()
-        formatted = (Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in named)
+        formats = columns.items()
+        formatted = (
+            Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in formats
+        )
         rows = (tuple(getattr(item, name) for name, _ in columns.values()) for item in items)
         return cls(title, tuple(formatted), tuple(rows), tuple(notes))
 

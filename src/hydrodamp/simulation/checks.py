@@ -1,10 +1,9 @@
-"""Whether a log holds what a vehicle and its models need."""
+"""Checks that a log has the velocities, commands and attitude that vehicle and models require."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,91 +14,75 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.actuation import channel_names
 from hydrodamp.vehicle.vehicle import Vehicle
 
-if TYPE_CHECKING:
-    from hydrodamp.ingest.inspection.quality_report import Requirements
-
-
-_RADII = 4.0  # in the length of a hull
+_LENGTH_IN_GYRATION_RADII = 4.0  # of a hull
 
 
 def check_log(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
-    """Refuse a log that lacks what the vehicle or a term needs."""
+    """Raise if a log lacks data that the vehicle or a term requires."""
     if faults := list(missing_data(vehicle, log, models)):
         raise ProblemError(list_faults(log.source or "log", faults))
 
 
 def missing_data(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:
-    """Say what the vehicle or a term needs and a log lacks."""
+    """Yield a message for each kind of required data that a log lacks."""
     yield from _velocities(vehicle, log)
     yield from _commands(vehicle, log, models)
     yield from _attitude(vehicle, log, models)
 
 
 def unused_commands(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterator[str]:
-    """Say which columns no actuator and no term uses."""
+    """Yield a message on the commands that no actuator and no term uses."""
     used = {*vehicle.commands, *(name for model in models for name in model.commands)}
     idle = [name for name in log.command_names if name not in used]
     if idle and (log.wrench is not None or len(idle) < len(log.command_names)):
-        # A column is taken for a misspelt reserved name only where it is very much alike.
-        alike = [(name, get_close_matches(name, RESERVED, n=1, cutoff=0.8)) for name in idle]
-        near = "".join(did_you_mean(name, reserved) for name, reserved in alike)
+        # A high cutoff: most command names are not misspelt reserved names.
+        similar = [(name, get_close_matches(name, RESERVED, n=1, cutoff=0.8)) for name in idle]
+        hint = "".join(did_you_mean(name, reserved) for name, reserved in similar)
         yield (
-            f"nothing uses {_quoted(idle)}: no actuator of '{vehicle.name}' and no term of the "
-            f"models has such a command.{near}"
+            f"commands not used by any actuator of '{vehicle.name}' or any term of the models: "
+            f"{_quoted(idle)}.{hint}"
         )
 
 
-def log_requirements(vehicle: Vehicle, log: Log) -> Requirements:
-    """Return what a vehicle needs of a log; models may yet have terms for its commands."""
-    from hydrodamp.ingest.inspection.quality_report import Requirements
-
-    told = missing_actuation(vehicle, log)
-    reserved = told if log.command_names and not vehicle.commands else ""
-    return Requirements(
-        velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
-        missing=tuple(lack for lack in missing_data(vehicle, log, ()) if lack != reserved),
-        reservations=(*unused_commands(vehicle, log, ()), *filter(None, [reserved])),
-        length=estimate_length(vehicle),
-    )
-
-
 def estimate_length(vehicle: Vehicle) -> float | None:
-    """Return about how long a vehicle is [m]: four radii of gyration about the axis it turns on."""
+    """Estimate the length of a vehicle [m]: four radii of gyration in yaw or pitch."""
     inertia = vehicle.mass_matrix.diagonal()
-    for turns, shifts in (("N", "Y"), ("M", "Z")):
-        if {turns, shifts} <= set(vehicle.axes):
-            moment, mass = inertia[AXES.index(turns)], inertia[AXES.index(shifts)]
-            return _RADII * float(np.sqrt(moment / mass))
+    for rotation, translation in (("N", "Y"), ("M", "Z")):
+        if {rotation, translation} <= set(vehicle.axes):
+            moment, mass = inertia[AXES.index(rotation)], inertia[AXES.index(translation)]
+            return _LENGTH_IN_GYRATION_RADII * float(np.sqrt(moment / mass))
     return None
 
 
 def missing_actuation(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:
-    """Return why a log does not say what drove a vehicle."""
+    """Return a message if a log has neither wrench nor a used command, else an empty string."""
     of_terms = {name for model in models for name in model.commands}
     recorded = log.command_names
     if log.wrench is not None or not (of_terms | set(vehicle.commands)).isdisjoint(recorded):
         return ""
-    acting = f"vehicle '{vehicle.name}' has no actuators"
-    way = "give it `actuators` in its file (`hydrodamp vehicle new` writes examples)"
+    commands = f"vehicle '{vehicle.name}' has no actuators"
+    remedy = "give it `actuators` in its file (`hydrodamp vehicle new` writes examples)"
     if vehicle.commands:
-        acting = f"the actuators of '{vehicle.name}' take {' '.join(vehicle.commands)}"
-        near = {one: get_close_matches(one, recorded, n=1, cutoff=0.7) for one in vehicle.commands}
-        # A wrong guess is worse than none: what has no like is left to the reader.
-        alike = ", ".join(f"{one}: {(*its, 'COLUMN')[0]}" for one, its in near.items())
-        way = f"call them alike, by `commands: {{{alike}}}` in a mapping"
+        commands = f"the actuators of '{vehicle.name}' take {' '.join(vehicle.commands)}"
+        similar = (get_close_matches(name, recorded, n=1, cutoff=0.7) for name in vehicle.commands)
+        pairs = zip(vehicle.commands, similar, strict=True)
+        # COLUMN where no name is similar: a wrong guess is worse than none.
+        renamed = ", ".join(f"{name}: {(*matches, 'COLUMN')[0]}" for name, matches in pairs)
+        remedy = f"map their names by `commands: {{{renamed}}}` in a mapping"
     if of_terms:
-        acting += f", the terms of the models take {' '.join(sorted(of_terms))}"
+        commands += f", the terms of the models take {' '.join(sorted(of_terms))}"
     if not recorded:
         return (
-            "nothing in this log says what drove the vehicle: it needs the wrench columns "
-            f"X Y Z K M N or a command that an actuator or a term uses; {acting}. Record either."
+            "the log has no actuation: it needs the wrench columns X Y Z K M N or a command that "
+            f"an actuator or a term uses; {commands}. Record either."
         )
     gains = f"{{{' '.join(vehicle.axes)}: {' '.join(recorded)}}}"
     return (
-        f"{acting}, and the log has only the commands {' '.join(recorded)} and no wrench: nothing "
-        "says what force they make. Let their gains be coefficients too: take the model `sparse`, "
-        "which selects them, or as model a YAML file with the line `{name: mine, extends: linear, "
-        f"terms: {gains}}}`, less what cannot act; or {way}; or record the wrench X Y Z K M N."
+        f"{commands}, and the log has only the commands {' '.join(recorded)} and no wrench: their "
+        "force is unknown. Estimate their gains as coefficients: use the model `sparse`, which "
+        "selects them, or a model file with the line `{name: mine, extends: linear, "
+        f"terms: {gains}}}` without impossible terms; or {remedy}; or record the wrench "
+        "X Y Z K M N."
     )
 
 
@@ -112,7 +95,7 @@ def _velocities(vehicle: Vehicle, log: Log) -> Iterator[str]:
     missing = [name for name in needed if name not in log.velocity_names]
     if missing:
         yield (
-            f"vehicle '{vehicle.name}' moves on the axes {' '.join(vehicle.axes)} and needs the "
+            f"vehicle '{vehicle.name}' has the free axes {' '.join(vehicle.axes)} and needs the "
             f"columns {' '.join(needed)}; {' '.join(missing)} not found. Record them, or name "
             "fewer `axes` in the vehicle file."
         )
@@ -125,12 +108,12 @@ def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
     if log.wrench is not None and recorded & of_actuators:
         yield (
             "both the wrench columns X Y Z K M N and commands of the vehicle's actuators "
-            f"({' '.join(sorted(recorded & of_actuators))}) are there, which would count the "
+            f"({' '.join(sorted(recorded & of_actuators))}) are present, which would count the "
             "actuators twice: drop the wrench columns to use the vehicle's actuators, or drop "
             "those commands to use the recorded wrench."
         )
-    if told := missing_actuation(vehicle, log, models):
-        yield told
+    if message := missing_actuation(vehicle, log, models):
+        yield message
         return
     recorded |= set(channel_names(vehicle, log))
     users = {"a term": of_terms - recorded}
@@ -141,23 +124,23 @@ def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
     ]
     if lacking:
         names = sorted(set().union(*users.values()))
-        alike = ((name, get_close_matches(name, recorded, n=1, cutoff=0.7)) for name in names)
-        near = "".join(did_you_mean(name, its) for name, its in alike)
+        similar = ((name, get_close_matches(name, recorded, n=1, cutoff=0.7)) for name in names)
+        hint = "".join(did_you_mean(name, matches) for name, matches in similar)
         yield (
-            f"there is no command {', nor '.join(lacking)}.{near} The log has "
-            f"{_quoted(log.command_names) or 'no command'}. What a mapping leaves out of a "
-            "recording is none: name its column under `commands`."
+            f"there is no command {', nor '.join(lacking)}.{hint} The log has "
+            f"{_quoted(log.command_names) or 'no command'}. A mapping imports a "
+            "command only if it names the column under `commands`."
         )
 
 
 def _attitude(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:
     if log.attitude is not None or set(vehicle.axes) <= {"X", "Y", "N"}:
         return
-    tilts = np.any(vehicle.restoring_matrix[vehicle.free])
+    has_restoring = np.any(vehicle.restoring_matrix[vehicle.free])
     terms = sorted({str(t) for model in models for t in model.basis if t.needs_attitude})
-    if tilts or terms:
-        why = f"terms {' '.join(terms)}" if terms else "weight, buoyancy and their centres"
+    if has_restoring or terms:
+        users = f"terms {' '.join(terms)}" if terms else "weight, buoyancy and their centres"
         yield (
-            f"the attitude is missing, and {why} act along it: record roll pitch yaw [rad] or "
+            f"the attitude is missing, and {users} depend on it: record roll pitch yaw [rad] or "
             "qw qx qy qz."
         )

@@ -1,4 +1,4 @@
-"""The same work for many, on all cores, until it is done or interrupted."""
+"""Parallel map over threads, interruptible by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 Result = TypeVar("Result")
 
-_GLANCE = 0.2
-"""How long a wait may last before Ctrl-C is looked for; Windows does not break a wait [s]."""
+_POLL_INTERVAL = 0.2
+"""s; Ctrl-C is handled between waits of this length, since Windows does not interrupt a wait."""
 
 
 def run_parallel(
@@ -20,9 +20,8 @@ def run_parallel(
 ) -> tuple[Result, ...]:
     """Call ``work`` with each tuple of arguments, on as many threads as cores.
 
-    Results are handed to ``done`` as they come. After an error or Ctrl-C no more is begun.
-    BLAS keeps to the thread that calls it meanwhile: threads of its own beside ours take
-    several times as long.
+    ``done`` receives each result as soon as it is complete. After an error or Ctrl-C no further
+    call starts. BLAS runs single-threaded meanwhile: nested threads take several times as long.
     """
     from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
@@ -32,11 +31,11 @@ def run_parallel(
         pending = set(futures)
         try:
             while pending:
-                finished, pending = wait(pending, _GLANCE, FIRST_COMPLETED)
+                finished, pending = wait(pending, _POLL_INTERVAL, FIRST_COMPLETED)
                 for future in sorted(finished, key=futures.index):
                     done(future.result())
         except BaseException as error:
-            # Ctrl-C does not wait for work that may last minutes.
+            # On Ctrl-C, do not wait for calls that may take minutes.
             executor.shutdown(wait=not isinstance(error, KeyboardInterrupt), cancel_futures=True)
             raise
         executor.shutdown()

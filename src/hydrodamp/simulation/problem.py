@@ -1,4 +1,4 @@
-"""A vehicle, a log and the terms asked for, turned into equation 1 as one table of arrays."""
+"""The identification problem: equation 1 of a vehicle, with regressors and inputs from a log."""
 
 from __future__ import annotations
 
@@ -25,46 +25,46 @@ from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 
 def vehicle_stamp(vehicle: Vehicle) -> VehicleStamp:
-    """Return what a damping file says of the vehicle it belongs to."""
+    """Return the identification of a vehicle that is stored with its coefficients."""
     digest = mass_matrix_digest(vehicle.mass_matrix)
     return VehicleStamp(vehicle.name, vehicle.weight, vehicle.buoyancy, digest)
 
 
 def vehicle_digest(vehicle: Vehicle) -> str:
-    """Return what tells a vehicle from another: all that is known of it."""
-    seen = hashlib.sha256()
+    """Return a hash of all parameters of a vehicle."""
+    sha = hashlib.sha256()
     for field in fields(vehicle):
         value = getattr(vehicle, field.name)
         is_array = isinstance(value, np.ndarray)
-        seen.update(field.name.encode())
-        seen.update(np.ascontiguousarray(value).data if is_array else repr(value).encode())
-    return seen.hexdigest()
+        sha.update(field.name.encode())
+        sha.update(np.ascontiguousarray(value).data if is_array else repr(value).encode())
+    return sha.hexdigest()
 
 
-# A channel that is always zero; no command can have this name.
+# Name of a channel that is always zero; no command can have it.
 _ZERO = ""
 
 
 @dataclass(frozen=True)
 class EquationTable:
-    """The table of equation 1 for one vehicle and the terms asked for.
+    """Equation 1 of one vehicle: known and unknown terms as one table.
 
     Attributes
     ----------
     vehicle : Vehicle
-        Whose mass matrix, restoring forces and actuators are used.
+        Gives mass matrix, restoring wrench and actuators.
     basis : Basis
-        The unknown columns, restricted to the free axes.
+        The unknown terms, restricted to the free axes.
     channels : tuple of str
-        The held channels, in the order of the table.
+        The sampled-and-held channels, in the order of the table.
     plant : Plant
-        Known columns first, then ``basis``.
+        Known terms first, then ``basis``.
     known : ndarray, shape (n_known, 6)
-        Coefficients of the known columns, force [N] and moment [N m] per unit
-        of the column, on the right-hand side, body frame.
+        Coefficients of the known terms, force [N] and moment [N m] per unit
+        of the term, on the right-hand side, body frame.
     actuators : bool
-        Whether the vehicle's actuators are among the known columns; not where
-        the log has their wrench itself.
+        Whether the vehicle's actuators are among the known terms; False where the log
+        has a recorded wrench.
     """
 
     vehicle: Vehicle
@@ -76,31 +76,31 @@ class EquationTable:
 
     @cached_property
     def required_commands(self) -> tuple[str, ...]:
-        """Return the commands without which no sample can be made, sorted."""
+        """Commands that every sample requires, sorted."""
         names = {name for term in self.basis for name in term.commands}
         return tuple(sorted(names | set(self.vehicle.commands if self.actuators else ())))
 
     @property
     def n_known(self) -> int:
-        """How many columns are known."""
+        """Number of known terms."""
         return len(self.known)
 
     def with_unknown(
         self, entries: tuple[np.ndarray, np.ndarray], coefficients: FloatArray
     ) -> FloatArray:
-        """Return the table with ``coefficients`` put at ``entries``."""
+        """Return the coefficient matrix with unknown coefficients at ``entries``."""
         matrix = self.scatter(entries, coefficients)
         matrix[: self.n_known] = self.known
         return matrix
 
     def scatter(self, entries: tuple[np.ndarray, np.ndarray], values: FloatArray) -> FloatArray:
-        """Return a table of zeros with ``values`` put at ``entries``."""
+        """Return a matrix of zeros with ``values`` at ``entries``."""
         table = np.zeros((self.n_known + len(self.basis), 6))
         table[entries] = values
         return table
 
     def require(self, model: DampingModel) -> None:
-        """Refuse a model with terms that are no columns of the basis.
+        """Raise if a model has terms outside the basis.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class EquationTable:
         Raises
         ------
         ModelError
-            Names the terms that were not asked for when the log was prepared.
+            Names the missing terms.
         """
         missing = [str(term) for term in model.basis if term not in self.basis]
         if missing:
@@ -120,19 +120,19 @@ class EquationTable:
             )
 
     def restrict_to(self, model: DampingModel) -> EquationTable:
-        """Return the table without the unknown columns that a model has no term of."""
+        """Return the table with only the unknown terms of a model."""
         self.require(model)
         unknown = [self.n_known + self.basis.index(term) for term in model.basis]
         factors = self.plant.factors[[*range(self.n_known), *unknown]]
         return replace(self, basis=model.basis, plant=replace(self.plant, factors=factors))
 
     def entries(self, model: DampingModel) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows and axes of the table where the model's coefficients stand.
+        """Return rows and axes of a model's coefficients in the coefficient matrix.
 
         Parameters
         ----------
         model : DampingModel
-            Its terms must be columns of the basis.
+            Its terms must be in the basis.
 
         Returns
         -------
@@ -142,7 +142,7 @@ class EquationTable:
         Raises
         ------
         ModelError
-            If a term of the model was not asked for when the log was prepared.
+            If a term of the model is not in the basis.
         """
         self.require(model)
         pairs = [
@@ -161,23 +161,23 @@ def equation_table(
     actuators: bool,
     propulsion_known: bool = True,
 ) -> EquationTable:
-    """Write equation 1 of a vehicle and some models as one table.
+    """Build equation 1 of a vehicle with the terms of models.
 
     Parameters
     ----------
     vehicle : Vehicle
-        Gives the known columns.
+        Gives the known terms.
     models : tuple of DampingModel
-        Give the unknown ones, restricted to the free axes.
+        Give the unknown terms, restricted to the free axes.
     actuators : bool
-        False where the log has the wrench of the actuators itself.
+        False where the log has a recorded wrench.
     propulsion_known : bool
-        False makes the columns of terms with (eta-1) zero at every sample.
+        False sets terms with (eta-1) to zero at every sample.
 
     Returns
     -------
-    columns : Columns
-        Known columns first.
+    equations : EquationTable
+        Known terms first.
     """
     basis = Basis.union(*(model.restricted_to(vehicle.axes).basis for model in models))
     known = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
@@ -198,35 +198,35 @@ def equation_table(
 
 
 def held_channels(table: EquationTable, commands: Mapping[str, FloatArray], n: int) -> FloatArray:
-    """Return the channels of a table, sample by sample."""
-    made = table.vehicle.channels(commands) if table.actuators else {}
-    found = {**commands, **made, _ZERO: np.zeros(n)}
+    """Return the channels of a table at each sample, shape (n, n_channels)."""
+    derived = table.vehicle.channels(commands) if table.actuators else {}
+    values = {**commands, **derived, _ZERO: np.zeros(n)}
     channels = np.empty((n, len(table.channels)))
-    for place, name in enumerate(table.channels):
-        channels[:, place] = found[name]
+    for index, name in enumerate(table.channels):
+        channels[:, index] = values[name]
     return channels
 
 
 @dataclass(frozen=True)
 class Problem:
-    """The only input of every method: equation 1 filled with a log.
+    """Input of every method: equation 1 with the measurements of a log.
 
-    It holds no acceleration: an estimate of it is a value of the method.
+    It has no acceleration: methods that need it estimate it.
 
     Attributes
     ----------
     log : Log
-        What was measured.
+        The measurements.
     models : tuple of DampingModel
-        What was asked for, restricted to the vehicle's free axes.
-    columns : Columns
-        Equation 1 as one table; ``columns.basis`` are the unknown terms.
+        The models, restricted to the vehicle's free axes.
+    equations : EquationTable
+        Equation 1; ``equations.basis`` are the unknown terms.
     inputs : Inputs
-        Velocity, attitude, wrench and held channels, sample by sample.
+        Velocity, down vector, wrench and channels at each sample.
     segments : ndarray of int, shape (n_segments, 2)
         First sample and one past the last of each segment.
     propulsion_known : bool
-        Whether the log has a propulsion ratio, or a propeller's speed that gives one.
+        Whether the log has a propulsion ratio, or a propeller speed that gives one.
     """
 
     log: Log
@@ -238,40 +238,40 @@ class Problem:
 
     @property
     def vehicle(self) -> Vehicle:
-        """The vehicle it was prepared for."""
+        """The vehicle."""
         return self.equations.vehicle
 
     @property
     def n_samples(self) -> int:
-        """How many samples the log has."""
+        """Number of samples."""
         return len(self.inputs.time)
 
     @property
     def durations(self) -> FloatArray:
-        """Time that each segment covers [s]."""
+        """Duration of each segment [s]."""
         first, last = self.inputs.time[self.segments - [0, 1]].T
         return np.asarray(last - first)
 
     @property
     def duration(self) -> float:
-        """Time covered by all segments together, without what is between them [s]."""
+        """Sum of the durations of all segments [s]."""
         return float(np.sum(self.durations))
 
     @property
     def segment_numbers(self) -> IntArray:
-        """Number of the segment each sample is from, shape (n,)."""
+        """Segment number of each sample, shape (n,)."""
         return np.repeat(np.arange(len(self.segments)), np.diff(self.segments, axis=1).ravel())
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the vehicle and of all that was measured, whatever files it came from."""
-        said = (self.log.command_names, self.segments.tolist(), vehicle_digest(self.vehicle))
-        seen = hashlib.sha256(repr(said).encode())
+        """SHA-256 of vehicle and measurements, independent of file names."""
+        header = (self.log.command_names, self.segments.tolist(), vehicle_digest(self.vehicle))
+        sha = hashlib.sha256(repr(header).encode())
         for field in fields(self.log):
             value = getattr(self.log, field.name)
             if isinstance(value, np.ndarray):
-                seen.update(field.name.encode() + np.ascontiguousarray(value).data)
-        return seen.hexdigest()
+                sha.update(field.name.encode() + np.ascontiguousarray(value).data)
+        return sha.hexdigest()
 
     def regressor(
         self,
@@ -281,57 +281,57 @@ class Problem:
         step: int = 1,
         out: FloatArray | None = None,
     ) -> FloatArray:
-        """Return the columns of equation 1, known first, at some samples.
+        """Return the regressors of equation 1, known terms first.
 
         Parameters
         ----------
         start, stop : int, optional
             First sample and one past the last; all by default.
         step : int, optional
-            Take one sample in this many.
+            Stride over samples.
         out : ndarray, shape (n, n_known + n_terms), optional
-            Array of any strides to fill; a new one by default.
+            Output array of any strides; a new one by default.
 
         Returns
         -------
         regressor : ndarray, shape (n, n_known + n_terms)
-            In the paper the unknown part is xi.
+            The unknown terms are ξ of the paper.
         """
-        part = slice(start, stop, step)
+        index = slice(start, stop, step)
         return core.regressor(
             self.equations.plant.factors,
-            self.inputs.velocity[part],
-            self.inputs.down[part],
-            self.inputs.channels[part],
-            self.inputs.propulsion[part, 0],
+            self.inputs.velocity[index],
+            self.inputs.down[index],
+            self.inputs.channels[index],
+            self.inputs.propulsion[index, 0],
             out=out,
         )
 
     def matrix(self, damping: Damping) -> FloatArray:
-        """Return all coefficients of equation 1, known and identified, as one table.
+        """Return the coefficient matrix of equation 1, known and identified.
 
         Parameters
         ----------
         damping : Damping
-            Its terms on free axes must be columns of the basis.
+            Its terms on free axes must be in the basis.
 
         Returns
         -------
         matrix : ndarray, shape (n_known + n_terms, 6)
-            One row a column of equation 1.
+            One row per term of equation 1.
         """
         free = damping.model.restricted_to(self.vehicle.axes)
         return self.equations.with_unknown(self.equations.entries(free), damping.onto(free))
 
     def extend_to(self, *models: DampingModel) -> Problem:
-        """Return the problem with columns of further models; itself where it has them all."""
+        """Return the problem with the terms of further models; itself where it has them all."""
         free = tuple(model.restricted_to(self.vehicle.axes) for model in models)
         if all(term in self.equations.basis for model in free for term in model.basis):
             return self
-        return _filled(self.vehicle, self.log, (*self.models, *free))
+        return _fill(self.vehicle, self.log, (*self.models, *free))
 
     def undetermined(self, model: DampingModel) -> tuple[tuple[str], ...]:
-        """Return the labels with (eta-1) where the ratio is unknown, each a group of its own."""
+        """Return labels with (eta-1) where the propulsion ratio is unknown, as groups of one."""
         terms = (term for row in model.terms for term in row)
         return tuple(
             (label,)
@@ -341,16 +341,16 @@ class Problem:
 
 
 def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | DampingModel) -> Problem:
-    """Turn a vehicle, a log and the models asked for into arrays.
+    """Build the identification problem of a vehicle, a log and models.
 
     Parameters
     ----------
     vehicle : Vehicle
-        Everything known; its free axes decide which velocities are needed.
+        Its free axes determine the required velocities.
     log : Log
-        What was measured.
+        The measurements.
     models : DampingModel or iterable of DampingModel
-        Whose terms are to be identified.
+        Models whose terms are to be identified.
 
     Returns
     -------
@@ -360,12 +360,12 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     Raises
     ------
     ProblemError
-        If the log lacks what the vehicle or a term needs: every lack is named.
+        If the log lacks data that the vehicle or a term requires; all are named.
     """
-    asked = (models,) if isinstance(models, DampingModel) else tuple(models)
-    free = tuple(model.restricted_to(vehicle.axes) for model in asked)
+    requested = (models,) if isinstance(models, DampingModel) else tuple(models)
+    free = tuple(model.restricted_to(vehicle.axes) for model in requested)
     check_log(vehicle, log, free)
-    problem = _filled(vehicle, log, free)
+    problem = _fill(vehicle, log, free)
     if any(problem.undetermined(model) for model in free):
         warnings.warn(
             "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio "
@@ -377,10 +377,10 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     return problem
 
 
-def _filled(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:
+def _fill(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:
     commands = {name: log.command(name) for name in log.command_names}
-    held = vehicle.propulsion_speed(commands)
-    known = log.propulsion_ratio is not None or held is not None
+    speed = vehicle.propulsion_speed(commands)
+    known = log.propulsion_ratio is not None or speed is not None
     actuators = bool(vehicle.actuators) and log.wrench is None
     table = equation_table(vehicle, models, actuators=actuators, propulsion_known=known)
     if not commands.keys() >= {name for term in table.basis for name in term.commands}:
@@ -392,18 +392,18 @@ def _filled(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Pro
         down=log.down,
         wrench=np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free,
         channels=held_channels(table, commands, log.n),
-        propulsion=_propulsion(log, velocity, held),
+        propulsion=_propulsion(log, velocity, speed),
     )
     return Problem(log, models, table, inputs, log.bounds, propulsion_known=known)
 
 
-def _propulsion(log: Log, velocity: FloatArray, held: FloatArray | None) -> FloatArray:
-    """Return u_c at each sample as a step begins there and as one ends there."""
-    if log.propulsion_ratio is not None or held is None:
+def _propulsion(log: Log, velocity: FloatArray, speed: FloatArray | None) -> FloatArray:
+    """Return u_c of the step that begins at each sample, and at the end of one that ends there."""
+    if log.propulsion_ratio is not None or speed is None:
         ratio = 1.0 if log.propulsion_ratio is None else log.propulsion_ratio
         recorded = ratio * guarded_speed(velocity)
         return np.column_stack([recorded, recorded])
-    closing = np.concatenate([held[:1], held[:-1]])
+    closing = np.concatenate([speed[:1], speed[:-1]])
     starts = log.bounds[:, 0]
-    closing[starts] = held[starts]
-    return np.column_stack([held, closing])
+    closing[starts] = speed[starts]
+    return np.column_stack([speed, closing])

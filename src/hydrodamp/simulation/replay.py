@@ -1,4 +1,4 @@
-"""Open-loop replay (section V), and how far it is from the log: equation 24, also by horizon."""
+"""Open-loop replay (section V) and its RMS error: equation 24, also by prediction horizon."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from hydrodamp.vehicle.vehicle import Vehicle
 RateUnit = Literal["deg", "rad"]
 AttitudeSource = Literal["measured", "simulated"]
 DIVERGENCE_LIMIT = 50.0
-"""A velocity component [m/s or rad/s] beyond which a replay has diverged."""
+"""m/s or rad/s; a replay has diverged where a velocity component exceeds it."""
 
 
 _LEVEL = (1.0, 0.0, 0.0, 0.0)
-"""The attitude of a planar vehicle, the only kind whose log may lack one."""
+"""Quaternion of a planar vehicle, whose log may lack the attitude."""
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What the model says would have happened.
+    """A simulated replay of a log.
 
     Attributes
     ----------
@@ -78,12 +78,12 @@ def simulate(
     vehicle : Vehicle
         Mass, restoring forces and actuators.
     damping : Damping
-        The model with its numbers.
+        The model with its coefficients.
     log : Log
         Gives the initial velocities, the actuation and the attitude.
     attitude : {"measured", "simulated"}
-        Whether gravity and buoyancy act along the recorded attitude
-        (assumption 1a of the paper) or along one that is integrated too.
+        Whether gravity and buoyancy use the recorded attitude
+        (assumption 1a of the paper) or an integrated one.
     max_step : float
         Longest Runge-Kutta step [s].
 
@@ -115,10 +115,10 @@ def replay(
     max_step: float = 0.05,
     spans: IntArray | None = None,
 ) -> Trajectory:
-    """Replay segments or other stretches; where two share a sample, the one given later stays."""
+    """Replay segments or ``spans``; where two spans share a sample, the later one determines it."""
     demand(1e-5 <= max_step <= 0.05, "max_step", "between 1e-5 and 0.05 s", max_step)
-    known = attitude in ("measured", "simulated")
-    demand(known, "attitude", "'measured' or 'simulated'", attitude)
+    is_valid = attitude in ("measured", "simulated")
+    demand(is_valid, "attitude", "'measured' or 'simulated'", attitude)
     log, recorded = problem.log, problem.log.attitude
     start = np.tile(_LEVEL, (log.n, 1)) if recorded is None else recorded
     velocity, diverged_at, _ = core.replay(
@@ -132,14 +132,14 @@ def replay(
     )
     diverged = []
     for index in np.sort(diverged_at[diverged_at >= 0]).tolist():
-        segment = next(part for part in log.segments if index < part.stop)
+        segment = next(each for each in log.segments if index < each.stop)
         diverged.append((segment.name, float(log.time[index] - log.time[segment.start])))
     return Trajectory(log, velocity, tuple(diverged), attitude, problem.vehicle.axes)
 
 
 @dataclass(frozen=True)
 class Score:
-    """The distance between a replay and the log.
+    """Error of a replay relative to the log.
 
     Attributes
     ----------
@@ -173,20 +173,20 @@ class Score:
 
     @property
     def divergence_text(self) -> str:
-        """In which segments the replay left every bound, and after how long; empty where none."""
+        """Segments and times of divergence, as text; empty for none."""
         places = (f"segment {name} after {time:.3g} s" for name, time in self.diverged)
         return ", ".join(places)
 
 
 def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
-    """Compare a replay with its log.
+    """Compute the error of a replay.
 
     Parameters
     ----------
     trajectory : Trajectory
-        What was simulated.
+        The replay.
     rate_unit : {"deg", "rad"}
-        Unit of the rates in the mixed number and in their RMS.
+        Unit of the rates in equation 24 and in their RMS.
 
     Returns
     -------
@@ -204,24 +204,24 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
     measured = trajectory.log.velocity[:, free] * unit
     error = trajectory.velocity[:, free] * unit - measured
     names = [VELOCITIES[axis] for axis in free]
-    lost = {name for name, _ in trajectory.diverged}
+    diverged = {name for name, _ in trajectory.diverged}
     by_segment = {
-        run.name: None
-        if run.name in lost
-        else float(np.sqrt(np.mean(error[run.start : run.stop] ** 2)))
-        for run in trajectory.log.segments
+        segment.name: None
+        if segment.name in diverged
+        else float(np.sqrt(np.mean(error[segment.start : segment.stop] ** 2)))
+        for segment in trajectory.log.segments
     }
     if trajectory.diverged:
-        nothing = no_score(trajectory.axes, rate_unit, trajectory.diverged)
-        return replace(nothing, rms_by_segment=by_segment)
+        empty = no_score(trajectory.axes, rate_unit, trajectory.diverged)
+        return replace(empty, rms_by_segment=by_segment)
     by_axis = np.sqrt(np.mean(error**2, axis=0))
-    spread = measured.std(axis=0)
+    deviation = measured.std(axis=0)
     return Score(
         rms=float(np.sqrt(np.mean(error**2))),
         rms_by_axis=dict(zip(names, by_axis.tolist(), strict=True)),
         fit_by_axis={
             name: 100.0 * (1.0 - float(rmse / std)) if std > 0.0 else None
-            for name, rmse, std in zip(names, by_axis, spread, strict=True)
+            for name, rmse, std in zip(names, by_axis, deviation, strict=True)
         },
         rate_unit=rate_unit,
         diverged=(),
@@ -232,35 +232,34 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
 def no_score(
     axes: tuple[str, ...], rate_unit: RateUnit, diverged: tuple[tuple[str, float], ...] = ()
 ) -> Score:
-    """Return the score of a replay that diverged, or was none."""
-    nothing: dict[str, float | None] = dict.fromkeys(VELOCITY_OF[axis] for axis in axes)
-    return Score(None, nothing, nothing, rate_unit, diverged)
+    """Return the score of a replay that diverged or does not exist."""
+    errors: dict[str, float | None] = dict.fromkeys(VELOCITY_OF[axis] for axis in axes)
+    return Score(None, errors, errors, rate_unit, diverged)
 
 
 Horizon = float | Literal["step", "run"]
 HORIZONS: tuple[Horizon, ...] = ("step", 1.0, 10.0, "run")
 """One step, 1 s, 10 s, and each segment as a whole."""
 
-_SLACK = 1e-6
-"""Share of a horizon by which a clock may round."""
+_CLOCK_TOLERANCE = 1e-6  # share of a horizon, for rounding of the clock
 
 
 @dataclass(frozen=True)
 class HorizonScore:
-    """How far replays of one horizon are from the log.
+    """Error of replays restarted after every horizon.
 
     Attributes
     ----------
     horizon : float, "step" or "run"
         Seconds between restarts; every sample, or none within a segment.
     score : Score
-        Equation 24 and its parts over all samples. Every sample but the first of
-        a segment is a prediction, so horizons compare. Of a divergence it has the
-        segment and the time since that segment's start [s].
+        Equation 24 and its parts over all samples. Every sample except the first of
+        a segment is a prediction, so horizons are comparable. Divergences have the
+        segment and the time since its start [s].
     n_windows : int
-        How many replays.
+        Number of replays.
     n_diverged : int
-        How many of them diverged.
+        Number of diverged replays.
     """
 
     horizon: Horizon
@@ -275,7 +274,7 @@ class HorizonScore:
 
     @property
     def name(self) -> str:
-        """The horizon in words."""
+        """The horizon as text."""
         names = {"step": "one step", "run": "whole run"}
         return names.get(str(self.horizon)) or f"{self.horizon:g} s"
 
@@ -289,28 +288,28 @@ def horizon_scores(
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
 ) -> tuple[HorizonScore, ...]:
-    """Replay a log with restarts every so many seconds, and score each horizon.
+    """Compute the prediction error over several horizons, by replays from measured states.
 
     Parameters
     ----------
     vehicle : Vehicle
         Mass, restoring forces and actuators.
     damping : Damping
-        The model with its numbers.
+        The model with its coefficients.
     log : Log
-        Gives the states to start from, the actuation and the attitude.
+        Gives the initial states, the actuation and the attitude.
     horizons : iterable of float, "step" or "run"
         Seconds between restarts; ``"step"`` restarts at every sample, ``"run"``
         at the first sample of each segment only.
     attitude : {"measured", "simulated"}
-        As in a replay; a simulated one restarts from the recorded one too.
+        As in a replay; a simulated one also restarts from the recorded one.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
 
     Returns
     -------
     scores : tuple of HorizonScore
-        One a horizon, in the order asked for.
+        One per horizon, in the order of the argument.
 
     Raises
     ------
@@ -331,13 +330,13 @@ def horizon_scores(
     >>> campaign = reenact(duration=5.0)
     >>> damping = published["vt690-sname2022"]
     >>> scores = horizon_scores(campaign.vehicle, damping, campaign.test, ["step", 1.0, "run"])
-    >>> [found.n_windows for found in scores]
+    >>> [each.n_windows for each in scores]
     [100, 10, 2]
     """
-    asked = [check_horizon(horizon) for horizon in horizons]
+    checked = [check_horizon(horizon) for horizon in horizons]
     problem = prepare(vehicle, log, damping.model)
     warn_if_foreign(damping, vehicle_stamp(vehicle))
-    return tuple(horizon_score(problem, damping, one, attitude, rate_unit) for one in asked)
+    return tuple(horizon_score(problem, damping, each, attitude, rate_unit) for each in checked)
 
 
 def horizon_score(
@@ -348,20 +347,21 @@ def horizon_score(
     rate_unit: RateUnit,
 ) -> HorizonScore:
     """Return the score of one horizon."""
-    # The last window first: where one ends the next begins, and the end, which is a prediction,
-    # is to stay.
+    # In reverse order: windows share their boundary sample, which must be the prediction at the
+    # end of the earlier window.
     spans = window_bounds(problem, horizon)[::-1]
-    found = replay(problem, damping, attitude, spans=spans)
-    return HorizonScore(horizon, score(found, rate_unit), len(spans), len(found.diverged))
+    trajectory = replay(problem, damping, attitude, spans=spans)
+    n_diverged = len(trajectory.diverged)
+    return HorizonScore(horizon, score(trajectory, rate_unit), len(spans), n_diverged)
 
 
 def window_bounds(problem: Problem, horizon: Horizon) -> IntArray:
-    """Return the stretches that are replayed, each from its own measured state."""
-    time, found = problem.inputs.time, []
+    """Return first and last sample of each window, shape (n_windows, 2)."""
+    time, bounds = problem.inputs.time, []
     for start, stop in problem.segments.tolist():
-        begins = start + _restarts(time[start : stop - 1], horizon)  # none at the last sample
-        found.append(np.column_stack([begins, np.append(begins[1:] + 1, stop)]))
-    return np.concatenate(found)
+        first = start + _restarts(time[start : stop - 1], horizon)  # none at the last sample
+        bounds.append(np.column_stack([first, np.append(first[1:] + 1, stop)]))
+    return np.concatenate(bounds)
 
 
 def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
@@ -369,12 +369,12 @@ def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
         return np.zeros(1, dtype=np.int64)
     if isinstance(horizon, str):
         return np.arange(len(time))
-    number = np.floor((time - time[0]) / horizon + _SLACK)
+    number = np.floor((time - time[0]) / horizon + _CLOCK_TOLERANCE)
     return np.flatnonzero(np.diff(number, prepend=-1.0) > 0.0)
 
 
 def check_horizon(horizon: Horizon) -> Horizon:
-    """Return a horizon that can be replayed."""
-    fits = horizon in ("step", "run") if isinstance(horizon, str) else 0.0 < horizon < np.inf
-    demand(fits, "horizon", "a positive number of seconds, 'step' or 'run'", horizon)
+    """Return a valid horizon."""
+    is_valid = horizon in ("step", "run") if isinstance(horizon, str) else 0.0 < horizon < np.inf
+    demand(is_valid, "horizon", "a positive number of seconds, 'step' or 'run'", horizon)
     return horizon

@@ -1,4 +1,4 @@
-"""Bands around a replay: how far coefficients that are not known exactly move it."""
+"""Prediction bands of a replay by linear propagation of the coefficient covariance, ``J C Jᵀ``."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import DIVERGENCE_LIMIT
 
-#: Numbers of a sensitivity held at once: 64 MB.
-_CHUNK = 8_000_000
+#: Numbers of the sensitivities in memory at a time: 64 MB.
+_CHUNK_SIZE = 8_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class PredictionBand:
-    """A replay and the band that holds it.
+    """A replay and its prediction band.
 
     Attributes
     ----------
     log : Log
-        What was replayed.
+        The log that was replayed.
     velocity, lower, upper : ndarray, shape (n, 6)
-        The replay and the ends of its band, linear [m/s] and angular [rad/s], body frame;
-        NaN where there is no replay.
+        The replay and the bounds of its band, linear [m/s] and angular [rad/s], body frame;
+        NaN after divergence.
     level : float
-        Share that the band is to hold.
+        Confidence level of the band.
     """
 
     log: Log
@@ -53,9 +53,9 @@ def prediction_band(
     *,
     degrees_of_freedom: float = np.inf,
 ) -> PredictionBand:
-    """Return the band of a replay, to first order in the coefficients.
+    """Return the prediction band of a replay, to first order in the coefficients.
 
-    The covariance C of the coefficients becomes ``J C Jᵀ`` with the sensitivities J of
+    The covariance C of the coefficients gives ``J C Jᵀ`` with the sensitivities J of
     every sample. Gravity and buoyancy act along the measured attitude.
 
     Parameters
@@ -65,60 +65,59 @@ def prediction_band(
     damping : Damping
         With covariance.
     level : float
-        Share that the band is to hold, at each sample alone.
+        Confidence level at each sample separately.
     degrees_of_freedom : float
         Of the covariance.
 
     Returns
     -------
     band : PredictionBand
-        Sensitivities are carried from one stretch of time to the next, so memory does
-        not grow with the log.
+        Sensitivities are propagated chunk by chunk, so memory does not grow with the log.
 
     Raises
     ------
     MethodError
-        If the damping has no covariance, or a setting makes no sense.
+        If the damping has no covariance, or a setting is out of range.
     """
     half = critical_value(level, degrees_of_freedom)
     if damping.covariance is None:
         raise MethodError(
-            f"the coefficients of '{damping.model.key}' have no covariance, so there is no band: "
-            "use a method that gives one"
+            f"the coefficients of '{damping.model.key}' have no covariance, hence no band: "
+            "use a method that estimates one"
         )
     free = damping.model.restricted_to(problem.vehicle.axes)
-    kept = [damping.model.index(label) for label in free.labels]
-    root = _root(damping.covariance[np.ix_(kept, kept)])
+    indices = [damping.model.index(label) for label in free.labels]
+    root = _root(damping.covariance[np.ix_(indices, indices)])
     entries, n = problem.equations.entries(free), free.n_coefficients
-    matrix, length = problem.matrix(damping), max(_CHUNK // (6 * (n + 6)), 2)
+    matrix, length = problem.matrix(damping), max(_CHUNK_SIZE // (6 * (n + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
     width = velocity.copy()
     for start, stop in problem.segments.tolist():
-        here, spread = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
+        initial, deviation = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
         for first in range(start, stop - 1, length - 1):
-            part = slice(first, min(first + length, stop))
-            begun = problem.inputs.velocity[part].copy()
-            begun[0] = here
-            velocity[part], _, slope = core.replay(
+            chunk = slice(first, min(first + length, stop))
+            measured = problem.inputs.velocity[chunk].copy()
+            measured[0] = initial
+            velocity[chunk], _, jacobian = core.replay(
                 problem.equations.plant,
                 matrix,
-                problem.inputs.select(part, begun),
-                np.array([[0, len(begun)]]),
+                problem.inputs.select(chunk, measured),
+                np.array([[0, len(measured)]]),
                 entries,
                 limit=DIVERGENCE_LIMIT,
             )
-            on_coefficients, on_initial = np.split(slope, [n], axis=2)
-            total = on_initial @ spread + on_coefficients @ root
-            width[part] = half * np.sqrt((total**2).sum(axis=2))
-            here, spread = velocity[part][-1], total[-1]
-            if not np.isfinite(here).all():
+            on_coefficients, on_initial = np.split(jacobian, [n], axis=2)
+            total = on_initial @ deviation + on_coefficients @ root
+            width[chunk] = half * np.sqrt((total**2).sum(axis=2))
+            initial, deviation = velocity[chunk][-1], total[-1]
+            if not np.isfinite(initial).all():
                 break
     return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
 
 
 @factorisation("covariance")
 def _root(covariance: FloatArray) -> FloatArray:
-    """Return R with ``R Rᵀ`` the covariance, found in units of its own deviations."""
+    """Return R with ``R Rᵀ`` the covariance, by an eigendecomposition of the correlation."""
     scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     unit = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))

@@ -1,4 +1,4 @@
-"""Replay every fit on held-out data and score it: the paper's Table I, and more."""
+"""Comparison of fits by open-loop replay on test data, as in Table I of the paper."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Row:
-    """One fit and what became of it on held-out data.
+    """One fit and the score of its replay on test data.
 
     Attributes
     ----------
     fit : Fit
-        What was identified.
+        The fit.
     score : Score
-        How far its replay is from the log.
+        RMS errors of its replay.
     trajectory : Trajectory or None
-        The replay itself; None where nothing was identified.
+        The replay; None where nothing was identified.
     windows : HorizonScore or None
-        Errors of replays that begin anew every so many seconds, where that was asked.
+        Errors of replays restarted after every horizon, where one was requested.
     """
 
     fit: Fit
@@ -62,12 +62,12 @@ class Row:
 
     @property
     def n_coefficients(self) -> int:
-        """How many coefficients the model has."""
+        """Number of coefficients of the model."""
         return self.fit.model.n_coefficients
 
     @property
     def rms(self) -> float | None:
-        """Equation 24; None where there is no usable replay."""
+        """Equation 24; None where the replay diverged or there is none."""
         return self.score.rms
 
     @property
@@ -77,30 +77,30 @@ class Row:
 
     @property
     def status(self) -> Status:
-        """What to read first: a fit without numbers, a divergence, then the fit's own."""
-        own = self.fit.status
-        return self.score.status if own.usable and self.score.diverged else own
+        """That of the replay where it diverged, else that of the fit."""
+        diverged = self.fit.status.usable and self.score.diverged
+        return self.score.status if diverged else self.fit.status
 
     @property
     def converged(self) -> bool:
-        """Whether there is an RMS error, and it is that of a fit that has settled."""
+        """Whether there is an RMS error, and the fit has converged."""
         return self.rms is not None and self.status is not Status.NOT_CONVERGED
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Rows of one comparison, in the order they were asked for.
+    """Rows of one comparison, in the order of the fits.
 
     Attributes
     ----------
     rows : tuple of Row
         Models within methods.
     rate_unit : {"deg", "rad"}
-        Unit of angular rates in every number.
+        Unit of angular rates in every error.
     attitude : str
         Whether replays used the measured or a simulated attitude.
     provenance : dict of str to str
-        Logs, vehicle and settings, in words.
+        Logs, segments and vehicle.
     """
 
     rows: tuple[Row, ...]
@@ -145,16 +145,16 @@ class Comparison:
         )
 
     def select(self) -> Selection[Row]:
-        """Choose the row of the fewest coefficients among those as good as the lowest RMS error.
+        """Select a row by the one-standard-error rule.
 
-        A row is as good where its errors, segment by segment, are within one standard error of the
-        lowest one's; of one segment, none is. Rows that have not settled are left out unless none
-        has.
+        The row of fewest coefficients among those whose errors, segment by segment, are within one
+        standard error of the lowest RMS error; with a single segment, the lowest. Rows that have
+        not converged are excluded unless none has.
 
         Returns
         -------
-        choice : Choice
-            ``row``, ``runner_up`` and the ``sentence`` that says why.
+        selection : Selection
+            ``row``, ``runner_up`` and the ``sentence`` that gives the reason.
 
         Raises
         ------
@@ -164,12 +164,12 @@ class Comparison:
         return select_row(self.rows)
 
     def best(self) -> Row:
-        """Return the row of :meth:`choice`.
+        """Return the row of :meth:`select`.
 
         Returns
         -------
         row : Row
-            Among those whose replay did not diverge.
+            The selected row.
 
         Raises
         ------
@@ -184,11 +184,13 @@ class Comparison:
 
 
 def format_rows(unit: RateUnit, rows: Iterable[tuple[Ranked, float | None, str]]) -> str:
-    """Return rows as plain text, each with an error and what is said of it."""
+    """Return rows as plain text, each with an error and a remark."""
     lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({unit}/s)':>13}"]
-    for row, rms, said in rows:
+    for row, rms, remark in rows:
         error = "–" if rms is None else f"{rms:.3f}"
-        lines.append(f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}{error:>13}  {said}")
+        lines.append(
+            f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}{error:>13}  {remark}"
+        )
     return "\n".join(lines)
 
 
@@ -202,29 +204,29 @@ def compare(
     horizon: float | None = None,
     done: Callable[[Row], None] = lambda _: None,
 ) -> Comparison:
-    """Replay fits open loop on a log they have not seen.
+    """Replay fits open loop on test data and score them.
 
     Parameters
     ----------
     fits : iterable of Fit
-        What to compare.
+        The fits.
     vehicle : Vehicle
         The vehicle of the log.
     test : Log
-        Held-out data; each segment restarts from its first sample.
+        Test data; each segment restarts from its first sample.
     attitude : {"measured", "simulated"}
         Which attitude gravity and buoyancy act along.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
     horizon : float, optional
-        Replay windows of so many seconds too, each from what was measured there.
+        Also replay windows of this length [s], each from the measured state.
     done : callable, optional
-        Called with each row after its replay, to keep it or for a progress bar.
+        Called with each row after its replay.
 
     Returns
     -------
     comparison : Comparison
-        A row a fit, in order; a diverged replay is a row with a status.
+        One row per fit, in order; a diverged replay has a status.
 
     Raises
     ------
@@ -238,23 +240,25 @@ def compare(
     ForeignVehicleWarning
         If coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
     """
-    asked = tuple(fits)
+    requested = tuple(fits)
     if horizon is not None:
         check_horizon(horizon)
-    problem = prepare(vehicle, test, [fit.model for fit in asked])
-    for fit in asked:
+    problem = prepare(vehicle, test, [fit.model for fit in requested])
+    for fit in requested:
         warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
-    rows = run_parallel(_row, [(problem, fit, attitude, rate_unit, horizon) for fit in asked], done)
+    rows = run_parallel(
+        _row, [(problem, fit, attitude, rate_unit, horizon) for fit in requested], done
+    )
     return Comparison(
         rows=rows,
         rate_unit=rate_unit,
         attitude=attitude,
-        provenance=comparison_provenance(asked, vehicle, test),
+        provenance=comparison_provenance(requested, vehicle, test),
     )
 
 
 def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
-    """Return what a comparison was made from, in words."""
+    """Return logs, segments and vehicle of a comparison."""
     train = next((fit.provenance for fit in fits if fit.provenance), {})  # none where refused
     return {
         "vehicle": vehicle.name,
@@ -301,12 +305,12 @@ PAPER_TABLE_I = {
     "fossen": PaperRow(12, 2.24, 2.08),
 }
 
-#: Which printed column a method stands beside.
+#: Column of Table I for each method that the paper has.
 PAPER_COLUMN = {key: entry.paper_column for key, entry in METHODS.items() if entry.paper_column}
 
 
 def is_paper_campaign(comparison: Comparison) -> bool:
-    """Tell whether Table I may stand beside a comparison."""
+    """Whether Table I applies to a comparison: the re-enacted campaign with models of the paper."""
     return "truth" in comparison.provenance and any(
         key in PAPER_TABLE_I for key in comparison.models
     )

@@ -1,4 +1,4 @@
-"""Cross-validation: identify on all folds but one, replay that one, in turn."""
+"""Cross-validation: hold out one fold in turn, identify on the others, replay the held-out fold."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class ValidatedRow:
-    """One model by one method, identified and replayed once a fold."""
+    """One model by one method, identified and replayed once per fold."""
 
     folds: tuple[Row, ...]
 
@@ -42,34 +42,34 @@ class ValidatedRow:
 
     @property
     def n_coefficients(self) -> int:
-        """How many coefficients the model has, at most where each fold selects its own."""
+        """Number of coefficients; the maximum over folds where terms are selected."""
         return max(row.n_coefficients for row in self.folds)
 
     @property
     def rms_by_fold(self) -> tuple[float | None, ...]:
-        """Equation 24 on each fold; None where there is no usable replay."""
+        """Equation 24 on each fold; None where the replay diverged or there is none."""
         return tuple(row.rms for row in self.folds)
 
     @property
     def rms(self) -> float | None:
-        """Mean of equation 24 over all folds; None where one has no error."""
+        """Mean of equation 24 over all folds; None where any fold has no error."""
         return self.rms_of_completed if None not in self.rms_by_fold else None
 
     @property
     def rms_of_completed(self) -> float | None:
-        """Mean over the folds that have an error, to be read beside how many have none."""
-        finished = self._finished
-        return statistics.fmean(finished) if finished else None
+        """Mean over the folds that have an error; see :attr:`n_failed_folds`."""
+        errors = self._errors
+        return statistics.fmean(errors) if errors else None
 
     @property
     def standard_deviation(self) -> float | None:
         """Standard deviation over the folds that have an error; None for fewer than two."""
-        finished = self._finished
-        return statistics.stdev(finished) if len(finished) > 1 else None
+        errors = self._errors
+        return statistics.stdev(errors) if len(errors) > 1 else None
 
     @property
     def failed_folds(self) -> tuple[str, ...]:
-        """The folds that have no error, from 1, each with where its replay left, or its status."""
+        """The folds without an error, numbered from 1, with status and place of divergence."""
         causes = (
             (number, filter(None, (row.status.word, row.score.divergence_text)))
             for number, row in enumerate(self.folds, start=1)
@@ -79,16 +79,16 @@ class ValidatedRow:
 
     @property
     def n_failed_folds(self) -> int:
-        """How many folds have no error."""
+        """Number of folds without an error."""
         return len(self.failed_folds)
 
     @property
     def converged(self) -> bool:
-        """Whether every fold has an error, and that of a fit that has settled."""
+        """Whether every fold has an error and its fit has converged."""
         return all(row.converged for row in self.folds)
 
     @property
-    def _finished(self) -> list[float]:
+    def _errors(self) -> list[float]:
         return [rms for rms in self.rms_by_fold if rms is not None]
 
 
@@ -101,9 +101,9 @@ class CrossValidation:
     rows : tuple of ValidatedRow
         Models within methods.
     held_out : tuple of tuple of str
-        The segments each fold held out.
+        The segments that each fold held out.
     rate_unit : {"deg", "rad"}
-        Unit of angular rates in every number.
+        Unit of angular rates in every error.
     """
 
     rows: tuple[ValidatedRow, ...]
@@ -111,41 +111,41 @@ class CrossValidation:
     rate_unit: RateUnit = "deg"
 
     def select(self) -> Selection[ValidatedRow]:
-        """Choose the row of the fewest coefficients among those as good as the lowest mean error.
+        """Select a row by the one-standard-error rule over the folds.
 
         Returns
         -------
-        choice : Choice
-            Among the rows that have an error on every fold, with the sentence that says why;
-            those that are nearer on the folds they have are named, with both errors there.
+        selection : Selection
+            Among the rows with an error on every fold. The caveat names rows with failed folds
+            that have a lower error on their remaining folds.
 
         Raises
         ------
         MethodError
             If there is no such row.
         """
-        chosen = select_row(self.rows, f" of all {len(self.held_out)} folds")
-        nearer = (_nearer(row, chosen.row) for row in self.rows)
-        said = " ".join(filter(None, (chosen.caveat, *nearer)))
-        return replace(chosen, caveat=said)
+        selection = select_row(self.rows, f" of all {len(self.held_out)} folds")
+        better = (_better_on_completed(row, selection.row) for row in self.rows)
+        caveat = " ".join(filter(None, (selection.caveat, *better)))
+        return replace(selection, caveat=caveat)
 
     def __str__(self) -> str:
         """Return the table as plain text."""
-        lost = [f"lost {', '.join(row.failed_folds) or 'no fold'}" for row in self.rows]
+        failed = [f"failed {', '.join(row.failed_folds) or 'no fold'}" for row in self.rows]
         errors = [row.rms_of_completed for row in self.rows]
-        return format_rows(self.rate_unit, zip(self.rows, errors, lost, strict=True))
+        return format_rows(self.rate_unit, zip(self.rows, errors, failed, strict=True))
 
 
-def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
-    """Say of a row that lost folds that it is nearer than the chosen one on the others."""
-    own, other = np.array([row.rms_by_fold, chosen.rms_by_fold], dtype=float)
-    kept = np.isfinite(own)
-    if kept.all() or not own[kept].sum() < other[kept].sum():
+def _better_on_completed(row: ValidatedRow, selected: ValidatedRow) -> str:
+    """Report a row with failed folds that is better than the selected one on the others."""
+    errors, reference = np.array([row.rms_by_fold, selected.rms_by_fold], dtype=float)
+    completed = np.isfinite(errors)
+    if completed.all() or not errors[completed].sum() < reference[completed].sum():
         return ""
     return (
-        f"{row.model} by {row.method} is nearer on the folds that it ended ({own[kept].mean():.3g} "
-        f"against {other[kept].mean():.3g}), but lost {row.n_failed_folds} of "
-        f"{len(row.folds)}: look what is special there."
+        f"{row.model} by {row.method} has a lower error on the folds that it completed "
+        f"({errors[completed].mean():.3g} against {reference[completed].mean():.3g}), but failed "
+        f"on {row.n_failed_folds} of {len(row.folds)}: inspect these folds."
     )
 
 
@@ -162,38 +162,38 @@ def cross_validate(
     done: Callable[[Fit], None] = lambda _: None,
     keep: Callable[[CrossValidation], None] = lambda _: None,
 ) -> CrossValidation:
-    """Identify every model by every method on all folds but one, and replay that one.
+    """Cross-validate every model by every method.
 
     Parameters
     ----------
     vehicle : Vehicle
-        Everything known.
+        Mass matrix, restoring wrench and actuators.
     log : Log
-        What was measured.
-    models : DampingModel, Sparse or iterable of them
-        Which terms. A ``StepwiseSelection`` selects its own on each fold, from what the fold is
-        identified from, with the other models' terms as further candidates.
+        The measurements.
+    models : DampingModel, StepwiseSelection or iterable of them
+        The terms. A ``StepwiseSelection`` selects terms on the training data of each
+        fold, with the terms of the other models as further candidates.
     methods : Method or iterable of Method
-        How.
+        The methods with their settings.
     folds : int, optional
-        How many folds. By default each segment is held out once, in ten folds at
-        most. A log of one segment is cut into five blocks; and so are the longest
-        segments where more folds than segments are asked for.
+        Number of folds. By default one per segment, at most ten; a log of one segment
+        is cut into five blocks. With more folds than segments the longest segments
+        are cut.
     gap : float
-        What is left out around the cut between two blocks [s].
+        Time excluded around the cut between two blocks [s].
     attitude : {"measured", "simulated"}
         Which attitude gravity and buoyancy act along.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
     done : callable, optional
-        Called with each fit as it comes, for a progress bar: folds times models times methods.
+        Called with each fit when it is complete: folds times models times methods.
     keep : callable, optional
         Called after each fold with the table of the folds so far.
 
     Returns
     -------
     table : CrossValidation
-        A row a model and method.
+        One row per model and method.
 
     Raises
     ------
@@ -213,62 +213,64 @@ def cross_validate(
     >>> [(row.model, len(row.rms_by_fold)) for row in table.rows]
     [('linear', 4), ('fossen', 4)]
     """
-    asked = tuple(models) if isinstance(models, Iterable) else (models,)
-    given = [model for model in asked if isinstance(model, DampingModel)]
-    ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
+    requested = tuple(models) if isinstance(models, Iterable) else (models,)
+    fixed = [model for model in requested if isinstance(model, DampingModel)]
+    all_methods = tuple(methods) if isinstance(methods, Iterable) else (methods,)
     rows: list[list[Row]] = []
     held_out: list[tuple[str, ...]] = []
-    found = CrossValidation((), (), rate_unit)
+    result = CrossValidation((), (), rate_unit)
     for train, test in split_holdout(log, folds, gap):
-        chosen = [
-            model.select(vehicle, train, given) if isinstance(model, StepwiseSelection) else model
-            for model in asked
+        selected = [
+            model.select(vehicle, train, fixed) if isinstance(model, StepwiseSelection) else model
+            for model in requested
         ]
-        problem = prepare(vehicle, train, chosen)
-        fits = [fit for method in ways for fit in identify_all(problem, chosen, method, done)]
+        problem = prepare(vehicle, train, selected)
+        fits = [
+            fit for method in all_methods for fit in identify_all(problem, selected, method, done)
+        ]
         table = compare(fits, vehicle, test, attitude=attitude, rate_unit=rate_unit)
-        # Without its replays, which are as long as the log.
+        # Trajectories are dropped: they are as long as the log.
         rows.append([replace(row, trajectory=None) for row in table.rows])
-        held_out.append(tuple(part.name for part in test.segments))
-        each = tuple(map(ValidatedRow, zip(*rows, strict=True)))
-        found = CrossValidation(each, tuple(held_out), rate_unit)
-        keep(found)
-    return found
+        held_out.append(tuple(segment.name for segment in test.segments))
+        validated = tuple(map(ValidatedRow, zip(*rows, strict=True)))
+        result = CrossValidation(validated, tuple(held_out), rate_unit)
+        keep(result)
+    return result
 
 
 def split_holdout(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:
     """Divide a log into folds of whole segments, or of blocks with a gap between them.
 
-    Each is what to identify from, and what to replay.
+    Return pairs of training and test data.
     """
-    lengths = [len(part) for part in log.segments]
-    segment = np.repeat(np.arange(len(lengths)), lengths)
-    samples = Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), segment, log.time)
+    lengths = [len(segment) for segment in log.segments]
+    number = np.repeat(np.arange(len(lengths)), lengths)
+    samples = Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), number, log.time)
     divided = folds(samples, n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
 
 
 def _holdout(log: Log, divided: Folds, fold: int) -> tuple[Log, Log]:
-    here = divided.fold == fold
-    train, test = _stretches(log, ~here & (divided.fold >= 0)), _stretches(log, here)
+    held_out = divided.fold == fold
+    train, test = _segments(log, ~held_out & (divided.fold >= 0)), _segments(log, held_out)
     if not train or not test:
         raise MethodError(
             f"{divided.description}: fold {fold + 1} leaves no two neighbouring samples to "
-            f"{'replay' if train else 'identify from'}. Give a longer log, fewer folds "
+            f"{'replay' if train else 'identify from'}. Use a longer log, fewer folds "
             "or a smaller gap."
         )
     return extract_segments(log, train), extract_segments(log, test)
 
 
-def _stretches(log: Log, chosen: BoolArray) -> list[Segment]:
-    """Return what is chosen of each segment; a piece of one has its start [s] in its name."""
-    found = []
-    for part in log.segments:
-        kept = np.concatenate([[False], chosen[part.start : part.stop], [False]])
-        edges = part.start + np.flatnonzero(kept[1:] != kept[:-1]).reshape(-1, 2)
+def _segments(log: Log, mask: BoolArray) -> list[Segment]:
+    """Return the runs of a mask in each segment; a part of one has its start [s] in its name."""
+    segments = []
+    for segment in log.segments:
+        padded = np.concatenate([[False], mask[segment.start : segment.stop], [False]])
+        edges = segment.start + np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
         for start, stop in edges[np.diff(edges, axis=1).ravel() >= 2].tolist():
-            whole = stop - start == len(part)
-            since = log.time[start] - log.time[part.start]
-            name = part.name if whole else f"{part.name}+{since:.6g}s"
-            found.append(Segment(name, start, stop))
-    return found
+            is_complete = stop - start == len(segment)
+            since = log.time[start] - log.time[segment.start]
+            name = segment.name if is_complete else f"{segment.name}+{since:.6g}s"
+            segments.append(Segment(name, start, stop))
+    return segments

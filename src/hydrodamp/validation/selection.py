@@ -1,4 +1,4 @@
-"""Which row to take, said in words, which one came second, and the front."""
+"""Model selection by the one-standard-error rule (Breiman et al., 1984), and the Pareto front."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hydrodamp.errors import MethodError
 
 
 class Ranked(Protocol):
-    """What a row must know of itself to be ranked."""
+    """Protocol of rows that can be ranked."""
 
     @property
     def model(self) -> str:
@@ -24,19 +24,19 @@ class Ranked(Protocol):
 
     @property
     def n_coefficients(self) -> int:
-        """How many coefficients the model has."""
+        """Number of coefficients of the model."""
 
     @property
     def rms(self) -> float | None:
-        """The error; None where there is none that can be trusted."""
+        """The RMS error; None where there is none."""
 
     @property
     def rms_by_fold(self) -> tuple[float | None, ...]:
-        """The error of each run or fold that was held out."""
+        """The RMS error of each held-out segment or fold."""
 
     @property
     def converged(self) -> bool:
-        """Whether there is an error, and it is that of a fit that has settled."""
+        """Whether there is an RMS error, and the fit has converged."""
 
 
 Candidate = TypeVar("Candidate", bound=Ranked)
@@ -45,18 +45,18 @@ Candidate_co = TypeVar("Candidate_co", bound=Ranked, covariant=True)
 
 @dataclass(frozen=True)
 class Selection(Generic[Candidate]):
-    """The row to take, and why.
+    """The selected row, with the reason.
 
     Attributes
     ----------
     row : Row
-        The one of the fewest coefficients among those that are as good as the lowest error.
+        That of fewest coefficients among those within one standard error of the lowest error.
     runner_up : Row or None
-        The lowest error, or the second where that is chosen; None where no other can be ranked.
+        The lowest error, or the second where the lowest is selected; None for a single row.
     sentence : str
-        What was chosen, why, and how far the second is behind.
-    reservation : str
-        What was left out of the choice; empty where nothing was.
+        The selected row, the reason, and the margin to the runner-up.
+    caveat : str
+        Rows that were excluded; empty for none.
     """
 
     row: Candidate
@@ -65,76 +65,78 @@ class Selection(Generic[Candidate]):
     caveat: str = ""
 
     def __str__(self) -> str:
-        """Return the sentence and the reservation."""
+        """Return the sentence and the caveat."""
         return f"{self.sentence} {self.caveat}".rstrip()
 
 
 def select_row(rows: Iterable[Candidate], of: str = "") -> Selection[Candidate]:
-    """Choose the row of the fewest coefficients among those as good as the lowest error.
+    """Select the row of fewest coefficients within one standard error of the lowest error.
 
-    A row is as good where the runs or folds that were held out do not tell it from the lowest; the
-    lower error, then the earlier row, goes first. What the replays are of can be said in words.
+    Ties go to the lower error, then to the earlier row. ``of`` describes the replays in the
+    sentence.
     """
-    asked = list(rows)
-    scored = [row for row in asked if row.rms is not None]
+    requested = list(rows)
+    scored = [row for row in requested if row.rms is not None]
     if not scored:
         raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
     candidates = [row for row in scored if row.converged] or scored
     ranked = sorted(candidates, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
-    equal = [row for row in ranked if _as_good(row, ranked[0])]
-    row = min(equal, key=lambda row: row.n_coefficients)
-    left = len(asked) - len(candidates)
-    reservation = [] if row.converged else ["No fit has settled."]
-    if left:
-        reservation.append(f"Left out: {_replays(left)} that diverged, failed or did not settle.")
+    equivalent = [row for row in ranked if _is_equivalent(row, ranked[0])]
+    row = min(equivalent, key=lambda row: row.n_coefficients)
+    n_excluded = len(requested) - len(candidates)
+    caveats = [] if row.converged else ["No fit has converged."]
+    if n_excluded:
+        caveats.append(
+            f"Excluded: {_replays(n_excluded)} that diverged, failed or did not converge."
+        )
     return Selection(
         row=row,
-        runner_up=next((other for other in ranked if other is not row), None),
-        sentence=_simpler(row, ranked[0]) or _sentence(ranked, len(asked), of),
-        caveat=" ".join(reservation),
+        runner_up=next((each for each in ranked if each is not row), None),
+        sentence=_simpler(row, ranked[0]) or _sentence(ranked, len(requested), of),
+        caveat=" ".join(caveats),
     )
 
 
-def _as_good(row: Ranked, lowest: Ranked) -> bool:
-    """Compare the errors of two rows run by run: one standard error of the mean of log ratios.
+def _is_equivalent(row: Ranked, lowest: Ranked) -> bool:
+    """Whether the mean log ratio of the errors is within its standard error, paired by segment.
 
-    Runs differ in length and roughness far more than models do, so errors are paired, and taken as
-    ratios: else the roughest run alone would decide. The rule of one standard error is that of
-    Breiman et al., Classification and Regression Trees, 1984, section 3.4.3.
+    Segments differ in length and amplitude far more than models do, so errors are paired and taken
+    as ratios: else the largest amplitude would decide. The rule is that of Breiman et al.,
+    Classification and Regression Trees, 1984, section 3.4.3.
     """
-    parts = np.array([row.rms_by_fold, lowest.rms_by_fold], dtype=float)
-    if parts.shape[1] < 2 or not np.all(parts > 0.0):
+    errors = np.array([row.rms_by_fold, lowest.rms_by_fold], dtype=float)
+    if errors.shape[1] < 2 or not np.all(errors > 0.0):
         return rms_or_infinity(row) == rms_or_infinity(lowest)
-    ratio = np.log(parts[0] / parts[1])
+    ratio = np.log(errors[0] / errors[1])
     return bool(ratio.mean() <= ratio.std(ddof=1) / np.sqrt(ratio.size))
 
 
 def _simpler(row: Ranked, lowest: Ranked) -> str:
-    """Say why a row of fewer coefficients is taken, empty where the lowest error is."""
+    """Give the reason for a row other than the lowest error, else an empty string."""
     if row is lowest:
         return ""
     return (
-        f"{_named(row)}: {row.n_coefficients} coefficients, and the {len(row.rms_by_fold)} parts "
-        f"held out do not tell it from the lowest RMS error, that of {_named(lowest)} with "
-        f"{lowest.n_coefficients}."
+        f"{_row_text(row)}: {row.n_coefficients} coefficients; on the {len(row.rms_by_fold)} "
+        "held-out parts it is within one standard error of the lowest RMS error, "
+        f"{_row_text(lowest)} with {lowest.n_coefficients}."
     )
 
 
-def _sentence(ranked: Sequence[Ranked], asked: int, of: str) -> str:
-    """Say which row is first, by what, and how far the second is behind."""
-    named = [*map(_named, ranked[:2])]
-    if asked == 1:
-        return f"{named[0]}, which was compared with no other."
-    behind = "there is no runner-up"
+def _sentence(ranked: Sequence[Ranked], n_rows: int, of: str) -> str:
+    """Name the row of lowest error, and the runner-up with its margin."""
+    texts = [*map(_row_text, ranked[:2])]
+    if n_rows == 1:
+        return f"{texts[0]}, the only row."
+    runner_up = "there is no runner-up"
     if len(ranked) > 1:
-        error, other = map(rms_or_infinity, ranked[:2])
-        more = f", {100.0 * (other / error - 1.0):+.0f} %" if error else ""
-        behind = f"runner-up {named[1]}{more}"
-    return f"{named[0]}: lowest RMS error of {_replays(len(ranked))}{of}; {behind}."
+        lowest, second = map(rms_or_infinity, ranked[:2])
+        margin = f", {100.0 * (second / lowest - 1.0):+.0f} %" if lowest else ""
+        runner_up = f"runner-up {texts[1]}{margin}"
+    return f"{texts[0]}: lowest RMS error of {_replays(len(ranked))}{of}; {runner_up}."
 
 
 class Table(Protocol[Candidate_co]):
-    """Anything with rows that can be ranked: a comparison, a cross-validation."""
+    """A comparison or cross-validation: rows that can be ranked."""
 
     @property
     def rows(self) -> tuple[Candidate_co, ...]:
@@ -142,18 +144,18 @@ class Table(Protocol[Candidate_co]):
 
 
 def pareto_front(table: Table[Candidate]) -> tuple[Candidate, ...]:
-    """Return the rows that no other row beats in both error and complexity.
+    """Return the Pareto front of RMS error and number of coefficients.
 
     Parameters
     ----------
     table : Comparison or CrossValidation
-        Rows without an RMS error are left out: one that diverged beats nothing.
+        Rows without an RMS error are excluded.
 
     Returns
     -------
     rows : tuple of Row
         From the fewest coefficients to the lowest error; each has more coefficients
-        and a lower error than the one before. Of equal rows the first one is there.
+        and a lower error than the one before. Of equal rows the first is included.
 
     Examples
     --------
@@ -162,19 +164,19 @@ def pareto_front(table: Table[Candidate]) -> tuple[Candidate, ...]:
     ()
     """
     scored = [row for row in table.rows if row.rms is not None]
-    chosen: list[Candidate] = []
+    front: list[Candidate] = []
     for row in sorted(scored, key=lambda row: (row.n_coefficients, rms_or_infinity(row))):
-        if not chosen or rms_or_infinity(row) < rms_or_infinity(chosen[-1]):
-            chosen.append(row)
-    return tuple(chosen)
+        if not front or rms_or_infinity(row) < rms_or_infinity(front[-1]):
+            front.append(row)
+    return tuple(front)
 
 
 def rms_or_infinity(row: Ranked) -> float:
-    """Return the error of a row, infinite where it has none."""
+    """Return the RMS error of a row, infinite where there is none."""
     return float("inf") if row.rms is None else row.rms
 
 
-def _named(row: Ranked) -> str:
+def _row_text(row: Ranked) -> str:
     return f"{row.model} by {row.method} ({rms_or_infinity(row):.3g})"
 
 

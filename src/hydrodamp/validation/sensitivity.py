@@ -1,4 +1,4 @@
-"""How far coefficients move where the vehicle's own numbers are wrong."""
+"""Sensitivity of a fit to errors of the vehicle parameters, by finite differences of ±10 %."""
 
 from __future__ import annotations
 
@@ -16,17 +16,16 @@ from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.compare import Row, compare
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: How far each number is moved, as a share of it.
+#: Relative change of each parameter.
 RELATIVE_STEP = 0.1
 
-#: Share of the weight that W - B is taken to be for a neutral vehicle: trimming in the field is not
-#: much finer.
+#: W - B of a neutral vehicle as a share of the weight: the accuracy of ballasting in the field.
 NEUTRAL_TRIM = 0.01
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What an error of one number of the vehicle does; without a label nothing was identified."""
+    """Effect of a change of one vehicle parameter; without a label nothing was identified."""
 
     change: str
     label: str = ""
@@ -35,28 +34,28 @@ class Effect:
     rms: float | None = None
 
     def line(self, before: float | None) -> str:
-        """Return what happens, as a line."""
+        """Return the effect as a line of text."""
         if not self.label:
             return f"{self.change}: nothing could be identified"
-        many = "" if self.standard_errors is None else f", {self.standard_errors:.1f} std. errors"
+        scaled = "" if self.standard_errors is None else f", {self.standard_errors:.1f} std. errors"
         return (
             f"{self.change}: {_size(before)} -> {_size(self.rms)}; "
-            f"{self.label} by {100.0 * self.wrench_share:.1f} %{many}"
+            f"{self.label} by {100.0 * self.wrench_share:.1f} %{scaled}"
         )
 
 
 @dataclass(frozen=True)
 class VehicleSensitivity:
-    """How far a fit rests on the numbers of the vehicle.
+    """Sensitivity of a fit to the parameters of the vehicle.
 
     Attributes
     ----------
     model, method : str
         Their keys.
     rms : float or None
-        RMS error of the replay with the vehicle as it is; None where it diverged.
+        RMS error of the replay with the nominal vehicle; None where it diverged.
     effects : tuple of Effect
-        One a number of the vehicle that there is and that acts on a free axis.
+        One per non-zero parameter that acts on a free axis.
     """
 
     model: str
@@ -65,11 +64,11 @@ class VehicleSensitivity:
     effects: tuple[Effect, ...]
 
     def __str__(self) -> str:
-        """Return a line for each number."""
+        """Return one line per parameter."""
         lines = [f"  {effect.line(self.rms)}" for effect in self.effects]
         head = (
-            f"If the vehicle is wrong ({self.model} by {self.method}), RMS of the replay;\n"
-            "what moves most, in damping of its axis:"
+            f"Sensitivity to the vehicle ({self.model} by {self.method}): RMS of the replay;\n"
+            "largest change of a coefficient, as a share of the damping on its axis:"
         )
         return "\n".join([head, *lines])
 
@@ -81,22 +80,22 @@ def vehicle_sensitivity(
     model: DampingModel,
     method: Method,
 ) -> VehicleSensitivity:
-    """Identify and replay with each number of the vehicle moved by a tenth, both ways.
+    """Identify and replay with each parameter of the vehicle changed by ±10 %.
 
     Parameters
     ----------
     vehicle : Vehicle
-        As it is believed to be.
+        The nominal vehicle.
     train, test : Log
-        What to identify from, and what to replay.
+        Training and test data.
     model : DampingModel
-        Which terms.
+        The terms.
     method : Method
-        How.
+        The method with its settings.
 
     Returns
     -------
-    doubt : VehicleSensitivity
+    sensitivity : VehicleSensitivity
         For mass, added mass, W - B and r_G.
 
     Raises
@@ -111,17 +110,18 @@ def vehicle_sensitivity(
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> campaign = reenact(duration=10.0)
     >>> logs = campaign.train, campaign.test
-    >>> doubt = vehicle_sensitivity(campaign.vehicle, *logs, catalog["fossen"], LeastSquares())
-    >>> len(doubt.effects)
+    >>> report = vehicle_sensitivity(campaign.vehicle, *logs, catalog["fossen"], LeastSquares())
+    >>> len(report.effects)
     4
     """
-    wrong = tuple(variants(vehicle))
-    vehicles = [vehicle, *(one for _, moved in wrong for one in moved)]
-    first, *others = run_parallel(_row, [(one, train, test, model, method) for one in vehicles])
-    share = _shares(prepare(vehicle, train, model), first.fit)
-    pairs = zip(wrong, zip(others[::2], others[1::2], strict=True), strict=True)
-    effects = tuple(_effect(what, first.fit, pair, share) for (what, _), pair in pairs)
-    return VehicleSensitivity(first.model, first.method, first.rms, effects)
+    changes = tuple(variants(vehicle))
+    vehicles = [vehicle, *(variant for _, pair in changes for variant in pair)]
+    calls = [(variant, train, test, model, method) for variant in vehicles]
+    nominal, *rows = run_parallel(_row, calls)
+    share = _shares(prepare(vehicle, train, model), nominal.fit)
+    pairs = zip(changes, zip(rows[::2], rows[1::2], strict=True), strict=True)
+    effects = tuple(_effect(change, nominal.fit, pair, share) for (change, _), pair in pairs)
+    return VehicleSensitivity(nominal.model, nominal.method, nominal.rms, effects)
 
 
 def _row(vehicle: Vehicle, train: Log, test: Log, model: DampingModel, method: Method) -> Row:
@@ -131,25 +131,25 @@ def _row(vehicle: Vehicle, train: Log, test: Log, model: DampingModel, method: M
 
 
 def _shares(problem: Problem, fit: Fit) -> FloatArray:
-    """Return what share of the damping on its axis one unit of each coefficient makes."""
+    """Return the share of the damping on its axis per unit of each coefficient."""
     rows, axes = problem.equations.entries(fit.model)
     columns, n_known = problem.regressor(), problem.equations.n_known
     wrench = columns[:, n_known:] @ problem.matrix(fit.damping)[n_known:]
-    whole, own = np.linalg.norm(wrench, axis=0)[axes], np.linalg.norm(columns[:, rows], axis=0)
-    share: FloatArray = np.divide(own, whole, out=np.zeros(len(own)), where=whole > 0.0)
+    total, unit = np.linalg.norm(wrench, axis=0)[axes], np.linalg.norm(columns[:, rows], axis=0)
+    share: FloatArray = np.divide(unit, total, out=np.zeros(len(unit)), where=total > 0.0)
     return share
 
 
-def _effect(what: str, fit: Fit, found: tuple[Row, ...], share: FloatArray) -> Effect:
-    fits, errors = [fit, *(row.fit for row in found)], [row.rms for row in found]
-    if not fit.model.n_coefficients or not all(one.status.usable for one in fits):
-        return Effect(what)
-    ways = [np.abs(one.damping.coefficients - fit.damping.coefficients) for one in fits[1:]]
-    move = np.max(ways, axis=0)
+def _effect(change: str, fit: Fit, rows: tuple[Row, ...], share: FloatArray) -> Effect:
+    fits, errors = [row.fit for row in rows], [row.rms for row in rows]
+    if not fit.model.n_coefficients or not all(each.status.usable for each in (fit, *fits)):
+        return Effect(change)
+    moves = [np.abs(each.damping.coefficients - fit.damping.coefficients) for each in fits]
+    move = np.max(moves, axis=0)
     worst, covariance = int(np.argmax(move * share)), fit.damping.covariance
     variance = 0.0 if covariance is None else float(covariance[worst, worst])
     return Effect(
-        change=what,
+        change=change,
         label=fit.model.labels[worst],
         wrench_share=float(move[worst] * share[worst]),
         standard_errors=float(move[worst]) / variance**0.5 if variance > 0.0 else None,
@@ -158,20 +158,20 @@ def _effect(what: str, fit: Fit, found: tuple[Row, ...], share: FloatArray) -> E
 
 
 def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
-    """Move mass, added mass, W - B and r_G, one at a time, each where there is one to move."""
+    """Yield pairs of vehicles with changed mass, added mass, W - B and r_G, where non-zero."""
     added, mass = vehicle.added_mass, vehicle.mass_matrix
-    parts = {"mass and added mass": mass}
+    matrices = {"mass and added mass": mass}
     if added is not None:
-        parts = {"mass": mass - added, "added mass": added}
-    for name, part in parts.items():
-        if part.any():
+        matrices = {"mass": mass - added, "added mass": added}
+    for name, matrix in matrices.items():
+        if matrix.any():
             moved = (
-                _with_mass(vehicle, mass + way * part) for way in (-RELATIVE_STEP, RELATIVE_STEP)
+                _with_mass(vehicle, mass + s * matrix) for s in (-RELATIVE_STEP, RELATIVE_STEP)
             )
             yield f"{name} ±{100.0 * RELATIVE_STEP:g} %", tuple(moved)
     step = RELATIVE_STEP * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL_TRIM * vehicle.weight)
     if step and np.any(vehicle.free[[2, 3, 4]]):
-        trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - way) for way in (-step, step))
+        trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - change) for change in (-step, step))
         yield f"W - B ±{step:.2g} N", tuple(trimmed)
     center = vehicle.center_of_gravity
     if not center.any():
@@ -181,14 +181,14 @@ def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
         rigid = mass - added
         coupling[:3, 3:], coupling[3:, :3] = rigid[:3, 3:], rigid[3:, :3]
     shifted = (
-        replace(_with_mass(vehicle, mass + way * coupling), center_of_gravity=(1.0 + way) * center)
-        for way in (-RELATIVE_STEP, RELATIVE_STEP)
+        replace(_with_mass(vehicle, mass + s * coupling), center_of_gravity=(1.0 + s) * center)
+        for s in (-RELATIVE_STEP, RELATIVE_STEP)
     )
     yield f"r_G ±{100.0 * RELATIVE_STEP:g} %", tuple(shifted)
 
 
 def _with_mass(vehicle: Vehicle, mass_matrix: FloatArray) -> Vehicle:
-    """Another mass matrix; which part of it is added mass is no longer of interest."""
+    """Replace the mass matrix; the added mass is then unspecified."""
     return replace(vehicle, mass_matrix=mass_matrix, added_mass=None)
 
 

@@ -393,7 +393,7 @@ def _unit(direction: Sequence[float]) -> tuple[float, ...]:
         raise VehicleError("`direction` must not be zero; got (0, 0, 0)")
     if abs(length - 1.0) > 1e-12:
         vector = vector / length
-    return tuple(float(part) for part in vector)
+    return tuple(float(component) for component in vector)
 
 
 def _increasing(curve: Rows) -> tuple[tuple[float, ...], ...]:

@@ -185,11 +185,11 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
         raise VehicleError(
             f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
-    if other := wrong_kind_message(content, source, "vehicle"):
-        raise VehicleError(other)
-    found = validate(VehicleFile, content, source, VehicleError)
+    if message := wrong_kind_message(content, source, "vehicle"):
+        raise VehicleError(message)
+    document = validate(VehicleFile, content, source, VehicleError)
     try:
-        return found.vehicle()
+        return document.vehicle()
     except VehicleError as error:
         raise VehicleError(f"{source}: {error}") from error
 
@@ -237,11 +237,11 @@ def _plain(value: Any) -> Any:
         return _entry(value)
     if isinstance(value, np.ndarray):
         return value.tolist()
-    return [_plain(part) for part in value] if isinstance(value, tuple) else value
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
 def _without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Return a vehicle file with zeros where a locked axis left something empty."""
+    """Replace empty values of locked axes by zero."""
     axes = content.get("axes")
     locked = {i for i, axis in enumerate(AXES) if isinstance(axes, list) and axis not in axes}
     planar = locked >= {2, 3, 4}
@@ -252,33 +252,37 @@ def _without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:
     if planar:
         filled = {"weight": 0.0, "buoyancy": 0.0} | filled
     for key in ("center_of_gravity", "center_of_buoyancy"):
-        filled[key] = _filled(filled.get(key, [0.0] * 3), {2} if planar else ())
+        filled[key] = _fill_locked(filled.get(key, [0.0] * 3), {2} if planar else ())
     for key in ("added_mass", "mass_matrix"):
         if isinstance(filled.get(key), list) and len(filled[key]) == 6:
-            filled[key] = _filled(filled[key], locked)
+            filled[key] = _fill_locked(filled[key], locked)
     if isinstance(body := filled.get("rigid_body"), dict) and "inertia" in body:
-        turned = {i - 3 for i in locked}
-        given = [0.0] * 3 if body["inertia"] is None and turned >= {0, 1, 2} else body["inertia"]
-        filled["rigid_body"] = {**body, "inertia": _filled(given, turned)}
+        rotations = {i - 3 for i in locked}
+        inertia = (
+            [0.0] * 3 if body["inertia"] is None and rotations >= {0, 1, 2} else body["inertia"]
+        )
+        filled["rigid_body"] = {**body, "inertia": _fill_locked(inertia, rotations)}
     return filled
 
 
-def _filled(given: Any, locked: Collection[int]) -> Any:
-    """Return a list or a table with zeros for what is empty in locked rows and columns."""
-    if not isinstance(given, list):
-        return given
-    zero = [0.0] * len(given) if any(isinstance(part, list) for part in given) else 0.0
+def _fill_locked(values: Any, locked: Collection[int]) -> Any:
+    """Replace None by zero in locked rows and columns of a list or a matrix."""
+    if not isinstance(values, list):
+        return values
+    zero = [0.0] * len(values) if any(isinstance(item, list) for item in values) else 0.0
     return [
-        zero if part is None and i in locked else _filled(part, range(6) if i in locked else locked)
-        for i, part in enumerate(given)
+        zero
+        if item is None and i in locked
+        else _fill_locked(item, range(6) if i in locked else locked)
+        for i, item in enumerate(values)
     ]
 
 
-def _read(name: str) -> Vehicle:
+def _read_fleet_vehicle(name: str) -> Vehicle:
     return parse_vehicle(fleet_text(name), source=name)
 
 
-fleet = PackageData(Path(__file__).parent / "fleet", _read)
+fleet = PackageData(Path(__file__).parent / "fleet", _read_fleet_vehicle)
 """The vehicles that come with the package."""
 
 

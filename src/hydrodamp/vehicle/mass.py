@@ -57,7 +57,7 @@ def checked_mass_matrix(matrix: npt.ArrayLike, axes: Sequence[str] = AXES) -> Fl
     free = np.array([AXES.index(axis) for axis in axes])
     full = _six_by_six(matrix, free)
     block = full[np.ix_(free, free)]
-    names = [VELOCITIES[place] for place in free]
+    names = [VELOCITIES[index] for index in free]
     gap = np.abs(block - block.T)
     if gap.max() > SYMMETRY_TOLERANCE * np.abs(block).max():
         i, j = divmod(int(np.argmax(gap)), len(axes))

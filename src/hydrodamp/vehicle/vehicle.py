@@ -161,8 +161,8 @@ class Vehicle:
         >>> [round(float(m), 1) for m in vehicle.mass_matrix.diagonal()[:3]]
         [31.6, 59.0, 59.0]
         """
-        for what, size in (("length", length), ("diameter", diameter), ("mass", mass)):
-            checked_number(size, what, positive=True)
+        for name, size in (("length", length), ("diameter", diameter), ("mass", mass)):
+            checked_number(size, name, positive=True)
         weight = mass * STANDARD_GRAVITY
         lift = weight if buoyancy is None else buoyancy
         inertia = hull_inertia(length, diameter, mass)
@@ -210,7 +210,7 @@ class Vehicle:
             H(M nu) nu and a recorded wrench; terms without any are left out.
         """
         columns = [*zip(map(Term.parse, DOWN), self.restoring_matrix.T, strict=True)]
-        columns += [column for one in self.actuators for column in one.regressor_terms()]
+        columns += [column for actuator in self.actuators for column in actuator.regressor_terms()]
         sums: dict[Term, FloatArray] = {}
         for term, wrench in columns:
             sums[term] = sums.get(term, 0.0) + wrench
@@ -254,8 +254,10 @@ class Vehicle:
             [m/s]; the mean of several propellers, None where none knows its
             own or no propeller speed was recorded.
         """
-        propellers = [one for one in self.actuators if isinstance(one, Propeller)]
-        speeds = [one.propulsion_speed(commands) for one in propellers if one.command in commands]
+        propellers = [each for each in self.actuators if isinstance(each, Propeller)]
+        speeds = [
+            each.propulsion_speed(commands) for each in propellers if each.command in commands
+        ]
         known = [speed for speed in speeds if speed is not None]
         return sum(known[1:], known[0]) / len(known) if known else None
 
@@ -311,7 +313,7 @@ class Vehicle:
         return np.asarray(regressor @ np.reshape([*known.values()], (-1, 6)))
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether every field is the same."""
+        """Whether all fields are equal."""
         return isinstance(other, Vehicle) and _values(self) == _values(other)
 
     def __hash__(self) -> int:
@@ -348,22 +350,22 @@ def checked_axes(axes: Iterable[str]) -> tuple[str, ...]:
 
 
 def _values(vehicle: Vehicle) -> list[Any]:
-    given = (getattr(vehicle, field.name) for field in fields(vehicle))
-    return [value.tolist() if isinstance(value, np.ndarray) else value for value in given]
+    values = (getattr(vehicle, field.name) for field in fields(vehicle))
+    return [value.tolist() if isinstance(value, np.ndarray) else value for value in values]
 
 
 def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
     """Return actuators whose channels do not collide."""
     raw = {name for actuator in actuators for name in actuator.commands}
-    seen: set[str] = set()
+    names: set[str] = set()
     for name in (name for actuator in actuators for name in actuator.derived):
-        if name in seen or name in raw:
-            other = "a command" if name in raw else "another actuator's channel"
+        if name in names or name in raw:
+            owner = "a command" if name in raw else "another actuator's channel"
             raise VehicleError(
-                f"`actuators`: the channel `{name}` has the name of {other}; give the actuator "
+                f"`actuators`: the channel `{name}` has the name of {owner}; give the actuator "
                 "a `name` of its own"
             )
-        seen.add(name)
+        names.add(name)
     return actuators
 
 

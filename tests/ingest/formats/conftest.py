@@ -31,20 +31,20 @@ def dive(dataflash: Dataflash) -> Dataflash:
     log.define(142, "MSG", "QZ", "TimeUS,Message")
     log.define(143, "ALL", "QbhiqBHIdfgcCeEL", "TimeUS,b,h,i,q,B,H,I,d,f,g,c,C,e,E,L")
     for letter, label in (("s", b"s"), ("d", b"deg"), ("#", b"instance"), ("E", b"rad/s")):
-        log.put("UNIT", 0, ord(letter), label)
+        log.write_message("UNIT", 0, ord(letter), label)
     for letter, scale in (("F", 1e-6), ("0", 1.0), ("-", 0.0), ("C", 1e-3)):
-        log.put("MULT", 0, ord(letter), scale)
-    log.put("FMTU", 0, 140, b"sddd", b"F000")
-    log.put("FMTU", 0, 141, b"s#EE", b"F-0C")
-    log.put("MSG", 900_000, "ArduSub V4.1 °".encode())
+        log.write_message("MULT", 0, ord(letter), scale)
+    log.write_message("FMTU", 0, 140, b"sddd", b"F000")
+    log.write_message("FMTU", 0, 141, b"s#EE", b"F-0C")
+    log.write_message("MSG", 900_000, "ArduSub V4.1 °".encode())
     for k in range(20):
         time = 1_000_000 + 100_000 * k
-        log.put("ATT", time, 0.01 * k, -0.02 * k, 350 + 0.5 * k)
-        log.put("IMU", time + 1, 0, 0.5 * k, 1.0)
-        log.put("IMU", time + 2, 1, 0.25 * k, 2.0)
-    whole = (-5, -500, -70_000, -(2**40), 250, 60_000, 2**31)
+        log.write_message("ATT", time, 0.01 * k, -0.02 * k, 350 + 0.5 * k)
+        log.write_message("IMU", time + 1, 0, 0.5 * k, 1.0)
+        log.write_message("IMU", time + 2, 1, 0.25 * k, 2.0)
+    integers = (-5, -500, -70_000, -(2**40), 250, 60_000, 2**31)
     scaled = (-1.25, 300.5, -70.01, 9e4, 58.1234567)
-    log.put("ALL", 3_000_000, *whole, 1 / 3, 0.1, 0.25, *scaled)
+    log.write_message("ALL", 3_000_000, *integers, 1 / 3, 0.1, 0.25, *scaled)
     return log
 
 
@@ -65,7 +65,7 @@ def ulog(path: Path, n: int = 10, *, dropout: bool = False, instances: int = 1) 
         for instance in range(instances):
             log.send(instance, 1_000_000 + 100_000 * k, "4fB", 1.0, 0.1 * k, 0.0, instance, k)
         if dropout and k == 3:
-            log.put("O", struct.pack("<H", 250))
+            log.write_message("O", struct.pack("<H", 250))
     log.send(9, 1_000_000, "80f", *range(80))
     return log.save(path)
 

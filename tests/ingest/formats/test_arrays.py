@@ -102,7 +102,7 @@ def test_structures_of_numpy_are_taken_apart(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", rows)
     for name, stem in (("a.npz", "log."), ("a.npy", "")):
         (topic,) = files.read_files(tmp_path / name).topics
-        assert [*topic.fields] == [f"{stem}{one}" for one in ("t", "v[0]", "v[1]", "v[2]")]
+        assert [*topic.fields] == [f"{stem}{item}" for item in ("t", "v[0]", "v[1]", "v[2]")]
 
 
 @pytest.mark.parametrize("userblock", [0, 512])

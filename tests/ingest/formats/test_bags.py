@@ -19,12 +19,12 @@ def one_by_one(path: Path) -> dict[str, list[Any]]:
     """The messages of a bag as rosbags reads them."""
     from rosbags.highlevel import AnyReader
 
-    found: dict[str, list[Any]] = {}
+    messages_by_topic: dict[str, list[Any]] = {}
     with AnyReader([path]) as bag:
         for connection, time, raw in bag.messages():
             message = bag.deserialize(raw, connection.msgtype)
-            found.setdefault(connection.topic, []).append((time, message))
-    return found
+            messages_by_topic.setdefault(connection.topic, []).append((time, message))
+    return messages_by_topic
 
 
 @pytest.mark.parametrize("kind", ["MCAP", "SQLITE3", "ROS1"])
@@ -37,10 +37,10 @@ def test_fields_are_those_of_rosbags(tmp_path: Path, bag: Any, kind: str) -> Non
     expected = one_by_one(path)["/dvl"]
     np.testing.assert_allclose(topic.time, [time / 1e9 for time, _ in expected], rtol=1e-15)
     messages = [message for _, message in expected]
-    for part in ("linear", "angular"):
+    for vector_name in ("linear", "angular"):
         for axis in "xyz":
-            values = [getattr(getattr(it.twist, part), axis) for it in messages]
-            assert topic.fields[f"twist.{part}.{axis}"].tolist() == values
+            values = [getattr(getattr(it.twist, vector_name), axis) for it in messages]
+            assert topic.fields[f"twist.{vector_name}.{axis}"].tolist() == values
     stamps = [it.header.stamp.sec + it.header.stamp.nanosec / 1e9 for it in messages]
     assert topic.fields["header.stamp"].tolist() == stamps
     assert topic.units == {"header.stamp": "s"}
@@ -144,12 +144,12 @@ def test_long_arrays_and_large_messages_are_left_out(tmp_path: Path, bag: Any) -
     text = "float64[100] fixed\nint32[] free\na/Part[] parts\nfloat32 last"
     bag.modern.register(typesys.get_types_from_msg("string name\nint16 n", "a/msg/Part"))
     bag.modern.register(typesys.get_types_from_msg(text, "a/msg/Long"))
-    part = bag.modern.types["a/msg/Part"]
+    part_type = bag.modern.types["a/msg/Part"]
     message = bag.modern.types["a/msg/Long"](
         fixed=np.zeros(100),
         free=np.zeros(70, "i4"),
         last=2.5,
-        parts=[part(name="x" * (k % 3), n=k) for k in range(65)],
+        parts=[part_type(name="x" * (k % 3), n=k) for k in range(65)],
     )
     heavy = bag.modern.types["a/msg/Long"](
         fixed=np.zeros(100), free=np.zeros(20_000, "i4"), last=2.5, parts=[]
@@ -177,6 +177,6 @@ def test_broken_messages_are_noted_and_left_out(tmp_path: Path, bag: Any, monkey
     monkeypatch.setattr(bag.modern, "serialize_cdr", lambda *it: pack(*it)[: next(sizes)])
     recording = rosbag.read_file(bag.ros2(tmp_path / "dive", bag.twists(4)))
     assert recording.topics[0].fields["twist.linear.x"].tolist() == [0.0, 0.03]
-    assert "2 messages end before their fields do" in recording.notes[0]
-    with pytest.raises(ValueError, match="1 messages end before their fields do"):
+    assert "2 messages are truncated" in recording.notes[0]
+    with pytest.raises(ValueError, match="1 messages are truncated"):
         rosbag.read_file(bag.ros2(tmp_path / "other", bag.twists(1)))

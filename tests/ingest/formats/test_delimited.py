@@ -97,8 +97,8 @@ def test_any_spelling_gives_the_same_numbers(
 def test_names_and_units_of_columns(
     read: Read, reader: str, head: str, names: str, units: dict[str, str]
 ) -> None:
-    places = range(names.count("|") + 1)
-    rows = "".join(",".join(str(row + place) for place in places) + "\n" for row in range(2))
+    columns = range(names.count("|") + 1)
+    rows = "".join(",".join(str(row + column) for column in columns) + "\n" for row in range(2))
     topic = read(f"{head}\n{rows}").topics[0]
     assert "|".join(topic.fields) == names
     assert topic.units == units
@@ -120,7 +120,7 @@ def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
     assert topic.units == {"when": "s"}
     assert np.isnan(topic.fields["none"]).all()
     np.testing.assert_array_equal(topic.fields["u"], [1, np.nan, 3])
-    assert recording.notes == ("column `when` holds dates or times of day, read in seconds",)
+    assert recording.notes == ("column `when` holds dates or times of day; it is read in seconds",)
 
 
 def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: str) -> None:

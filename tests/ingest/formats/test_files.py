@@ -66,7 +66,7 @@ def test_a_missing_reader_is_named_with_its_command(
     (tmp_path / name).write_bytes(content)
     with pytest.raises(FileError) as caught:
         files.read_files(tmp_path / name)
-    assert f"the package {package}, is not installed" in str(caught.value)
+    assert f"the package {package}, which" in str(caught.value)
     assert 'pip install "hydrodamp[logs]"' in str(caught.value)
 
 
@@ -102,16 +102,16 @@ def test_topics_of_unequal_fields_cannot_be() -> None:
 @pytest.fixture
 def bars(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int, list[int]]]:
     """Every bar of a reader: its label, its total and the steps it was told."""
-    shown: list[tuple[str, int, list[int]]] = []
+    bars: list[tuple[str, int, list[int]]] = []
 
     @contextmanager
     def progress(label: str, total: int) -> Iterator[Callable[[int], None]]:
-        shown.append((label, total, []))
-        yield shown[-1][2].append
+        bars.append((label, total, []))
+        yield bars[-1][2].append
 
     for module in (content, rosbag):
         monkeypatch.setattr(module, "progress", progress)
-    return shown
+    return bars
 
 
 @pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.alog", "log.parquet", "log.h5"])

@@ -33,8 +33,8 @@ def answers(read: Callable[[Path], Any], path: Path) -> Any:
     try:
         return read(path)
     except (LogError, FileError) as error:
-        told = str(error)
-    assert path.name in told
+        message = str(error)
+    assert path.name in message
     return None
 
 

@@ -41,7 +41,7 @@ def test_a_log_holds_what_the_autopilot_said(tmp_path, vehicle):
     assert attitude.fields["yawspeed"].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert attitude.units["yawspeed"] == "rad/s"
     assert attitude.time.tolist() == [1.7e9 + 0.1 * k for k in range(5)]
-    assert recording.notes == ("5 messages are of others than the autopilot; left out",)
+    assert recording.notes == ("5 messages come from other senders than the autopilot; skipped",)
 
 
 def test_the_clock_of_servo_outputs_runs_on_after_71_minutes(vehicle):
@@ -85,7 +85,7 @@ def test_damage_is_noted_and_what_stands_before_it_is_read(tmp_path, vehicle):
     assert recording.topic("ATTITUDE").fields["time_boot_ms"].tolist() == [0, 1, 3, 4]
     assert recording.notes == (
         f"{2 * size} of {6 * size} bytes are damaged, the first at byte {2 * size};"
-        " the packets that they belong to were left out",
+        " their packets were skipped",
     )
 
 
@@ -97,12 +97,12 @@ def test_a_damaged_byte_costs_its_packet_and_no_other(tmp_path, vehicle):
         else vehicle.named_value_float_encode(50 * k, b"rpm", 7.5).pack(vehicle)
         for k in range(n)
     ]
-    whole = stamped([(50_000 * k, packet) for k, packet in enumerate(sent)])
+    intact = stamped([(50_000 * k, packet) for k, packet in enumerate(sent)])
     starts = np.cumsum([0, *(8 + len(packet) for packet in sent)]).tolist()
     path = tmp_path / "dive.tlog"
     damaged = np.random.default_rng(34)
     for offset in [*range(6), *range(8, 20), *damaged.integers(20, 36, 8).tolist()]:
-        broken = bytearray(whole)
+        broken = bytearray(intact)
         broken[starts[100] + offset] ^= 0xFF
         path.write_bytes(broken)
         recording = files.read_files(path)
@@ -110,8 +110,8 @@ def test_a_damaged_byte_costs_its_packet_and_no_other(tmp_path, vehicle):
         assert len(recording.notes) == 1, recording.notes
     # Three bytes of the stamp's front, and one that is inserted or lost, shift what follows.
     for broken in (
-        whole[: starts[100] + 5] + b"\xfd" + whole[starts[100] + 5 :],
-        whole[: starts[100] + 15] + whole[starts[100] + 16 :],
+        intact[: starts[100] + 5] + b"\xfd" + intact[starts[100] + 5 :],
+        intact[: starts[100] + 15] + intact[starts[100] + 16 :],
     ):
         path.write_bytes(broken)
         assert sum(topic.n for topic in files.read_files(path).topics) == n - 1
@@ -127,7 +127,7 @@ def test_messages_that_no_dialect_defines_are_counted(tmp_path, vehicle):
     recording = files.read_files(path)
     assert recording.topic("ATTITUDE").n == 2
     if unknown[0] == 0xFD:
-        assert recording.notes == ("1 packets are of messages that no dialect defines; left out",)
+        assert recording.notes == ("1 packets have an unknown message type; skipped",)
 
 
 def test_a_log_without_an_autopilot_is_refused(tmp_path):

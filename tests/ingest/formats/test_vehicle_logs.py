@@ -44,7 +44,7 @@ def test_messages_that_break_their_own_format(
     dive.put("ATT", 9_000_000, 1.0, 2.0, 3.0)
     recording = ardupilot.read_file(dive.save(tmp_path / "dive.bin"))
     assert recording.topic("ATT").n == 21
-    assert "messages BAD do not fit their own format; left out" in recording.notes
+    assert "messages BAD do not match their FMT message; they were skipped" in recording.notes
 
 
 def test_dataflash_in_text(tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
     assert attitude.time.tolist() == [1.0, 1.1]
     assert recording.topic("MSG").texts["Message"] == ("ArduSub",)
     assert recording.topic("XKF1[0]").fields["VN"].tolist() == [1.0, 3.0]  # cores without units
-    assert "line 9 and 1 more fit no format of the log; passed over" in recording.notes
+    assert "line 9 and 1 more match no FMT message of the log; skipped" in recording.notes
 
 
 def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
@@ -110,10 +110,10 @@ def test_what_pyulog_finds_damaged_is_noted(tmp_path: Path, write_ulog: Any) -> 
     pytest.importorskip("pyulog")
     path = write_ulog(tmp_path / "dive.ulg")
     content = path.read_bytes()
-    place = content.rindex(b"big") + 3
-    path.write_bytes(content[:place] + b"\x02\x00D\xff\xff" + content[place:])
+    offset = content.rindex(b"big") + 3
+    path.write_bytes(content[:offset] + b"\x02\x00D\xff\xff" + content[offset:])
     recording = px4.read_file(path)
-    assert any("in places" in note for note in recording.notes)
+    assert any("pyulog skipped" in note for note in recording.notes)
 
 
 MOOS = """\

@@ -9,12 +9,12 @@ import pytest
 
 from hydrodamp.data.log import Log
 from hydrodamp.ingest.inspection.probe import Inspection, inspect, probe
-from hydrodamp.ingest.inspection.quality_report import verdict
+from hydrodamp.ingest.inspection.quality_report import report_quality
 from hydrodamp.ingest.read import read_recording
-from strangers import FLIP, Truth, named, write
+from strangers import FLIP, Truth, name_columns, write
 
 TRUTH = Truth()
-UNDECIDED = "Nothing in this log decides which way is down"
+UNDECIDED = "The direction of z is undetermined"
 DEPTH, FORCE, NONE = {"depth": TRUTH.place[:, 2]}, "force", {}
 MAPPING = """
 frame: {frame}
@@ -28,8 +28,8 @@ commands: {{rudder: rudder}}
 
 def motion(turn: np.ndarray) -> dict[str, np.ndarray]:
     """Return the dive under its canonical names, y and z turned or not."""
-    it, angles = TRUTH, named("roll pitch yaw", TRUTH.angles * turn)
-    both = named("u v w p q r", np.hstack((it.body * turn, it.rates * turn)))
+    it, angles = TRUTH, name_columns("roll pitch yaw", TRUTH.angles * turn)
+    both = name_columns("u v w p q r", np.hstack((it.body * turn, it.rates * turn)))
     return {"time": it.time, **angles, **both, "rudder": it.rudder}
 
 
@@ -46,14 +46,14 @@ def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = N
 def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: Path) -> None:
     columns = motion(turn)
     if beside == FORCE:
-        columns |= named("fx fy fz", TRUTH.force * turn)
+        columns |= name_columns("fx fy fz", TRUTH.force * turn)
     elif beside is DEPTH:
         columns |= DEPTH
     found = judged(tmp_path, columns).report
     assert found is not None
     if beside is NONE:
-        assert UNDECIDED in found.report_quality
-        assert "rudder rising moves it" in found.frame
+        assert UNDECIDED in found.verdict
+        assert "increasing rudder moves the vehicle" in found.frame
         return
     assert UNDECIDED not in found.frame
     assert found.is_usable == (turn[2] > 0)
@@ -71,7 +71,7 @@ def test_a_mapping_of_the_wrong_frame(frame: str, tmp_path: Path) -> None:
 
 
 def test_positions_with_their_unit_are_no_commands(tmp_path: Path) -> None:
-    place = named("x_m y_m z_m", TRUTH.place * FLIP)
+    place = name_columns("x_m y_m z_m", TRUTH.place * FLIP)
     found = judged(tmp_path, motion(FLIP) | place).report
     assert found is not None
     assert [one.channel for one in found.issues] == ["x_m y_m z_m"]
@@ -87,6 +87,6 @@ def test_a_wrench_against_its_sign(sign: float) -> None:
     for k in range(len(time) - 1):
         heave[k + 1] = heave[k] + 0.1 * (0.2 * force[k] - 0.5 * heave[k])
     wrench = np.outer(sign * 10 * force, (0, 0, 1, 0, 0, 0))
-    found = verdict(Log.from_arrays(time, {"w": heave}, wrench=wrench))
-    against = [one.channel for one in found.issues if one.problem == "pushes against its sign"]
+    found = report_quality(Log.from_arrays(time, {"w": heave}, wrench=wrench))
+    against = [one.channel for one in found.issues if one.problem == "acts against its sign"]
     assert against == ([] if sign > 0 else ["Z"])

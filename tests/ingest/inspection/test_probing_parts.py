@@ -47,7 +47,7 @@ def test_a_topic_without_a_message_hinders_no_joining() -> None:
     time, nothing = np.arange(50.0), Topic("/none", np.empty(0), {"u": np.empty(0)})
     pose, fins = Topic("/pose", time, {"x": time}), Topic("/fins", time, {"rudder": time})
     made = [Recording((one, nothing), name, "") for one, name in ((pose, "a"), (fins, "b"))]
-    assert describe_join([replace(made[0], topics=(pose,)), made[1]]).startswith("`a+b` makes one")
+    assert describe_join([replace(made[0], topics=(pose,)), made[1]]).startswith("`a+b` ")
     assert describe_join([Recording((nothing,), "c", ""), made[1]]) == ""
 
 

@@ -9,7 +9,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.inspection.names import guess_role
 from hydrodamp.ingest.inspection.probe import probe
-from strangers import FLIP, Truth, named
+from strangers import FLIP, Truth, name_columns
 
 TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]
@@ -107,7 +107,7 @@ def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
     columns = {"t": time, "tau_X": 10 * np.sin(time), "tau_Y": 9 * np.sin(time), "tau_N": time % 7}
     table = Topic("", None, columns, units={"tau_N": "psi"})
     text = probe(Recording((table,), "a.csv", "text")).draft.text
-    assert "N: {value: 0.0}    # `tau_N` is left out" in text
+    assert "N: {value: 0.0}    # `tau_N` is omitted" in text
     assert "Z: {value: 0.0}    # not recorded" in text
 
 
@@ -142,10 +142,10 @@ def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
     """Attitude and velocity with z up, rates in deg/s with z down."""
     recording = table(
         t_ms=1000 * dive.time + 1e6,
-        **named("qw qx qy qz", dive.q_ned * (1, 1, -1, -1)),
-        **named("gyro_x gyro_y gyro_z", np.degrees(dive.rates)),
-        **named("vx vy vz", dive.body * FLIP),
-        **named("x y z", dive.place * FLIP),
+        **name_columns("qw qx qy qz", dive.q_ned * (1, 1, -1, -1)),
+        **name_columns("gyro_x gyro_y gyro_z", np.degrees(dive.rates)),
+        **name_columns("vx vy vz", dive.body * FLIP),
+        **name_columns("x y z", dive.place * FLIP),
         acc_z=9.81 + 0.1 * np.sin(dive.time),
         rpm=dive.rudder,
     )
@@ -166,9 +166,9 @@ def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
     recording = table(
         time_s=dive.time,
         **dive.euler(),
-        **named("vx vy vz", dive.body * FLIP),
-        **named("p q r", dive.rates),
-        **named("x y z", dive.place),
+        **name_columns("vx vy vz", dive.body * FLIP),
+        **name_columns("p q r", dive.rates),
+        **name_columns("x y z", dive.place),
         depth=dive.place[:, 2] + 3,
     )
     found = probe(recording)
@@ -202,14 +202,14 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table) -> None:
 
 def test_a_rudder_that_stands_still_stays_in_the_draft(table: Table, dive) -> None:
     text = probe(table(t=dive.time, r=dive.rates[:, 2], rudder=0 * dive.time)).draft.text
-    assert "rudder: rudder    # 85 %: still in this run" in text
+    assert "rudder: rudder    # 85 %: constant in this run" in text
 
 
 @pytest.mark.parametrize(("axes", "flip"), [("FRD", 1.0), ("FLU", FLIP)])
 def test_depth_tells_which_way_is_down(dive, axes: str, flip: np.ndarray) -> None:
     topics = (
-        Topic("dvl", dive.time, named("v_x v_y v_z", dive.body * flip)),
-        Topic("ahrs", dive.time, named("roll pitch yaw", dive.angles * flip)),
+        Topic("dvl", dive.time, name_columns("v_x v_y v_z", dive.body * flip)),
+        Topic("ahrs", dive.time, name_columns("roll pitch yaw", dive.angles * flip)),
         Topic("ctd", dive.time[::2], {"depth": dive.place[::2, 2]}),
     )
     upright = probe(Recording(topics, "dive", "text in columns")).roles.vertical_axis
@@ -221,7 +221,7 @@ def test_bad_rows_are_left_out_and_flagged(dive) -> None:
     good = np.ones(len(dive.time))
     good[100:140] = 0.0
     speed = np.where(good[:, np.newaxis] == 1.0, dive.body, -32.768)
-    fields = named("v_x v_y v_z", speed)
+    fields = name_columns("v_x v_y v_z", speed)
     recording = Recording(
         (
             Topic("dvl.velocity", dive.time, {**fields, "data_good": good}),

@@ -12,7 +12,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection.probe import inspect, omit_applied_steps, probe
-from hydrodamp.ingest.inspection.quality_report import verdict
+from hydrodamp.ingest.inspection.quality_report import report_quality
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -23,7 +23,7 @@ def test_steps_and_changes_stay_within_segments() -> None:
     log = Log.from_arrays(
         np.tile([0.0, 0.1, 0.3], 2), np.ones((6, 6)), commands=commands, segment=names
     )
-    found = verdict(log)
+    found = report_quality(log)
     assert [part.longest_step for part in found.segments] == [0.3 - 0.1] * 2
     assert found.commands[0].n_changes == 2
     assert found.source == "in memory"
@@ -40,8 +40,8 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
         acceleration=waves,
         specific_force=np.tile([0.0, 0.0, -9.81], (1000, 1)),
     )
-    judged = verdict(log)
-    assert judged.report_quality == "Fit for the job."
+    judged = report_quality(log)
+    assert judged.verdict == "Suitable for identification."
     assert judged.frame.startswith("FRD by 99 %: 100% of the specific force points towards -z")
     assert judged.recorded == ("attitude", "acceleration", "wrench", "specific_force")
 
@@ -75,7 +75,7 @@ def test_a_current_is_minded() -> None:
         {"u": surge + noise[0], "v": sway + noise[1], "r": 0.02 + 0 * time},
         attitude=quaternion_from_euler(np.column_stack((0 * yaw, 0 * yaw, yaw))),
     )
-    (said,) = [each for each in verdict(log).remarks if "current" in each]
+    (said,) = [each for each in report_quality(log).remarks if "current" in each]
     assert "0.3 m/s" in said
     assert "`subtract_current`" in said
 
@@ -84,18 +84,18 @@ def test_a_current_is_minded() -> None:
 def test_what_can_be_derived_is_counted(has: bool) -> None:
     yaw = np.sin(TIME)
     attitude = quaternion_from_euler(np.column_stack((0 * yaw, 0.2 * np.cos(0.6 * TIME), yaw)))
-    said = verdict(Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None))
+    said = report_quality(Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None))
     assert any("yaw" in each for each in said.identifiable) is has
 
 
 def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
-    log = verdict(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
+    log = report_quality(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
     one = QualityIssue(
         "yaw", "leaps", "once", remedy="write `steps: [remove_attitude_outliers]` in the mapping"
     )
     found = omit_applied_steps(replace(log, issues=(one,)), (remove_attitude_outliers,))
-    assert "`remove_attitude_outliers` in the mapping leaves it" in str(found.issues[0])
+    assert "`remove_attitude_outliers` of the mapping" in str(found.issues[0])
     assert "write `steps" not in str(found.issues[0])
     assert any("`rates_from_attitude`, `velocity" in each for each in log.missing)
     there = omit_applied_steps(log, (rates_from_attitude,))
-    assert any("`rates_from_attitude` (there already)" in each for each in there.missing)
+    assert any("`rates_from_attitude` (already applied)" in each for each in there.missing)

@@ -52,14 +52,14 @@ def test_canonical_names_need_no_mapping(tmp_path: Path, suffix: str) -> None:
     assert log.velocity_names == ("u", "r")
     assert log.velocity[:, 5].tolist() == COLUMNS["r"].tolist()
     assert log.command_names == ("rudder",)
-    assert [part.name for part in log.segments] == ["dive"]
+    assert [segment.name for segment in log.segments] == ["dive"]
 
 
 def test_topics_need_a_mapping(tmp_path: Path) -> None:
     topics = tuple(Topic(f"/t{k}", [0.0, 1.0], {"u": [1.0, 1.0]}) for k in range(10))
     with pytest.raises(
         LogError,
-        match=r"/t7, ... and 2 more topics; a mapping must say .* or take a preset: ardusub",
+        match=r"/t7, ... and 2 more topics; a mapping is required .* preset: ardusub",
     ):
         canonical_record(Recording(topics, "dive.bag", "a test"))
     table = Topic("", [0.0, 1.0], {"u": [1.0, 1.0], "segment": [1.0, 2.0]})
@@ -103,8 +103,8 @@ def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file: Write) -> No
     with pytest.raises(LogError) as caught:
         read_log(csv_file("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n"))
     assert [fault.partition(".")[0] for fault in caught.value.faults] == [
-        "column `u` is in deg by its file, which is no unit of speed known here",
-        "column `v` is in furlong by its file, which is no unit of speed known here",
+        "column `u` is in deg by its file, which is no known unit of speed",
+        "column `v` is in furlong by its file, which is no known unit of speed",
     ]
 
 
@@ -113,5 +113,5 @@ def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
     with pytest.raises(LogError) as caught:
         read_log(runs)
     (fault,) = caught.value.faults
-    assert fault.startswith("each of run1, run2 is a whole log in the canonical form")
+    assert fault.startswith("each of run1, run2 is a complete log in the canonical form")
     assert "`read_logs`" in fault

@@ -26,14 +26,14 @@ EULER, QUATERNION = "roll pitch yaw", "qw qx qy qz"
 CASES = sampled_from([("FRD", "NED"), ("FLU", "NWU"), ("FLU", "ENU")])
 
 
-def made(content: dict[str, object], **columns: np.ndarray) -> Record:
+def make_record(content: dict[str, object], **columns: np.ndarray) -> Record:
     """Return the record that a mapping makes of columns a second apart."""
     columns["t"] = np.arange(float(len(next(iter(columns.values())))))
     recording = Recording((Topic("", None, columns),), "log.parquet", "a test")
     return build_record(LogMapping.from_dict({"time": "t", **content}), recording)
 
 
-def named(names: str, values: np.ndarray) -> dict[str, np.ndarray]:
+def name_columns(names: str, values: np.ndarray) -> dict[str, np.ndarray]:
     """Return the columns of an array by their names."""
     return dict(zip(names.split(), values.T, strict=True))
 
@@ -57,7 +57,7 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], names: s
     turned, velocity, rates = recorded(motion, body, world)
     angles = turned.as_euler("ZYX")[:, ::-1]
     attitude = angles if names == EULER else turned.as_quat(scalar_first=True)
-    record = made(
+    record = make_record(
         {
             "frame": body,
             "world": world,
@@ -66,8 +66,8 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], names: s
             "wrench": dict(zip("XYZKMN", "uvwpqr", strict=True)),
             "commands": ["fin"],
         },
-        **named(names, attitude),
-        **named("u v w p q r", np.hstack((velocity, rates))),
+        **name_columns(names, attitude),
+        **name_columns("u v w p q r", np.hstack((velocity, rates))),
         fin=np.arange(4.0),
     )
     np.testing.assert_array_equal(record.blocks["velocity"], motion[:, 3:])
@@ -86,7 +86,9 @@ def test_a_heading_is_that_of_a_compass_in_every_world(frame: str, world: str) -
         "attitude": {"heading": {"column": "h", "unit": "deg"}},
         "velocity": {"north": "n", "east": "e"},
     }
-    record = made(content, h=np.array([90.0, 90]), n=np.array([0.0, 1]), e=np.array([1.0, 0]))
+    record = make_record(
+        content, h=np.array([90.0, 90]), n=np.array([0.0, 1]), e=np.array([1.0, 0])
+    )
     np.testing.assert_allclose(record.blocks["velocity"][:, :2], [[1, 0], [0, -1]], atol=1e-15)
     assert record.velocity_names == ("u", "v")
 
@@ -97,7 +99,9 @@ def test_velocities_of_the_world_become_those_of_the_body(motion: np.ndarray) ->
     turned = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     world = turned.apply(motion[:, 3:6]) * (1, 1, -1)
     content = {"attitude": by_name(EULER), "velocity": by_name("north east up")}
-    record = made(content, **named(EULER, motion[:, :3]), **named("north east up", world))
+    record = make_record(
+        content, **name_columns(EULER, motion[:, :3]), **name_columns("north east up", world)
+    )
     np.testing.assert_allclose(record.blocks["velocity"][:, :3], motion[:, 3:6], atol=1e-12)
 
 
@@ -105,24 +109,24 @@ def test_velocities_of_the_world_become_those_of_the_body(motion: np.ndarray) ->
 @given(MOTIONS)
 def test_a_sensor_turned_and_moved_in_the_vehicle(motion: np.ndarray) -> None:
     """What rigid kinematics says a sensor measures comes back as the motion of the body."""
-    angles, place = np.array([10.0, -20.0, 45.0]), np.array([0.4, -0.1, 0.2])
+    angles, lever_arm = np.array([10.0, -20.0, 45.0]), np.array([0.4, -0.1, 0.2])
     sits = Rotation.from_euler("ZYX", angles[::-1], degrees=True)
     velocity, rates = motion[:, 3:6], motion[:, 6:]
     body = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
-    measured = sits.inv().apply(velocity + np.cross(rates, place))
+    measured = sits.inv().apply(velocity + np.cross(rates, lever_arm))
     turn = {"rotation": dict(zip(EULER.split(), angles.tolist(), strict=True))}
-    record = made(
+    record = make_record(
         {
             "attitude": by_name(QUATERNION),
             "velocity": by_name("u v w p q r"),
             "sensors": {
-                "velocity": {**turn, "position": place.tolist()},
+                "velocity": {**turn, "position": lever_arm.tolist()},
                 "rates": turn,
                 "attitude": turn,
             },
         },
-        **named("u v w p q r", np.hstack((measured, sits.inv().apply(rates)))),
-        **named(QUATERNION, (body * sits).as_quat(scalar_first=True)),
+        **name_columns("u v w p q r", np.hstack((measured, sits.inv().apply(rates)))),
+        **name_columns(QUATERNION, (body * sits).as_quat(scalar_first=True)),
     )
     np.testing.assert_allclose(record.blocks["velocity"], motion[:, 3:], atol=1e-12)
     back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
@@ -134,7 +138,7 @@ def test_mountings_are_given_in_the_axes_of_the_mapping() -> None:
     sits = {"rotation": {"yaw": 30.0}, "position": [0.5, 0.2, 0.1], "axes": "FLU"}
     content = {"frame": "FLU", "velocity": by_name("u v w r"), "sensors": {"velocity": sits}}
     still = np.zeros(2)
-    turning = made(content, u=np.ones(2), v=still, w=still, r=np.full(2, 0.5))
+    turning = make_record(content, u=np.ones(2), v=still, w=still, r=np.full(2, 0.5))
     ahead = np.array([np.cos(np.pi / 6), -0.5, 0])
     moved = np.cross([0, 0, -0.5], [0.5, -0.2, -0.1])
     np.testing.assert_allclose(turning.blocks["velocity"][0, :3], ahead - moved)

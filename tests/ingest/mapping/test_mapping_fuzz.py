@@ -30,8 +30,8 @@ def topic(name: str, rng: np.random.Generator) -> Topic:
     steps = np.where(rng.random(n) < odd, rng.choice(STEPS, n), 0.1)
     time = np.where(np.isnan(steps), np.nan, 100 + np.nancumsum(steps))
     fields = {
-        part: np.where(rng.random(n) < odd, rng.choice(NUMBERS, n), rng.uniform(-3, 3, n))
-        for part in "xy"
+        axis: np.where(rng.random(n) < odd, rng.choice(NUMBERS, n), rng.uniform(-3, 3, n))
+        for axis in "xy"
     }
     return Topic(name, time, fields)
 
@@ -48,8 +48,8 @@ def test_a_recording_makes_a_sound_log_or_a_fault(seed: int, clock: object) -> N
             log = mapping.log(Recording((a, b, c, d), "dive.bag", "a test"))
         except LogError:
             return
-    for part in log.segments:
-        assert (np.diff(log.time[part.start : part.stop]) > 0).all()
+    for segment in log.segments:
+        assert (np.diff(log.time[segment.start : segment.stop]) > 0).all()
     assert np.isfinite(log.velocity).all()
     assert np.isfinite(log.commands).all()
     assert set(log.command("flag").tolist()) <= set(c.fields["y"].tolist())

@@ -24,9 +24,7 @@ def test_odometry_of_rep_103(topic: str, odometry, dive) -> None:
     recording = odometry(topic)
     given = {"extends": "rep103-odometry"}
     if topic != "/odom":
-        with pytest.raises(
-            LogError, match=r"no topic `odometry`.*`topics: \{odometry: ITS NAME\}`"
-        ):
+        with pytest.raises(LogError, match=r"no topic `odometry`.*`topics: \{odometry: NAME\}`"):
             LogMapping.from_dict(given).log(recording)
         given["topics"] = {"odometry": topic}
     log = LogMapping.from_dict(given).log(recording)
@@ -54,9 +52,9 @@ def test_a_bag_beside_mavros(dive) -> None:
                 f"/mavros/{name}",
                 dive.time,
                 {
-                    field.format(part): column
-                    for field, parts, values in fields
-                    for part, column in zip(parts, values.T, strict=True)
+                    field.format(component): column
+                    for field, components, values in fields
+                    for component, column in zip(components, values.T, strict=True)
                 },
             )
             for name, fields in topics.items()
@@ -77,8 +75,10 @@ def test_a_bag_beside_mavros(dive) -> None:
 def test_a_dataflash_log_of_ardusub(core: str, ardusub: Recording, dive) -> None:
     attitude, ekf, imu, servos = ardusub.topics
     rates = Topic("RATE", dive.time, dict(zip("RPY", np.degrees(dive.rates).T, strict=True)))
-    other = Topic("XKF1[1]", dive.time, {name: one + 9 for name, one in ekf.fields.items()})
-    topics = (attitude, rates, replace(ekf, name=core), other, imu, servos)
+    second_core = Topic(
+        "XKF1[1]", dive.time, {name: values + 9 for name, values in ekf.fields.items()}
+    )
+    topics = (attitude, rates, replace(ekf, name=core), second_core, imu, servos)
     log = read_mapping("ardusub").log(replace(ardusub, topics=topics))
     dive.check(log)
     assert log.position is not None
@@ -126,7 +126,7 @@ def test_the_690_becomes_one_log_of_many_topics(measured_logs) -> None:
     with pytest.warns(GapWarning):
         log = read_log(folder, "avl690")
     assert log.velocity_names == VELOCITIES
-    assert [part.name for part in log.segments] == [f"{folder.name}.{k}" for k in (1, 2, 3)]
+    assert [segment.name for segment in log.segments] == [f"{folder.name}.{k}" for k in (1, 2, 3)]
     assert log.duration == pytest.approx(4434.6, abs=0.5)
     derived = np.genfromtxt(folder / "derived_10hz.csv", delimiter=",", names=True)
     inside = (log.time > derived["time_s"][0]) & (log.time < derived["time_s"][-1])
@@ -136,11 +136,11 @@ def test_the_690_becomes_one_log_of_many_topics(measured_logs) -> None:
     roll = euler_from_quaternion(log.attitude)[:, 0]  # from the same fins by other means
     columns |= {"depth_m": log.position[:, 2], "roll_rad": roll}
     for name, column in columns.items():
-        other = np.interp(log.time, derived["time_s"], derived[name])
-        assert np.corrcoef(other[inside], column[inside])[0, 1] > 0.97, name
-        assert np.sqrt(np.mean((other - column)[inside] ** 2)) < 0.011, name
+        reference = np.interp(log.time, derived["time_s"], derived[name])
+        assert np.corrcoef(reference[inside], column[inside])[0, 1] > 0.97, name
+        assert np.sqrt(np.mean((reference - column)[inside] ** 2)) < 0.011, name
     for index, name in ((3, "p"), (4, "q"), (5, "r")):  # the derived rates are smoothed
-        other = np.interp(log.time, derived["time_s"], derived[name])
-        assert np.corrcoef(other[inside], log.velocity[inside, index])[0, 1] > 0.93, name
+        reference = np.interp(log.time, derived["time_s"], derived[name])
+        assert np.corrcoef(reference[inside], log.velocity[inside, index])[0, 1] > 0.93, name
     assert any("no message for longer than 1 s" in note for note in log.notes)
     assert any("roll from the mixing" in note for note in log.notes)

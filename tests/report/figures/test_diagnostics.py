@@ -12,7 +12,7 @@ from .conftest import labels, legend, made_up, words_in
 
 def test_bars_are_shares_and_counts(sailed, on_sheet):
     found = hd.identifiability(sailed.problem, hd.catalog["prestero"])
-    quiet = replace(found.axes[2], share=0.1, excited=False)
+    quiet = replace(found.axes[2], r_squared=0.1, excited=False)
     found = replace(found, axes=(*found.axes[:2], quiet, *found.axes[3:]))
     figure = hd.excitation_figure(found)
     left, right = figure.axes

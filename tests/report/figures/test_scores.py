@@ -22,7 +22,7 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     assert list(steps.get_ydata()) == [row.rms for row in hd.pareto_front(comparison)]
     drawn = points(panel)
     assert len(drawn) == sum(row.rms is not None for row in comparison.rows)
-    assert legend(figure) == ["ls", "ai", "front", "not settled"]
+    assert legend(figure) == ["ls", "ai", "Pareto front", "not converged"]
     names = [text.get_text() for text in panel.get_xticklabels()]
     assert names == ["fossen, 12", "uncoupled, 24", "linear, 36"]
     faces = {(one.get_color(), one.get_markerfacecolor()) for one in drawn}

@@ -78,7 +78,7 @@ def test_a_picture_that_was_deleted_is_left_out_with_a_sentence(home):
     (home / "figures" / "excitation.svg").unlink()
     found = read_content(home, hd.read_comparison(home))
     assert "excitation" not in [one.name for one in found.pictures]
-    assert found.not_shown == ("excitation.svg is not there any more.",)
+    assert found.not_shown == ("excitation.svg was deleted.",)
 
 
 @pytest.mark.parametrize("content", [b"", b"no zip"])

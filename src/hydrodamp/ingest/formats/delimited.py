@@ -45,12 +45,12 @@ def read_file(path: str | Path) -> Recording:
     return _make_recording(table or _read_by_row(path, dialect), path, dialect)
 
 
-def _make_recording(part: ParsedTable, path: str | Path, dialect: Dialect) -> Recording:
+def _make_recording(table: ParsedTable, path: str | Path, dialect: Dialect) -> Recording:
     """Return columns as a recording with one topic."""
-    columns = dict(zip(dialect.header.names, part.columns, strict=True))
+    columns = dict(zip(dialect.header.names, table.columns, strict=True))
     dates = [name for name, column in columns.items() if column.unit]
-    topic = make_topic("", columns, part.lines, units=dialect.header.units)
-    notes = [*dialect.header.notes, *part.notes, *topic.faults.values()]
+    topic = make_topic("", columns, table.lines, units=dialect.header.units)
+    notes = [*dialect.header.notes, *table.notes, *topic.faults.values()]
     notes += [
         f"column `{name}` holds dates or times of day; it is read in seconds" for name in dates
     ]
@@ -80,19 +80,19 @@ def _parse_block(block: Sequence[Sequence[str]], dialect: Dialect) -> list[Colum
     ]
 
 
-def _join_blocks(dialect: Dialect, place: int, pieces: Sequence[Column]) -> Column:
+def _join_blocks(dialect: Dialect, index: int, blocks: Sequence[Column]) -> Column:
     """Concatenate the blocks of a column."""
-    arrays = [block.numbers for block in pieces if block.numbers is not None]
+    arrays = [block.numbers for block in blocks if block.numbers is not None]
     if not arrays:
-        return dialect.parse_column(place, [cell for block in pieces for cell in block.texts])
+        return dialect.parse_column(index, [cell for block in blocks for cell in block.texts])
     starts = np.cumsum([0, *map(len, arrays)]).tolist()
-    blocks_with_start = zip(starts, pieces, strict=False)
+    blocks_with_start = zip(starts, blocks, strict=False)
     invalid = tuple(
         (start + row, cell) for start, block in blocks_with_start for row, cell in block.invalid
     )
     if not invalid:
         return Column(np.concatenate(arrays))
-    texts = (p.texts or map(repr, a.tolist()) for p, a in zip(pieces, arrays, strict=True))
+    texts = (p.texts or map(repr, a.tolist()) for p, a in zip(blocks, arrays, strict=True))
     return Column(np.concatenate(arrays), tuple(chain.from_iterable(texts)), invalid)
 
 
@@ -102,9 +102,9 @@ class _RowReader:
     def __init__(self, path: str | Path, dialect: Dialect) -> None:
         self.path, self.dialect = path, dialect
         self.ragged: list[tuple[int, int]] = []
-        self.passed: dict[str, list[int]] = {}
-        self.spanning = self.line = 0
-        self.ended = True
+        self.skipped: dict[str, list[int]] = {}
+        self.multiline = self.line = 0
+        self.has_line_end = True
 
     def __iter__(self) -> Iterator[tuple[int, Sequence[str]]]:
         width, header = len(self.dialect.header.names), self.dialect.header.cells
@@ -118,13 +118,13 @@ class _RowReader:
                 elif not any(map(str.strip, cells)):
                     continue
                 elif cells[0].lstrip().startswith(COMMENTS):
-                    self._pass_over(line, "is a comment")
+                    self._skip(line, "is a comment")
                 elif header and tuple(map(str.strip, cells)) == header:
-                    self._pass_over(line, "repeats the header")
+                    self._skip(line, "repeats the header")
                 elif len(cells) != width:
                     self.ragged.append((line, len(cells)))
-                    if not self.spanning and any("\n" in cell for cell in cells):
-                        self.spanning = line
+                    if not self.multiline and any("\n" in cell for cell in cells):
+                        self.multiline = line
                 else:
                     yield line, cells
         except csv.Error as error:
@@ -150,25 +150,25 @@ class _RowReader:
     def _lines(self, text: io.TextIOWrapper) -> Iterator[str]:
         for line in text:
             self.line += 1
-            self.ended = line.endswith(("\n", "\r"))
+            self.has_line_end = line.endswith(("\n", "\r"))
             if "\0" in line and not line.strip("\0\r\n"):
-                self._pass_over(self.line, "is filled with zero bytes")
+                self._skip(self.line, "is filled with zero bytes")
                 yield "\n"
             else:
                 yield line
 
-    def _pass_over(self, line: int, reason: str) -> None:
-        self.passed.setdefault(reason, []).append(line)
+    def _skip(self, line: int, reason: str) -> None:
+        self.skipped.setdefault(reason, []).append(line)
 
-    def cut(self) -> int:
+    def truncated_line(self) -> int:
         """Return the number of the last line if it is truncated; else 0."""
         line, cells = self.ragged[-1] if self.ragged else (0, 0)
-        is_last = line == self.line and not self.ended
+        is_last = line == self.line and not self.has_line_end
         return line if is_last and cells < len(self.dialect.header.names) else 0
 
     def check(self) -> None:
         """Raise LogError if there are ragged lines."""
-        faults = self.ragged[:-1] if self.cut() else self.ragged
+        faults = self.ragged[:-1] if self.truncated_line() else self.ragged
         if not faults:
             return
         columns = "the header has" if self.dialect.header.cells else "the first rows have"
@@ -180,15 +180,17 @@ class _RowReader:
             messages.append(f"so do {len(faults) - _MAX_LISTED} more lines")
         mark = DELIMITERS[self.dialect.delimiter]
         messages[-1] += f". The delimiters are {mark}; correct or delete these lines"
-        if self.spanning:
-            messages.append(f"a cell goes on to line {self.spanning}: is a quotation mark missing?")
+        if self.multiline:
+            messages.append(
+                f"a cell continues on line {self.multiline}; check for a missing quotation mark"
+            )
         raise LogError(messages, source=str(self.path))
 
     def notes(self) -> Iterator[str]:
         """Yield a note on each kind of skipped line."""
-        if line := self.cut():
+        if line := self.truncated_line():
             yield f"the last line ({line}) is truncated; it was skipped"
-        for reason, lines in self.passed.items():
+        for reason, lines in self.skipped.items():
             more = f", as do {len(lines) - 1} more lines" if len(lines) > 1 else ""
             yield f"line {lines[0]} {reason}{more}; skipped"
 

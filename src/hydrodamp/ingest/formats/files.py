@@ -240,8 +240,10 @@ def _list_files(path: Path) -> list[Path]:
         raise FileError(f"{path}: {fault}")
     suffixes = Counter(map(suffix_of, inside)).most_common()
     if len(suffixes) > 1 and suffixes[0][1] == suffixes[1][1]:
-        fault = ", ".join(f"{count} {suffix}" for suffix, count in suffixes)
-        raise FileError(f"{path}: the folder holds logs of several kinds ({fault}); name the files")
+        counts = ", ".join(f"{count} {suffix}" for suffix, count in suffixes)
+        raise FileError(
+            f"{path}: the folder holds logs of several formats ({counts}); name the files"
+        )
     return [file for file in inside if suffix_of(file) == suffixes[0][0]]
 
 
@@ -268,9 +270,9 @@ def map_reporting_all_faults(
     return results
 
 
-def _default_topic(file: Path, times: Mapping[str, int]) -> str:
+def _default_topic(file: Path, counts: Mapping[str, int]) -> str:
     """Return the file name as topic, or the folder name if several files share the name."""
-    return file.parent.name if times[file.name] > 1 else name_of_source(file.name)
+    return file.parent.name if counts[file.name] > 1 else name_of_source(file.name)
 
 
 def _read_together(files: Mapping[Path, str], source: str) -> Recording:

@@ -182,14 +182,14 @@ class _Packets:
 
 def _are_timestamps_consistent(stamps: FloatArray) -> BoolArray:
     """Return which timestamps agree with their neighbours; the CRC does not cover timestamps."""
-    fit = np.ones(len(stamps), dtype=np.bool_)
+    consistent = np.ones(len(stamps), dtype=np.bool_)
     if len(stamps) < 3:
-        return fit
+        return consistent
     before, stamp, after = stamps[:-2], stamps[1:-1], stamps[2:]
-    reach = _MAX_DISORDER_STEPS * np.median(np.abs(np.diff(stamps)))
-    low, high = np.minimum(before, after) - reach, np.maximum(before, after) + reach
-    fit[1:-1] = (low <= stamp) & (stamp <= high) | (np.abs(after - before) > reach)
-    return fit
+    tolerance = _MAX_DISORDER_STEPS * np.median(np.abs(np.diff(stamps)))
+    low, high = np.minimum(before, after) - tolerance, np.maximum(before, after) + tolerance
+    consistent[1:-1] = (low <= stamp) & (stamp <= high) | (np.abs(after - before) > tolerance)
+    return consistent
 
 
 def read_file(path: str | Path) -> Recording:

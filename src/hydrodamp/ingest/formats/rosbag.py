@@ -93,10 +93,10 @@ def _read_messages(reader: Any, step: Step, notes: list[str]) -> _Messages:
 
 
 def _make_topics(
-    stored: _Messages, definitions: Any, aligned: bool, notes: list[str]
+    messages_by_topic: _Messages, definitions: Any, aligned: bool, notes: list[str]
 ) -> Iterator[Topic]:
-    names = [topic for topic, _ in stored]
-    for (name, kind), stamped in stored.items():
+    names = [topic for topic, _ in messages_by_topic]
+    for (name, kind), stamped in messages_by_topic.items():
         times, messages = zip(*stamped, strict=True)
         try:
             columns = deserialize_columns(messages, kind, definitions, aligned=aligned)

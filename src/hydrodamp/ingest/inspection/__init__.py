@@ -1,1 +1,1 @@
-"""What an unknown recording holds: guessed, with the evidence."""
+"""Inspection of unknown recordings: roles of columns, frames, a draft mapping, quality report."""

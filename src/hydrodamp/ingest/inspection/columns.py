@@ -1,4 +1,4 @@
-"""The columns of a recording: the clocks among them, the others as series, several on one clock."""
+"""Columns of a recording: clocks, time series, and their synchronisation."""
 
 from __future__ import annotations
 
@@ -25,32 +25,30 @@ from hydrodamp.ingest.inspection.names import NO_ROLE, guess_role, split_unit, u
 _TIME_WORDS = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
 _SECOND_WORDS = {"sec", "secs", "s"}
 _NANOSECOND_WORDS = {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"}
-_MIN_INCREASING_SHARE = 0.98  # share of steps; the rest are joins
-_MIN_STOPPED_ROWS = (
-    20  # rows, and times the usual number, that the last stamp of a clock which stops has
-)
-_MAX_JITTER = 0.05  # jitter of a clock that rows at a rate can stand for
-_MIN_EPOCHS = {"ns": 1e17, "us": 1e14, "ms": 1e11}  # 1973 and later, counted from 1970
-_MAX_MAGNITUDE = 1e30  # of any unit; more was not measured
-_MAX_STEP_S = 5.0  # s, a median step longer than that of any log
-_MAX_SAMPLES = 60_000  # samples; a longer clock is thinned, as motion is slower than that
+_MIN_INCREASING_SHARE = 0.98  # share of increasing steps; the others are joins
+_MIN_STOPPED_ROWS = 20  # rows (and times the usual number) with the last stamp of a stopped clock
+_MAX_JITTER = 0.05  # jitter up to which a constant rate replaces the clock
+_MIN_EPOCHS = {"ns": 1e17, "us": 1e14, "ms": 1e11}  # 1973 and later, since 1970
+_MAX_MAGNITUDE = 1e30  # of any unit; larger values are invalid
+_MAX_STEP_S = 5.0  # s; longer median steps indicate another unit
+_MAX_SAMPLES = 60_000  # samples; longer clocks are decimated
 
 
 @dataclass(frozen=True, eq=False)
 class TopicClock:
     """The clock of a topic."""
 
-    column: str | None  # None for what the file itself says of arrival
+    column: str | None  # None for the arrival time that the file records
     seconds: FloatArray
     unit: str
     confidence: int
     evidence: str
-    fraction: str = ""  # the column of nanoseconds beside that of seconds
-    rate: float | None = None  # of rows, where no column counts on
+    fraction: str = ""  # the column of nanoseconds that belongs to that of seconds
+    rate: float | None = None  # constant rate of rows, if no column is a clock
 
 
 def find_clock(topic: Topic) -> TopicClock | None:
-    """Return the clock of a topic, a sensor's before that of arrival; None where there is none."""
+    """Return the clock of a topic, or None; sensor stamps take precedence over arrival times."""
     fields = {name: _mask_implausible(values) for name, values in topic.fields.items()}
     halves = _split_stamps(topic)
     rising = [name for name, values in fields.items() if _is_increasing(values)]
@@ -59,66 +57,74 @@ def find_clock(topic: Topic) -> TopicClock | None:
     is_recorded = topic.time is not None and bool(np.isfinite(_mask_implausible(topic.time)).any())
     if topic.time is not None and is_recorded and not stamped:
         return TopicClock(
-            None, _mask_implausible(topic.time), "s", 100, "when it was recorded, by the file"
+            None, _mask_implausible(topic.time), "s", 100, "arrival time recorded by the file"
         )
     plain = (name for name in rising if _is_plain_clock(fields[name]) and _has_no_role(topic, name))
     name = next(iter((*stamped, *named, *plain)), None)
     if name is None:
         return None
-    sure, why = (95, "its name, and it increases") if named else (70, "it increases")
-    why = "the sensor's own stamp, before that of arrival" if is_recorded else why
+    confidence, reason = (95, "its name, and it increases") if named else (70, "it increases")
+    reason = "sensor time stamp, preferred to the arrival time" if is_recorded else reason
     stated = "s" if name in halves else unit_of(topic, name)
     unit = stated if stated in UNITS["time"] else _unit_by_size(fields[name])
     seconds = fields[name] * UNITS["time"][unit]
     if name in halves:
         seconds = seconds + 1e-9 * fields[halves[name]]
-    told = f"{why}; {unit} by its {'file or name' if unit == stated else 'size'}"
+    evidence = f"{reason}; {unit} by {'file or name' if unit == stated else 'magnitude'}"
     if rate := _rate_before_stop(seconds):
-        told = f"`{name}` stands still before the rows end: they are counted at its rate"
+        evidence = f"`{name}` stops before the last row: its rate is used for all rows"
         seconds = np.arange(len(seconds)) / rate
-    return TopicClock(name, seconds, unit, sure, told, halves.get(name, ""), rate)
+    return TopicClock(name, seconds, unit, confidence, evidence, halves.get(name, ""), rate)
 
 
 def _has_no_role(topic: Topic, name: str) -> bool:
-    """Return whether a name is of no measurement and of nothing else, so that it may be a clock."""
+    """Return whether a name suggests no role, so that the column may be a clock."""
     return guess_role(topic.name, name, None, topic.fields) == (NO_ROLE, 0)
 
 
 def find_clocks(recording: Recording) -> dict[str, TopicClock]:
-    """Return the clocks of topics; one that stands alone, shorter, has the rate of all others."""
+    """Return the clocks of topics; a clock alone in its topic gives the rate of topics without."""
     clocks = {topic.name: clock for topic in recording.topics if (clock := find_clock(topic))}
-    lone = [one for name, one in clocks.items() if {*recording.topic(name).fields} == {one.column}]
+    lone = [
+        clock for name, clock in clocks.items() if {*recording.topic(name).fields} == {clock.column}
+    ]
     if len(lone) == 1 and (rate := even_rate(lone[0].seconds)):
-        why = f"the rate of `{lone[0].column}`, which stops before the rows end"
-        clocks = {one.name: clock_at_rate(one, rate, why) for one in recording.topics} | clocks
+        reason = f"the rate of `{lone[0].column}`, which stops before the last row"
+        clocks = {
+            topic.name: clock_at_rate(topic, rate, reason) for topic in recording.topics
+        } | clocks
     return clocks
 
 
 def clock_at_rate(topic: Topic, rate: float, why: str = "") -> TopicClock:
-    """Return the clock of rows that come at a rate."""
+    """Return a clock of constant rate."""
     return TopicClock(None, np.arange(float(topic.n)) / rate, "s", 70, why, rate=rate)
 
 
 def _split_stamps(topic: Topic) -> dict[str, str]:
-    """Return for columns of whole seconds those of nanoseconds beside them."""
+    """Return the columns of nanoseconds of columns of whole seconds."""
     split = {name: words(name) for name in topic.fields}
-    nanos = {its[:-1]: name for name, its in split.items() if {*its[-1:]} & _NANOSECOND_WORDS}
+    nanos = {
+        name_words[:-1]: name
+        for name, name_words in split.items()
+        if {*name_words[-1:]} & _NANOSECOND_WORDS
+    }
     return {
-        name: nanos[its[:-1]]
-        for name, its in split.items()
-        if {*its[-1:]} & _SECOND_WORDS and its[:-1] in nanos
+        name: nanos[name_words[:-1]]
+        for name, name_words in split.items()
+        if {*name_words[-1:]} & _SECOND_WORDS and name_words[:-1] in nanos
     }
 
 
 def _is_plain_clock(values: FloatArray) -> bool:
-    """Return whether values without a telling name increase always, and do not number the rows."""
+    """Return whether values increase as a clock does and are not row numbers."""
     steps = np.diff(values[np.isfinite(values)])
     numbers_rows = bool((steps == 1.0).all()) and values[0] in (0.0, 1.0)
     return bool(np.mean(steps > 0.0) >= _MIN_INCREASING_SHARE) and not numbers_rows
 
 
 def _rate_before_stop(seconds: FloatArray) -> float | None:
-    """Return the rate of an even clock that stands still at its end."""
+    """Return the rate of a uniform clock that stops before the last row."""
     moves = np.flatnonzero(np.diff(seconds) > 0)
     still = len(seconds) - 2 - moves[-1] if len(moves) else 0
     if still < _MIN_STOPPED_ROWS * max(1.0, len(seconds) / (len(moves) + 1)):
@@ -127,7 +133,7 @@ def _rate_before_stop(seconds: FloatArray) -> float | None:
 
 
 def even_rate(seconds: FloatArray) -> float | None:
-    """Return the rate of an even clock."""
+    """Return the rate of a uniform clock [Hz]."""
     steps = np.diff(seconds)
     step = float(np.median(steps)) if len(steps) else 0.0
     is_even = step > 0 and float(np.quantile(np.abs(steps - step), 0.95)) < _MAX_JITTER * step
@@ -139,7 +145,7 @@ def _mask_implausible(values: FloatArray) -> FloatArray:
 
 
 def _unit_by_size(values: FloatArray) -> str:
-    """Return the unit that makes an epoch or a step of a likely size."""
+    """Return the unit that makes the epoch or the step plausible."""
     finite = values[np.isfinite(values)]
     for unit, least in _MIN_EPOCHS.items():
         if float(np.median(finite)) > least:
@@ -150,7 +156,7 @@ def _unit_by_size(values: FloatArray) -> str:
 
 
 def _is_increasing(values: FloatArray) -> bool:
-    """Return whether values increase, but for repeats, as a clock does, be it a coarse one."""
+    """Return whether values increase, except repeats of a coarse clock."""
     finite = values[np.isfinite(values)]
     steps = np.diff(finite)
     moving = steps[steps != 0.0]
@@ -161,7 +167,7 @@ def _is_increasing(values: FloatArray) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A field of numbers and when each was sent."""
+    """A field of numbers with its times."""
 
     topic: str
     field: str
@@ -171,12 +177,12 @@ class Series:
 
     @property
     def column(self) -> str:
-        """How a mapping calls it."""
+        """Name in a mapping."""
         return f"{self.topic}.{self.field}" if self.topic else self.field
 
 
 def topic_series(topic: Topic, clock: TopicClock | None) -> list[Series]:
-    """Return the fields of a topic, but its clock and other times beside it."""
+    """Return the fields of a topic without its clock and other times."""
     column, seconds = (None, np.empty(0)) if clock is None else (clock.column, clock.seconds)
     return [
         Series(topic.name, name, unit_of(topic, name), seconds, values)
@@ -188,22 +194,22 @@ def topic_series(topic: Topic, clock: TopicClock | None) -> list[Series]:
 
 
 def is_stamp(name: str) -> bool:
-    """Return whether a name is that of a time."""
+    """Return whether a name is that of a time stamp."""
     return split_unit(name)[0][-1:] in (("time",), ("timestamp",), ("stamp",)) or "stamp." in name
 
 
 def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
-    """Bring series to the clock of the slowest: elapsed time and columns, a row of NaN at gaps."""
+    """Synchronise series to the slowest clock: elapsed time and columns, a NaN row at gaps."""
     try:
-        times = {one.topic: one.seconds for one in series}
+        times = {item.topic: item.seconds for item in series}
         stamps = {topic: clean_timestamps(Clock(topic, time)) for topic, time in times.items()}
-    except LogError:  # what seemed a clock is none
+    except LogError:  # not a clock
         return np.empty(0), np.empty((0, len(series)))
-    base = max(stamps.values(), key=lambda one: one.step)
+    base = max(stamps.values(), key=lambda item: item.step)
     thin = slice(None, None, every := 1 + len(base.time) // _MAX_SAMPLES)
     ticks = Ticks(base.time[thin], base.run[thin])
     values = np.column_stack(
-        [_interpolate_at(ticks, base, stamps[one.topic], one.values) for one in series]
+        [_interpolate_at(ticks, base, stamps[item.topic], item.values) for item in series]
     )
     steps = np.diff(ticks.time, prepend=ticks.time[:1])
     limit = base.limit + (every - 1) * base.step
@@ -215,7 +221,7 @@ def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
 def _interpolate_at(
     ticks: Ticks, base: Timestamps, stamps: Timestamps, values: FloatArray
 ) -> FloatArray:
-    """Interpolate the numbers of a topic at ticks."""
+    """Interpolate the values of a topic at ticks."""
     stamps = align_runs(stamps.select(np.isfinite(values[stamps.rows])), base)
     if not len(stamps.rows):
         return np.full(len(ticks.time), np.nan)

@@ -1,4 +1,4 @@
-"""A mapping file drafted from guesses: short, explicit, every line with its confidence."""
+"""Draft of a mapping file from guessed roles; every line states its confidence."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
 from hydrodamp.ingest.inspection.roles import Guess, Roles
 from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
-#: Confidence [%] below which a guess is left out, and from which it is sure.
+#: Confidence [%] below which a guess is omitted, and from which it is preferred.
 MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70
 
-_PLAIN_REASONS = ("name", "name and unit")  # go without saying
+_PLAIN_REASONS = ("name", "name and unit")  # not printed
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
 _SPEEDS = (*"uvw", *WORLD_DIRECTIONS)
 _VERTICAL = frozenset(f"position.{name}" for name in ("up", "down", "depth"))
-_MAX_NAMES = 12  # columns of one message and reason that are named
+_MAX_NAMES = 12  # columns listed per message and reason
 _NO_VELOCITY = (
-    "# No velocity was found, nor a pose to derive one from. Name its columns:",
+    "# No velocity, and no pose to derive it from, was found. Name its columns:",
     "# velocity: {u: COLUMN, v: COLUMN, w: COLUMN, p: COLUMN, q: COLUMN, r: COLUMN}",
 )
-_MAX_COMMANDS = 24  # more are no draft, but a list
+_MAX_COMMANDS = 24  # more are not listed
 _COMMENT_WIDTH = 86
 _PLAIN_SCALAR = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
 _YAML_KEYWORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", "null", "none"))
@@ -38,44 +38,44 @@ _GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", 
 
 @dataclass(frozen=True)
 class Draft:
-    """A mapping file, and how far to trust it."""
+    """A mapping file and its confidence [%]."""
 
     text: str
     confidence: int
 
 
 def write_draft(recording: Recording, roles: Roles) -> Draft:
-    """Write a mapping file from guesses, and list what is not in it."""
+    """Write a mapping file from guesses, with a list of omitted columns."""
     used = select_channels(roles)
-    driven = [one for one in roles.all_of("commands") if one.confidence >= MIN_CONFIDENCE][
+    commands = [guess for guess in roles.all_of("commands") if guess.confidence >= MIN_CONFIDENCE][
         :_MAX_COMMANDS
     ]
-    motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
-    groups = {one.role.partition(".")[0] for one in used}
-    is_whole = "velocity" in groups or {"attitude", "position"} <= groups
+    motion = [guess for guess in used if guess.role.startswith(("velocity.", "attitude."))]
+    groups = {guess.role.partition(".")[0] for guess in used}
+    is_complete = "velocity" in groups or {"attitude", "position"} <= groups
     lines = [
         *_header(recording),
         *_file_lines(recording),
         *_frame_lines(roles),
-        *_time_line(recording, roles, (*used, *driven)),
+        *_time_line(recording, roles, (*used, *commands)),
         *(line for group in _GROUPS for line in _group_lines(used, group, roles)),
-        *_command_lines(driven),
+        *_command_lines(commands),
         *_sensor_lines(roles),
         *_step_line(used),
-        *(() if is_whole else _NO_VELOCITY),
-        *_omitted_columns(recording, roles, {one.column for one in (*used, *driven)}),
+        *(() if is_complete else _NO_VELOCITY),
+        *_omitted_columns(recording, roles, {guess.column for guess in (*used, *commands)}),
     ]
-    least = min((one.confidence for one in motion), default=0)
-    return Draft("\n".join(lines) + "\n", least if is_whole and roles.clocks else 0)
+    confidence = min((guess.confidence for guess in motion), default=0)
+    return Draft("\n".join(lines) + "\n", confidence if is_complete and roles.clocks else 0)
 
 
 def draft_from_preset(recording: Recording, preset: str) -> Draft:
-    """Take the whole mapping from a preset that has all its columns in a recording."""
+    """Return a draft that extends a preset."""
     return Draft("\n".join([*_header(recording), f"extends: {preset}"]) + "\n", SURE_CONFIDENCE)
 
 
 def _header(recording: Recording) -> list[str]:
-    name = ", ".join(Path(one).name for one in recording.source.split(", "))
+    name = ", ".join(Path(path).name for path in recording.source.split(", "))
     return _comment(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line.")
 
 
@@ -84,50 +84,56 @@ def _comment(text: str) -> list[str]:
     return [f"# {line}" for line in textwrap.wrap(" ".join(text.split()), _COMMENT_WIDTH)]
 
 
-def _confidence_comment(one: Guess) -> str:
-    """Return the comment behind a line: how sure it is, and why."""
-    seen = [each for each in one.evidence if each not in _PLAIN_REASONS]
-    why = " ".join("; ".join(seen).split())
-    return f"    # {one.confidence} %{f': {why}' if why else ''}"
+def _confidence_comment(guess: Guess) -> str:
+    """Return the comment of a line: confidence and evidence."""
+    reasons = [reason for reason in guess.evidence if reason not in _PLAIN_REASONS]
+    text = " ".join("; ".join(reasons).split())
+    return f"    # {guess.confidence} %{f': {text}' if text else ''}"
 
 
 def select_channels(roles: Roles) -> list[Guess]:
-    """Return the channels of the draft: one way to say each thing."""
-    sure = [one for one in roles.guesses if one.is_best and one.confidence >= MIN_CONFIDENCE]
-    there = [one for one in sure if "." in one.role]
-    names = {one.role for one in there}
-    parts = {f"attitude.{name}" for name in ATTITUDE.columns}
+    """Return the channels of the draft, without redundant ones."""
+    sure = [
+        guess for guess in roles.guesses if guess.is_best and guess.confidence >= MIN_CONFIDENCE
+    ]
+    candidates = [guess for guess in sure if "." in guess.role]
+    names = {guess.role for guess in candidates}
+    quaternion = {f"attitude.{name}" for name in ATTITUDE.columns}
     angles = {f"attitude.{name}" for name in (*EULER, "heading")}
-    out = _roles_to_omit(there, parts, angles) if parts <= names else parts
-    out |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
-    body, world = ({f"velocity.{name}" for name in way} for way in ("uvw", WORLD_DIRECTIONS))
-    out |= (
-        _roles_to_omit(there, body, world)
+    omitted = _roles_to_omit(candidates, quaternion, angles) if quaternion <= names else quaternion
+    omitted |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
+    body, world = (
+        {f"velocity.{name}" for name in channels} for channels in ("uvw", WORLD_DIRECTIONS)
+    )
+    omitted |= (
+        _roles_to_omit(candidates, body, world)
         if {"velocity.north", "velocity.east"} <= names
         else world
     )
     if len(names & {"position.north", "position.east"}) == 1:
-        out |= {"position.north", "position.east"}
+        omitted |= {"position.north", "position.east"}
     if names & {"position.up", "position.down"}:
-        out.add("position.depth")
-    surest = sorted(there, key=lambda one: one.confidence)
-    best = {one.role: one for one in surest if one.role not in out}
-    return [one for one in there if best.get(one.role) is one]
+        omitted.add("position.depth")
+    by_confidence = sorted(candidates, key=lambda guess: guess.confidence)
+    best = {guess.role: guess for guess in by_confidence if guess.role not in omitted}
+    return [guess for guess in candidates if best.get(guess.role) is guess]
 
 
-def _roles_to_omit(there: Sequence[Guess], ones: set[str], others: set[str]) -> set[str]:
-    """Return which of two ways to say a thing to leave out: the second, unless that is surer."""
+def _roles_to_omit(
+    candidates: Sequence[Guess], preferred: set[str], alternative: set[str]
+) -> set[str]:
+    """Return which of two redundant sets to omit: the second, unless its confidence is higher."""
     first, second = (
-        min((one.confidence for one in there if one.role in way), default=0)
-        for way in (ones, others)
+        min((guess.confidence for guess in candidates if guess.role in roles), default=0)
+        for roles in (preferred, alternative)
     )
-    return ones if first < min(SURE_CONFIDENCE, second) else others
+    return preferred if first < min(SURE_CONFIDENCE, second) else alternative
 
 
 def _file_lines(recording: Recording) -> Iterator[str]:
-    """Say which files make one recording, so that any of them stands for all."""
+    """Yield the names of the files of a recording."""
     if recording.files:
-        yield "files:    # read together; * is what names the run"
+        yield "files:    # read together; * is the name of the run"
         yield from (f"  {_quote(name)}: {_quote(file)}" for name, file in recording.files.items())
 
 
@@ -141,30 +147,32 @@ def _frame_lines(roles: Roles) -> Iterator[str]:
 
 
 def _time_line(recording: Recording, roles: Roles, used: Sequence[Guess]) -> Iterator[str]:
-    """Name the clocks of the topics that are used, those of sensors before that of arrival."""
+    """Yield the clocks of the topics in use, sensor stamps before arrival times."""
     if not roles.clocks:
-        yield "time: {rate: HERTZ}    # no column counts the time: write how often the rows come"
+        yield "time: {rate: HERTZ}    # no column is a clock: enter the sampling rate"
         return
-    there = {one.topic: roles.clocks[one.topic] for one in used if one.topic in roles.clocks}
-    there = there or dict(roles.clocks)
+    clocks = {
+        guess.topic: roles.clocks[guess.topic] for guess in used if guess.topic in roles.clocks
+    }
+    clocks = clocks or dict(roles.clocks)
     choices: dict[str, str] = {}
-    for topic, clock in sorted(there.items(), key=lambda pair: pair[1].column is None):
+    for topic, clock in sorted(clocks.items(), key=lambda pair: pair[1].column is None):
         is_shared = any(
-            clock.column in recording.topic(name).fields and other.column != clock.column
-            for name, other in there.items()
+            clock.column in recording.topic(name).fields and candidate.column != clock.column
+            for name, candidate in clocks.items()
         )
         choices.setdefault(_format_clock(topic if is_shared else "", clock), _clock_comment(clock))
     if any(
-        clock.column and recording.topic(name).time is not None for name, clock in there.items()
+        clock.column and recording.topic(name).time is not None for name, clock in clocks.items()
     ):
         choices.setdefault("recorded", "")
-    first, *others = choices
-    said = f"[{', '.join(choices)}]" if others else first
-    yield f"time: {said}{choices[first]}"
+    first, *alternatives = choices
+    text = f"[{', '.join(choices)}]" if alternatives else first
+    yield f"time: {text}{choices[first]}"
 
 
 def _format_clock(topic: str, clock: TopicClock) -> str:
-    """Return a clock as a mapping says it."""
+    """Return a clock in the syntax of mappings."""
     if clock.rate is not None:
         return f"{{rate: {clock.rate:g}}}"
     if clock.column is None:
@@ -182,68 +190,76 @@ def _clock_comment(clock: TopicClock) -> str:
 
 
 def _group_lines(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
-    inside = [one for one in used if one.role.startswith(f"{group}.")]
-    if not inside:
+    guesses = [guess for guess in used if guess.role.startswith(f"{group}.")]
+    if not guesses:
         return
     yield f"{group}:"
-    names = [one.role.partition(".")[2] for one in inside]
-    for one, name in zip(inside, names, strict=True):
-        flag = roles.flags.get(one.topic) if group == "velocity" else None
-        yield f"  {name}: {_format_entry(one, flag)}{_confidence_comment(one)}"
-    there = {one.role for one in used}
-    is_level = "velocity.w" in there and there.isdisjoint(("velocity.p", "velocity.q"))
+    names = [guess.role.partition(".")[2] for guess in guesses]
+    for guess, name in zip(guesses, names, strict=True):
+        flag = roles.flags.get(guess.topic) if group == "velocity" else None
+        yield f"  {name}: {_format_entry(guess, flag)}{_confidence_comment(guess)}"
+    roles_used = {guess.role for guess in used}
+    is_level = "velocity.w" in roles_used and roles_used.isdisjoint(("velocity.p", "velocity.q"))
     if group == "attitude" and ({"roll", "pitch"} & set(names) or (is_level and "qw" not in names)):
         for name in ("roll", "pitch", "yaw"):
             if name not in names and not (name == "yaw" and "heading" in names):
-                yield f"  {name}: {{value: 0.0}}    # not recorded: taken as level"
+                yield f"  {name}: {{value: 0.0}}    # not recorded: assumed level"
     if group == "velocity" and "north" in names and not {"down", "up"} & set(names):
-        yield "  down: {value: 0.0}    # not recorded: taken as level"
+        yield "  down: {value: 0.0}    # not recorded: assumed level"
     if group == WRENCH.name:
         absent = (name for name in WRENCH.columns if name not in names)
         for name in absent:
-            like = [one for one in roles.without_role if re.search(rf"(^|[^A-Za-z]){name}$", one)]
-            why = f"`{like[0]}` is left out, see below" if like else "not recorded: taken as none"
-            yield f"  {name}: {{value: 0.0}}    # {why}"
+            similar = [
+                guess for guess in roles.without_role if re.search(rf"(^|[^A-Za-z]){name}$", guess)
+            ]
+            reason = (
+                f"`{similar[0]}` is omitted, see below" if similar else "not recorded: assumed zero"
+            )
+            yield f"  {name}: {{value: 0.0}}    # {reason}"
 
 
-def _format_entry(one: Guess, flag: str | None = None) -> str:
-    said = [f"column: {_quote(one.column)}"]
-    if one.unit is not None:
-        said.append(f"unit: {one.unit}")
-    if one.sign < 0:
-        said.append("sign: -1")
-    if one.is_pulse:
-        said.append("scale: 0.0025, offset: -3.75")
+def _format_entry(guess: Guess, flag: str | None = None) -> str:
+    items = [f"column: {_quote(guess.column)}"]
+    if guess.unit is not None:
+        items.append(f"unit: {guess.unit}")
+    if guess.sign < 0:
+        items.append("sign: -1")
+    if guess.is_pulse:
+        items.append("scale: 0.0025, offset: -3.75")
     if flag is not None:
-        said.append(f"where: {_quote(flag)}")
-    return _quote(one.column) if len(said) == 1 else f"{{{', '.join(said)}}}"
+        items.append(f"where: {_quote(flag)}")
+    return _quote(guess.column) if len(items) == 1 else f"{{{', '.join(items)}}}"
 
 
-def _command_lines(found: Sequence[Guess]) -> Iterator[str]:
-    if not found:
+def _command_lines(guesses: Sequence[Guess]) -> Iterator[str]:
+    if not guesses:
         return
     yield "commands:"
-    for name, one in zip(command_names([one.column for one in found]), found, strict=True):
-        if one.unit not in (None, "deg", "cdeg"):
-            one = replace(one, unit=None)
-        yield f"  {name}: {_format_entry(one)}{_confidence_comment(one)}"
+    for name, guess in zip(
+        command_names([guess.column for guess in guesses]), guesses, strict=True
+    ):
+        if guess.unit not in (None, "deg", "cdeg"):
+            guess = replace(guess, unit=None)
+        yield f"  {name}: {_format_entry(guess)}{_confidence_comment(guess)}"
 
 
 def command_names(columns: Sequence[str]) -> list[str]:
-    """Return short names of commands that terms may hold."""
+    """Return short names of commands that are valid in terms."""
     names: list[str] = []
     for column in columns:
         topic, _, last = column.rpartition(".")
         is_generic = last.partition("[")[0].lower() in _GENERIC
         short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
         short = short.removesuffix(".data") if topic else short
-        tries = (short, column, *(f"{column}_{k}" for k in range(2, 99)))
-        names.append(next(name for one in tries if (name := _valid_name(one)) not in names))
+        candidates = (short, column, *(f"{column}_{k}" for k in range(2, 99)))
+        names.append(
+            next(name for candidate in candidates if (name := _valid_name(candidate)) not in names)
+        )
     return names
 
 
 def _valid_name(text: str) -> str:
-    """Return a name that a term may hold."""
+    """Return a name that is valid in terms."""
     name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "command"
     name = f"c{name}" if name[0].isdigit() else name
     try:
@@ -254,71 +270,77 @@ def _valid_name(text: str) -> str:
 
 
 def _sensor_lines(roles: Roles) -> Iterator[str]:
-    other = "FLU" if roles.vertical_axis.body == "FRD" else "FRD"
-    turned = (("rates", roles.rates.mirrored), ("velocity", roles.velocity.mirrored))
-    lines = [f"  {name}: {{axes: {other}}}" for name, is_turned in turned if is_turned]
+    body = "FLU" if roles.vertical_axis.body == "FRD" else "FRD"
+    mirrored = (("rates", roles.rates.mirrored), ("velocity", roles.velocity.mirrored))
+    lines = [f"  {name}: {{axes: {body}}}" for name, is_mirrored in mirrored if is_mirrored]
     yield from ("sensors:    # in other axes than the attitude", *lines) if lines else ()
 
 
 def _step_line(used: Sequence[Guess]) -> Iterator[str]:
-    """Ask for velocities and rates that were not recorded, where there is a pose."""
-    names, steps = {one.role for one in used}, list[str]()
-    is_placed = bool({"position.north", "position.east"} <= names or names & _VERTICAL)
-    if is_placed and names.isdisjoint(f"velocity.{speed}" for speed in _SPEEDS):
+    """Yield the steps that derive velocities and rates from the pose."""
+    names, steps = {guess.role for guess in used}, list[str]()
+    has_position = bool({"position.north", "position.east"} <= names or names & _VERTICAL)
+    if has_position and names.isdisjoint(f"velocity.{speed}" for speed in _SPEEDS):
         steps.append("velocity_from_position")
     angles = {"attitude.roll", "attitude.pitch", "attitude.qw"}
-    wanted = {"r", "p", "q"} if names & angles else {"r"}
-    there = any(name.startswith("attitude.") for name in names)
-    if there and not {f"velocity.{rate}" for rate in wanted} <= names:
+    rates = {"r", "p", "q"} if names & angles else {"r"}
+    has_attitude = any(name.startswith("attitude.") for name in names)
+    if has_attitude and not {f"velocity.{rate}" for rate in rates} <= names:
         steps.append("rates_from_attitude")
     if steps:
         is_depth = "velocity_from_position" in steps and "position.north" not in names
-        told = "; a depth alone gives w, as of a vehicle that moves straight up and down"
-        yield f"steps: [{', '.join(steps)}]    # not recorded, derived{told if is_depth else ''}"
+        remark = "; a depth alone gives w of a vehicle that moves vertically"
+        yield f"steps: [{', '.join(steps)}]    # not recorded, derived{remark if is_depth else ''}"
 
 
 def _omitted_columns(recording: Recording, roles: Roles, used: Collection[str]) -> Iterator[str]:
-    """List every column that is not in the draft, with why."""
+    """Yield every omitted column with the reason."""
     reasons: dict[tuple[str, str], list[str]] = {}
-    guessed = {one.column: one for one in roles.guesses}
+    guesses = {guess.column: guess for guess in roles.guesses}
     for topic in recording.topics:
         stem = f"{topic.name}." if topic.name else ""
         clock = roles.clocks.get(topic.name)
-        own = (clock.column, clock.fraction) if clock else ()
+        clock_fields = (clock.column, clock.fraction) if clock else ()
         for field in {**topic.fields, **topic.texts, **topic.faults}:
             column = f"{stem}{field}"
-            if column in used or field in own:
+            if column in used or field in clock_fields:
                 continue
-            plain = "a time" if is_stamp(field) else "no clock beside it or no number in it"
-            why = topic.faults.get(field) or roles.without_role.get(column) or plain
-            if one := guessed.get(column):
-                why = _omission_reason(one, roles)
+            default = "a time" if is_stamp(field) else "no clock or no number"
+            reason = topic.faults.get(field) or roles.without_role.get(column) or default
+            if guess := guesses.get(column):
+                reason = _omission_reason(guess, roles)
             elif field not in (*topic.fields, *topic.faults):
-                why = "words"
+                reason = "words"
             message, _, last = field.rpartition("[" if field.endswith("]") else ".")
-            reasons.setdefault((f"{stem}{message}".rstrip("."), why), []).append(last.rstrip("]"))
+            reasons.setdefault((f"{stem}{message}".rstrip("."), reason), []).append(
+                last.rstrip("]")
+            )
     if reasons:
-        yield "# Left out:"
-    for (message, why), names in reasons.items():
+        yield "# Omitted:"
+    for (message, reason), names in reasons.items():
         more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
-        listed = f"{' '.join(names[:_MAX_NAMES])}{more} - {why}"
+        listed = f"{' '.join(names[:_MAX_NAMES])}{more} - {reason}"
         yield from _comment(f"{message}: {listed}" if message else listed)
 
 
-def _omission_reason(one: Guess, roles: Roles) -> str:
-    """Return why a guess is not in the draft."""
-    best = roles.best(one.role)
-    if one.role == "flag":
-        return "tells good rows from bad"
-    if one.confidence < MIN_CONFIDENCE:
-        return f"{one.role} perhaps, {one.confidence} %"
-    if one.role == "commands":
-        return "more commands than a draft lists"
-    other = best.column if best is not None and best.column != one.column else "given otherwise"
-    return f"{one.role} is {other}"
+def _omission_reason(guess: Guess, roles: Roles) -> str:
+    """Return why a guess is omitted."""
+    best = roles.best(guess.role)
+    if guess.role == "flag":
+        return "marks valid rows"
+    if guess.confidence < MIN_CONFIDENCE:
+        return f"possibly {guess.role}, {guess.confidence} %"
+    if guess.role == "commands":
+        return "too many commands"
+    alternative = (
+        best.column
+        if best is not None and best.column != guess.column
+        else "given by other columns"
+    )
+    return f"{guess.role} is {alternative}"
 
 
 def _quote(text: str) -> str:
-    """Return a YAML scalar that is this text."""
+    """Return the text as a YAML scalar."""
     plain = _PLAIN_SCALAR.fullmatch(text) and text.lower() not in _YAML_KEYWORDS
     return text if plain else json.dumps(text, ensure_ascii=False)

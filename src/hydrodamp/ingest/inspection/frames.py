@@ -1,4 +1,4 @@
-"""Which units and axes: whether rates and velocities move as attitude and position do."""
+"""Units and axes of a recording: regression of rates on attitude and of velocity on position."""
 
 from __future__ import annotations
 
@@ -8,38 +8,41 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.atoms import VELOCITY_OF
+from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.conditioning.gaps import true_runs
-from hydrodamp.conditioning.vertical import (
+from hydrodamp.conditioning.vertical_axis import (
     AxisEvidence,
     VerticalAxis,
     depth_test,
     gravity_test,
     surface_test,
 )
-from hydrodamp.data.agreement import (
+from hydrodamp.data.attitude import down_vectors, quaternion_from_euler, rotation_matrices
+from hydrodamp.data.channel_regression import (
     NO_REGRESSION,
     ChannelRegression,
     integrate_rotation,
     regress_channel,
 )
-from hydrodamp.data.attitude import down_vectors, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, synchronise
+from hydrodamp.ingest.inspection.delay import Delay
 
-_MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
+_MIRROR = np.array([1.0, -1.0, -1.0])  # converts FRD to FLU components and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
-_SCALE_TOLERANCE = 0.25  # of a ratio, about that of a unit
+_SCALE_TOLERANCE = 0.25  # relative error of a scale around a unit factor
 _NORM_TOLERANCE = 0.1
 
-#: For every role the series that plays it.
+#: The series of every role.
 RoleSeries = Mapping[str, Series]
 
 
 @dataclass(frozen=True)
 class RateMatch:
-    """Body rates beside the attitude."""
+    """Result of the comparison of body rates with the attitude."""
 
     unit: str | None = None
     mirrored: bool = False
@@ -48,7 +51,7 @@ class RateMatch:
 
 @dataclass(frozen=True)
 class VelocityMatch:
-    """Velocity beside position."""
+    """Result of the comparison of velocity with position."""
 
     earth_fixed: bool | None = None
     mirrored: bool = False
@@ -57,28 +60,30 @@ class VelocityMatch:
 
 
 def _attitude_roles(roles: RoleSeries) -> list[str]:
-    """Return the roles that make the attitude: a quaternion, or the angles there are."""
+    """Return the roles of the attitude: the quaternion, or the available angles."""
     quaternion = [f"attitude.{name}" for name in ATTITUDE.columns]
     angles = [f"attitude.{name}" for name in (*EULER, "heading")]
-    return quaternion if set(quaternion) <= set(roles) else [one for one in angles if one in roles]
+    return (
+        quaternion if set(quaternion) <= set(roles) else [role for role in angles if role in roles]
+    )
 
 
 def _with_attitude(
-    roles: RoleSeries, wanted: Sequence[Series]
+    roles: RoleSeries, series: Sequence[Series]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return elapsed time, wanted columns, and attitudes in the axes of the file."""
-    names, n = _attitude_roles(roles), len(wanted)
-    elapsed, joined = synchronise([*wanted, *(roles[name] for name in names)])
-    turned = joined[:, n:]
-    if "attitude.qw" in names:
-        size = np.linalg.norm(turned, axis=1, keepdims=True)
-        fine = np.abs(size - 1.0) < _NORM_TOLERANCE
-        return elapsed, joined[:, :n], turned / np.where(fine, size, np.nan)
+    """Return elapsed time, columns of the series, and attitudes in the axes of the file."""
+    attitude_roles, n = _attitude_roles(roles), len(series)
+    elapsed, columns = synchronise([*series, *(roles[name] for name in attitude_roles)])
+    attitude = columns[:, n:]
+    if "attitude.qw" in attitude_roles:
+        size = np.linalg.norm(attitude, axis=1, keepdims=True)
+        valid = np.abs(size - 1.0) < _NORM_TOLERANCE
+        return elapsed, columns[:, :n], attitude / np.where(valid, size, np.nan)
     angles = np.zeros((len(elapsed), 3))
-    for name, column in zip(names, turned.T, strict=True):
-        place = EULER.index(name.removeprefix("attitude.").replace("heading", "yaw"))
-        angles[:, place] = UNITS["angle"][roles[name].unit or "rad"] * column
-    return elapsed, joined[:, :n], quaternion_from_euler(angles)
+    for name, column in zip(attitude_roles, attitude.T, strict=True):
+        axis = EULER.index(name.removeprefix("attitude.").replace("heading", "yaw"))
+        angles[:, axis] = UNITS["angle"][roles[name].unit or "rad"] * column
+    return elapsed, columns[:, :n], quaternion_from_euler(angles)
 
 
 def match_rates(roles: RoleSeries) -> RateMatch:
@@ -87,30 +92,34 @@ def match_rates(roles: RoleSeries) -> RateMatch:
     if not _attitude_roles(roles) or not names:
         return RateMatch()
     rates = [roles[f"velocity.{name}"] for name in names]
-    elapsed, joined, attitudes = _with_attitude(roles, rates)
-    turns = integrate_rotation(attitudes, _complete_runs(attitudes))
-    turns[np.isnan(attitudes).any(axis=1)] = np.nan
-    good = {}
-    for place, name in enumerate(names):
+    elapsed, columns, attitudes = _with_attitude(roles, rates)
+    rotation = integrate_rotation(attitudes, _complete_runs(attitudes))
+    rotation[np.isnan(attitudes).any(axis=1)] = np.nan
+    consistent = {}
+    for column, name in enumerate(names):
         axis = "pqr".index(name)
-        one = _regress(elapsed, joined[:, [place]], turns[:, [axis]])
-        if one.is_consistent():
-            good[name] = one
-    unit = _rate_unit(float(np.median([abs(one.scale) for one in good.values()]))) if good else None
-    flipped = [one.scale < 0.0 for name, one in good.items() if name != "p"]
-    axes = tuple((name, round(abs(one.correlation), 3)) for name, one in good.items())
+        result = _regress(elapsed, columns[:, [column]], rotation[:, [axis]])
+        if result.is_consistent():
+            consistent[name] = result
+    unit = (
+        _rate_unit(float(np.median([abs(result.scale) for result in consistent.values()])))
+        if consistent
+        else None
+    )
+    flipped = [result.scale < 0.0 for name, result in consistent.items() if name != "p"]
+    axes = tuple((name, round(abs(result.correlation), 3)) for name, result in consistent.items())
     return RateMatch(unit, bool(flipped) and all(flipped), axes)
 
 
 def _rate_unit(ratio: float) -> str | None:
-    """Return the unit whose factor a ratio is."""
+    """Return the unit whose factor matches a scale."""
     known = {unit: UNITS["angular rate"][unit] for unit in _RATE_UNITS}
     unit = min(known, key=lambda unit: abs(np.log(ratio * known[unit])))
     return unit if abs(ratio * known[unit] - 1) < _SCALE_TOLERANCE else None
 
 
 def match_velocity(roles: RoleSeries) -> VelocityMatch:
-    """Compare velocity with position: turned by the attitude, mirrored, or as it is."""
+    """Compare velocity with position: body-fixed, mirrored (FLU), or earth-fixed."""
     is_body = any(f"velocity.{name}" in roles for name in "uvw")
     names = (
         "uvw" if is_body else "xyz"
@@ -120,30 +129,38 @@ def match_velocity(roles: RoleSeries) -> VelocityMatch:
     if not _attitude_roles(roles) or len(axes) < 2:
         return VelocityMatch()
     paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
-    elapsed, joined, attitudes = _with_attitude(roles, paired)
+    elapsed, columns, attitudes = _with_attitude(roles, paired)
     n = len(axes)
     body = np.zeros((len(elapsed), 3))
-    body[:, axes] = joined[:, :n]
-    axes_of = rotation_matrices(attitudes)
-    ways = [body, *(np.einsum("nij,nj->ni", axes_of, one) for one in (body, body * _MIRROR))]
-    moved = joined[:, n:]
-    fixed, plain, mirrored = (_regress(elapsed, way[:, axes], moved) for way in ways)
-    flipped = mirrored.explains_more_than(plain)
-    turning = mirrored if flipped else plain
-    if fixed.explains_more_than(turning):
-        return VelocityMatch(True, False, fixed, turning)
+    body[:, axes] = columns[:, :n]
+    matrices = rotation_matrices(attitudes)
+    candidates = [
+        body,
+        *(np.einsum("nij,nj->ni", matrices, vectors) for vectors in (body, body * _MIRROR)),
+    ]
+    position = columns[:, n:]
+    earth_fixed, plain, mirrored = (
+        _regress(elapsed, candidate[:, axes], position) for candidate in candidates
+    )
+    is_mirrored = mirrored.explains_more_than(plain)
+    body_fixed = mirrored if is_mirrored else plain
+    if earth_fixed.explains_more_than(body_fixed):
+        return VelocityMatch(True, False, earth_fixed, body_fixed)
     return VelocityMatch(
-        False if turning.explains_more_than(fixed) else None, flipped, turning, fixed
+        False if body_fixed.explains_more_than(earth_fixed) else None,
+        is_mirrored,
+        body_fixed,
+        earth_fixed,
     )
 
 
 def _regress(elapsed: FloatArray, rate: FloatArray, value: FloatArray) -> ChannelRegression:
-    """Compare where nothing is missing."""
+    """Regress where no value is missing."""
     return regress_channel(elapsed, _complete_runs(rate, value), np.nan_to_num(rate), value)
 
 
 def _complete_runs(*columns: FloatArray) -> IntArray:
-    """Return the stretches of rows without NaN."""
+    """Return the bounds of rows without NaN."""
     known = np.isfinite(np.column_stack(columns)).all(axis=1)
     return np.array(true_runs(np.asarray(known)), dtype=np.int64).reshape(-1, 2)
 
@@ -152,7 +169,7 @@ _ROS_LOG_ODDS, _AUTOPILOT_LOG_ODDS, _POSE_LOG_ODDS = 2.5, 4.0, 0.7  # log-odds
 
 
 def find_vertical_axis(form: str, roles: RoleSeries) -> VerticalAxis:
-    """Return the axes of body and attitude that the signs speak for."""
+    """Return the axes of body and attitude from all evidence."""
     return VerticalAxis.combine(
         (
             *format_convention(form),
@@ -164,15 +181,16 @@ def find_vertical_axis(form: str, roles: RoleSeries) -> VerticalAxis:
 
 
 def format_convention(form: str) -> Iterator[AxisEvidence]:
-    """Yield the axes that a format has by custom."""
+    """Yield the conventional axes of a format."""
     axes = conventional_axes(form)
     if axes == "FLU over ENU":
         yield AxisEvidence(
-            -_ROS_LOG_ODDS, f"{form}: forward-port-up over east-north-up by custom (REP 103)"
+            -_ROS_LOG_ODDS, f"{form}: forward-port-up over east-north-up by convention (REP 103)"
         )
     elif axes:
         yield AxisEvidence(
-            _AUTOPILOT_LOG_ODDS, f"{form}: forward-starboard-down over north-east-down by custom"
+            _AUTOPILOT_LOG_ODDS,
+            f"{form}: forward-starboard-down over north-east-down by convention",
         )
 
 
@@ -184,24 +202,103 @@ def _gravity_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
 
 
 def _depth_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
-    """Compare the change of depth with the vertical part of the velocity."""
+    """Compare the change of depth with the vertical velocity."""
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
     if not _attitude_roles(roles) or "position.depth" not in roles or not {*names} - {"velocity.v"}:
         return
-    moving = [roles[name] for name in ("position.depth", *names)]
-    elapsed, joined, attitudes = _with_attitude(roles, moving)
+    series = [roles[name] for name in ("position.depth", *names)]
+    elapsed, values, attitudes = _with_attitude(roles, series)
     columns = ["uvw".index(name[-1]) for name in names]
-    rise = np.sum(down_vectors(attitudes)[:, columns] * joined[:, 1:], axis=1)
-    whole = _complete_runs(rise, joined[:, :1])
-    yield from depth_test(elapsed, whole, np.nan_to_num(rise), joined[:, 0])
+    rise = np.sum(down_vectors(attitudes)[:, columns] * values[:, 1:], axis=1)
+    bounds = _complete_runs(rise, values[:, :1])
+    yield from depth_test(elapsed, bounds, np.nan_to_num(rise), values[:, 0])
 
 
 def _surface_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
-    """See to which side of its start a vehicle goes."""
+    """Test in which vertical direction the vehicle leaves its start."""
     if "position.z" not in roles:
         return
     if "position.depth" not in roles:
         yield AxisEvidence(
-            -_POSE_LOG_ODDS, "a pose called x y z, as of motion capture, mostly has z up"
+            -_POSE_LOG_ODDS, "a pose named x y z, as of motion capture, usually has z up"
         )
     yield from surface_test(roles["position.z"].values)
+
+
+#: Share of the variance of an acceleration from which a command has an effect.
+MIN_RESPONSE_SHARE = 0.05
+_MIN_DELAY_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
+UNDECIDED = "The direction of z is undetermined"
+#: Motion of the vehicle when a velocity increases that changes sign with the axes.
+_MOVES = {"v": "to starboard", "w": "down", "q": "bow up", "r": "to starboard"}
+_OPPOSITE_MOVES = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
+
+
+def describe_frame(upright: VerticalAxis, responses: Sequence[str]) -> str:
+    """Return the evidence for the direction of z, or what would determine it."""
+    evidence = "; ".join(test.message for test in upright.evidence)
+    if upright.is_sure:
+        return f"{upright.body} by {upright.confidence} %: {evidence}."
+    observed = f" Responses: {'; '.join(responses)}." if responses else ""
+    return (
+        f"{UNDECIDED}: motion alone cannot distinguish FRD over NED from FLU over a world with z up"
+        f"{f'; {evidence}' if evidence else ''}.{observed} Compare with the actual motion, or "
+        "record a specific force or a depth."
+    )
+
+
+def misread_positions(measured: Mapping[str, str]) -> Iterator[QualityIssue]:
+    """Yield commands whose names are those of positions."""
+    names = [name for name, role in measured.items() if not role.endswith("depth")]
+    if names:
+        yield QualityIssue(
+            " ".join(names),
+            "has the name of a position but was read as a command",
+            "the canonical form calls a position x y z, in metres",
+            remedy="rename it, or name it under `position` in a mapping (`--draft`)",
+        )
+
+
+def wrong_frame(upright: VerticalAxis, issues: Sequence[QualityIssue]) -> Iterator[QualityIssue]:
+    """Yield that z is up, unless an issue of the specific force reports it."""
+    if (
+        upright.body == "FLU"
+        and upright.is_sure
+        and all(issue.channel != "specific_force" for issue in issues)
+    ):
+        yield QualityIssue(
+            "frame",
+            "is forward-port-up, not forward-starboard-down",
+            "; ".join(test.message for test in upright.evidence if test.log_odds < 0.0),
+            remedy="write `frame: FLU` in a mapping, and list deviating sensors under `sensors`",
+        )
+
+
+def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
+    """Yield axes of a recorded wrench that accelerate the vehicle against their sign."""
+    reversed_delays = [
+        delay
+        for delay in delays
+        if VELOCITY_OF.get(delay.command) == delay.velocity
+        and delay.sign < 0
+        and delay.share >= MIN_RESPONSE_SHARE
+        and delay.confidence >= _MIN_DELAY_CONFIDENCE
+    ]
+    if reversed_delays:
+        yield QualityIssue(
+            " ".join(delay.command for delay in reversed_delays),
+            "acts against its sign",
+            ", ".join(
+                f"{delay.velocity} decreases when {delay.command} increases"
+                for delay in reversed_delays
+            ),
+            remedy="write `sign: -1` for it, or other axes under `sensors`, in the mapping",
+        )
+
+
+def list_responses(delays: Sequence[Delay]) -> Iterator[str]:
+    """Yield the motion of the vehicle when a command increases, in the axes of the log."""
+    for delay in delays:
+        if delay.velocity in _MOVES and delay.share >= MIN_RESPONSE_SHARE:
+            motion = (_MOVES if delay.sign > 0 else _OPPOSITE_MOVES)[delay.velocity]
+            yield f"increasing {delay.command} moves the vehicle {motion}"

@@ -1,4 +1,4 @@
-"""Everything that can be said of an unknown recording, and the log that it makes."""
+"""Inspection of an unknown recording: topics, roles, presets, draft mapping, quality report."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.quality_checks import QualityIssue
-from hydrodamp.conditioning.vertical import AxisEvidence, VerticalAxis, vertical_tests
-from hydrodamp.data.agreement import integrate_displacement, regress_channel
+from hydrodamp.conditioning.vertical_axis import AxisEvidence, VerticalAxis, vertical_tests
+from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, suppress_warnings
@@ -19,21 +19,21 @@ from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.draft import Draft, draft_from_preset, write_draft
 from hydrodamp.ingest.inspection.frames import format_convention
 from hydrodamp.ingest.inspection.names import NO_ROLE, words
-from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, verdict
+from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, report_quality
 from hydrodamp.ingest.inspection.roles import Roles, guess_roles
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.columns import find_columns
 from hydrodamp.ingest.read import combine_recordings, is_canonical
 
-#: How messages call a draft.
+#: Name of a draft in messages.
 DRAFT_NAME = "the draft"
 
-#: Confidence [%] from which a draft is worth making a log of.
+#: Confidence [%] from which a log is made by the draft.
 MIN_DRAFT_CONFIDENCE = 60
 
-_SCALE_TOLERANCE = 0.1  # of the way
+_SCALE_TOLERANCE = 0.1  # relative error of the integrated velocity
 
-#: Returns what a vehicle needs of a log.
+#: Returns the requirements of a vehicle on a log.
 RequirementsOf = Callable[[Log], Requirements]
 
 
@@ -55,15 +55,15 @@ class TopicFacts:
 
 
 def topic_facts(topic: Topic, clock: TopicClock | None) -> TopicFacts:
-    """Return how many messages a topic has, how often, with what gaps."""
+    """Return number, rate and gaps of the messages of a topic."""
     times = np.empty(0) if clock is None else clock.seconds[np.isfinite(clock.seconds)]
     steps = np.diff(times)
     pace: tuple[float | None, float | None, float | None] = (None, None, None)
     ends: tuple[float | None, float | None] = (None, None)
     if len(times):
         ends = float(times[0]), float(times[-1])
-    if len(ahead := steps[steps > 0.0]):
-        low, step, high, longest = np.quantile(ahead, (0.05, 0.5, 0.95, 1.0)).tolist()
+    if len(positive := steps[steps > 0.0]):
+        low, step, high, longest = np.quantile(positive, (0.05, 0.5, 0.95, 1.0)).tolist()
         pace = 1 / step, (high - low) / 2 / step, longest
     return TopicFacts(
         topic.name,
@@ -79,7 +79,7 @@ def topic_facts(topic: Topic, clock: TopicClock | None) -> TopicFacts:
 
 @dataclass(frozen=True)
 class PresetMatch:
-    """A preset that has all its columns in a recording."""
+    """A preset all of whose columns are in a recording."""
 
     name: str
     channels: int
@@ -87,22 +87,22 @@ class PresetMatch:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """What a recording holds, and what it may mean.
+    """Contents of a recording and their guessed meaning.
 
     Attributes
     ----------
     source, format : str
         Of the recording.
     notes : tuple of str
-        What the reader met.
+        Notes of the reader.
     topics : tuple of TopicFacts
         Rates, gaps and spans.
     roles : Roles
-        What its columns may be.
+        Guessed roles of its columns.
     without_role : tuple of str
-        Columns of numbers of which nothing could be said.
+        Numeric columns without a role.
     presets : tuple of Fitting
-        Mappings of the package that fit, the best first.
+        Matching presets, the best first.
     draft : Draft
         A mapping file to start from.
     """
@@ -127,25 +127,25 @@ class Probe:
         Raises
         ------
         LogError
-            If too little was found to make a mapping of.
+            If the draft is not a valid mapping.
         """
         return LogMapping.from_dict(parse_yaml(self.draft.text, DRAFT_NAME), DRAFT_NAME)
 
 
 def probe(recording: Recording, *others: Recording) -> Probe:
-    """Look through a recording of which nothing is known.
+    """Inspect an unknown recording.
 
     Parameters
     ----------
     recording : Recording
         As read.
     *others : Recording
-        More of the same vehicle: a channel is at rest only where it rests in all of them.
+        Further recordings of the vehicle: a channel is constant only if constant in all.
 
     Returns
     -------
     probe : Probe
-        Facts, guesses with their evidence, and a draft.
+        Statistics, guesses with evidence, and a draft mapping.
 
     Examples
     --------
@@ -160,39 +160,49 @@ def probe(recording: Recording, *others: Recording) -> Probe:
     'deg/s'
     """
     roles, presets = guess_roles(recording, others), matching_presets(recording)
-    drafted = write_draft(recording, roles)
-    if drafted.confidence < MIN_DRAFT_CONFIDENCE and presets:
-        drafted = draft_from_preset(recording, presets[0].name)
+    draft = write_draft(recording, roles)
+    if draft.confidence < MIN_DRAFT_CONFIDENCE and presets:
+        draft = draft_from_preset(recording, presets[0].name)
     return Probe(
         source=recording.source,
         format=recording.format,
         notes=recording.notes,
-        topics=tuple(topic_facts(one, roles.clocks.get(one.name)) for one in recording.topics),
+        topics=tuple(
+            topic_facts(topic, roles.clocks.get(topic.name)) for topic in recording.topics
+        ),
         roles=roles,
-        without_role=tuple(name for name, why in roles.without_role.items() if why == NO_ROLE),
+        without_role=tuple(
+            name for name, reason in roles.without_role.items() if reason == NO_ROLE
+        ),
         presets=presets,
-        draft=drafted,
+        draft=draft,
     )
 
 
 def matching_presets(recording: Recording) -> tuple[PresetMatch, ...]:
-    """Return the presets that fit."""
-    found = [one for name in presets() for one in _match_preset(name, recording)]
-    return tuple(sorted(found, key=lambda one: -one.channels))
+    """Return the matching presets."""
+    matches = [match for name in presets() for match in _match_preset(name, recording)]
+    return tuple(sorted(matches, key=lambda match: -match.channels))
 
 
 def _match_preset(name: str, recording: Recording) -> Iterator[PresetMatch]:
     mapping = read_mapping(name)
     timeless = [entry for entry in mapping.entries if entry.group != "time"]
-    found, faults = find_columns(timeless, recording, name, mapping.topics)
-    moves = [one.field for one in found if one.entry.group == "velocity" and one.topic]
-    is_named = any(not field.startswith("column ") for field in moves)
-    if not faults and moves and (is_named or _velocity_matches_position(mapping, recording)):
-        yield PresetMatch(name, len(found))
+    columns, faults = find_columns(timeless, recording, name, mapping.topics)
+    velocity_fields = [
+        column.field for column in columns if column.entry.group == "velocity" and column.topic
+    ]
+    is_named = any(not field.startswith("column ") for field in velocity_fields)
+    if (
+        not faults
+        and velocity_fields
+        and (is_named or _velocity_matches_position(mapping, recording))
+    ):
+        yield PresetMatch(name, len(columns))
 
 
 def _velocity_matches_position(mapping: LogMapping, recording: Recording) -> bool:
-    """Return whether velocities add up to the way of the position; any columns have places."""
+    """Return whether velocities integrate to the position."""
     try:
         with suppress_warnings():
             log = mapping.log(recording)
@@ -200,14 +210,14 @@ def _velocity_matches_position(mapping: LogMapping, recording: Recording) -> boo
         return False
     if log.attitude is None or log.position is None:
         return False
-    way = integrate_displacement(log.attitude, log.position, log.bounds)
-    both = regress_channel(log.time, log.bounds, log.velocity[:, :3], way)
-    return both.is_consistent() and abs(both.scale - 1.0) < _SCALE_TOLERANCE
+    displacement = integrate_displacement(log.attitude, log.position, log.bounds)
+    regression = regress_channel(log.time, log.bounds, log.velocity[:, :3], displacement)
+    return regression.is_consistent() and abs(regression.scale - 1.0) < _SCALE_TOLERANCE
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """How a log was made of recordings and what the verdict is, or why there is no log."""
+    """The log made of recordings and its quality report, or the reason why there is none."""
 
     mapping: str
     report: QualityReport | None
@@ -217,10 +227,10 @@ class Inspection:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What the log lacks; without a log, the log itself."""
+        """What the log lacks, or why there is no log."""
         if self.report is not None:
             return self.report.missing
-        return (f"a log: {self.reason}\nCorrect the draft and ask again with --mapping.",)
+        return (f"a log: {self.reason}\nCorrect the draft and pass it by --mapping.",)
 
 
 def inspect(
@@ -229,89 +239,106 @@ def inspect(
     mapping: str | None = None,
     needs: RequirementsOf | None = None,
 ) -> Inspection:
-    """Make a log of recordings that were probed, and judge it."""
+    """Make a log of probed recordings and report its quality."""
 
-    def judged(made: str, mapping: LogMapping | str | None = None) -> Inspection:
+    def make_report(made: str, mapping: LogMapping | str | None = None) -> Inspection:
         log = combine_recordings(recordings, mapping)
         read = read_mapping(mapping) if isinstance(mapping, str) else mapping
         roles = found.roles
         upright, measured = _vertical_axis(log, roles, recordings[0].format, read), dict[str, str]()
         if read is None:
-            places = (one for one in roles.guesses if one.role.startswith("position."))
-            measured = {one.column: one.role for one in places if one.column in log.command_names}
-        its = verdict(log, None if needs is None else needs(log), upright, measured)
+            positions = (guess for guess in roles.guesses if guess.role.startswith("position."))
+            measured = {
+                guess.column: guess.role for guess in positions if guess.column in log.command_names
+            }
+        topic = report_quality(log, None if needs is None else needs(log), upright, measured)
         unsure = roles.vertical_axis.warnings if isinstance(mapping, LogMapping) else ()
-        its = replace(its, remarks=(*unsure, *its.remarks))
-        its = omit_applied_steps(its, () if read is None else read.steps)
-        return Inspection(made, its, log.notes)
+        topic = replace(topic, remarks=(*unsure, *topic.remarks))
+        topic = omit_applied_steps(topic, () if read is None else read.steps)
+        return Inspection(made, topic, log.notes)
 
     if mapping is not None:
-        return judged(f"by the mapping {mapping}", mapping)
-    tables = [one.topics[0] for one in recordings if [its.name for its in one.topics] == [""]]
+        return make_report(f"by the mapping {mapping}", mapping)
+    tables = [
+        recording.topics[0]
+        for recording in recordings
+        if [topic.name for topic in recording.topics] == [""]
+    ]
     if len(tables) == len(recordings) and all(map(is_canonical, tables)):
-        return judged("")
-    reason = "the roles of its columns are too unsure to make a log of"
+        return make_report("")
+    reason = "the confidence in the roles of its columns is too low"
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
         try:
             with suppress_warnings():
-                return replace(judged("by the draft", found.mapping()), is_drafted=True)
+                return replace(make_report("by the draft", found.mapping()), is_drafted=True)
         except HydrodampError as error:
             reason = f"by the draft: {error}"
     return Inspection("", None, is_drafted=True, reason=reason)
 
 
-def omit_applied_steps(found: QualityReport, steps: Sequence[Step]) -> QualityReport:
-    """Advise no step that the mapping has."""
-    named = [str(getattr(getattr(step, "func", step), "__name__", "")) for step in steps]
+def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityReport:
+    """Do not recommend steps that the mapping contains."""
+    names = [str(getattr(getattr(step, "func", step), "__name__", "")) for step in steps]
 
-    def other(one: QualityIssue) -> QualityIssue:
-        step = next((name for name in named if f"steps: [{name}" in one.remedy), None)
-        cure = f"`{step}` in the mapping leaves it: cut the log there by `segment`, or leave it"
-        return one if step is None else replace(one, remedy=cure)
+    def revise(issue: QualityIssue) -> QualityIssue:
+        step = next((name for name in names if f"steps: [{name}" in issue.remedy), None)
+        remedy = (
+            f"`{step}` of the mapping does not remove it: split the log there by `segment`, or "
+            "accept it"
+        )
+        return issue if step is None else replace(issue, remedy=remedy)
 
-    missing = found.missing
-    for name in named:
-        missing = tuple(one.replace(f"`{name}`", f"`{name}` (there already)") for one in missing)
-    return replace(found, issues=tuple(map(other, found.issues)), missing=missing)
+    missing = report.missing
+    for name in names:
+        missing = tuple(
+            issue.replace(f"`{name}`", f"`{name}` (already applied)") for issue in missing
+        )
+    return replace(report, issues=tuple(map(revise, report.issues)), missing=missing)
 
 
 def _vertical_axis(
-    log: Log, roles: Roles, form: str, mapping: LogMapping | None
+    log: Log, roles: Roles, format_name: str, mapping: LogMapping | None
 ) -> VerticalAxis | None:
-    """Return the axes that signs speak for, where z down is what the log is in.
+    """Return the evidence on z, where FRD means that the log is forward-starboard-down.
 
-    A draft follows the signs in the file. Of another mapping the custom of the format counts, and
-    a depth that it names. None where the log itself must say.
+    A draft follows the evidence in the file. For another mapping the convention of the format and a
+    named depth count. None if only the log can be tested.
     """
     if mapping is None:
         return None
     if mapping.name == DRAFT_NAME:
         return replace(roles.vertical_axis, body="FRD")
-    turn = 1.0 if mapping.frame == "FRD" else -1.0
-    custom = (AxisEvidence(turn * sign.log_odds, sign.message) for sign in format_convention(form))
+    factor = 1.0 if mapping.frame == "FRD" else -1.0
+    convention = (
+        AxisEvidence(factor * test.log_odds, test.message)
+        for test in format_convention(format_name)
+    )
     has_depth = any(
-        "depth" in words(one.column) for one in mapping.entries if one.group == "position"
+        "depth" in words(entry.column) for entry in mapping.entries if entry.group == "position"
     )
     depth = log.position[:, 2] if has_depth and log.position is not None else None
-    return VerticalAxis.combine((*custom, *vertical_tests(log, depth)))
+    return VerticalAxis.combine((*convention, *vertical_tests(log, depth)))
 
 
 def describe_join(recordings: Sequence[Recording]) -> str:
-    """Say how logs make one recording, where they are of one time and of different columns."""
+    """Suggest to join recordings whose clocks overlap and whose columns differ."""
     clocks = [
-        [one for one in find_clocks(each).values() if np.isfinite(one.seconds).any()]
-        for each in recordings
+        [clock for clock in find_clocks(recording).values() if np.isfinite(clock.seconds).any()]
+        for recording in recordings
     ]
     if len(clocks) < 2 or not all(clocks):
         return ""
-    first = max(min(float(np.nanmin(one.seconds)) for one in its) for its in clocks)
-    last = min(max(float(np.nanmax(one.seconds)) for one in its) for its in clocks)
-    own = [{name for topic in one.topics for name in topic.fields} for one in recordings]
-    own = [names - {one.column for one in its} for names, its in zip(own, clocks, strict=True)]
-    repeated = sum(map(len, own)) - len(set().union(*own))
-    if first >= last or 2 * repeated >= min(map(len, own)):
+    first = max(min(float(np.nanmin(clock.seconds)) for clock in group) for group in clocks)
+    last = min(max(float(np.nanmax(clock.seconds)) for clock in group) for group in clocks)
+    columns = [{name for topic in item.topics for name in topic.fields} for item in recordings]
+    columns = [
+        names - {clock.column for clock in group}
+        for names, group in zip(columns, clocks, strict=True)
+    ]
+    repeated = sum(map(len, columns)) - len(set().union(*columns))
+    if first >= last or 2 * repeated >= min(map(len, columns)):
         return ""
     return (
-        f"`{'+'.join(one.source for one in recordings)}` makes one recording of these files: "
-        "their clocks overlap. With a blank between them they are logs one after another."
+        f"`{'+'.join(item.source for item in recordings)}` reads these files as one recording: "
+        "their clocks overlap. Separated by a blank, they are read as consecutive logs."
     )

@@ -1,4 +1,4 @@
-"""Guessed roles: names, units, sizes and motion weighed together."""
+"""Roles of columns, from evidence of names, units, magnitudes and motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.conditioning.vertical import VerticalAxis
+from hydrodamp.conditioning.vertical_axis import VerticalAxis
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
@@ -20,7 +20,6 @@ from hydrodamp.ingest.inspection.columns import (
     find_clocks,
     topic_series,
 )
-from hydrodamp.ingest.inspection.elements import split_index
 from hydrodamp.ingest.inspection.frames import (
     RateMatch,
     VelocityMatch,
@@ -28,17 +27,17 @@ from hydrodamp.ingest.inspection.frames import (
     match_rates,
     match_velocity,
 )
-from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
+from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, split_index, words
 from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo
 _SERVO_WORDS = frozenset(
     ("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc")
 )
-_UNIT_FROM_SIZE_CONFIDENCE = 68  # %, of a unit that nothing but its size speaks for
-_MAX_RATE_RAD_S = 3.5  # rad/s, faster than nearly all craft turn
-_IDLE_VALUES = (0.0, 1500.0, 65535.0)  # of a servo that is not there, or never used
-_GYRO_RESOLUTION = 1e-5  # rad/s or deg/s, less than any gyro's noise
+_UNIT_FROM_SIZE_CONFIDENCE = 68  # %, if only the magnitude indicates the unit
+_MAX_RATE_RAD_S = 3.5  # rad/s; faster rotations are rare
+_IDLE_VALUES = (0.0, 1500.0, 65535.0)  # of a servo that is absent or unused
+_GYRO_RESOLUTION = 1e-5  # rad/s or deg/s; less than the noise of any gyro
 _MIN_RANGE = {"commands": 0.0, "flag": 0.0} | dict.fromkeys(
     (f"velocity.{one}" for one in "pqr"), _GYRO_RESOLUTION
 )
@@ -46,7 +45,7 @@ _MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in ("xyzuvw")), 0.0)
 _MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in WORLD_DIRECTIONS), 0.0)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
-#: For every angle the largest that it may be in radians; one beyond is in degrees.
+#: Largest value of an angle in radians; larger values are in degrees.
 _MAX_ANGLE_RAD = {
     "attitude.roll": 3.3,
     "attitude.pitch": 1.65,
@@ -66,7 +65,7 @@ _AXES_OF = {
 
 @dataclass(frozen=True)
 class Guess:
-    """What a column may be."""
+    """A guessed role of a column."""
 
     column: str
     role: str
@@ -76,7 +75,7 @@ class Guess:
     evidence: tuple[str, ...] = ()
     is_best: bool = True
     topic: str = ""
-    is_pulse: bool = False  # the width of one, in microseconds
+    is_pulse: bool = False  # a pulse width in microseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,254 +84,299 @@ class Roles:
 
     guesses: tuple[Guess, ...]
     clocks: Mapping[str, TopicClock]
-    flags: Mapping[str, str]  # for topics that mark their good rows the field that does
+    flags: Mapping[str, str]  # by topic, the field that marks valid rows
     rates: RateMatch
     velocity: VelocityMatch
     vertical_axis: VerticalAxis
     world: str
-    without_role: Mapping[str, str]  # for columns without a role, why
+    without_role: Mapping[str, str]  # by column without a role, the reason
 
     def best(self, role: str) -> Guess | None:
         """Return the best guess for a role."""
-        return next((one for one in self.guesses if one.role == role and one.is_best), None)
+        return next((guess for guess in self.guesses if guess.role == role and guess.is_best), None)
 
     def all_of(self, role: str) -> tuple[Guess, ...]:
-        """Return every chosen guess of a role, such as all commands."""
-        return tuple(one for one in self.guesses if one.role == role and one.is_best)
+        """Return every best guess of a role, such as all commands."""
+        return tuple(guess for guess in self.guesses if guess.role == role and guess.is_best)
 
 
 def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles:
-    """Guess what every column of a recording is; one at rest here may move in others."""
+    """Guess the role of every column; a constant column may vary in other recordings."""
     clocks = find_clocks(recording)
-    # Where nothing counts the time, names say something all the same.
+    # Without a clock, names still give roles.
     rows = {topic.name: clock_at_rate(topic, 1.0) for topic in recording.topics if topic.n}
     series = {
-        one.column: one
+        item.column: item
         for topic in recording.topics
         if topic.name in (clocks or rows)
-        for one in topic_series(topic, (clocks or rows)[topic.name])
+        for item in topic_series(topic, (clocks or rows)[topic.name])
     }
-    named, silent = _guess_from_names(recording, series, others)
-    found = _mark_best(named, series)
-    playing = _infer_units({one.role: series[one.column] for one in found if one.is_best})
-    rates = match_rates(playing) if clocks else RateMatch()
-    way = match_velocity(playing) if clocks else VelocityMatch()
-    units = {one.column: one.unit for one in playing.values()}
+    named, without_role = _guess_from_names(recording, series, others)
+    guesses = _mark_best(named, series)
+    role_series = _infer_units(
+        {guess.role: series[guess.column] for guess in guesses if guess.is_best}
+    )
+    rates = match_rates(role_series) if clocks else RateMatch()
+    velocity = match_velocity(role_series) if clocks else VelocityMatch()
+    units = {guess.column: guess.unit for guess in role_series.values()}
     weighed = [
         _add_motion_evidence(
-            replace(one, unit=units.get(one.column, one.unit)), series[one.column], rates, way
+            replace(guess, unit=units.get(guess.column, guess.unit)),
+            series[guess.column],
+            rates,
+            velocity,
         )
-        for one in found
+        for guess in guesses
     ]
-    form = _message_format(recording)
-    upright = find_vertical_axis(form, playing)
-    world = _world_frame(form, upright.body)
-    guesses = (*_clock_guesses(clocks), *(_name_world_axes(one, world, way) for one in weighed))
-    return Roles(guesses, clocks, _flag_fields(series, found), rates, way, upright, world, silent)
+    format_name = _message_format(recording)
+    upright = find_vertical_axis(format_name, role_series)
+    world = _world_frame(format_name, upright.body)
+    all_guesses = (
+        *_clock_guesses(clocks),
+        *(_name_world_axes(guess, world, velocity) for guess in weighed),
+    )
+    return Roles(
+        all_guesses,
+        clocks,
+        _flag_fields(series, guesses),
+        rates,
+        velocity,
+        upright,
+        world,
+        without_role,
+    )
 
 
 def _message_format(recording: Recording) -> str:
-    """Return the format of a recording, and whose messages a table of it holds."""
+    """Return the format of a recording; for tables of ROS messages with this remark."""
     names = (name for topic in recording.topics for name in topic.fields)
     if "ROS" not in recording.format and any(map(_ROS_FIELD.search, names)):
         return f"{recording.format} of ROS messages"
     return recording.format
 
 
-def _has_stated_unit(one: Series) -> bool:
-    return one.unit in UNITS["angle"]
+def _has_stated_unit(series: Series) -> bool:
+    return series.unit in UNITS["angle"]
 
 
-def _infer_units(playing: Mapping[str, Series]) -> dict[str, Series]:
-    """Return angles of a message, and rates of an array, in one unit, and positions in metres."""
-    made = dict(playing)
-    unsaid = {
-        role: one
+def _infer_units(role_series: Mapping[str, Series]) -> dict[str, Series]:
+    """Return angles of a topic and rates of an array in one unit, and positions in metres."""
+    inferred = dict(role_series)
+    unstated = {
+        role: series
         for role in _MAX_ANGLE_RAD
-        if (one := made.get(role)) and not _has_stated_unit(one)
+        if (series := inferred.get(role)) and not _has_stated_unit(series)
     }
-    beyond = {
-        one.topic
-        for role, one in unsaid.items()
-        if float(np.nanmax(np.abs(one.values))) > _MAX_ANGLE_RAD[role]
+    in_degrees = {
+        series.topic
+        for role, series in unstated.items()
+        if float(np.nanmax(np.abs(series.values))) > _MAX_ANGLE_RAD[role]
     }
-    for role, one in unsaid.items():
-        made[role] = replace(one, unit="deg" if one.topic in beyond else "rad")
-    unsaid = {role: one for role in _RATES if (one := made.get(role)) and one.unit is None}
-    size = {role: float(np.nanquantile(np.abs(one.values), 0.99)) for role, one in unsaid.items()}
-    fast = {array_of(one) for role, one in unsaid.items() if size[role] > _MAX_RATE_RAD_S}
-    for role, one in unsaid.items():
-        made[role] = replace(one, unit="deg/s" if array_of(one) in fast else "rad/s")
-    for role in {*_PLACES, "position.depth"} & made.keys():
-        scale = UNITS["length"].get(made[role].unit or "m", 1.0)
-        made[role] = replace(made[role], values=made[role].values * scale)
-    return made
+    for role, series in unstated.items():
+        inferred[role] = replace(series, unit="deg" if series.topic in in_degrees else "rad")
+    unstated = {
+        role: series for role in _RATES if (series := inferred.get(role)) and series.unit is None
+    }
+    size = {
+        role: float(np.nanquantile(np.abs(series.values), 0.99))
+        for role, series in unstated.items()
+    }
+    fast = {array_of(series) for role, series in unstated.items() if size[role] > _MAX_RATE_RAD_S}
+    for role, series in unstated.items():
+        inferred[role] = replace(series, unit="deg/s" if array_of(series) in fast else "rad/s")
+    for role in {*_PLACES, "position.depth"} & inferred.keys():
+        scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
+        inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
+    return inferred
 
 
 def _world_frame(form: str, body: str) -> str:
     return "NED" if body == "FRD" else "ENU" if conventional_axes(form).endswith("ENU") else "NWU"
 
 
-def _name_world_axes(one: Guess, world: str, way: VelocityMatch) -> Guess:
-    """Name the axes of the world that a position, or an earth-fixed velocity, is along."""
-    group, _, channel = one.role.partition(".")
-    if one.role in _SPEEDS and way.earth_fixed:
-        one = _add_evidence(one, "along the axes of the position: earth-fixed")
-    elif one.role in _EARTH_FIXED:
-        if way.earth_fixed is False:
-            return replace(one, role=_SPEEDS[_EARTH_FIXED.index(one.role)])
-        one = _add_evidence(one, "earth-fixed by its name")
-    elif one.role not in _PLACES:
-        return one
+def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess:
+    """Name the world axes of a position or an earth-fixed velocity."""
+    group, _, channel = guess.role.partition(".")
+    if guess.role in _SPEEDS and velocity.earth_fixed:
+        guess = _add_evidence(guess, "earth-fixed, by its correlation with the position")
+    elif guess.role in _EARTH_FIXED:
+        if velocity.earth_fixed is False:
+            return replace(guess, role=_SPEEDS[_EARTH_FIXED.index(guess.role)])
+        guess = _add_evidence(guess, "earth-fixed by its name")
+    elif guess.role not in _PLACES:
+        return guess
     name, sign = _AXES_OF[world]["uvwxyz".index(channel) % 3]
-    return replace(one, role=f"{group}.{name}", sign=sign)
+    return replace(guess, role=f"{group}.{name}", sign=sign)
 
 
-def array_of(one: Series) -> tuple[str, str]:
-    """Return the array that a series is an element of; columns of a topic make one too."""
-    return one.topic, split_index(one.field)[0] if one.field.endswith((")", "]")) else ""
+def array_of(series: Series) -> tuple[str, str]:
+    """Return the array of a series; columns of a topic also form one."""
+    return series.topic, split_index(series.field)[0] if series.field.endswith((")", "]")) else ""
 
 
-def _flag_fields(series: Mapping[str, Series], named: Iterable[Guess]) -> dict[str, str]:
-    """Return the fields of zeros and ones, both of them, that say which rows are good."""
-    found = [series[one.column] for one in named if one.role == "flag"]
-    return {one.topic: one.field for one in found if set(one.values.tolist()) == {0.0, 1.0}}
+def _flag_fields(series: Mapping[str, Series], guesses: Iterable[Guess]) -> dict[str, str]:
+    """Return the fields of zeros and ones that mark valid rows."""
+    flags = [series[guess.column] for guess in guesses if guess.role == "flag"]
+    return {flag.topic: flag.field for flag in flags if set(flag.values.tolist()) == {0.0, 1.0}}
 
 
 def _clock_guesses(clocks: Mapping[str, TopicClock]) -> Iterator[Guess]:
     for topic, clock in clocks.items():
         if clock.column is not None:
-            column, why = f"{topic}.{clock.column}".lstrip("."), (clock.evidence,)
-            yield Guess(column, "time", clock.confidence, clock.unit, 1, why, topic=topic)
+            column, evidence = f"{topic}.{clock.column}".lstrip("."), (clock.evidence,)
+            yield Guess(column, "time", clock.confidence, clock.unit, 1, evidence, topic=topic)
 
 
 def _guess_from_names(
     recording: Recording, series: Mapping[str, Series], others: Sequence[Recording]
 ) -> tuple[list[Guess], dict[str, str]]:
-    """Return what names say of columns, and of those that they say nothing of why."""
+    """Return guesses from names, and reasons for columns without a role."""
     topics = {topic.name: (topic, frozenset(topic.fields)) for topic in recording.topics}
-    again: dict[str, list[FloatArray]] = {}
-    for topic in (topic for other in others for topic in other.topics):
-        for its in topic_series(topic, None):
-            again.setdefault(its.column, []).append(its.values)
+    more_values: dict[str, list[FloatArray]] = {}
+    for topic in (topic for recording_ in others for topic in recording_.topics):
+        for more in topic_series(topic, None):
+            more_values.setdefault(more.column, []).append(more.values)
     guesses: list[Guess] = []
-    silent: dict[str, str] = {}
-    for column, one in series.items():
-        topic, beside = topics[one.topic]
-        role, sure = guess_role(
-            one.topic, one.field, one.unit, beside, topic.units.get(one.field, "")
+    without_role: dict[str, str] = {}
+    for column, item in series.items():
+        topic, siblings = topics[item.topic]
+        role, confidence = guess_role(
+            item.topic, item.field, item.unit, siblings, topic.units.get(item.field, "")
         )
-        known = np.concatenate([one.values, *again.get(column, ())])
-        known = known[np.isfinite(known)]
-        low, high = float(known.min()), float(known.max())
-        is_pulse = one.unit is None and _PULSE_RANGE_US[0] <= low and high <= _PULSE_RANGE_US[1]
+        values = np.concatenate([item.values, *more_values.get(column, ())])
+        values = values[np.isfinite(values)]
+        low, high = float(values.min()), float(values.max())
+        is_pulse = item.unit is None and _PULSE_RANGE_US[0] <= low and high <= _PULSE_RANGE_US[1]
         if is_stick := is_pulse and low < high and role in _MAX_ANGLE_RAD:
-            role, sure = "commands", 60
-        if sure == 0:
-            silent[column] = role
+            role, confidence = "commands", 60
+        if confidence == 0:
+            without_role[column] = role
             continue
         is_still, is_driven = (
             high - low <= _MIN_RANGE.get(role, -1.0),
             {*words(column)} & _SERVO_WORDS,
         )
         if is_still and (role != "commands" or (low in _IDLE_VALUES and (low or is_driven))):
-            silent[column] = f"never changes from {low:.3g}"
+            without_role[column] = f"never changes from {low:.3g}"
             continue
-        why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)
-        if role.startswith("attitude.q["):  # a part of an array
-            order = _quaternion_order(column, series)
-            role, why = f"attitude.q{order[int(role[-2])]}", (*why, f"{order[0]} first, by size")
-        is_pulse = is_pulse and role == "commands" and (is_stick or bool(is_driven))
-        why = (*why, "still in this run") if is_still else why
-        why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
-        guesses.append(
-            Guess(column, role, sure, one.unit, 1, why, topic=one.topic, is_pulse=is_pulse)
+        evidence: tuple[str, ...] = (
+            "name and unit" if item.unit and quantity_of_role(role) else "name",
         )
-    return _reclassify_normalised_wrench(guesses, series), silent
+        if role.startswith("attitude.q["):  # an element of an array
+            order = _quaternion_order(column, series)
+            role, evidence = (
+                f"attitude.q{order[int(role[-2])]}",
+                (*evidence, f"{order[0]} first, by magnitude"),
+            )
+        is_pulse = is_pulse and role == "commands" and (is_stick or bool(is_driven))
+        evidence = (*evidence, "constant in this run") if is_still else evidence
+        evidence = (*evidence, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else evidence
+        guesses.append(
+            Guess(
+                column,
+                role,
+                confidence,
+                item.unit,
+                1,
+                evidence,
+                topic=item.topic,
+                is_pulse=is_pulse,
+            )
+        )
+    return _reclassify_normalised_wrench(guesses, series), without_role
 
 
 def _reclassify_normalised_wrench(
     guesses: list[Guess], series: Mapping[str, Series]
 ) -> list[Guess]:
-    """Take a wrench of which no component of its topic exceeds one for commands."""
-    loads = [one for one in guesses if one.role.startswith("wrench.")]
+    """Reclassify as commands a wrench no component of which exceeds one."""
+    wrench = [guess for guess in guesses if guess.role.startswith("wrench.")]
     large = {
-        one.topic
-        for one in loads
-        if one.unit is not None or float(np.nanmax(np.abs(series[one.column].values))) > 1.0
+        guess.topic
+        for guess in wrench
+        if guess.unit is not None or float(np.nanmax(np.abs(series[guess.column].values))) > 1.0
     }
-    why = "no larger than one: no newtons"
+    evidence = "at most one: normalised, not newtons"
     return [
-        replace(_add_evidence(one, why), role="commands")
-        if one.role.startswith("wrench.") and one.topic not in large
-        else one
-        for one in guesses
+        replace(_add_evidence(guess, evidence), role="commands")
+        if guess.role.startswith("wrench.") and guess.topic not in large
+        else guess
+        for guess in guesses
     ]
 
 
 def _quaternion_order(column: str, series: Mapping[str, Series]) -> str:
-    """Return the order of a quaternion: hardly any craft tilts far, so x and y are small."""
-    there = (series.get(re.sub(r"\d(?=]?$)", place, column)) for place in "02")
-    first, third = (0.0 if one is None else float(np.nanmean(one.values**2)) for one in there)
+    """Return the order of a quaternion: tilts are small, so x and y are small."""
+    elements = (series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02")
+    first, third = (
+        0.0 if element is None else float(np.nanmean(element.values**2)) for element in elements
+    )
     return "xyzw" if first < third else "wxyz"
 
 
 def _mark_best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
-    """Mark the best guess of each role; of guesses alike that of the faster messages."""
+    """Mark the best guess of each role; among equals that of the fastest topic."""
 
-    def merit(one: Guess) -> tuple[int, int]:
-        return one.confidence, len(series[one.column].seconds)
+    def merit(guess: Guess) -> tuple[int, int]:
+        return guess.confidence, len(series[guess.column].seconds)
 
     best: dict[str, Guess] = {}
-    for one in sorted(guesses, key=merit, reverse=True):
-        best.setdefault(_competing_role(one), one)
-    many = {"commands", "flag"}
+    for guess in sorted(guesses, key=merit, reverse=True):
+        best.setdefault(_competing_role(guess), guess)
+    shared_roles = {"commands", "flag"}
     return [
-        replace(one, is_best=one.role in many or best[_competing_role(one)] is one)
-        for one in guesses
+        replace(guess, is_best=guess.role in shared_roles or best[_competing_role(guess)] is guess)
+        for guess in guesses
     ]
 
 
-def _competing_role(one: Guess) -> str:
-    """Return the role that a guess competes for: a yaw and a heading are one angle."""
-    return "attitude.yaw" if one.role == "attitude.heading" else one.role
+def _competing_role(guess: Guess) -> str:
+    """Return the role that a guess competes for: yaw and heading are the same angle."""
+    return "attitude.yaw" if guess.role == "attitude.heading" else guess.role
 
 
-def _add_motion_evidence(one: Guess, series: Series, rates: RateMatch, way: VelocityMatch) -> Guess:
-    """Return a guess with what its numbers and its motion say."""
-    group, _, channel = one.role.partition(".")
-    if not one.is_best:
-        return one
-    if one.role in _MAX_ANGLE_RAD and not series.unit:
-        one = _add_evidence(one, f"{one.unit} by its size")
-    if group == "attitude" and not rates.unit and not series.unit and one.unit == "rad":
-        one = replace(one, confidence=min(one.confidence, _UNIT_FROM_SIZE_CONFIDENCE))
+def _add_motion_evidence(
+    guess: Guess, series: Series, rates: RateMatch, velocity: VelocityMatch
+) -> Guess:
+    """Return a guess with the evidence of its magnitude and motion."""
+    group, _, channel = guess.role.partition(".")
+    if not guess.is_best:
+        return guess
+    if guess.role in _MAX_ANGLE_RAD and not series.unit:
+        guess = _add_evidence(guess, f"{guess.unit} by its magnitude")
+    if group == "attitude" and not rates.unit and not series.unit and guess.unit == "rad":
+        guess = replace(guess, confidence=min(guess.confidence, _UNIT_FROM_SIZE_CONFIDENCE))
     if group == "attitude" and rates.unit:
         return _raise_confidence(
-            _add_evidence(one, "turns as the rates say"), min(dict(rates.axes).values())
+            _add_evidence(guess, "consistent with the rates"), min(dict(rates.axes).values())
         )
-    if one.role in _RATES and rates.unit:
-        likeness = dict(rates.axes).get(channel, 0.0)
-        does = f"turns as the attitude does ({likeness:.2f})" if likeness else "beside others"
+    if guess.role in _RATES and rates.unit:
+        correlation = dict(rates.axes).get(channel, 0.0)
+        message = (
+            f"consistent with the attitude ({correlation:.2f})"
+            if correlation
+            else "as the other rates"
+        )
         return _raise_confidence(
-            _add_evidence(one, f"{does}, in {rates.unit}", rates.unit), likeness
+            _add_evidence(guess, f"{message}, in {rates.unit}", rates.unit), correlation
         )
-    if one.role in _RATES and series.unit is None:
-        why = f"{one.unit} by the size of its array"
-        one = replace(_add_evidence(one, why), confidence=_UNIT_FROM_SIZE_CONFIDENCE)
-    if way.regression.is_consistent() and one.role in (*_SPEEDS, *_EARTH_FIXED, *_PLACES):
-        likeness = way.regression.correlation
+    if guess.role in _RATES and series.unit is None:
+        message = f"{guess.unit} by the magnitude of its array"
+        guess = replace(_add_evidence(guess, message), confidence=_UNIT_FROM_SIZE_CONFIDENCE)
+    if velocity.regression.is_consistent() and guess.role in (*_SPEEDS, *_EARTH_FIXED, *_PLACES):
+        correlation = velocity.regression.correlation
         return _raise_confidence(
-            _add_evidence(one, f"velocity and position agree ({likeness:.2f})"), likeness
+            _add_evidence(guess, f"consistent velocity and position ({correlation:.2f})"),
+            correlation,
         )
-    return one
+    return guess
 
 
-def _add_evidence(one: Guess, told: str, unit: str | None = None) -> Guess:
+def _add_evidence(guess: Guess, message: str, unit: str | None = None) -> Guess:
     """Return a guess with one more piece of evidence."""
-    return replace(one, evidence=(*one.evidence, told), unit=unit or one.unit)
+    return replace(guess, evidence=(*guess.evidence, message), unit=unit or guess.unit)
 
 
-def _raise_confidence(one: Guess, likeness: float) -> Guess:
-    doubt = (1 - one.confidence / 100) * (1 - likeness)
-    return replace(one, confidence=min(99, round(100 * (1 - doubt))))
+def _raise_confidence(guess: Guess, correlation: float) -> Guess:
+    error = (1 - guess.confidence / 100) * (1 - correlation)
+    return replace(guess, confidence=min(99, round(100 * (1 - error))))

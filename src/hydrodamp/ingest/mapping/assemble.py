@@ -25,15 +25,15 @@ from hydrodamp.data.record import Record, split_segments, stack_columns
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import unit_factor
 from hydrodamp.errors import ClockWarning, LogError, warn
+from hydrodamp.ingest.clock import IrregularityKind, describe_irregularities
 from hydrodamp.ingest.formats.files import SKIPPED
-from hydrodamp.ingest.irregularity import IrregularityKind, describe_irregularities
 from hydrodamp.ingest.mapping.columns import (
     find_columns,
     locate_column,
     rename_topic,
     resolve_topics,
 )
-from hydrodamp.ingest.mapping.resampling import Resampler
+from hydrodamp.ingest.mapping.resampling import Resampler, build_streams
 from hydrodamp.ingest.mapping.schema import (
     RECORDED_TIME,
     SINGLE_CHANNELS,
@@ -41,7 +41,6 @@ from hydrodamp.ingest.mapping.schema import (
     MappingFile,
     Source,
 )
-from hydrodamp.ingest.mapping.streams import build_streams
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 _FLU_TO_FRD = np.array([1.0, -1.0, -1.0])

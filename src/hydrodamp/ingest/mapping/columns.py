@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, parse_unit, unit_factor
-from hydrodamp.errors import did_you_mean
+from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.ingest.clock import COARSE_SHARE
 from hydrodamp.ingest.formats.cells import invalid_cells, parse_number
-from hydrodamp.ingest.mapping.schema import Entry, Source
+from hydrodamp.ingest.mapping.schema import RECORDED_TIME, Entry, Source
 from hydrodamp.text import first_few
 
 # Words found in place of a unit: time scales, frames, sensors, processing.
@@ -225,3 +226,58 @@ def _describe_missing_field(entry: Entry, topic: Topic, purpose: str) -> str:
 def describe_topic(topic: Topic) -> str:
     """Return the name of a topic for messages."""
     return f"topic `{topic.name}`" if topic.name else "the table"
+
+
+def find_interleaved(columns: Sequence[FoundColumn]) -> dict[str, BoolArray]:
+    """Return the valid rows of channels in tables of interleaved topics (few complete rows)."""
+    interleaved: dict[str, BoolArray] = {}
+    for topic in {id(column.topic): column.topic for column in columns if column.topic}.values():
+        by_channel = {column.entry.channel: column for column in columns if column.topic is topic}
+        filled = {
+            channel: np.isfinite(topic.fields[column.field])
+            for channel, column in by_channel.items()
+            if np.isfinite(topic.fields.get(column.field, np.empty(0))).any()
+        }
+        max_count = max((int(rows.sum()) for rows in filled.values()), default=0)
+        if filled and 2 * np.logical_and.reduce([*filled.values()]).sum() < max_count:
+            interleaved |= filled
+    return interleaved
+
+
+def read_timestamps(topic: Topic, time: Sequence[Source]) -> FloatArray:
+    """Return the timestamps of a topic [s]; raise LogError if it has no clock."""
+    subject = describe_topic(topic)
+    constant_stamps: FloatArray | None = None
+    for source in time:
+        if source.rate is not None:
+            return np.arange(topic.n) / source.rate
+        if source.column == RECORDED_TIME and topic.time is not None:
+            return topic.time
+        if (name := find_field(topic, source.column)) is None:
+            continue
+        column = FoundColumn(Entry("time", "time", (source,), "time"), source, topic, name)
+        if faults := [*column.faults()]:
+            raise LogError(faults)
+        stamps = column.values()
+        if len(stamps) == 0 or np.fmin.reduce(stamps) < np.fmax.reduce(stamps):
+            return stamps
+        constant_stamps = stamps  # such as an unused message header
+    if constant_stamps is not None:
+        return constant_stamps
+    columns = [source.column for source in time]
+    if columns == [RECORDED_TIME]:
+        raise LogError(f"{subject} has no recorded time; set the column of its clock in `time`")
+    suggestion = did_you_mean(columns[0], (*topic.fields, *topic.texts))
+    alternative = "" if topic.time is None else "; `time: recorded` uses the time of recording"
+    raise LogError(f"{subject} has no field `{columns[0]}`, its clock{alternative}.{suggestion}")
+
+
+def find_new_rows(topic: Topic, stamps: FloatArray) -> BoolArray | None:
+    """Return which rows differ from the previous row; None if few timestamps repeat."""
+    if 2 * np.count_nonzero(np.diff(stamps) == 0) < len(stamps) * COARSE_SHARE:
+        return None
+    is_new = np.zeros(len(stamps), np.bool_)
+    for values in topic.fields.values():
+        is_new[1:] |= np.diff(np.nan_to_num(values)) != 0
+    is_new[:1] = True
+    return is_new

@@ -3,25 +3,136 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.conditioning.dropouts import is_invalid_velocity
+from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
     Brackets,
+    Clock,
+    Irregularity,
+    IrregularityKind,
     Ticks,
+    Timestamps,
     align_runs,
     bracket_ticks,
+    clean_timestamps,
     interpolate,
     interpolate_attitude,
     make_even_ticks,
     sample_and_hold,
 )
-from hydrodamp.ingest.irregularity import Irregularity, IrregularityKind
-from hydrodamp.ingest.mapping.columns import FoundColumn, describe_topic
-from hydrodamp.ingest.mapping.streams import Stream
+from hydrodamp.ingest.mapping.columns import (
+    FoundColumn,
+    describe_topic,
+    find_interleaved,
+    find_new_rows,
+    find_numeric_field,
+    read_labels,
+    read_timestamps,
+)
+from hydrodamp.ingest.mapping.schema import Source
+
+_MAX_FLOAT = np.finfo(np.float64).max
+_LINEAR = tuple(f"velocity.{name}" for name in "uvw")
+
+
+@dataclass(eq=False)
+class Stream:
+    """Channels of one topic with the same clock offset (`delay`) and row conditions (`where`).
+
+    ``rows`` selects the rows of the topic; ``stamps`` are the cleaned timestamps of these rows.
+    """
+
+    topic: Topic
+    clock: Clock
+    rows: BoolArray | None
+    channels: dict[str, FoundColumn] = field(default_factory=dict)
+    stamps: Timestamps = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Clean the timestamps."""
+        self.stamps = clean_timestamps(self.clock)
+
+    @property
+    def has_velocity(self) -> bool:
+        """Whether it holds a velocity, so that it may be the reference clock."""
+        return any(channel.startswith("velocity.") for channel in self.channels)
+
+    def values(self, channel: str) -> FloatArray:
+        """Return the samples of a channel at the cleaned timestamps, in SI units."""
+        values = self.channels[channel].values()
+        is_outlier = (
+            is_invalid_velocity(values, _MAX_FLOAT) if channel in _LINEAR else np.isinf(values)
+        )
+        if is_outlier.any():
+            values = np.where(is_outlier, np.nan, values)
+        if self.rows is not None:
+            values = values[self.rows]
+        return values if len(self.stamps.rows) == len(values) else values[self.stamps.rows]
+
+
+def build_streams(
+    columns: Sequence[FoundColumn], time: Sequence[Source], segment: tuple[Topic, str] | None
+) -> tuple[list[Stream], list[str]]:
+    """Group channels by clock; return the streams, and the faults of topics without a clock."""
+    streams: dict[object, Stream] = {}
+    clocks: dict[str, Clock] = {}
+    faults: list[str] = []
+    interleaved = find_interleaved([column for column in columns if column.topic is not None])
+    for column in columns:
+        if (topic := column.topic) is None:
+            continue
+        rows = interleaved.get(column.entry.channel)
+        row_key = b"" if rows is None else rows.tobytes()
+        key = (topic.name, row_key, column.source.delay, *column.source.where.items())
+        try:
+            if topic.name not in clocks:
+                clocks[topic.name] = Clock(topic.name, read_timestamps(topic, time))
+            stream = streams.get(key) or _make_stream(
+                topic, column.source, clocks[topic.name], segment, rows
+            )
+        except LogError as error:
+            faults += error.faults
+        else:
+            streams[key] = stream
+            stream.channels[column.entry.channel] = column
+    if faults:
+        return [], list(dict.fromkeys(faults))
+    return [
+        stream
+        for stream in streams.values()
+        if len(stream.stamps.rows)
+        or not all(column.source.optional for column in stream.channels.values())
+    ], []
+
+
+def _make_stream(
+    topic: Topic,
+    source: Source,
+    clock: Clock,
+    segment: tuple[Topic, str] | None,
+    rows: BoolArray | None = None,
+) -> Stream:
+    """Return a stream without channels, of the rows that meet the conditions of a source."""
+    stamps = clock.time - source.delay
+    labels = read_labels(topic, segment[1]) if segment and segment[0] is topic else None
+    for name, value in source.where.items():
+        flags = topic.fields[find_numeric_field(topic, name) or name]
+        matches = (flags != 0) & ~np.isnan(flags) if value is None else flags == value
+        rows = matches if rows is None else rows & matches
+    run = None
+    if rows is not None:
+        # Resets are found in all rows, since selected rows may hide them.
+        run, stamps = clock.runs[rows], stamps[rows]
+        labels = None if labels is None else tuple(np.array(labels, dtype=object)[rows])
+    is_new = find_new_rows(topic, stamps) if rows is None else None
+    return Stream(topic, Clock(topic.name, stamps, labels, is_new, run), rows)
 
 
 class Resampler:

@@ -84,28 +84,22 @@ def _table_from_name(
 class Source(_Strict):
     """A column of a log and the conversion of its numbers; or a constant value."""
 
-    column: StrictStr = Field(
-        "", description="name in the log: topic.field, or the column of a table"
-    )
+    column: StrictStr = Field("", description="topic.field, or the column of a table")
     value: FiniteFloat | None = Field(None, description="constant value, instead of a column")
     rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
-        None, description="for `time` only, instead of a column: sampling rate of the rows [Hz]"
+        None, description="of `time`, instead of a column: sampling rate [Hz]"
     )
     unit: str | None = Field(None, description="unit after scale and offset")
     sign: Literal[1, -1] = Field(1, description="applied before rotation of axes")
     scale: FiniteFloat = Field(1.0, description="value = scale * number + offset")
     offset: FiniteFloat = 0.0
     plus: dict[str, FiniteFloat] = Field(
-        {},
-        description="further columns of the same topic and their weights; value += weight * column",
+        {}, description="columns of the same topic to add, and weights"
     )
     hold: StrictBool | None = Field(
-        None,
-        description="sample and hold until the next value; false interpolates a command",
+        None, description="sample and hold; false interpolates a command"
     )
-    delay: FiniteFloat = Field(
-        0.0, description="clock offset: time from measurement to timestamp [s]"
-    )
+    delay: FiniteFloat = Field(0.0, description="from measurement to timestamp [s]")
     where: Annotated[
         dict[str, FiniteFloat | None],
         _table_from_name(
@@ -113,9 +107,7 @@ class Source(_Strict):
             "be the name of a field, or a table of fields and values",
             dict[str, float],
         ),
-    ] = Field(
-        {}, description="condition: use only rows where this field is nonzero, or equals this value"
-    )
+    ] = Field({}, description="use only rows where this field is nonzero, or has this value")
     optional: StrictBool = Field(False, description="if true, the log may lack this column")
 
     @model_validator(mode="after")
@@ -179,7 +171,7 @@ class Quaternion(_Strict):
 
     column: StrictStr = Field(description="prefix of [0] ... [3], or of .w .x .y .z")
     order: Literal["wxyz", "xyzw"] | None = Field(
-        None, description="order of an array; without it, the fields are named w x y z"
+        None, description="of an array; without it, fields are named w x y z"
     )
 
     def components(self) -> Iterator[tuple[str, Source]]:
@@ -227,12 +219,10 @@ class Sensor(_Strict):
 
     axes: Axes | None = Field(None, description="axes of the sensor; default: `frame`")
     rotation: Rotation = Field(
-        Rotation(),
-        description="from body axes to sensor axes: yaw, then pitch, then roll",
+        Rotation(), description="body to sensor axes: yaw, then pitch, then roll"
     )
     position: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0],
-        description="position of the sensor relative to the reference point, body axes [m]",
+        [0.0, 0.0, 0.0], description="of the sensor from the reference point, body axes [m]"
     )
 
 
@@ -307,16 +297,15 @@ class MappingFile(_Channels):
                 json_schema_input_type=str | list[str],
             ),
         ],
-    ] = Field({}, description="topic names used in this file, and the alternative topics of each")
+    ] = Field({}, description="names used in this file, and the alternative topics of each")
     files: dict[str, StrictStr] = Field(
-        {}, description="file name of each topic; `*` stands for the name of the recording"
+        {}, description="file name of each topic; `*` is the name of the recording"
     )
     frame: Axes = Field(
         "FRD", description="body axes; FRD: forward-starboard-down; FLU: forward-port-up"
     )
     world: Literal["NED", "NWU", "ENU"] = Field(
-        "NED",
-        description="reference frame of the attitude: NED for FRD; NWU (default) or ENU for FLU",
+        "NED", description="frame of attitude: NED for FRD; NWU (default) or ENU for FLU"
     )
     clock: Annotated[
         Clock,

@@ -82,7 +82,7 @@ class Bins:
         ]
         return cls(
             starts=np.concatenate([edge[:-1] for edge in edges]),
-            stops=np.concatenate([each[1:] for each in edges]),
+            stops=np.concatenate([edge[1:] for edge in edges]),
             joins=np.cumsum([len(edge) - 1 for edge in edges])[:-1],
         )
 
@@ -99,8 +99,8 @@ class Bins:
     def values(self, series: FloatArray) -> FloatArray:
         """Return the extremes of each interval, in order of time."""
         ends = np.column_stack([self.starts, self.stops]).ravel()
-        joined = np.append(series, np.nan)  # an index one past the end must be there
-        low, high = (extreme.reduceat(joined, ends)[0::2] for extreme in (np.fmin, np.fmax))
+        extended = np.append(series, np.nan)  # an index one past the end must be there
+        low, high = (extreme.reduceat(extended, ends)[0::2] for extreme in (np.fmin, np.fmax))
         falling = series[self.starts] > series[self.stops - 1]
         gaps = np.full(len(self.joins), np.nan)
         first, second = np.where(falling, high, low), np.where(falling, low, high)
@@ -130,14 +130,14 @@ def mark_segments(panels: Sequence[Axes], log: Log) -> None:
     time, segments = clock(log), log.segments
     end = max(float(time[-1]), 1e-9)
     panels[-1].set_xlim(0.0, end)
-    several = f"recorded time, {len(segments)} segments end to end [s]"
-    panels[-1].set_xlabel(several if len(segments) > 1 else "time [s]")
+    label = f"recorded time, {len(segments)} segments end to end [s]"
+    panels[-1].set_xlabel(label if len(segments) > 1 else "time [s]")
     for segment in segments[1:]:
         for panel in panels:
             panel.axvline(float(time[segment.start]), color=FAINT, linewidth=0.6, linestyle=":")
     for segment in segments if 1 < len(segments) <= MAX_SEGMENT_NAMES else ():
         start, stop = float(time[segment.start]), float(time[segment.stop - 1])
         n_letters = int(PANEL_LETTERS * (stop - start) / end)
-        words = escape_text(segment.name, n_letters) if n_letters > 2 else ""
-        name = panels[0].text(0.5 * (start + stop), 1.02, words, ha="center", color=FAINT)
+        text = escape_text(segment.name, n_letters) if n_letters > 2 else ""
+        name = panels[0].text(0.5 * (start + stop), 1.02, text, ha="center", color=FAINT)
         name.set(transform=panels[0].get_xaxis_transform(), fontsize=6.5)

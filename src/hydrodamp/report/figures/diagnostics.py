@@ -71,7 +71,7 @@ def front_figure(comparison: Comparison) -> Figure:
         raise MethodError("no row with coefficients has an error, so there is no Pareto front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
-    looks = dict(zip(methods, line_styles([("", method) for method in methods]), strict=True))
+    styles = dict(zip(methods, line_styles([("", method) for method in methods]), strict=True))
     step = min(0.7 / len(methods), 0.2)
 
     def position(model: str, method: str) -> float:
@@ -87,7 +87,7 @@ def front_figure(comparison: Comparison) -> Figure:
         across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2
     )
     for row in rows:
-        look = looks[row.method]
+        look = styles[row.method]
         (point,) = panel.plot(
             [position(row.model, row.method)], [rms_or_infinity(row)], **look.points
         )
@@ -97,7 +97,7 @@ def front_figure(comparison: Comparison) -> Figure:
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
     panel.set_xlabel("model and number of its coefficients")
     panel.set_ylabel(_error_label(comparison.rate_unit))
-    entries = [(method, look.points) for method, look in looks.items()]
+    entries = [(method, look.points) for method, look in styles.items()]
     entries.append(("Pareto front", {"color": FAINT, "linewidth": 1.2}))
     hollow = {"color": FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
     if not all(row.converged for row in rows):
@@ -127,7 +127,7 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
     MethodError
         If there is no score, units differ, or matplotlib is not installed.
     """
-    all_scores = [score for each in scores.values() for score in each]
+    all_scores = [score for horizons in scores.values() for score in horizons]
     if not all_scores:
         raise MethodError("there is no score at any horizon to draw")
     if len({score.score.rate_unit for score in all_scores}) > 1:
@@ -135,12 +135,12 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
     figure = new_figure(COLUMN, 2.4 + 0.13 * len(scores))
     panel = figure.subplots()
     entries = []
-    for (pair, several), look in zip(scores.items(), line_styles(list(scores)), strict=True):
-        errors = [score.score.rms or np.nan for score in several]
+    for (pair, horizons), look in zip(scores.items(), line_styles(list(scores)), strict=True):
+        errors = [score.score.rms or np.nan for score in horizons]
         style = {**look.line, "marker": look.marker}
-        panel.plot([score.name for score in several], errors, **style)
-        most = max(score.diverged_share for score in several)
-        suffix = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
+        panel.plot([score.name for score in horizons], errors, **style)
+        share = max(score.diverged_share for score in horizons)
+        suffix = f", up to {100.0 * share:.2g} % of windows diverged" if share else ""
         entries.append((f"{' by '.join(pair)}{suffix}", style))
     error_scale(panel)
     panel.set_xlabel("prediction horizon")
@@ -169,7 +169,7 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
 
     Parameters
     ----------
-    found : Identifiability
+    identifiability : Identifiability
         Of :func:`hydrodamp.identifiability`.
 
     Returns
@@ -195,11 +195,11 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
     bars = excited_panel.barh(
         axes, [axis.r_squared for axis in identifiability.axes], color=colours, **_BAR
     )
-    words = [
+    labels = [
         f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}"
         for axis in identifiability.axes
     ]
-    for bar, label in zip(bars, words, strict=True):
+    for bar, label in zip(bars, labels, strict=True):
         excited_panel.text(0.03, bar.get_y() + 0.31, label, va="center", fontsize=6.5)
     excited_panel.axvline(MIN_R_SQUARED, color=FAINT, linewidth=0.9, linestyle="--")
     excited_panel.set_xlim(0.0, 1.0)
@@ -236,7 +236,7 @@ def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     problem : Problem
         Prepared for the terms of the fit.
     fit : Fit
-        With numbers.
+        With coefficients.
 
     Returns
     -------
@@ -271,7 +271,7 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     Parameters
     ----------
     fit : Fit
-        With numbers.
+        With coefficients.
     box : OperatingBox
         Such as :func:`hydrodamp.operating_box` of a log.
     rate_unit : {"deg", "rad"}

@@ -48,8 +48,8 @@ def setpoint_figure(plan: DivePlan) -> Figure:
     figure, panels = stacked_panels(len(plan.setpoints), each=0.75)
     units = {"speed": " [m/s]", "heading": " [deg]", "depth": " [m]"}
     for panel, (name, values) in zip(panels, plan.setpoints.items(), strict=True):
-        shown = np.degrees(np.unwrap(values)) if name == "heading" else values
-        panel.plot(plan.time, shown, color=SERIES[0], drawstyle="steps-post", linewidth=0.6)
+        plotted = np.degrees(np.unwrap(values)) if name == "heading" else values
+        panel.plot(plan.time, plotted, color=SERIES[0], drawstyle="steps-post", linewidth=0.6)
         panel.set_ylabel(name.replace("_", "\n") + units.get(name, ""))
         for segment in plan.segments[1:]:
             panel.axvline(segment.start, color=FAINT, linewidth=0.4)

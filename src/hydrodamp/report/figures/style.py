@@ -63,34 +63,8 @@ _DASHES: tuple[tuple[float, ...], ...] = (
     (1.2, 1.4, 1.2, 5.0),
 )
 
+STYLE_FILE = Path(__file__).with_name("hydrodamp.mplstyle")
 _TICKS: dict[str, Any] = {"labelsize": 7.0, "width": 0.6, "color": "#555555"}
-_STYLE = {
-    "font.family": "DejaVu Sans",
-    "font.size": 7.5,
-    "axes.labelsize": 7.5,
-    "axes.titlesize": 7.5,
-    "axes.titlelocation": "left",
-    "legend.fontsize": 7.0,
-    "legend.frameon": False,
-    "legend.labelspacing": 0.25,
-    "axes.edgecolor": "#555555",
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.useoffset": False,
-    "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.5,
-    "lines.linewidth": 0.9,
-    "lines.markersize": 4.0,
-    "patch.linewidth": 0.6,
-    "figure.dpi": 150,
-    "savefig.dpi": 300,
-    "pdf.fonttype": 42,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "hydrodamp",
-}
 
 # By format; without a date, so that equal figures are equal files.
 _METADATA: dict[str, dict[str, Any]] = {
@@ -159,7 +133,7 @@ def style_context() -> Any:
         raise MethodError(
             'figures need the package matplotlib: pip install "hydrodamp[report]"'
         ) from error
-    return style.context(["default", _STYLE])
+    return style.context(["default", STYLE_FILE])
 
 
 def new_figure(width: float, height: float) -> Figure:

@@ -114,9 +114,9 @@ class Strips:
 
 
 def _arms(x: FloatArray) -> FloatArray:
-    zeros, ones = np.zeros_like(x), np.ones_like(x)
-    sway = np.array((zeros, ones, zeros, zeros, zeros, x))
-    heave = np.array((zeros, zeros, ones, zeros, -x, zeros))
+    zero, unit = np.zeros_like(x), np.ones_like(x)
+    sway = np.array((zero, unit, zero, zero, zero, x))
+    heave = np.array((zero, zero, unit, zero, -x, zero))
     return np.hstack((sway, heave))
 
 
@@ -142,6 +142,6 @@ def true_damping() -> Damping:
 
 def fin_position(vehicle: Vehicle) -> float:
     """Return the longitudinal position of the rudders, positive forward [m]."""
-    rudder = next(one for one in vehicle.actuators if "rudder" in one.commands)
+    rudder = next(item for item in vehicle.actuators if "rudder" in item.commands)
     wrench = rudder.regressor_terms()[0][1]
     return float(wrench[5] / wrench[1])
