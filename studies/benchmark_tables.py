@@ -178,7 +178,7 @@ def median_table(rows: Sequence[Row], what: str, place: Callable[[Row], str]) ->
         (where, number(error), *(cell(found.get((where, method), [])) for method in methods))
         for where, error in least.items()
     ]
-    title = f"Median regret by {what}, whole runs, number of failed rows in parentheses, and lowest error"
+    title = f"Median regret by {what}, whole runs (number of failed rows), and lowest error"
     return _titled(title, (what, "lowest", *(f"`{method}`" for method in methods)), lines)
 
 
