@@ -196,10 +196,7 @@ def _attitude_outlier_masks(log: Log) -> Masks:
 
 
 _DETECTORS: dict[str, tuple[Callable[[Log], Masks], str]] = {
-    "mask_dvl_dropouts": (
-        find_dvl_dropouts,
-        "drops to zero or to an invalid value",
-    ),
+    "mask_dvl_dropouts": (find_dvl_dropouts, "drops to zero or to an invalid value"),
     "mask_mocap_dropouts": (
         find_mocap_dropouts,
         "is zero in all components, as when motion capture loses the vehicle",
