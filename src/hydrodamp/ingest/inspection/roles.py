@@ -118,7 +118,8 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     units = {item.column: item.unit for item in role_series.values()}
     format_name = _message_format(recording)
     upright = find_vertical_axis(format_name, role_series)
-    world = _world_frame(format_name, upright.body)
+    is_enu = conventional_axes(format_name).endswith("ENU")
+    world = "NED" if upright.body == "FRD" else "ENU" if is_enu else "NWU"
     all_guesses = list(_clock_guesses(clocks))
     for guess in guesses:
         guess = replace(guess, unit=units.get(guess.column, guess.unit))
@@ -165,10 +166,6 @@ def _infer_units(role_series: Mapping[str, Series]) -> dict[str, Series]:
         scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
         inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
     return inferred
-
-
-def _world_frame(form: str, body: str) -> str:
-    return "NED" if body == "FRD" else "ENU" if conventional_axes(form).endswith("ENU") else "NWU"
 
 
 def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess:
@@ -257,21 +254,18 @@ def _reclassify_normalised_wrench(
         for guess in wrench
         if guess.unit is not None or float(np.nanmax(np.abs(series[guess.column].values))) > 1.0
     }
+    normalised = [guess for guess in wrench if guess.topic not in large]
     evidence = "at most one: normalised, not newtons"
     return [
-        replace(_add_evidence(guess, evidence), role="commands")
-        if guess.role.startswith("wrench.") and guess.topic not in large
-        else guess
+        replace(_add_evidence(guess, evidence), role="commands") if guess in normalised else guess
         for guess in guesses
     ]
 
 
 def _quaternion_order(column: str, series: Mapping[str, Series]) -> str:
     """Return the order of a quaternion: tilts are small, so x and y are small."""
-    elements = (series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02")
-    first, third = (
-        0.0 if element is None else float(np.nanmean(element.values**2)) for element in elements
-    )
+    elements = [series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02"]
+    first, third = (0.0 if item is None else np.nanmean(item.values**2) for item in elements)
     return "xyzw" if first < third else "wxyz"
 
 
