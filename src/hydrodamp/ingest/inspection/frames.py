@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITY_OF
-from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.conditioning.gaps import true_runs
 from hydrodamp.conditioning.vertical_axis import (
     AxisEvidence,
@@ -29,8 +27,18 @@ from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, synchronise
-from hydrodamp.ingest.inspection.delay import Delay
+from hydrodamp.ingest.inspection.names import split_index
 
+#: Largest value of an angle in radians; larger values are in degrees.
+MAX_ANGLE_RAD = {
+    "attitude.roll": 3.3,
+    "attitude.pitch": 1.65,
+    "attitude.yaw": 6.5,
+    "attitude.heading": 6.5,
+}
+_MAX_RATE_RAD_S = 3.5  # rad/s; faster rotations are rare
+_RATES = ("velocity.p", "velocity.q", "velocity.r")
+_POSITIONS = ("position.x", "position.y", "position.z", "position.depth")
 _MIRROR = np.array([1.0, -1.0, -1.0])  # converts FRD to FLU components and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
 _SCALE_TOLERANCE = 0.25  # relative error of a scale around a unit factor
@@ -38,6 +46,42 @@ _NORM_TOLERANCE = 0.1
 
 #: The series of every role.
 RoleSeries = Mapping[str, Series]
+
+
+def infer_units(role_series: RoleSeries) -> dict[str, Series]:
+    """Return angles of a topic and rates of an array in one unit, and positions in metres."""
+    inferred = dict(role_series)
+    angles = {
+        role: series
+        for role, series in inferred.items()
+        if role in MAX_ANGLE_RAD and series.unit not in UNITS["angle"]
+    }
+    in_degrees = {
+        series.topic
+        for role, series in angles.items()
+        if float(np.nanmax(np.abs(series.values))) > MAX_ANGLE_RAD[role]
+    }
+    for role, series in angles.items():
+        inferred[role] = replace(series, unit="deg" if series.topic in in_degrees else "rad")
+    rates = {
+        role: series for role, series in inferred.items() if role in _RATES and series.unit is None
+    }
+    fast = {
+        _array_of(series)
+        for series in rates.values()
+        if float(np.nanquantile(np.abs(series.values), 0.99)) > _MAX_RATE_RAD_S
+    }
+    for role, series in rates.items():
+        inferred[role] = replace(series, unit="deg/s" if _array_of(series) in fast else "rad/s")
+    for role in {*_POSITIONS} & inferred.keys():
+        scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
+        inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
+    return inferred
+
+
+def _array_of(series: Series) -> tuple[str, str]:
+    """Return the array of a series; columns of a topic also form one."""
+    return series.topic, split_index(series.field)[0] if series.field.endswith((")", "]")) else ""
 
 
 @dataclass(frozen=True)
@@ -223,82 +267,3 @@ def _surface_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
             -_POSE_LOG_ODDS, "a pose named x y z, as of motion capture, usually has z up"
         )
     yield from surface_test(roles["position.z"].values)
-
-
-#: Share of the variance of an acceleration from which a command has an effect.
-MIN_RESPONSE_SHARE = 0.05
-_MIN_DELAY_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
-UNDECIDED = "The direction of z is undetermined"
-#: Motion of the vehicle when a velocity increases that changes sign with the axes.
-_MOVES = {"v": "to starboard", "w": "down", "q": "bow up", "r": "to starboard"}
-_OPPOSITE_MOVES = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
-
-
-def describe_frame(upright: VerticalAxis, responses: Sequence[str]) -> str:
-    """Return the evidence for the direction of z, or what would determine it."""
-    evidence = "; ".join(test.message for test in upright.evidence)
-    if upright.is_sure:
-        return f"{upright.body} by {upright.confidence} %: {evidence}."
-    observed = f" Responses: {'; '.join(responses)}." if responses else ""
-    return (
-        f"{UNDECIDED}: motion alone cannot distinguish FRD over NED from FLU over a world with z up"
-        f"{f'; {evidence}' if evidence else ''}.{observed} Compare with the actual motion, or "
-        "record a specific force or a depth."
-    )
-
-
-def misread_positions(measured: Mapping[str, str]) -> Iterator[QualityIssue]:
-    """Yield commands whose names are those of positions."""
-    names = [name for name, role in measured.items() if not role.endswith("depth")]
-    if names:
-        yield QualityIssue(
-            " ".join(names),
-            "has the name of a position but was read as a command",
-            "the canonical form calls a position x y z, in metres",
-            remedy="rename it, or name it under `position` in a mapping (`--draft`)",
-        )
-
-
-def wrong_frame(upright: VerticalAxis, issues: Sequence[QualityIssue]) -> Iterator[QualityIssue]:
-    """Yield that z is up, unless an issue of the specific force reports it."""
-    if (
-        upright.body == "FLU"
-        and upright.is_sure
-        and all(issue.channel != "specific_force" for issue in issues)
-    ):
-        yield QualityIssue(
-            "frame",
-            "is forward-port-up, not forward-starboard-down",
-            "; ".join(test.message for test in upright.evidence if test.log_odds < 0.0),
-            remedy="write `frame: FLU` in a mapping, and list deviating sensors under `sensors`",
-        )
-
-
-def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
-    """Yield axes of a recorded wrench that accelerate the vehicle against their sign."""
-    reversed_delays = [
-        delay
-        for delay in delays
-        if VELOCITY_OF.get(delay.command) == delay.velocity
-        and delay.sign < 0
-        and delay.share >= MIN_RESPONSE_SHARE
-        and delay.confidence >= _MIN_DELAY_CONFIDENCE
-    ]
-    if reversed_delays:
-        yield QualityIssue(
-            " ".join(delay.command for delay in reversed_delays),
-            "acts against its sign",
-            ", ".join(
-                f"{delay.velocity} decreases when {delay.command} increases"
-                for delay in reversed_delays
-            ),
-            remedy="write `sign: -1` for it, or other axes under `sensors`, in the mapping",
-        )
-
-
-def list_responses(delays: Sequence[Delay]) -> Iterator[str]:
-    """Yield the motion of the vehicle when a command increases, in the axes of the log."""
-    for delay in delays:
-        if delay.velocity in _MOVES and delay.share >= MIN_RESPONSE_SHARE:
-            motion = (_MOVES if delay.sign > 0 else _OPPOSITE_MOVES)[delay.velocity]
-            yield f"increasing {delay.command} moves the vehicle {motion}"

@@ -11,7 +11,6 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.vertical_axis import VerticalAxis
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import (
     Series,
@@ -21,31 +20,25 @@ from hydrodamp.ingest.inspection.columns import (
     topic_series,
 )
 from hydrodamp.ingest.inspection.frames import (
+    MAX_ANGLE_RAD,
     RateMatch,
     VelocityMatch,
     find_vertical_axis,
+    infer_units,
     match_rates,
     match_velocity,
 )
-from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, split_index, words
+from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
 from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo
 _SERVO_WORDS = {*["pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"]}
 _SHARED_ROLES = ("commands", "flag")  # of several columns each
 _UNIT_FROM_SIZE_CONFIDENCE = 68  # %, if only the magnitude indicates the unit
-_MAX_RATE_RAD_S = 3.5  # rad/s; faster rotations are rare
 _IDLE_VALUES = (0.0, 1500.0, 65535.0)  # of a servo that is absent or unused
 _GYRO_RESOLUTION = 1e-5  # rad/s or deg/s; less than the noise of any gyro
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
-#: Largest value of an angle in radians; larger values are in degrees.
-_MAX_ANGLE_RAD = {
-    "attitude.roll": 3.3,
-    "attitude.pitch": 1.65,
-    "attitude.yaw": 6.5,
-    "attitude.heading": 6.5,
-}
 _SPEEDS, _RATES, _EARTH_FIXED = (
     tuple(f"velocity.{name}" for name in names) for names in ("uvw", "pqr", "xyz")
 )
@@ -112,7 +105,7 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     named, without_role = _guess_from_names(recording, series, others)
     guesses = _mark_best(named, series)
     best = {guess.role: series[guess.column] for guess in guesses if guess.is_best}
-    role_series = _infer_units(best)
+    role_series = infer_units(best)
     rates = match_rates(role_series) if clocks else RateMatch()
     velocity = match_velocity(role_series) if clocks else VelocityMatch()
     units = {item.column: item.unit for item in role_series.values()}
@@ -137,37 +130,6 @@ def _message_format(recording: Recording) -> str:
     return recording.format
 
 
-def _infer_units(role_series: Mapping[str, Series]) -> dict[str, Series]:
-    """Return angles of a topic and rates of an array in one unit, and positions in metres."""
-    inferred = dict(role_series)
-    angles = {
-        role: series
-        for role, series in inferred.items()
-        if role in _MAX_ANGLE_RAD and series.unit not in UNITS["angle"]
-    }
-    in_degrees = {
-        series.topic
-        for role, series in angles.items()
-        if float(np.nanmax(np.abs(series.values))) > _MAX_ANGLE_RAD[role]
-    }
-    for role, series in angles.items():
-        inferred[role] = replace(series, unit="deg" if series.topic in in_degrees else "rad")
-    rates = {
-        role: series for role, series in inferred.items() if role in _RATES and series.unit is None
-    }
-    fast = {
-        array_of(series)
-        for series in rates.values()
-        if float(np.nanquantile(np.abs(series.values), 0.99)) > _MAX_RATE_RAD_S
-    }
-    for role, series in rates.items():
-        inferred[role] = replace(series, unit="deg/s" if array_of(series) in fast else "rad/s")
-    for role in {*_PLACES, "position.depth"} & inferred.keys():
-        scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
-        inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
-    return inferred
-
-
 def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess:
     """Name the world axes of a position or an earth-fixed velocity."""
     group, _, channel = guess.role.partition(".")
@@ -181,11 +143,6 @@ def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess
         return guess
     name, sign = _AXES_OF[world]["uvwxyz".index(channel) % 3]
     return replace(guess, role=f"{group}.{name}", sign=sign)
-
-
-def array_of(series: Series) -> tuple[str, str]:
-    """Return the array of a series; columns of a topic also form one."""
-    return series.topic, split_index(series.field)[0] if series.field.endswith((")", "]")) else ""
 
 
 def _flag_fields(series: Mapping[str, Series], guesses: Iterable[Guess]) -> dict[str, str]:
@@ -218,7 +175,7 @@ def _guess_from_names(
         values = np.concatenate([item.values, *values_by_column.get(column, ())])
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         is_pulse = item.unit is None and _PULSE_RANGE_US[0] <= low and high <= _PULSE_RANGE_US[1]
-        if is_stick := is_pulse and low < high and role in _MAX_ANGLE_RAD:
+        if is_stick := is_pulse and low < high and role in MAX_ANGLE_RAD:
             role, confidence = "commands", 60
         if confidence == 0:
             without_role[column] = role
@@ -296,7 +253,7 @@ def _add_motion_evidence(
     group, _, channel = guess.role.partition(".")
     if not guess.is_best:
         return guess
-    if guess.role in _MAX_ANGLE_RAD and not series.unit:
+    if guess.role in MAX_ANGLE_RAD and not series.unit:
         guess = _add_evidence(guess, f"{guess.unit} by its magnitude")
     if group == "attitude" and rates.unit:
         guess = _add_evidence(guess, "consistent with the rates")
