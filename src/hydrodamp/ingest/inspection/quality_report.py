@@ -14,7 +14,7 @@ from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.quality_checks import QualityIssue, check_quality
-from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
+from hydrodamp.conditioning.vertical_axis import UNDECIDED, VerticalAxis, vertical_tests
 from hydrodamp.data.channel_regression import noise_std
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
@@ -25,8 +25,8 @@ from hydrodamp.ingest.inspection.delay import (
     list_responses,
     reversed_wrench,
 )
+from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
 
-UNDECIDED = "The direction of z is undetermined"
 #: Verdict on a log that lacks a required channel.
 UNUSABLE = "Not suitable for identification: see what is missing."
 _MIN_EXCITATION = 2.0  # times the negligible standard deviation: sufficiently excited
@@ -138,16 +138,7 @@ class QualityReport:
     @property
     def frame(self) -> str:
         """The evidence for the direction of z, or what would determine it."""
-        upright = self.vertical_axis
-        evidence = "; ".join(test.message for test in upright.evidence)
-        if upright.is_sure:
-            return f"{upright.body} by {upright.confidence} %: {evidence}."
-        observed = f" Responses: {'; '.join(self.responses)}." if self.responses else ""
-        return (
-            f"{UNDECIDED}: motion alone cannot distinguish FRD over NED from FLU over a world with "
-            f"z up{f'; {evidence}' if evidence else ''}.{observed} Compare with the actual motion, "
-            "or record a specific force or a depth."
-        )
+        return self.vertical_axis.describe(self.responses)
 
 
 def _motion_names(channels: Iterable[Channel]) -> str:
@@ -172,10 +163,10 @@ def report_quality(
     channels, segments = _velocity_channels(log, size), tuple(_segment_facts(log))
     depths = [log.command(name) for name, role in measured.items() if role.endswith("depth")]
     tests = vertical_tests(log, depths[0] if depths else None)
-    upright = upright or VerticalAxis.combine(tuple(tests))
+    upright = upright or VerticalAxis.combine(tests)
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
-    issues = (*check_quality(log, needs.length), *needs.suspicions, *_misread_positions(measured))
-    issues = (*issues, *_wrong_frame(upright, issues), *reversed_wrench(delays))
+    issues = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
+    issues = (*issues, *wrong_frame(upright, issues), *reversed_wrench(delays))
     missing = needs.missing
     if log.n < _MIN_SAMPLES:
         few = f"samples: {log.n} are too few to determine coefficients"
@@ -207,26 +198,6 @@ def report_quality(
         vertical_axis=upright,
         responses=list_responses(delays),
     )
-
-
-def _misread_positions(measured: Mapping[str, str]) -> Iterator[QualityIssue]:
-    """Yield commands whose names are those of positions."""
-    names = [name for name, role in measured.items() if not role.endswith("depth")]
-    if names:
-        problem = "has the name of a position but was read as a command"
-        evidence = "the canonical form calls a position x y z, in metres"
-        remedy = "rename it, or name it under `position` in a mapping (`--draft`)"
-        yield QualityIssue(" ".join(names), problem, evidence, remedy=remedy)
-
-
-def _wrong_frame(upright: VerticalAxis, issues: Sequence[QualityIssue]) -> Iterator[QualityIssue]:
-    """Yield that z is up, unless an issue of the specific force reports it."""
-    is_reported = any(issue.channel == "specific_force" for issue in issues)
-    if upright.body == "FLU" and upright.is_sure and not is_reported:
-        problem = "is forward-port-up, not forward-starboard-down"
-        evidence = "; ".join(test.message for test in upright.evidence if test.log_odds < 0.0)
-        remedy = "write `frame: FLU` in a mapping, and list deviating sensors under `sensors`"
-        yield QualityIssue("frame", problem, evidence, remedy=remedy)
 
 
 def _segment_facts(log: Log) -> Iterator[SegmentFacts]:
