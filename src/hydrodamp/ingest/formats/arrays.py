@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -95,16 +95,17 @@ def _read_matlab(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]
     """
     with open_seekable(path) as file:
         data = file.read()
-    code = _CHILD_CODE.format(
-        path=sys.path, module=__name__, bound=_MEMORY_COPIES * max_unpacked_bytes(path)
-    )
-    process = subprocess.run(
-        [sys.executable, "-c", code], input=data, capture_output=True, check=False
-    )
+    bound = _MEMORY_COPIES * max_unpacked_bytes(path)
+    command = [
+        sys.executable,
+        "-c",
+        _CHILD_CODE.format(path=sys.path, module=__name__, bound=bound),
+    ]
+    process = subprocess.run(command, input=data, capture_output=True, check=False)
     if process.returncode:
         raise ValueError(_failure_reason(process))
     with np.load(io.BytesIO(process.stdout), allow_pickle=False) as archive:
-        names, messages, *arrays = (archive[key] for key in archive.files)
+        names, messages, *arrays = archive.values()
     notes += messages.tolist()
     yield from zip(names.tolist(), arrays, strict=True)
 
@@ -113,9 +114,8 @@ def _failure_reason(done: subprocess.CompletedProcess[bytes]) -> str:
     lines = done.stderr.decode(errors="replace").strip().splitlines()
     if done.returncode > 0 and lines:
         return lines[-1]
-    name = f"status {done.returncode}"
-    with suppress(ValueError):
-        name = signal.Signals(-done.returncode).name
+    is_signal = -done.returncode in set(signal.Signals)
+    name = signal.Signals(-done.returncode).name if is_signal else f"status {done.returncode}"
     return f"it makes SciPy's reader crash ({name})"
 
 
@@ -124,9 +124,7 @@ def load_in_child(bound: int) -> None:
     import scipy.io
 
     _limit_memory(bound)
-    stream = cast(
-        "str", io.BytesIO(sys.stdin.buffer.read())
-    )  # SciPy accepts a stream, its stubs do not
+    stream: Any = io.BytesIO(sys.stdin.buffer.read())
     content = scipy.io.loadmat(stream, simplify_cells=True)
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
     notes: list[str] = []
@@ -193,17 +191,13 @@ def _check_storage(file: Any, nodes: Mapping[str, Any], path: str | Path) -> Non
     """Refuse links to other files and implausible compression ratios."""
     import h5py
 
-    groups = {"": file} | {
-        name: node for name, node in nodes.items() if isinstance(node, h5py.Group)
-    }
-    external = [
-        f"`{name}/{key}`".replace("`/", "`")
-        for name, group in groups.items()
-        for key in group
-        if isinstance(group.get(key, getlink=True), h5py.ExternalLink)
-    ]
     arrays = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
-    external += [f"`{name}`" for name, node in arrays.items() if _is_external(node)]
+    external = [f"`{name}`" for name, node in arrays.items() if _is_external(node)]
+    file.visititems_links(
+        lambda name, link: (
+            external.append(f"`{name}`") if isinstance(link, h5py.ExternalLink) else None
+        )
+    )
     if external:
         raise LogError(
             f"the values of {', '.join(first_few(external, 3, 'names'))} are stored in other"
@@ -235,13 +229,10 @@ def _split_columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any
             is_flat = rows not in block.shape and block.shape[1] > _MAX_COLUMNS
             block_by_row = block.T if block.shape[1] == rows != len(block) or is_flat else block
             if block_by_row.shape[1] > _MAX_COLUMNS:
-                notes.append(
-                    f"`{name}` ({shape}) has more than {_MAX_COLUMNS} columns; it was skipped"
-                )
+                fault = f"has more than {_MAX_COLUMNS} columns; it was skipped"
+                notes.append(f"`{name}` ({shape}) {fault}")
             else:
-                columns |= {
-                    f"{name}[{k}]": block_by_row[:, k] for k in range(block_by_row.shape[1])
-                }
+                columns |= {f"{name}[{k}]": values for k, values in enumerate(block_by_row.T)}
     return columns
 
 
@@ -262,9 +253,7 @@ def _group_by_clock(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for stem, members in groups.items():
         length = _common_length(members)
         counts = Counter(map(len, members.values()))
-        if (
-            counts[length] == 1 < max(counts.values())
-        ):  # the clock is shorter than all other columns
+        if counts[length] == 1 < max(counts.values()):  # the clock is shorter than all others
             length = counts.most_common(1)[0][0]
         clocks = {
             len(column): name

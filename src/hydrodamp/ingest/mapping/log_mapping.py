@@ -290,11 +290,14 @@ def json_schema() -> dict[str, Any]:
     >>> sorted(json_schema()["properties"])[:3]
     ['acceleration', 'attitude', 'clock']
     """
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **MappingFile.model_json_schema(),
-        "title": "hydrodamp mapping file",
-    }
+    schema = MappingFile.model_json_schema()
+    descriptions: Any = load_yaml(Path(__file__).with_name("descriptions.yaml"))
+    for model, texts in descriptions.items():
+        properties = schema["$defs"].get(model, schema)["properties"]
+        for key, text in texts.items():
+            properties[key]["description"] = text
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {**dialect, **schema, "title": "hydrodamp mapping file"}
 
 
 def presets() -> tuple[str, ...]:
