@@ -33,26 +33,6 @@ _TEXT_LOG = re.compile(rb"\s*FMT\s*,")
 _TYPES_BY_LETTER = "c:<h C:<H e:<i E:<I L:<i M:<B g:<f2 n:S4 N:S16 Z:S64 a:32<i2"
 _NUMPY_TYPES = {letter: f"<{letter}" for letter in "bBhHiIqQfd"}
 _NUMPY_TYPES |= dict(pair.split(":") for pair in _TYPES_BY_LETTER.split())
-_DIVISORS = {"TimeUS": 1e6, "TimeMS": 1e3}
-_TEXT_LOG = re.compile(rb"\s*FMT\s*,")
-
-# NumPy type of each format letter, and the divisor of scaled integers (ArduPilot, LogStructure.h).
-_NUMPY_TYPES = {letter: f"<{letter}" for letter in "bBhHiIqQfd"} | dict(
-    pair.split(":")
-    for pair in [
-        "c:<h",
-        "C:<H",
-        "e:<i",
-        "E:<I",
-        "L:<i",
-        "M:<B",
-        "g:<f2",
-        "n:S4",
-        "N:S16",
-        "Z:S64",
-        "a:32<i2",
-    ]
-)
 _DIVISORS = dict.fromkeys("cCeE", 100.0) | {"L": 1e7}
 
 # Field with the instance number of a sensor, for logs without FMTU messages (LogStructure.h).

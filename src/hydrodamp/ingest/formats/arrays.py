@@ -192,12 +192,14 @@ def _check_storage(file: Any, nodes: Mapping[str, Any], path: str | Path) -> Non
     import h5py
 
     arrays = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
-    external = [f"`{name}`" for name, node in arrays.items() if _is_external(node)]
-    file.visititems_links(
-        lambda name, link: (
-            external.append(f"`{name}`") if isinstance(link, h5py.ExternalLink) else None
-        )
-    )
+    groups = [file, *(node for node in nodes.values() if isinstance(node, h5py.Group))]
+    external = [
+        f"`{f'{group.name}/{key}'.strip('/')}`"
+        for group in groups
+        for key in group
+        if isinstance(group.get(key, getlink=True), h5py.ExternalLink)
+    ]
+    external += [f"`{name}`" for name, node in arrays.items() if _is_external(node)]
     if external:
         raise LogError(
             f"the values of {', '.join(first_few(external, 3, 'names'))} are stored in other"

@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from hydrodamp.data.record import name_of_source
-from hydrodamp.data.recording import Recording
+from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
 from hydrodamp.ingest.formats.content import read_head
@@ -130,9 +130,8 @@ def format_of(path: str | Path) -> Format:
         return by_suffix
     if _is_binary(begin):
         expected = "" if by_suffix is None else f" of {by_suffix.name}, as its suffix says"
-        supported = ", ".join(
-            f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes
-        )
+        known = (f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes)
+        supported = ", ".join(known)
         raise LogError(
             f"expected a known signature{expected}; the file begins with {begin[:8]!r}. It is"
             f" damaged, or its format is not supported. Supported are: {supported}",
@@ -221,11 +220,6 @@ def map_reporting_all_faults(
     return results
 
 
-def _default_topic(file: Path, counts: Mapping[str, int]) -> str:
-    """Return the file name as topic, or the folder name if several files share the name."""
-    return file.parent.name if counts[file.name] > 1 else name_of_source(file.name)
-
-
 def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     """Read the files of one recording; unreadable files are skipped with a note."""
     pairs: list[tuple[Recording, Path]] = []
@@ -238,11 +232,11 @@ def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     if not pairs:
         raise LogError([fault for error in errors for fault in error.faults], source=source)
     counts = Counter(file.name for file in files)
-    topics = tuple(
-        topic if topic.name else replace(topic, name=files[file] or _default_topic(file, counts))
-        for recording, file in pairs
-        for topic in recording.topics
-    )
+    topics: list[Topic] = []
+    for recording, file in pairs:  # a table is named by its file, or by its folder if files agree
+        default = file.parent.name if counts[file.name] > 1 else name_of_source(file.name)
+        name = files[file] or default
+        topics += [it if it.name else replace(it, name=name) for it in recording.topics]
     if faults := [
         f"{count} files hold a topic `{name}`; a recording needs distinct topics. Read the files"
         " one after another by `read_logs`"
@@ -253,7 +247,7 @@ def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     notes = [f"{SKIPPED} {error}" for error in errors]
     notes += [f"{file.name}: {note}" for recording, file in pairs for note in recording.notes]
     forms = " and ".join(dict.fromkeys(recording.format for recording, _ in pairs))
-    return Recording(topics, source, forms, tuple(notes))
+    return Recording(tuple(topics), source, forms, tuple(notes))
 
 
 def split_joined_paths(path: str | Path) -> list[Path]:
@@ -274,18 +268,12 @@ def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
         count = sum(1 for _ in takewhile(lambda place: len(set(place)) == 1, columns))
         count -= 1 - count % 2  # the separator stays with the topic
         if count > 0:
-            remainders = [
-                "".join(split[count:] if is_prefix else split[:-count]) for split in tokens
-            ]
-            labels = [
-                _SEPARATOR.sub(" ", remainder).strip().replace(" ", "_") or _DEFAULT_TOPIC
-                for remainder in remainders
-            ]
-            globs = (f"*{remainder}" if is_prefix else f"{remainder}*" for remainder in remainders)
-            return {
-                topic: glob + suffix
-                for topic, glob, suffix in zip(labels, globs, suffixes, strict=True)
-            }
+            patterns: dict[str, str] = {}
+            for split, suffix in zip(tokens, suffixes, strict=True):
+                name = "".join(split[count:] if is_prefix else split[:-count])
+                topic = _SEPARATOR.sub(" ", name).strip().replace(" ", "_") or _DEFAULT_TOPIC
+                patterns[topic] = (f"*{name}" if is_prefix else f"{name}*") + suffix
+            return patterns
     return {stem: file.name for stem, file in zip(stems, files, strict=True)}
 
 

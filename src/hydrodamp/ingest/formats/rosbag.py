@@ -89,9 +89,8 @@ def _read_messages(reader: Any, step: Step, notes: list[str]) -> _Messages:
     for connection in reader.connections:
         package, _, name = connection.msgtype.replace("/msg/", "/").partition("/")
         if name in _SKIPPED_TYPES.get(package, ()):
-            notes.append(
-                f"topic `{connection.topic}` ({connection.msgtype}) is no measurement; skipped"
-            )
+            topic = f"topic `{connection.topic}` ({connection.msgtype})"
+            notes.append(f"{topic} is no measurement; skipped")
         elif connection.msgcount:
             connections.append(connection)
     count, oversized = 0, {}
@@ -126,18 +125,17 @@ def _make_topics(
         try:
             columns = deserialize_columns(messages, kind, definitions, aligned=aligned)
         except KeyError as error:
-            notes.append(
-                f"topic `{name}` was skipped: the bag lacks the definition of {error.args[0]}"
-            )
+            fault = f"the bag lacks the definition of {error.args[0]}"
+            notes.append(f"topic `{name}` was skipped: {fault}")
             continue
         label = name if names.count(name) == 1 else f"{name} ({kind})"
-        if truncated := columns.truncated:
+        truncated = columns.truncated
+        if truncated:
             notes.append(
                 f"topic `{label}`: {len(truncated)} messages are truncated and were skipped;"
                 f" the first is number {truncated[0] + 1}"
             )
-        keep = np.ones(len(messages), dtype=bool)
-        keep[columns.truncated] = False
+        keep = np.isin(np.arange(len(messages)), truncated, invert=True)
         if keep.any():
             yield Topic(
                 label,
@@ -223,8 +221,6 @@ class _LayoutParser:
 
     def _count(self) -> int:
         self._align(4)
-        if self.offset + 4 > len(self.raw):
-            raise ValueError("the message is truncated")
         (count,) = struct.unpack_from(self.layout.order + "I", self.raw, self.offset)
         if count > len(self.raw):
             raise ValueError("the message is truncated")
@@ -260,7 +256,7 @@ def deserialize_columns(
         while len(rows):
             try:
                 layout = _LayoutParser(block[0].tobytes(), definitions, aligned).parse(name)
-            except (ValueError, IndexError):
+            except (ValueError, IndexError, struct.error):
                 columns.truncated.append(int(rows[0]))
                 rows, block = rows[1:], block[1:]
                 continue
@@ -290,9 +286,8 @@ def _fill_columns(columns: Columns, n: int, layout: CdrLayout, rows: Any, block:
         column[rows] = seconds + _view_field(block, offset + 4, layout.order + "u4") / 1e9
     for path, (offset, length) in layout.strings.items():
         texts = columns.texts.setdefault(path, [""] * n)
-        words = (
-            _view_field(block, offset, f"V{length}").tolist() if length > 0 else [b""] * len(rows)
-        )
+        is_empty = length <= 0
+        words = [b""] * len(rows) if is_empty else _view_field(block, offset, f"V{length}").tolist()
         known = {word: word.decode("utf-8", errors="replace") for word in set(words)}
         for row, word in zip(rows.tolist(), words, strict=True):
             texts[row] = known[word]
