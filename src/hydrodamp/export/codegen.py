@@ -9,14 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.basis.atoms import (
-    ABSOLUTES,
-    ATOM_PLACE,
-    AXES,
-    PROPULSION,
-    VELOCITIES,
-    is_absolute,
-)
+from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, AXES, PROPULSION, VELOCITIES, is_absolute
 from hydrodamp.basis.basis import SLOWEST
 from hydrodamp.basis.term import Term
 from hydrodamp.data.channels import ATTITUDE, EULER

@@ -6,7 +6,7 @@ Simulators take it as a rigid body with added mass, displaced volume and drag, s
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -304,19 +304,18 @@ def check_body(plant: ExportedPlant, key: str) -> None:
 
 
 def parse_numbers(text: str) -> dict[str, FloatArray]:
-    """Return the numbers of an XML document by ``tag``, ``parent/tag`` and ``tag.attribute``."""
-    numbers = {}
+    """Return the numbers in text and attributes of XML elements, by ``tag`` and ``parent/tag``."""
+    numbers: dict[str, FloatArray] = {}
     for parent in ElementTree.fromstring(text).iter():
         for child in parent:
-            texts = dict.fromkeys((child.tag, f"{parent.tag}/{child.tag}"), child.text or "")
-            texts |= {f"{child.tag}.{name}": value for name, value in child.attrib.items()}
-            for name, value in texts.items():
-                with suppress(ValueError):
-                    numbers[name] = np.array(value.split(), dtype=float)
+            texts = " ".join((child.text or "", *child.attrib.values())).split()
+            with suppress(ValueError):
+                values = np.array(texts, dtype=float)
+                numbers |= {child.tag: values, f"{parent.tag}/{child.tag}": values}
     return numbers
 
 
-def symmetric(values: list[float]) -> FloatArray:
+def symmetric(values: Sequence[float] | FloatArray) -> FloatArray:
     """Return the symmetric matrix of an upper triangle."""
     matrix = np.zeros((3, 3) if len(values) == 6 else (6, 6))
     rows, columns = np.triu_indices(len(matrix))

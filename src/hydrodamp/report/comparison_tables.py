@@ -228,10 +228,7 @@ def fold_table(table: CrossValidation) -> Table:
         ),
     ]
     if best:
-        notes += [
-            str(table.select()),
-            f"Pareto front (error, coefficients): {', '.join(best)}.",
-        ]
+        notes += [str(table.select()), f"Pareto front (error, coefficients): {', '.join(best)}."]
     else:
         notes.append("No row has an error on every fold: none is selected.")
     columns = {
