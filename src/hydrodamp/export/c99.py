@@ -31,6 +31,7 @@ from hydrodamp.export.codegen import (
     C99,
     command,
     identifier_values,
+    render_template,
     template_values,
     vehicle_identifier,
 )
@@ -41,7 +42,6 @@ from hydrodamp.export.target import (
     RunError,
     Target,
     program_version,
-    render_template,
     require_package,
 )
 from hydrodamp.export.verification import MAX_STEP, Engine, attitude_quaternions

@@ -20,7 +20,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.codegen import CASADI, template_values, vehicle_identifier
+from hydrodamp.export.codegen import CASADI, render_template, template_values, vehicle_identifier
 from hydrodamp.export.plant import FLU, Body, ExportedPlant, States
 from hydrodamp.export.target import (
     Files,
@@ -28,7 +28,6 @@ from hydrodamp.export.target import (
     RunError,
     Target,
     program_version,
-    render_template,
     require_package,
 )
 from hydrodamp.export.verification import Engine, Simulator, attitude_quaternions

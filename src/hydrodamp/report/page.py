@@ -88,38 +88,31 @@ def comparison_page(comparison: Comparison, content: ReportContent | None = None
 
 def _variables(comparison: Comparison, content: ReportContent) -> dict[str, object]:
     """Return the variables of the template."""
-    selected, grades, unit = (
-        find_selected_row(comparison),
-        content.identifiability,
-        comparison.rate_unit,
-    )
+    selected, grades = find_selected_row(comparison), content.identifiability
+    unit, provenance = comparison.rate_unit, comparison.provenance
     by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
     plots = series(comparison, order, content.band)
-    warnings = comparison.provenance.get("warnings", "").splitlines()
-    segments = comparison.provenance.get("test_segments")
+    warnings, segments = (
+        provenance.get("warnings", "").splitlines(),
+        provenance.get("test_segments"),
+    )
+    usable = [row for row in order if row.fit.status.usable]
+    methods = enumerate(comparison.methods)
+    scores = f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %"
     return {
         "comparison": comparison,
         "subtitle": f"Replayed on {segments}" if segments else "",
-        "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
-        "methods": {
-            method: (f"m{index}", colour_of(method))
-            for index, method in enumerate(comparison.methods)
-        },
+        "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
+        "methods": {method: (f"m{index}", colour_of(method)) for index, method in methods},
         "verdict": verdict(comparison, grades),
         "warnings": [*map(str.strip, warnings), *remarks(comparison)],
-        "scores": score_table(
-            comparison,
-            by_error,
-            f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
-        ),
+        "scores": score_table(comparison, by_error, scores),
         "sorted_rows": by_error,
         "selected": selected,
         "series": plots,
         "coefficients": [
-            (row, fit_table(row.fit, grades if row is selected else None))
-            for row in order
-            if row.fit.status.usable
+            (row, fit_table(row.fit, grades if row is selected else None)) for row in usable
         ],
         "pictures": content.pictures,
         "not_shown": content.not_shown,
