@@ -40,9 +40,9 @@ from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.plan import VERIFIED_MEMBERS, optimise
 from hydrodamp.experiment_design.verification import CandidateDive, enforce_envelope, verify
 from hydrodamp.files import save_json, save_text
+from hydrodamp.progress import run_parallel
+from hydrodamp.simulation.campaign.conditions import Truth
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.simulation.parallel import run_parallel
 
 ENVELOPE = hd.Envelope(
     depth=(3, 20),

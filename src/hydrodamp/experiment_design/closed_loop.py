@@ -17,7 +17,6 @@ from hydrodamp.data.log import Log
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, bisect
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.simulation.autopilot import Autopilot, AutopilotState
 from hydrodamp.simulation.closed_loop import (
     DEPTH,
     EULER,
@@ -25,6 +24,8 @@ from hydrodamp.simulation.closed_loop import (
     N_STATES,
     POSITION,
     VELOCITY,
+    Autopilot,
+    AutopilotState,
     EquationOfMotion,
     integrate,
     pose_rates,

@@ -38,7 +38,7 @@ from hydrodamp.identification.identifiability import (
     grade_fit,
 )
 from hydrodamp.identification.output_error import Recommended
-from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.problem import prepare
 
 MIN_FEASIBILITY_RATE = 0.95

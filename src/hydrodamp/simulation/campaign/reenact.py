@@ -17,7 +17,6 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.progress import count_items
-from hydrodamp.simulation.autopilot import Autopilot, AutopilotState
 from hydrodamp.simulation.campaign.conditions import (
     COMMAND_PERIOD,
     PUBLISHED_AUTOPILOT,
@@ -26,8 +25,6 @@ from hydrodamp.simulation.campaign.conditions import (
     WHITE_NOISE,
     Conditions,
     Run,
-)
-from hydrodamp.simulation.campaign.truth import (
     Truth,
     crossflow_truth,
     fin_position,
@@ -40,6 +37,8 @@ from hydrodamp.simulation.closed_loop import (
     MEASURED,
     N_STATES,
     VELOCITY,
+    Autopilot,
+    AutopilotState,
     EquationOfMotion,
     integrate,
     pose_rates,
