@@ -57,7 +57,7 @@ from .errors import (
     VehicleError as VehicleError,
 )
 from .experiment_design.envelope import Envelope as Envelope, read_envelope as read_envelope
-from .experiment_design.excitation import Manoeuvre as Manoeuvre
+from .experiment_design.guidance import Manoeuvre as Manoeuvre
 from .experiment_design.plan import plan as plan
 from .experiment_design.result import (
     DivePlan as DivePlan,

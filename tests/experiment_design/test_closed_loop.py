@@ -11,9 +11,8 @@ from hydrodamp.experiment_design.ensemble import (
     prior_damping,
     sample_ensemble,
 )
-from hydrodamp.experiment_design.excitation import Manoeuvre
-from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
-from hydrodamp.experiment_design.guidance import CourseGuidance
+from hydrodamp.experiment_design.guidance import CourseGuidance, Manoeuvre
+from hydrodamp.experiment_design.optimise import ErrorModel, fisher_information
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import Trajectories, saturation
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
-from hydrodamp.experiment_design.excitation import Manoeuvre
+from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.optimise import Optimiser
 from hydrodamp.experiment_design.verification import (
     MonteCarloVerification,

@@ -16,19 +16,21 @@ from hydrodamp.experiment_design.closed_loop import (
 )
 from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.experiment_design.excitation import (
+from hydrodamp.experiment_design.guidance import (
     Manoeuvre,
     baseline_manoeuvres,
     candidate_manoeuvres,
     join_setpoints,
 )
-from hydrodamp.experiment_design.fisher_information import (
+from hydrodamp.experiment_design.optimise import (
     Criterion,
     ErrorModel,
     Objective,
+    Optimiser,
     fisher_information,
+    simulate_candidates,
+    worst_violation,
 )
-from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
 from hydrodamp.identification.fit import critical_value as critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping

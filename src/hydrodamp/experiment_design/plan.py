@@ -19,14 +19,16 @@ from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Traject
 from hydrodamp.experiment_design.context import Mode, PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
-from hydrodamp.experiment_design.excitation import candidate_manoeuvres
-from hydrodamp.experiment_design.fisher_information import (
+from hydrodamp.experiment_design.guidance import candidate_manoeuvres
+from hydrodamp.experiment_design.optimise import (
     Criterion,
     ErrorModel,
+    Optimiser,
     fisher_information,
+    simulate_candidates,
     window_information,
+    worst_violation,
 )
-from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
 from hydrodamp.experiment_design.verification import (
     CandidateDive,

@@ -15,7 +15,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.experiment_design.excitation import Manoeuvre
+from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.files import as_json
 from hydrodamp.identification.identifiability import Cause, Grade
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label

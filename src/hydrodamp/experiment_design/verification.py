@@ -26,8 +26,12 @@ from hydrodamp.experiment_design.closed_loop import (
 )
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.envelope import Area
-from hydrodamp.experiment_design.excitation import Manoeuvre, join_setpoints
-from hydrodamp.experiment_design.guidance import CourseGuidance, follow_tracks
+from hydrodamp.experiment_design.guidance import (
+    CourseGuidance,
+    Manoeuvre,
+    follow_tracks,
+    join_setpoints,
+)
 from hydrodamp.experiment_design.result import GoalDuration
 from hydrodamp.identification.fit import Fit, critical_value as critical_value
 from hydrodamp.identification.identifiability import (
