@@ -22,13 +22,13 @@ from hydrodamp.simulation.closed_loop import (
     EULER,
     MEASURED,
     N_STATES,
-    POSITION,
     VELOCITY,
     Autopilot,
     AutopilotState,
     EquationOfMotion,
     integrate,
     pose_rates,
+    stack_runs,
 )
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -90,7 +90,7 @@ class Trajectories:
         """Return the measured or the exact time series as a log, one segment per vehicle."""
         series = self.states[:, :, MEASURED] if exact else self.measured
         n, n_vehicles = series.shape[:2]
-        motion, commands = _stack(series[:, :, :9]), _stack(self.commands)
+        motion, commands = stack_runs(series[:, :, :9]), stack_runs(self.commands)
         position = np.dstack([self.states[:, :, 9:11], series[:, :, 9]])
         planar = set(vehicle.axes) <= {"X", "Y", "N"}
         return Log.from_arrays(
@@ -98,14 +98,10 @@ class Trajectories:
             {VELOCITY_OF[axis]: motion[:, AXES.index(axis)] for axis in vehicle.axes},
             attitude=None if planar else motion[:, EULER],
             commands=dict(zip(names, commands.T, strict=True)),
-            position=_stack(position),
+            position=stack_runs(position),
             segment=np.repeat([f"dive-{index}" for index in range(n_vehicles)], n).tolist(),
             source="planned dive",
         )
-
-
-def _stack(columns: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(columns.swapaxes(0, 1)).reshape(-1, columns.shape[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,9 +250,7 @@ def limit_violations(
     }
     bands = dict(envelope.area) if area and envelope.area is not None else {}
     bands["depth"] = (envelope.depth[0], envelope.max_depth)
-    columns = dict(
-        zip(("north", "east", "depth"), range(POSITION.start, POSITION.stop), strict=True)
-    )
+    columns = {"north": 9, "east": 10, "depth": DEPTH}
     for name, (low, high) in bands.items():
         value = states[:, :, columns[name]]
         violations[name] = np.maximum(value - high, low - value) / (high - low)
@@ -268,15 +262,11 @@ def saturation(autopilot: Autopilot, trajectories: Trajectories) -> dict[str, Fl
 
     The propeller is excluded: its steady commands are within its limits by design.
     """
-    commands, shares = trajectories.commands, {}
-    for index, name in enumerate(autopilot.names):
-        if index == autopilot.propeller:
-            continue
-        (lowest, highest), values = autopilot.limits(index), commands[:, :, index]
-        margin = LIMIT_TOLERANCE * (highest - lowest)
-        step = np.abs(np.diff(values, axis=0, prepend=values[:1]))
-        max_step = autopilot.rates[index] * trajectories.period
-        at_limit = (values <= lowest + margin) | (values >= highest - margin)
-        at_rate = step >= (1.0 - LIMIT_TOLERANCE) * max_step
-        shares[name] = np.mean(at_limit | at_rate, axis=0)
-    return shares
+    commands, lowest, highest = trajectories.commands, autopilot.lowest, autopilot.highest
+    margin = LIMIT_TOLERANCE * (highest - lowest)
+    step = np.abs(np.diff(commands, axis=0, prepend=commands[:1]))
+    max_step = autopilot.rates * trajectories.period
+    at_limit = (commands <= lowest + margin) | (commands >= highest - margin)
+    shares = np.mean(at_limit | (step >= (1.0 - LIMIT_TOLERANCE) * max_step), axis=0).T
+    by_command = dict(enumerate(zip(autopilot.names, shares, strict=True)))
+    return dict(pair for index, pair in by_command.items() if index != autopilot.propeller)

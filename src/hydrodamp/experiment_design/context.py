@@ -10,10 +10,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import ModelError, ProblemError
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, design_autopilot
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Trajectories,
-)
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.guidance import (
@@ -31,7 +28,7 @@ from hydrodamp.experiment_design.optimise import (
     simulate_candidates,
     worst_violation,
 )
-from hydrodamp.identification.fit import critical_value as critical_value
+from hydrodamp.identification.fit import critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel

@@ -33,7 +33,7 @@ from hydrodamp.experiment_design.closed_loop import (
 )
 from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
 from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.multiple_shooting import MAX_STEP
+from hydrodamp.identification.multiple_shooting import MAX_STEP, eliminate_initial_states
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
@@ -115,11 +115,9 @@ def window_information(
     )
     sensitivities = sensitivities[:, free] / error_model.residual_std[free, None]
     sensitivities = np.nan_to_num(sensitivities).reshape(len(first), -1, p + 6)
-    a, b = sensitivities[:, :, :p], sensitivities[:, :, p + free]
-    a_t, b_t = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
-    initial = b_t @ b + np.diag(error_model.initial_state_std[free] ** -2.0)
-    mixed = b_t @ a
-    return np.asarray(a_t @ a - mixed.transpose(0, 2, 1) @ np.linalg.solve(initial, mixed))
+    rows = sensitivities[:, :, [*(p + free), *range(p)]]
+    normals = rows.transpose(0, 2, 1) @ rows
+    return eliminate_initial_states(normals, error_model.initial_state_std[free])[0]
 
 
 @dataclass(frozen=True, eq=False)

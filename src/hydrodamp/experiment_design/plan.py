@@ -39,7 +39,7 @@ from hydrodamp.experiment_design.verification import (
     verify,
 )
 from hydrodamp.identification.differentiation import noise_variance
-from hydrodamp.identification.fit import Fit, critical_value as critical_value
+from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Grade, Identifiability
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -166,12 +166,12 @@ def plan(
     dive = optimise(context, "worst" if goal else criterion, baseline, baseline_dive)
     result = verify_dive(dive)
     notes: tuple[str, ...] = ()
-    if not _is_better(result, baseline):
+    if not result.log_std_error <= baseline.log_std_error:
         # In waypoint mode the executed baseline may determine less than the manoeuvres do.
         executed = enforce_envelope(context, context.baseline)
         executed_result = verify_dive(executed)
         notes = (f"{_NOT_BETTER}{_WAYPOINT_CAUSE if context.mode == 'waypoints' else _CAUSE}.",)
-        if not _is_better(result, executed_result, or_equal=False):
+        if not result.log_std_error < executed_result.log_std_error:
             dive, result = executed, executed_result
     goal_duration = None
     if goal is not None:
@@ -181,14 +181,6 @@ def plan(
     return replace(
         _make_plan(context, dive, result, baseline), goal_duration=goal_duration, notes=notes
     )
-
-
-def _is_better(
-    result: MonteCarloVerification, baseline: MonteCarloVerification, *, or_equal: bool = True
-) -> bool:
-    """Compare the geometric means of standard errors."""
-    mean, limit = (float(np.mean(np.log(item.std_errors))) for item in (result, baseline))
-    return mean <= limit if or_equal else mean < limit
 
 
 def optimise(
@@ -253,8 +245,9 @@ def _setpoints(context: PlanningContext, dive: CandidateDive) -> dict[str, Float
     columns: dict[str, FloatArray] = {}
     if (propeller := autopilot.propeller) is not None:
         columns["speed"] = setpoints[:, 0]
-        command = autopilot.propeller_command(setpoints[:, 0])
-        columns[autopilot.names[propeller]] = np.clip(command, *autopilot.limits(propeller))
+        limits = autopilot.lowest[propeller], autopilot.highest[propeller]
+        command = np.clip(autopilot.propeller_command(setpoints[:, 0]), *limits)
+        columns[autopilot.names[propeller]] = command
     if autopilot.heading is not None:
         columns["heading"] = np.angle(np.exp(1j * setpoints[:, 1]))
     if autopilot.depth is not None:

@@ -111,10 +111,6 @@ class Autopilot:
     propeller_commands: FloatArray | None = None
     depth_window: float | None = None
 
-    def limits(self, index: int) -> tuple[float, float]:
-        """Return the limits of one command."""
-        return float(self.lowest[index]), float(self.highest[index])
-
     def propeller_command(self, speed: FloatArray) -> FloatArray:
         """Return the command of the propeller at a steady speed [m/s]."""
         assert self.speeds is not None
@@ -203,6 +199,11 @@ def integrate(rate: Rate, state: FloatArray, duration: float, max_step: float) -
     for _ in range(n_steps):
         state = rk4_step(rate, state, duration / n_steps)
     return state
+
+
+def stack_runs(columns: FloatArray) -> FloatArray:
+    """Return an array of shape (n_samples, n_runs, k) as rows, one run after another."""
+    return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])
 
 
 def down_direction(euler: FloatArray) -> FloatArray:

@@ -25,6 +25,9 @@ from hydrodamp.report.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+DEGREES = 180.0 / np.pi
+"""Degrees of a radian."""
+
 
 @with_style
 def setpoint_figure(plan: DivePlan) -> Figure:
@@ -86,37 +89,24 @@ def track_figure(plan: DivePlan) -> Figure:
     horizontal.plot(east, north, color=SERIES[0])
     horizontal.plot(east[0], north[0], "o", color=MEASURED)
     if plan.waypoints is not None:
-        horizontal.plot(
-            plan.waypoints[:, 2], plan.waypoints[:, 1], ".", color=MEASURED, markersize=3
-        )
+        _, north, east, *_ = plan.waypoints.T
+        horizontal.plot(east, north, ".", color=MEASURED, markersize=3)
     horizontal.set_aspect("equal", adjustable="datalim")
     horizontal.set(xlabel="east [m]", ylabel="north [m]", title="Horizontal track, dot: start")
     if (area := plan.envelope.area) is not None:
-        corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
-        horizontal.plot(
-            [area.east[e] for e, _ in corners],
-            [area.north[n] for _, n in corners],
-            color=FAINT,
-            linestyle="--",
-        )
+        (west, east), (south, north) = area.east, area.north
+        corners = [west, east, east, west, west], [south, south, north, north, south]
+        horizontal.plot(*corners, color=FAINT, linestyle="--")
     vertical.fill_between(plan.time, *plan.depth_band.T, color=SERIES[0], alpha=BAND, linewidth=0.0)
     vertical.plot(plan.time, depth, color=SERIES[0])
     for limit in (plan.envelope.depth[0], plan.envelope.max_depth):
         vertical.axhline(limit, color=FAINT, linestyle="--")
     vertical.invert_yaxis()
     vertical.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, band: 90 % of the ensemble")
-    for panel, first, unit, factor in (
-        (linear, 0, "m/s", 1.0),
-        (angular, 3, "deg/s", 180.0 / np.pi),
-    ):
+    for panel, first, unit, factor in ((linear, 0, "m/s", 1.0), (angular, 3, "deg/s", DEGREES)):
         for index in range(first, first + 3):
-            panel.plot(
-                plan.time,
-                factor * plan.track.velocity[:, index],
-                color=SERIES[index],
-                linewidth=0.5,
-                label=VELOCITIES[index],
-            )
+            velocity, name = factor * plan.track.velocity[:, index], VELOCITIES[index]
+            panel.plot(plan.time, velocity, color=SERIES[index], linewidth=0.5, label=name)
         panel.set(xlabel="time [s]", ylabel=f"velocity [{unit}]")
         panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
     return figure
@@ -141,7 +131,7 @@ def prediction_figure(plan: DivePlan) -> Figure:
     MethodError
         If matplotlib is not installed.
     """
-    from hydrodamp.identification.fit import critical_value as critical_value
+    from hydrodamp.identification.fit import critical_value
     from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
     items = [item for item in plan.predictions if item.value != 0.0]

@@ -42,6 +42,7 @@ from hydrodamp.simulation.closed_loop import (
     EquationOfMotion,
     integrate,
     pose_rates,
+    stack_runs,
 )
 from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.file import fleet
@@ -293,8 +294,3 @@ def reenact(
     demand(seed >= 0, "seed", "0 or more", seed)
     demand(1.0 <= duration < np.inf, "duration", "1 s or more", duration)
     return CampaignSetup.of(truth).simulate((seed,), duration, conditions)[0]
-
-
-def stack_runs(columns: FloatArray) -> FloatArray:
-    """Return an array of shape (n_samples, n_runs, k) as rows, one run after another."""
-    return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])
