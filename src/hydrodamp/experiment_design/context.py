@@ -26,7 +26,6 @@ from hydrodamp.experiment_design.optimise import (
     Optimiser,
     fisher_information,
     simulate_candidates,
-    worst_violation,
 )
 from hydrodamp.identification.fit import critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
@@ -244,7 +243,7 @@ def steerable_members(simulator: ClosedLoopSimulator, samples: int) -> ClosedLoo
     turns = (0.0, 0.75, 0.0, *[0.0] * len(simulator.autopilot.overlays))
     calm = [Manoeuvre("steps", level, 0.0, turns) for level in (0.0, 0.5, 1.0)]
     trajectories = simulate_candidates(simulator, calm, samples)
-    feasible = worst_violation(simulator, trajectories).max(axis=0) <= 0.0
+    feasible = simulator.worst_violation(trajectories).max(axis=0) <= 0.0
     feasible[0] = True
     if feasible.sum() < N_MEMBERS:
         raise ProblemError(
@@ -263,7 +262,7 @@ def largest_baseline(
     steps = baseline_manoeuvres(len(autopilot.overlays), autopilot.hovers)
     candidates = [step.attenuate(strength) for step in steps for strength in BASELINE_STRENGTHS]
     trajectories = simulate_candidates(nominal, candidates, samples)
-    feasible = worst_violation(nominal, trajectories).reshape(len(steps), -1) < 0.0
+    feasible = nominal.worst_violation(trajectories).reshape(len(steps), -1) < 0.0
     feasible[:, -1] = True  # the weakest, if no other is feasible
     largest = BASELINE_STRENGTHS[feasible.argmax(axis=1)]
     baseline = [step.attenuate(strength) for step, strength in zip(steps, largest, strict=True)]

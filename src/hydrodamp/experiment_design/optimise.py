@@ -25,12 +25,7 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Trajectories,
-    limit_violations,
-    saturation,
-)
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.multiple_shooting import MAX_STEP, eliminate_initial_states
@@ -203,10 +198,10 @@ class Optimiser:
             trajectories, _ = follow_tracks(simulator, planned, self.acceptance)
         information = fisher_information(simulator, trajectories, self.error_model)
         shape = len(candidates), simulator.n_members
-        shares = saturation(simulator.autopilot, trajectories)
+        shares = trajectories.saturation(simulator.autopilot)
         return (
             information.reshape(*shape, *information.shape[1:]),
-            worst_violation(simulator, trajectories),
+            simulator.worst_violation(trajectories),
             {name: share.reshape(shape) for name, share in shares.items()},
         )
 
@@ -275,10 +270,3 @@ def simulate_candidates(
     )
     setpoints[:, :, 2] += envelope.mid_depth
     return simulator.simulate((setpoints, overlays))
-
-
-def worst_violation(simulator: ClosedLoopSimulator, trajectories: Trajectories) -> FloatArray:
-    """Return the largest violation of any limit, shape (n, members)."""
-    violations = limit_violations(simulator.envelope, trajectories, area=False).values()
-    worst = np.max([violation.max(axis=0) for violation in violations], axis=0)
-    return np.reshape(worst, (-1, simulator.n_members))

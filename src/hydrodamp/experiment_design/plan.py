@@ -27,7 +27,6 @@ from hydrodamp.experiment_design.optimise import (
     fisher_information,
     simulate_candidates,
     window_information,
-    worst_violation,
 )
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
 from hydrodamp.experiment_design.verification import (
@@ -333,7 +332,7 @@ def _std_error_ratio(problem: Problem, fit: Fit) -> FloatArray:
     candidates = candidate_manoeuvres(len(autopilot.overlays))
     samples = round(GAIN_SEGMENT / envelope.period)
     trajectories = simulate_candidates(simulator, candidates, samples)
-    feasible = worst_violation(simulator, trajectories).max(axis=1) <= 0.0
+    feasible = simulator.worst_violation(trajectories).max(axis=1) <= 0.0
     if not feasible.any():
         raise HydrodampError("no feasible manoeuvre")
     by_manoeuvre = fisher_information(simulator, trajectories, error_model)[feasible]

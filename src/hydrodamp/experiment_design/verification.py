@@ -17,13 +17,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Excitation,
-    Trajectories,
-    limit_violations,
-    saturation,
-)
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Excitation, Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.envelope import Area
 from hydrodamp.experiment_design.guidance import (
@@ -121,11 +115,11 @@ def enforce_envelope(
         else:
             excitation = _repeat(setpoints, overlays, n)
             planned = trajectories = simulator.simulate(excitation, context.seed, course)
-        violations = limit_violations(envelope, trajectories)
+        violations = trajectories.limit_violations(envelope)
         violated = {name: np.any(g > 0.0, axis=0) for name, g in violations.items()}
         feasibility_rate = 1.0 - float(np.mean(np.any([*violated.values()], axis=0)))
         if feasibility_rate >= MIN_FEASIBILITY_RATE:
-            shares = saturation(autopilot, trajectories).items()
+            shares = trajectories.saturation(autopilot).items()
             return CandidateDive(
                 *(manoeuvres, overlays, np.array(course.courses), trajectories),
                 *(feasibility_rate, {name: float(np.mean(share)) for name, share in shares}),
