@@ -84,11 +84,6 @@ class Manoeuvre:
         """Return the manoeuvre with all strengths multiplied by a factor."""
         return replace(self, strengths=tuple(factor * value for value in self.strengths))
 
-    @property
-    def mirrored(self) -> Manoeuvre:
-        """The manoeuvre with all signs reversed."""
-        return self.attenuate(-1.0)
-
     def slow_down(self, factor: float) -> Manoeuvre:
         """Return the manoeuvre at a lower speed that varies less."""
         strengths = (factor * self.strengths[0], *self.strengths[1:])
@@ -367,9 +362,8 @@ def _waypoints(track: Trajectories, radius: float) -> FloatArray:
 
 def _extend(path: FloatArray, n: int) -> FloatArray:
     """Return a path of n waypoints, with the last leg repeated."""
-    steps = np.arange(1, n - len(path) + 1)[:, None] * (path[-1, :2] - path[-2, :2])
-    depth_and_speed = np.repeat(path[-1:, 2:], len(steps), axis=0)
-    return np.vstack([path, np.column_stack([path[-1, :2] + steps, depth_and_speed])])
+    step = (path[-1] - path[-2]) * [1.0, 1.0, 0.0, 0.0]
+    return np.vstack([path, path[-1] + np.arange(1, n - len(path) + 1)[:, None] * step])
 
 
 def _rotate(track: FloatArray, course: float) -> FloatArray:

@@ -24,18 +24,10 @@ from pydantic import (
     model_validator,
 )
 
+from hydrodamp import files as files
 from hydrodamp.arrays import MAX_MAGNITUDE
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.faults import validate
-from hydrodamp.files import (
-    PackageData,
-    load_text,
-    missing_file_message,
-    nearest_file,
-    parse_yaml,
-    save_text,
-    wrong_kind_message,
-)
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.mass import fill_locked_axes, rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle, checked_axes, without_righting
@@ -175,19 +167,19 @@ def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     ...
     hydrodamp.errors.FileError: nowhere.yaml: cannot be read: ...
     """
-    return parse_vehicle(load_text(path), source=str(path))
+    return parse_vehicle(files.load_text(path), source=str(path))
 
 
 def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     """Read a vehicle from the text of a vehicle file."""
-    content = parse_yaml(text, source)
+    content = files.parse_yaml(text, source)
     if not isinstance(content, dict):
         kind = "a list" if isinstance(content, list) else repr(content)[:60]
         got = "it is empty" if content is None else f"got {kind}"
         raise VehicleError(
             f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
-    if message := wrong_kind_message(content, source, "vehicle"):
+    if message := files.wrong_kind_message(content, source, "vehicle"):
         raise VehicleError(message)
     document = validate(VehicleFile, content, source, VehicleError)
     try:
@@ -211,7 +203,7 @@ def write_vehicle(vehicle: Vehicle, path: str | os.PathLike[str]) -> None:
     FileError
         If the file cannot be written.
     """
-    save_text(format_vehicle(vehicle), path)
+    files.save_text(format_vehicle(vehicle), path)
 
 
 def format_vehicle(vehicle: Vehicle) -> str:
@@ -242,7 +234,7 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-fleet = PackageData(
+fleet = files.PackageData(
     Path(__file__).parent / "fleet", lambda name: parse_vehicle(fleet_text(name), source=name)
 )
 """The vehicles that come with the package."""
@@ -294,12 +286,12 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
             warnings.warn(fault, HydrodampWarning, stacklevel=2)
         return vehicle
     if path.suffix or len(path.parts) > 1:
-        raise FileError(missing_file_message(path))
+        raise FileError(files.missing_file_message(path))
     raise VehicleError(_unknown(str(name_or_path)))
 
 
 def _unknown(name: str) -> str:
-    suggestion = did_you_mean(name, fleet) or nearest_file(f"{name}.yaml")
+    suggestion = did_you_mean(name, fleet) or files.nearest_file(f"{name}.yaml")
     return (
         f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{suggestion} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."

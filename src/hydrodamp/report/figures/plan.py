@@ -8,19 +8,8 @@ import numpy as np
 
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.experiment_design.result import DivePlan
+from hydrodamp.report.figures import style as style
 from hydrodamp.report.figures.axes import coefficient_symbol
-from hydrodamp.report.figures.style import (
-    BAND,
-    FAINT,
-    MEASURED,
-    PAGE,
-    SERIES,
-    legend,
-    new_figure,
-    panel_grid,
-    stacked_panels,
-    with_style,
-)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +18,7 @@ DEGREES = 180.0 / np.pi
 """Degrees of a radian."""
 
 
-@with_style
+@style.with_style
 def setpoint_figure(plan: DivePlan) -> Figure:
     """Draw setpoints and overlays, one panel each, with lines between segments.
 
@@ -48,14 +37,14 @@ def setpoint_figure(plan: DivePlan) -> Figure:
     MethodError
         If matplotlib is not installed.
     """
-    figure, panels = stacked_panels(len(plan.setpoints), each=0.75)
+    figure, panels = style.stacked_panels(len(plan.setpoints), each=0.75)
     units = {"speed": " [m/s]", "heading": " [deg]", "depth": " [m]"}
     for panel, (name, values) in zip(panels, plan.setpoints.items(), strict=True):
         plotted = np.degrees(np.unwrap(values)) if name == "heading" else values
-        panel.plot(plan.time, plotted, color=SERIES[0], drawstyle="steps-post", linewidth=0.6)
+        panel.plot(plan.time, plotted, color=style.SERIES[0], drawstyle="steps-post", linewidth=0.6)
         panel.set_ylabel(name.replace("_", "\n") + units.get(name, ""))
         for segment in plan.segments[1:]:
-            panel.axvline(segment.start, color=FAINT, linewidth=0.4)
+            panel.axvline(segment.start, color=style.FAINT, linewidth=0.4)
         if name == "depth":
             panel.invert_yaxis()
     panels[-1].set_xlabel("time [s]")
@@ -63,7 +52,7 @@ def setpoint_figure(plan: DivePlan) -> Figure:
     return figure
 
 
-@with_style
+@style.with_style
 def track_figure(plan: DivePlan) -> Figure:
     """Draw the predicted track from above and in depth, and the velocities.
 
@@ -84,35 +73,37 @@ def track_figure(plan: DivePlan) -> Figure:
     """
     assert plan.track.position is not None
     north, east, depth = plan.track.position.T
-    figure = new_figure(PAGE, 4.4)
-    horizontal, vertical, linear, angular = panel_grid(figure, 4, 2)
-    horizontal.plot(east, north, color=SERIES[0])
-    horizontal.plot(east[0], north[0], "o", color=MEASURED)
+    figure = style.new_figure(style.PAGE, 4.4)
+    horizontal, vertical, linear, angular = style.panel_grid(figure, 4, 2)
+    horizontal.plot(east, north, color=style.SERIES[0])
+    horizontal.plot(east[0], north[0], "o", color=style.MEASURED)
     if plan.waypoints is not None:
         _, north, east, *_ = plan.waypoints.T
-        horizontal.plot(east, north, ".", color=MEASURED, markersize=3)
+        horizontal.plot(east, north, ".", color=style.MEASURED, markersize=3)
     horizontal.set_aspect("equal", adjustable="datalim")
     horizontal.set(xlabel="east [m]", ylabel="north [m]", title="Horizontal track, dot: start")
     if (area := plan.envelope.area) is not None:
         (west, east), (south, north) = area.east, area.north
         corners = [west, east, east, west, west], [south, south, north, north, south]
-        horizontal.plot(*corners, color=FAINT, linestyle="--")
-    vertical.fill_between(plan.time, *plan.depth_band.T, color=SERIES[0], alpha=BAND, linewidth=0.0)
-    vertical.plot(plan.time, depth, color=SERIES[0])
+        horizontal.plot(*corners, color=style.FAINT, linestyle="--")
+    vertical.fill_between(
+        plan.time, *plan.depth_band.T, color=style.SERIES[0], alpha=style.BAND, linewidth=0.0
+    )
+    vertical.plot(plan.time, depth, color=style.SERIES[0])
     for limit in (plan.envelope.depth[0], plan.envelope.max_depth):
-        vertical.axhline(limit, color=FAINT, linestyle="--")
+        vertical.axhline(limit, color=style.FAINT, linestyle="--")
     vertical.invert_yaxis()
     vertical.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, band: 90 % of the ensemble")
     for panel, first, unit, factor in ((linear, 0, "m/s", 1.0), (angular, 3, "deg/s", DEGREES)):
         for index in range(first, first + 3):
             velocity, name = factor * plan.track.velocity[:, index], VELOCITIES[index]
-            panel.plot(plan.time, velocity, color=SERIES[index], linewidth=0.5, label=name)
+            panel.plot(plan.time, velocity, color=style.SERIES[index], linewidth=0.5, label=name)
         panel.set(xlabel="time [s]", ylabel=f"velocity [{unit}]")
         panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
     return figure
 
 
-@with_style
+@style.with_style
 def prediction_figure(plan: DivePlan) -> Figure:
     """Draw standard errors relative to the coefficients: prior, baseline, this dive.
 
@@ -135,27 +126,23 @@ def prediction_figure(plan: DivePlan) -> Figure:
     from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 
     items = [item for item in plan.predictions if item.value != 0.0]
-    figure = new_figure(PAGE / 2, 0.9 + 0.16 * len(items))
-    (panel,) = panel_grid(figure, 1, 1)
-    rows, entries = np.arange(len(items)), []
-    for name, values, marker, colour in (
-        ("prior", [item.prior_std_error for item in items], "s", FAINT),
-        ("baseline of steps", [item.baseline_std_error for item in items], "d", SERIES[1]),
-        ("this dive", [item.std_error for item in items], "o", SERIES[0]),
+    figure = style.new_figure(style.PAGE / 2, 0.9 + 0.16 * len(items))
+    (panel,) = style.panel_grid(figure, 1, 1)
+    rows, sizes, entries = np.arange(len(items)), np.abs([item.value for item in items]), []
+    for name, quantity, marker, colour in (
+        ("prior", "prior_std_error", "s", style.FAINT),
+        ("baseline of steps", "baseline_std_error", "d", style.SERIES[1]),
+        ("this dive", "std_error", "o", style.SERIES[0]),
     ):
-        points = [
-            (value / abs(item.value), row)
-            for value, item, row in zip(values, items, rows, strict=True)
-            if value is not None
-        ]
-        if points:
-            style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none"}
-            panel.plot(*zip(*points, strict=True), **style)
-            entries.append((name, style))
-    panel.axvline(MAX_RELATIVE_HALF_WIDTH / critical_value(), color=FAINT, linestyle="--")
+        std_errors = np.array([getattr(item, quantity) for item in items], dtype=np.float64)
+        if np.isfinite(std_errors).any():
+            symbol: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none"}
+            panel.plot(std_errors / sizes, rows, **symbol)
+            entries.append((name, symbol))
+    panel.axvline(MAX_RELATIVE_HALF_WIDTH / critical_value(), color=style.FAINT, linestyle="--")
     panel.set_xscale("log")
     panel.set_yticks(rows, [coefficient_symbol(item.label) for item in items])
     panel.invert_yaxis()
     panel.set_xlabel("standard error / coefficient")
-    legend(figure, entries, columns=3)
+    style.legend(figure, entries, columns=3)
     return figure
