@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -102,6 +102,7 @@ class Matrix:
 
     commands: tuple[str, ...]
     wrench: Rows
+    derived: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
@@ -109,11 +110,6 @@ class Matrix:
         rows = checked_table(self.wrench, (len(names), 6), "wrench")
         object.__setattr__(self, "commands", names)
         object.__setattr__(self, "wrench", rows)
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """No channel is computed."""
-        return ()
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the commands as they are, each of shape (n,)."""
