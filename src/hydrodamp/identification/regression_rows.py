@@ -278,9 +278,9 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
     >>> from hydrodamp.basis.basis import Basis
     >>> time = np.arange(6.0)
     >>> rows = Rows(Basis(()), np.zeros((6, 0)), np.zeros((6, 6)), time.astype(int) // 3, time)
-    >>> folds(rows).part.tolist(), folds(rows).made
+    >>> folds(rows).fold.tolist(), folds(rows).description
     ([0, 0, 0, 1, 1, 1], '2 folds, one per segment')
-    >>> folds(rows, n=3).part.tolist()
+    >>> folds(rows, n=3).fold.tolist()
     [0, 1, 1, 2, 2, 2]
     """
     demand(gap >= 0.0, "gap", "zero or positive [s]", gap)
