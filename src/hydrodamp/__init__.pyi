@@ -73,6 +73,7 @@ from .identification.adaptive import (
     NoiseScaledGain as NoiseScaledGain,
     State as State,
     TermScaledGain as TermScaledGain,
+    observe as observe,
 )
 from .identification.differentiation import (
     Derivative as Derivative,
@@ -111,7 +112,6 @@ from .identification.methods import (
     find_method as find_method,
     identify_all as identify_all,
 )
-from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
 from .identification.qr_factor import Triangle as Triangle, merge as merge
 from .identification.recursive import (
@@ -127,7 +127,6 @@ from .identification.regression_rows import (
     damping_wrench as damping_wrench,
     folds as folds,
 )
-from .identification.residuals import diagnose as diagnose
 from .identification.stepwise import StepwiseSelection as StepwiseSelection
 from .identification.weak_form import WeakRegression as WeakRegression
 from .ingest.datasets import Dataset as Dataset, fetch as fetch, find_dataset as find_dataset
@@ -212,6 +211,7 @@ from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
+from .validation.diagnostics import diagnose as diagnose
 from .validation.selection import (
     Selection as Selection,
     pareto_front as pareto_front,

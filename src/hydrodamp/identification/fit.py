@@ -1,4 +1,9 @@
-"""An identified damping model: coefficients, covariance and status; and the method protocol."""
+"""An identified damping model: coefficients, covariance and status; and the method protocol.
+
+The delete-one-block jackknife of n estimates κ₍b₎ without block b gives the covariance
+``Cov = (n − 1)/n Σ_b (κ₍b₎ − κ̄)(κ₍b₎ − κ̄)ᵀ``, which allows for any dependence within a block:
+R. G. Miller (1974), doi:10.1093/biomet/61.1.1.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,7 @@ from scipy.special import stdtrit
 from hydrodamp.arrays import FloatArray, freeze
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.operating_range import energy_injection_warnings, velocity_ranges
+from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
@@ -470,3 +475,29 @@ def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) ->
     except MethodError as error:
         free = model.restricted_to(problem.vehicle.axes)
         return empty_fit(problem, free, method.key, Status.REFUSED, (str(error),))
+
+
+#: Blocks below which a covariance is not estimated, and blocks at most.
+MIN_BLOCKS, MAX_BLOCKS = 4, 32
+
+
+def leave_one_out_sums(values: FloatArray) -> FloatArray:
+    """Return the sums over the first axis without each element, free of cancellation."""
+    before, after = np.cumsum(values, axis=0), np.cumsum(values[::-1], axis=0)[::-1]
+    return np.concatenate([after[1:2], before[:-2] + after[2:], before[-2:-1]])
+
+
+def jackknife(
+    estimates: FloatArray, duration: float, leverage: FloatArray | None = None
+) -> Uncertainty:
+    """Return the uncertainty of estimates (n, p) without one of n blocks of a duration [s] each."""
+    n = len(estimates)
+    deviations = estimates - np.mean(estimates, axis=0)
+    return Uncertainty(
+        covariance=(n - 1) / n * (deviations.T @ deviations),
+        degrees_of_freedom=n - 1,
+        method="the delete-one-block jackknife",
+        block=duration / n,
+        n_blocks=n,
+        leverage=leverage,
+    )

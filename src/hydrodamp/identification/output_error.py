@@ -15,7 +15,17 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, make_fit
+from hydrodamp.identification.fit import (
+    MAX_BLOCKS,
+    MIN_BLOCKS,
+    Fit,
+    Method,
+    Uncertainty,
+    empty_fit,
+    jackknife,
+    leave_one_out_sums,
+    make_fit,
+)
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
     MIN_DAMPING,
@@ -27,12 +37,6 @@ from hydrodamp.identification.gauss_newton import (
     initial_candidates,
     make_objective,
     minimise,
-)
-from hydrodamp.identification.jackknife import (
-    MAX_BLOCKS,
-    MIN_BLOCKS,
-    jackknife,
-    leave_one_out_sums,
 )
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.models.model import DampingModel

@@ -16,9 +16,9 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
+from hydrodamp.identification.adaptive import initial_coefficients, require_problem
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
-from hydrodamp.identification.online import initial_coefficients, require_problem
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import Estimate, Recursion
@@ -173,7 +173,7 @@ class RecursiveLeastSquares:
         model : DampingModel
             The terms.
         sample : Sample
-            The first one; see :func:`hydrodamp.identification.online.observe`.
+            The first one; see :func:`hydrodamp.identification.adaptive.observe`.
 
         Returns
         -------

@@ -34,6 +34,7 @@ from hydrodamp.identification.dissipativity import (
     operating_box,
     velocity_box,
 )
+from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
 from hydrodamp.identification.gauss_newton import (
     admissible_lengths,
     best_initial_iterate,
@@ -41,7 +42,6 @@ from hydrodamp.identification.gauss_newton import (
     initial_candidates,
     make_objective,
 )
-from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping

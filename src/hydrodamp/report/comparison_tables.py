@@ -13,8 +13,8 @@ from os.path import commonprefix
 import numpy as np
 
 from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.operating_range import energy_injection_warnings
 from hydrodamp.report.narrative import remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.replay import HorizonScore, Score

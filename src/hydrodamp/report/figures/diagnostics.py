@@ -12,7 +12,6 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, power_range
 from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import MIN_R_SQUARED, Grade, Identifiability
-from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import (
     coefficient_symbol,
@@ -37,6 +36,7 @@ from hydrodamp.report.figures.style import (
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.compare import Comparison
+from hydrodamp.validation.diagnostics import autocorrelations
 from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 if TYPE_CHECKING:
