@@ -205,17 +205,15 @@ from .validation.compare import (
     PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,
     Row as Row,
+    Selection as Selection,
     compare as compare,
+    pareto_front as pareto_front,
 )
 from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
 from .validation.diagnostics import diagnose as diagnose
-from .validation.selection import (
-    Selection as Selection,
-    pareto_front as pareto_front,
-)
 from .validation.sensitivity import (
     VehicleSensitivity as VehicleSensitivity,
     vehicle_sensitivity as vehicle_sensitivity,

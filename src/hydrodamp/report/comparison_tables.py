@@ -25,9 +25,10 @@ from hydrodamp.validation.compare import (
     Comparison,
     Row,
     is_paper_campaign,
+    pareto_front,
+    rms_or_infinity,
 )
 from hydrodamp.validation.cross_validation import CrossValidation
-from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 MAX_METHODS = 3  # columns of methods in a table of 80 characters
 MAX_SEGMENTS = 6  # columns of segments in a table of 80 characters

@@ -47,11 +47,7 @@ class PredictionBand:
 
 
 def prediction_band(
-    problem: Problem,
-    damping: Damping,
-    level: float = 0.95,
-    *,
-    degrees_of_freedom: float = np.inf,
+    problem: Problem, damping: Damping, level: float = 0.95, *, degrees_of_freedom: float = np.inf
 ) -> PredictionBand:
     """Return the prediction band of a replay, to first order in the coefficients.
 

@@ -19,8 +19,7 @@ from hydrodamp.identification.stepwise import StepwiseSelection
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
-from hydrodamp.validation.compare import Row, compare, format_rows
-from hydrodamp.validation.selection import Selection, select_row
+from hydrodamp.validation.compare import Row, Selection, compare, format_rows, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

@@ -34,8 +34,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import HorizonScore, horizon_scores
 from hydrodamp.validation.bands import PredictionBand, prediction_band
-from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.selection import rms_or_infinity
+from hydrodamp.validation.compare import Comparison, Row, rms_or_infinity
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Robust standard deviations beyond which a residual is an outlier: 6 in 100 000 of normal ones.

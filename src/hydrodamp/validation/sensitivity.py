@@ -84,11 +84,7 @@ class VehicleSensitivity:
 
 
 def vehicle_sensitivity(
-    vehicle: Vehicle,
-    train: Log,
-    test: Log,
-    model: DampingModel,
-    method: Method,
+    vehicle: Vehicle, train: Log, test: Log, model: DampingModel, method: Method
 ) -> VehicleSensitivity:
     """Identify and replay with each parameter of the vehicle changed by ±10 %.
 

@@ -35,9 +35,8 @@ from hydrodamp.report.figures.style import (
 )
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
-from hydrodamp.validation.compare import Comparison
+from hydrodamp.validation.compare import Comparison, pareto_front, rms_or_infinity
 from hydrodamp.validation.diagnostics import autocorrelations
-from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
