@@ -86,11 +86,11 @@ def observe(
             "`wrench` would count the vehicle's actuators twice: omit it, or build the equation "
             "table from a log with a recorded wrench."
         )
-    orientation = np.asarray(attitude, dtype=np.float64)
+    pose = np.asarray(attitude, dtype=np.float64)
     nu = frozen(velocity, (6,), "velocity", ProblemError)
     force = frozen(np.zeros(6) if wrench is None else wrench, (6,), "wrench", ProblemError)
-    if orientation.shape not in ((3,), (4,)):
-        raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {orientation.shape}")
+    if pose.shape not in ((3,), (4,)):
+        raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {pose.shape}")
     speed = vehicle.propulsion_speed(recorded)
     if propulsion_ratio is not None or speed is None:
         ratio = 1.0 if propulsion_ratio is None else propulsion_ratio
@@ -101,9 +101,7 @@ def observe(
     sample = Sample.of(
         time=time,
         velocity=nu * free,
-        down=down_vectors(
-            orientation if len(orientation) == 4 else quaternion_from_euler(orientation)
-        ),
+        down=down_vectors(pose if len(pose) == 4 else quaternion_from_euler(pose)),
         wrench=force * free,
         channels=held_channels(equations, recorded, 1)[0],
         propulsion=(opening, closing),
@@ -269,8 +267,7 @@ class State(NamedTuple):
     @property
     def velocity_error(self) -> FloatArray:
         """Estimated minus measured velocity [m/s, rad/s]; in the paper Delta v."""
-        error: FloatArray = self.table[-1]
-        return error
+        return np.asarray(self.table[-1])
 
     @property
     def damping(self) -> Damping:

@@ -201,8 +201,7 @@ def signal_to_noise(problem: Problem) -> FloatArray:
 
 def noise_variance(problem: Problem) -> FloatArray:
     """Return the variance of the white noise of each velocity."""
-    variance: FloatArray = problem.inputs.velocity.var(axis=0) / signal_to_noise(problem)
-    return variance
+    return np.asarray(problem.inputs.velocity.var(axis=0) / signal_to_noise(problem))
 
 
 def regressor_mean_square(problem: Problem) -> FloatArray:

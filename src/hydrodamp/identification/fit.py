@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from scipy.special import stdtrit
 
-from hydrodamp.arrays import FloatArray, freeze
+from hydrodamp.arrays import FloatArray, Shape, freeze
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
@@ -86,13 +86,10 @@ class Uncertainty:
 
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
-        n = len(self.covariance)
-        if self.leverage is not None:
-            freeze(self, MethodError, leverage=(n,))
-        freeze(self, MethodError, covariance=(n, n))
-        if self.noise is not None:
-            freeze(self, MethodError, noise=(n, n))
-        freedom = self.degrees_of_freedom
+        n, freedom = len(self.covariance), self.degrees_of_freedom
+        shapes: dict[str, Shape] = {"covariance": (n, n), "noise": (n, n), "leverage": (n,)}
+        arrays = {name: shape for name, shape in shapes.items() if getattr(self, name) is not None}
+        freeze(self, MethodError, np.float64, **arrays)
         demand(freedom > 0.0, "degrees_of_freedom", "positive", freedom)
 
     @property
@@ -415,10 +412,9 @@ def make_fit(
         covariance = uncertainty.covariance
     named = {label for group in aliased for label in group}
     aliased += tuple(group for group in problem.undetermined(model) if group[0] not in named)
+    vehicle = vehicle_stamp(problem.vehicle)
     return Fit(
-        damping=Damping(
-            model, coefficients, covariance=covariance, vehicle=vehicle_stamp(problem.vehicle)
-        ),
+        damping=Damping(model, coefficients, covariance=covariance, vehicle=vehicle),
         method=method.key,
         status=status or (Status.RANK_DEFICIENT if aliased else Status.OK),
         rank=rank,
@@ -439,11 +435,7 @@ def make_fit(
 
 
 def empty_fit(
-    problem: Problem,
-    model: DampingModel,
-    method: str,
-    status: Status,
-    remarks: tuple[str, ...] = (),
+    problem: Problem, model: DampingModel, method: str, status: Status, *remarks: str
 ) -> Fit:
     """Return a fit without coefficients (NaN), with a status that gives the reason."""
     missing = np.full(model.n_coefficients, np.nan)
@@ -474,7 +466,7 @@ def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) ->
         return method.identify(problem, model)
     except MethodError as error:
         free = model.restricted_to(problem.vehicle.axes)
-        return empty_fit(problem, free, method.key, Status.REFUSED, (str(error),))
+        return empty_fit(problem, free, method.key, Status.REFUSED, str(error))
 
 
 #: Blocks below which a covariance is not estimated, and blocks at most.

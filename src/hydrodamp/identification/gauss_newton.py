@@ -270,6 +270,19 @@ def best_initial_iterate(
     return objective.add_length(Iterate(min(candidates, key=cost), ()), windows)
 
 
+def fit_windows(
+    objective: ShootingObjective,
+    model: DampingModel,
+    lengths: Sequence[float],
+    initial: Sequence[FloatArray] = (),
+) -> tuple[Iterate, Iterate]:
+    """Return the best of the initial coefficients and weak-form estimates, and the minimum of J."""
+    lengths = admissible_lengths(objective.problem, lengths)
+    candidates = [*initial, *initial_candidates(objective, model)]
+    start = best_initial_iterate(objective, candidates, lengths[0])
+    return start, continue_over_lengths(objective, start, lengths)
+
+
 def continue_over_lengths(
     objective: ShootingObjective, start: Iterate, lengths: Sequence[float]
 ) -> Iterate:

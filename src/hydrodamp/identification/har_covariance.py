@@ -105,8 +105,7 @@ class Bins:
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Return the sum of values over each bin."""
-        sums: FloatArray = np.add.reduceat(values, self.starts, axis=0)
-        return sums
+        return np.asarray(np.add.reduceat(values, self.starts, axis=0))
 
     def correlation_time(self, sums: FloatArray) -> float:
         """Return the integrated autocorrelation time [s] of sums over bins."""
@@ -141,8 +140,7 @@ class Bins:
             index = np.arange(count + length - 1)[:, None] - np.arange(count)
             inside = (index >= 0) & (index < length)
             blocks.append(np.where(inside, taper[np.clip(index, 0, length - 1)], 0.0))
-        weights: FloatArray = block_diag(*blocks)
-        return weights
+        return np.asarray(block_diag(*blocks))
 
 
 def long_run_covariance(bins: Bins, sums: FloatArray, stride: int | None = None) -> Uncertainty:
@@ -310,8 +308,7 @@ class HarCovariance:
         first_stage = cross.T @ _inverse(instruments)
         second_stage = _inverse(first_stage @ cross) @ first_stage
         difference = np.hstack([second_stage, -_inverse(moments[2 * rank :, 2 * rank :])])
-        result: FloatArray = (difference.reshape(rank, 3, rank) @ basis.T).reshape(rank, -1)
-        return result
+        return np.asarray((difference.reshape(rank, 3, rank) @ basis.T).reshape(rank, -1))
 
 
 def _inverse(moments: FloatArray) -> FloatArray:

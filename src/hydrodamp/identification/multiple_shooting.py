@@ -132,10 +132,8 @@ class Windows:
         """Return measured minus simulated velocity (n, f), a large value after a divergence."""
         equations = self.problem.equations
         matrix = equations.with_unknown(self.entries, coefficients)
-        simulated, *_ = core.replay(
-            equations.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP
-        )
-        return self._residuals(simulated)
+        arguments = equations.plant, matrix, self.inputs, self.spans
+        return self._residuals(core.replay(*arguments, max_step=MAX_STEP)[0])
 
     def _residuals(self, simulated: FloatArray) -> FloatArray:
         measured = self.problem.inputs.velocity[:, self.free]
@@ -199,15 +197,9 @@ class Windows:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
         equations, p, free = self.problem.equations, len(coefficients), self.free
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
-        simulated, _, jacobian = core.replay(
-            equations.plant,
-            equations.with_unknown(self.entries, coefficients),
-            self.inputs,
-            self.spans,
-            self.entries,
-            max_step=MAX_STEP,
-            block=block,
-        )
+        matrix = equations.with_unknown(self.entries, coefficients)
+        arguments = equations.plant, matrix, self.inputs, self.spans, self.entries
+        simulated, _, jacobian = core.replay(*arguments, max_step=MAX_STEP, block=block)
         first = np.concatenate([np.arange(start, stop, block) for start, stop in self.spans])
         edges = np.searchsorted(first, np.append(self.spans[:, 0], len(simulated)))
         count = np.diff(np.append(first, len(simulated)))

@@ -31,9 +31,8 @@ from hydrodamp.identification.gauss_newton import (
     MIN_DAMPING,
     Iterate,
     ShootingObjective,
-    admissible_lengths,
     best_initial_iterate,
-    continue_over_lengths,
+    fit_windows,
     initial_candidates,
     make_objective,
     minimise,
@@ -81,16 +80,13 @@ class OutputError:
 
     windows: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0)
 
+    key = "oe"
+
     def __post_init__(self) -> None:
         """Check the window lengths."""
         lengths = np.asarray(self.windows, dtype=np.float64)
         if not len(lengths) or not lengths[0] > 0.0 or not np.all(np.diff(lengths) > 0.0):
             raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
-
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "oe"
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model.
@@ -112,16 +108,15 @@ class OutputError:
         if not model.n_coefficients:
             return empty_fit(problem, model, self.key, Status.EMPTY)
         objective = make_objective(problem, model)
-        lengths = admissible_lengths(problem, self.windows)
-        candidates = initial_candidates(objective, model)
-        start = best_initial_iterate(objective, candidates, lengths[0])
-        result = continue_over_lengths(objective, start, lengths)
-        return self._make_fit(objective, model, start, result)
+        start, estimate = fit_windows(objective, model, self.windows)
+        result, half_difference = self._validate(objective, model, start, estimate)
+        return build_fit(objective, model, self, start, result, half_difference)
 
-    def _make_fit(
+    def _validate(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> Fit:
-        return build_fit(objective, model, self, start, result)
+    ) -> tuple[Iterate, FloatArray | None]:
+        """Return the iterate that is the result, and the half difference of two estimates."""
+        return result, None
 
 
 @dataclass(frozen=True)
@@ -150,18 +145,13 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     'recommended'
     """
 
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "recommended"
+    key = "recommended"
 
-    def _make_fit(
+    def _validate(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> Fit:
+    ) -> tuple[Iterate, FloatArray | None]:
         excess, half_difference = _cross_validate(objective, model, result)
-        if _is_significant(excess):
-            result = start
-        return build_fit(objective, model, self, start, result, half_difference)
+        return start if _is_significant(excess) else result, half_difference
 
 
 def _is_significant(excess: FloatArray) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -133,12 +133,10 @@ def merge(triangles: Iterable[Triangle]) -> Triangle:
     ProblemError
         If the iterable is empty or the terms differ.
     """
-    result: Triangle | None = None
-    for triangle in triangles:
-        result = triangle if result is None else result.merge(triangle)
-    if result is None:
+    remaining = iter(triangles)
+    if (first := next(remaining, None)) is None:
         raise ProblemError("merge needs at least one R factor, got none")
-    return result
+    return reduce(Triangle.merge, remaining, first)
 
 
 def update_factor(r: FloatArray, rows: FloatArray) -> FloatArray:
@@ -152,8 +150,7 @@ def update_factor(r: FloatArray, rows: FloatArray) -> FloatArray:
 def _factorise(r: FloatArray, rows: FloatArray, *, upper: int = 0) -> FloatArray:
     """Return the R factor of ``r`` stacked on one block of rows; both are overwritten."""
     panel = min(_PANEL_WIDTH, len(r))
-    factor: FloatArray = lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)[0]
-    return factor
+    return np.asarray(lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)[0])
 
 
 @dataclass(frozen=True)

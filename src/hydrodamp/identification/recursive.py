@@ -125,13 +125,9 @@ class RecursiveLeastSquares:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if self.typical_velocity is not None:
-            demand(
-                _is_positive(self.typical_velocity),
-                "typical_velocity",
-                "six positive numbers",
-                self.typical_velocity,
-            )
+        typical = TYPICAL_VELOCITY if self.typical_velocity is None else self.typical_velocity
+        valid = len(typical) == 6 and all(0.0 < value < np.inf for value in typical)
+        demand(valid, "typical_velocity", "six positive numbers", self.typical_velocity)
         for name in ("block", "prior"):
             value = getattr(self, name)
             demand(0.0 < value < np.inf, name, "positive and finite", value)
@@ -226,17 +222,13 @@ class RecursiveLeastSquares:
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         axes = [_axis_estimate(bound, estimate, axis) for axis in range(6)]
         rank = sum(int(axis.exceeds_prior.sum()) for axis in axes)
+        covariance = block_diag(*(axis.covariance for axis in axes))
         return make_fit(
             problem,
             bound.model,
             self,
             estimate.coefficients,
-            uncertainty=Uncertainty(
-                block_diag(*(axis.covariance for axis in axes)),
-                degrees_of_freedom=np.inf,
-                method=_METHOD,
-                bias_allowance=_ALLOWANCE,
-            ),
+            uncertainty=Uncertainty(covariance, np.inf, _METHOD, bias_allowance=_ALLOWANCE),
             rank=rank,
             aliased=tuple(group for axis in axes for group in axis.aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
@@ -304,10 +296,6 @@ _MAX_PRIOR_SHARE = 0.5
 
 # Down vector and propulsion ratio that make no term zero.
 _TYPICAL_DOWN, _TYPICAL_PROPULSION_RATIO = (0.3, 0.3, 0.9), 1.3
-
-
-def _is_positive(velocity: tuple[float, ...]) -> bool:
-    return len(velocity) == 6 and all(0.0 < value < np.inf for value in velocity)
 
 
 def _typical_square(equations: EquationTable, velocity: tuple[float, ...]) -> FloatArray:

@@ -35,13 +35,7 @@ from hydrodamp.identification.dissipativity import (
     velocity_box,
 )
 from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
-from hydrodamp.identification.gauss_newton import (
-    admissible_lengths,
-    best_initial_iterate,
-    continue_over_lengths,
-    initial_candidates,
-    make_objective,
-)
+from hydrodamp.identification.gauss_newton import fit_windows, make_objective
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
@@ -237,17 +231,10 @@ def _initial_model(problem: Problem, candidates: DampingModel) -> DampingModel:
 
 
 def _fit_simulation(
-    problem: Problem,
-    model: DampingModel,
-    initial: Sequence[FloatArray],
-    lengths: Sequence[float],
+    problem: Problem, model: DampingModel, initial: Sequence[FloatArray], lengths: Sequence[float]
 ) -> tuple[Damping, float | None]:
     """Fit a model by output error on windows of some lengths; return the RMS error of a replay."""
-    objective = make_objective(problem, model)
-    initial = [*initial, *initial_candidates(objective, model)]
-    lengths = admissible_lengths(problem, lengths)
-    start = best_initial_iterate(objective, initial, lengths[0])
-    result = continue_over_lengths(objective, start, lengths)
+    _, result = fit_windows(make_objective(problem, model), model, lengths, initial)
     damping = Damping(model, result.coefficients)
     return damping, score(replay(problem, damping)).rms
 

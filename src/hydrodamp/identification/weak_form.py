@@ -250,8 +250,7 @@ def _area(s: FloatArray) -> FloatArray:
     """Return the share of the area of ``(1 - s²)²`` from 0 to s."""
     s = np.clip(s, -1.0, 1.0)
     square = s * s
-    area: FloatArray = s * (15.0 + square * (3.0 * square - 10.0)) / 16.0
-    return area
+    return np.asarray(s * (15.0 + square * (3.0 * square - 10.0)) / 16.0)
 
 
 def _mean(values: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, factorisation, frozen
+from hydrodamp.arrays import FloatArray, factorisation, freeze
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import critical_value
@@ -42,8 +42,8 @@ class PredictionBand:
 
     def __post_init__(self) -> None:
         """Copy and freeze the arrays."""
-        for name in ("velocity", "lower", "upper"):
-            object.__setattr__(self, name, frozen(getattr(self, name), (self.log.n, 6), name))
+        shape = (self.log.n, 6)
+        freeze(self, velocity=shape, lower=shape, upper=shape)
 
 
 def prediction_band(
@@ -94,14 +94,9 @@ def prediction_band(
             chunk = slice(first, min(first + length, stop))
             measured = problem.inputs.velocity[chunk].copy()
             measured[0] = initial
-            velocity[chunk], _, jacobian = core.replay(
-                problem.equations.plant,
-                matrix,
-                problem.inputs.select(chunk, measured),
-                np.array([[0, len(measured)]]),
-                entries,
-                limit=DIVERGENCE_LIMIT,
-            )
+            inputs, span = problem.inputs.select(chunk, measured), np.array([[0, len(measured)]])
+            arguments = problem.equations.plant, matrix, inputs, span, entries
+            velocity[chunk], _, jacobian = core.replay(*arguments, limit=DIVERGENCE_LIMIT)
             on_coefficients, on_initial = np.split(jacobian, [n], axis=2)
             total = on_initial @ deviation + on_coefficients @ root
             width[chunk] = half * np.sqrt((total**2).sum(axis=2))
@@ -117,5 +112,4 @@ def _root(covariance: FloatArray) -> FloatArray:
     scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     unit = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
-    root: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-    return root
+    return np.asarray(unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -26,7 +26,7 @@ from hydrodamp.identification.dissipativity import (
     range_exceedance_warnings,
     velocity_ranges,
 )
-from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.regression_rows import Rows, residuals
 from hydrodamp.identification.weak_form import WeakRegression, select_support
@@ -281,9 +281,6 @@ def correlated_pairs(fit: Fit, is_open: Sequence[bool], threshold: float) -> lis
     covariance, labels = fit.damping.covariance, fit.model.labels
     if covariance is None:
         return []
-    axes = np.array([label[0] for label in labels])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        errors = np.sqrt(covariance.diagonal())
-        high = np.abs(covariance / np.outer(errors, errors)) >= threshold
+    axes, high = np.array([k[0] for k in labels]), np.abs(correlation(covariance)) >= threshold
     high &= np.logical_or.outer(is_open, is_open) & (axes[:, None] == axes)
     return [(labels[i], labels[j]) for i, j in np.argwhere(np.triu(high, 1)).tolist()]

@@ -142,8 +142,7 @@ def _shares(problem: Problem, fit: Fit) -> FloatArray:
     columns, n_known = problem.regressor(), problem.equations.n_known
     wrench = columns[:, n_known:] @ problem.matrix(fit.damping)[n_known:]
     total, unit = np.linalg.norm(wrench, axis=0)[axes], np.linalg.norm(columns[:, rows], axis=0)
-    share: FloatArray = np.divide(unit, total, out=np.zeros(len(unit)), where=total > 0.0)
-    return share
+    return np.asarray(np.divide(unit, total, out=np.zeros(len(unit)), where=total > 0.0))
 
 
 def _effect(change: str, fit: Fit, rows: tuple[Row, ...], share: FloatArray) -> Effect:
