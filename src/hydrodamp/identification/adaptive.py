@@ -15,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, demand, did_you_mean
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
+from hydrodamp.identification.dissipativity import axis_terms
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.qr_factor import BLOCK, Triangle
 from hydrodamp.identification.weak_form import step_equations
@@ -118,13 +119,8 @@ def initial_coefficients(model: DampingModel, known: Damping | None = None) -> F
     """Return known coefficients, else those of the paper: −1 on the linear diagonal, else 0."""
     if known is not None:
         return known.onto(model)
-    return np.array(
-        [
-            -1.0 if str(term) == VELOCITY_OF[AXES[axis]] else 0.0
-            for axis, terms in enumerate(model.terms)
-            for term in terms
-        ]
-    )
+    pairs = axis_terms(model)
+    return np.array([-1.0 if str(term) == VELOCITIES[axis] else 0.0 for axis, term in pairs])
 
 
 def require_problem(source: Problem | EquationTable, quantity: str) -> Problem:
@@ -455,12 +451,9 @@ class AdaptiveIdentifier:
         bound = self.bind(problem, model)
         run = self._run(problem, bound, every)
         rows, axes = bound.entries
-        return History(
-            time=frozen(run.history_time),
-            velocity_error=frozen(run.history_error),
-            coefficients=frozen(run.history_matrix[:, rows, axes]),
-            labels=bound.model.labels,
-        )
+        arrays = run.history_time, run.history_error, run.history_matrix[:, rows, axes]
+        time, error, coefficients = map(frozen, arrays)
+        return History(time, error, coefficients, bound.model.labels)
 
     def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> core.AdaptationRun:
         inputs, segments, passes = problem.inputs, problem.segments, self.passes

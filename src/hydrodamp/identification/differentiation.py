@@ -152,9 +152,7 @@ class SavitzkyGolay(Derivative):
 
 def default_derivative(problem: Problem) -> Derivative:
     """Return the derivative of method ``ls``: recorded accelerations, else finite differences."""
-    if problem.log.acceleration is not None:
-        return RecordedAcceleration()
-    return FiniteDifference()
+    return FiniteDifference() if problem.log.acceleration is None else RecordedAcceleration()
 
 
 def _by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatArray:

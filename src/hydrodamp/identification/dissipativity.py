@@ -138,6 +138,11 @@ def velocity_box(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL
     return OperatingBox(below, above)
 
 
+def axis_terms(model: DampingModel) -> list[tuple[int, Term]]:
+    """Return axis and term of every coefficient."""
+    return [(axis, term) for axis, terms in enumerate(model.terms) for term in terms]
+
+
 def is_damping_term(term: Term) -> bool:
     """Whether a term is damping: a function of the velocities alone, zero at rest."""
     depends_on_more = term.commands or term.needs_attitude or term.needs_propulsion
@@ -157,30 +162,20 @@ class PowerRows:
     @cached_property
     def counted(self) -> BoolArray:
         """Which coefficients belong to damping terms, shape (n_coefficients,)."""
-        return np.array(
-            [is_damping_term(term) for row in self.model.terms for term in row], dtype=bool
-        )
+        return np.array([is_damping_term(term) for _, term in axis_terms(self.model)], dtype=bool)
 
     @cached_property
     def velocities(self) -> BoolArray:
         """Which velocities the power depends on, shape (6,)."""
-        used = {
-            name
-            for axis_velocity, row in zip(VELOCITIES, self.model.terms, strict=True)
-            for term in filter(is_damping_term, row)
-            for name in (axis_velocity, *term.velocities)
-        }
+        pairs = [(axis, term) for axis, term in axis_terms(self.model) if is_damping_term(term)]
+        used = {name for axis, term in pairs for name in (VELOCITIES[axis], *term.velocities)}
         return np.array([name in used for name in VELOCITIES])
 
     @cached_property
     def _table(self) -> tuple[Basis, IntArray, IntArray, IntArray]:
         """Terms without the absolute values of products; axis, column and speed of each."""
-        entries = [
-            (axis, *_without_speed(term))
-            for axis, row in enumerate(self.model.terms)
-            for term in row
-            if is_damping_term(term)
-        ]
+        pairs = [(axis, term) for axis, term in axis_terms(self.model) if is_damping_term(term)]
+        entries = [(axis, *_without_speed(term)) for axis, term in pairs]
         basis = Basis(tuple(dict.fromkeys(term for _, term, _ in entries)))
         indices = [(axis, basis.index(term), speed) for axis, term, speed in entries]
         axes, columns, speeds = np.array(indices, dtype=np.intp).reshape(-1, 3).T

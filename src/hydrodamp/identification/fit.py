@@ -439,13 +439,8 @@ def empty_fit(
 ) -> Fit:
     """Return a fit without coefficients (NaN), with a status that gives the reason."""
     missing = np.full(model.n_coefficients, np.nan)
-    return Fit(
-        damping=Damping(model, missing, vehicle=vehicle_stamp(problem.vehicle)),
-        method=method,
-        status=status,
-        n_samples=problem.n_samples,
-        remarks=remarks,
-    )
+    damping = Damping(model, missing, vehicle=vehicle_stamp(problem.vehicle))
+    return Fit(damping, method, status, n_samples=problem.n_samples, remarks=remarks)
 
 
 def check_actuation(problem: Problem, model: DampingModel) -> None:
@@ -485,11 +480,5 @@ def jackknife(
     """Return the uncertainty of estimates (n, p) without one of n blocks of a duration [s] each."""
     n = len(estimates)
     deviations = estimates - np.mean(estimates, axis=0)
-    return Uncertainty(
-        covariance=(n - 1) / n * (deviations.T @ deviations),
-        degrees_of_freedom=n - 1,
-        method="the delete-one-block jackknife",
-        block=duration / n,
-        n_blocks=n,
-        leverage=leverage,
-    )
+    covariance, method = (n - 1) / n * (deviations.T @ deviations), "the delete-one-block jackknife"
+    return Uncertainty(covariance, n - 1, method, None, duration / n, n, leverage=leverage)

@@ -149,13 +149,9 @@ def long_run_covariance(bins: Bins, sums: FloatArray, stride: int | None = None)
     weights = coarse.taper_weights()
     blocks, overlaps = weights @ coarse.sums(sums), weights @ weights.T
     length = bins.duration / coarse.n * _N_OVERLAPPING
-    return Uncertainty(
-        covariance=blocks.T @ blocks,
-        degrees_of_freedom=float(np.trace(overlaps) ** 2 / np.sum(overlaps**2)),
-        method="the scores of the model's residuals",
-        block=length,
-        n_blocks=max(round(bins.duration / length), 1),
-    )
+    freedom = float(np.trace(overlaps) ** 2 / np.sum(overlaps**2))
+    n_blocks, method = max(round(bins.duration / length), 1), "the scores of the model's residuals"
+    return Uncertainty(blocks.T @ blocks, freedom, method, block=length, n_blocks=n_blocks)
 
 
 @cache
@@ -233,10 +229,8 @@ class HarCovariance:
         maps = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
         tapered = {key: self._tapered_gram(basis, stride) for key, basis in basis_of.items()}
         grams = [tapered[key] for key in keys]
-        total, noise = (
-            self._covariance(*fit, maps, grams, stride)
-            for fit in zip(scores, (bases, augmented), strict=True)
-        )
+        total = self._covariance(scores[0], bases, maps, grams, stride)
+        noise = self._covariance(scores[1], augmented, maps, grams, stride)
         uncertainty = replace(total, noise=noise.covariance)
         if not noisy_terms:
             return uncertainty

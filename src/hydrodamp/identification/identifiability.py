@@ -79,14 +79,8 @@ def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     variance = response.var(axis=0)
     r_squared = _r_squared(rows, (free, both), variance)
     excited_design = equations.rows(_hold_at_mean(extended, r_squared < MIN_R_SQUARED)).design
-    return Excitation(
-        model=free,
-        axes=problem.vehicle.axes,
-        rows=rows,
-        excited_design=excited_design,
-        r_squared=frozen(r_squared),
-        response=frozen(np.sqrt(r_squared * variance)),
-    )
+    response_rms, axes = frozen(np.sqrt(r_squared * variance)), problem.vehicle.axes
+    return Excitation(free, axes, rows, excited_design, frozen(r_squared), response_rms)
 
 
 def _without_momentum(problem: Problem) -> Problem:
@@ -371,7 +365,7 @@ def grade_by_excitation(
         aliased = {label for group in span.aliased for label in group}
         weights = span.coefficients @ span.directions.T
         values = weights @ rows.target[:, axis] if coefficients is None else coefficients[block]
-        excited = bool(excitation.excited[axis])
+        excited, r_squared = bool(excitation.excited[axis]), float(excitation.r_squared[axis])
         grades, causes = grade_coefficients(
             coefficient=values,
             half=half[block],
@@ -381,19 +375,9 @@ def grade_by_excitation(
             response=float(excitation.response[axis]),
             excited=excited,
         )
-        axes.append(
-            AxisIdentifiability(
-                axis=AXES[axis],
-                labels=labels,
-                grades=grades,
-                rank=span.rank,
-                condition=np.inf if aliased else float(span.singular[0] / span.singular[-1]),
-                r_squared=float(excitation.r_squared[axis]),
-                excited=excited,
-                groups=span.aliased,
-                causes=causes,
-            )
-        )
+        condition = np.inf if aliased else float(span.singular[0] / span.singular[-1])
+        regression = span.rank, condition, r_squared, excited, span.aliased
+        axes.append(AxisIdentifiability(AXES[axis], labels, grades, *regression, causes))
     return Identifiability(model, tuple(axes))
 
 
@@ -413,13 +397,9 @@ def grade_coefficients(
     its leverage from excited velocities; ``response`` is the RMS of the predicted wrench.
     """
     value = np.abs(coefficient)
-    criteria = np.array(
-        [
-            half <= MAX_RELATIVE_HALF_WIDTH * value,
-            half * size <= MINOR_CONTRIBUTION * response,
-            half < value,
-        ]
-    )
+    is_narrow = half <= MAX_RELATIVE_HALF_WIDTH * value
+    is_minor = half * size <= MINOR_CONTRIBUTION * response
+    criteria = np.array([is_narrow, is_minor, half < value])
     conditions = [aliased | (size == 0.0), np.full(half.shape, not excited)]
     failed = np.array([*conditions, sound < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
     grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()

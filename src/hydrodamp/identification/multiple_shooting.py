@@ -57,17 +57,6 @@ def eliminate_initial_states(
     return normal[:, f:, f:] - cross.transpose(0, 2, 1) @ gain, np.asarray(gain, dtype=np.float64)
 
 
-class NormalEquations(NamedTuple):
-    """Normal matrix of [A ε] (p + 1, p + 1), mean square residuals (f,), and state correction.
-
-    Means over samples; the matrix and the squared correction δᵀP⁻¹δ are means over velocities, too.
-    """
-
-    normal: FloatArray
-    mean_square: FloatArray
-    state_correction: float
-
-
 class LinearisedResiduals(NamedTuple):
     """Weighted averages of residuals (m,) and Jacobian [A B] (m, p + 6) of some windows.
 
@@ -155,8 +144,14 @@ class Windows:
             first += len(window_normals)
         return normals
 
-    def linearise(self, coefficients: FloatArray, residual_std: FloatArray) -> NormalEquations:
-        """Return the normal equations of the coefficients at optimal initial states."""
+    def linearise(
+        self, coefficients: FloatArray, residual_std: FloatArray
+    ) -> tuple[FloatArray, FloatArray, float]:
+        """Return normal matrix of [A ε], mean square residuals (f,), and state correction.
+
+        Initial states are optimal. Means over samples; the matrix (p + 1, p + 1) and the squared
+        correction δᵀP⁻¹δ are means over velocities, too.
+        """
         p, free = len(coefficients), self.free
         normal, square, correction = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
         for windows in self.chunks:
@@ -172,7 +167,7 @@ class Windows:
             square -= reduction * residual_std**2
             correction += float(np.sum((shift / self.initial_state_std) ** 2))
         n = len(self.samples)
-        return NormalEquations(normal / n / len(free), square / n, correction / n / len(free))
+        return normal / n / len(free), square / n, correction / n / len(free)
 
     def _window_normals(self, linearised: LinearisedResiduals) -> tuple[FloatArray, FloatArray]:
         """Return the normal matrix of [A ε] of each window, and the gain of its initial state."""

@@ -183,12 +183,9 @@ def column_span(
     u, singular, vt = np.linalg.svd(design / unit, full_matrices=False)
     vt[:, ~np.any(design, axis=0)] = 0.0  # rounding makes about 1e-17 in columns of zeros
     nonzero = singular > RANK_TOLERANCE * singular[0] if singular[0] > 0.0 else singular > 0.0
-    return Span(
-        directions=u[:, nonzero],
-        coefficients=(vt[nonzero].T / singular[nonzero]) / unit[:, None],
-        singular=singular[nonzero],
-        aliased=_aliased(names, vt[nonzero]),
-    )
+    directions, singular, row_space = u[:, nonzero], singular[nonzero], vt[nonzero]
+    coefficients = (row_space.T / singular) / unit[:, None]
+    return Span(directions, coefficients, singular, _aliased(names, row_space))
 
 
 @dataclass(frozen=True)
@@ -216,13 +213,9 @@ def solve_axis(
     amounts = share * (span.directions.T @ target)
     residual_norm = float(np.linalg.norm(target - span.directions @ amounts))
     variance = residual_norm**2 / max(n - float(share.sum()), 1.0)
-    return AxisSolution(
-        span=span,
-        share=share,
-        coefficients=span.coefficients @ amounts,
-        covariance=(span.coefficients * share) @ span.coefficients.T * variance,
-        residual=residual_norm / np.sqrt(n),
-    )
+    coefficients = span.coefficients @ amounts
+    covariance = (span.coefficients * share) @ span.coefficients.T * variance
+    return AxisSolution(span, share, coefficients, covariance, residual_norm / np.sqrt(n))
 
 
 def group_labels(by_axis: Iterable[Iterable[Sequence[Term]]]) -> tuple[tuple[str, ...], ...]:

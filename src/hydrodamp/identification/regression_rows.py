@@ -123,15 +123,11 @@ class PointwiseRegression:
         derivative = self.derivative or default_derivative(problem)
         acceleration = derivative.acceleration(problem)
         filtered = derivative.filter_held_inputs(problem)
-        regressor = filtered.regressor()
-        return Rows(
-            basis=problem.equations.basis,
-            design=regressor[:, problem.equations.n_known :],
-            target=_damping_wrench(filtered, acceleration, regressor, slice(None)),
-            segment=problem.segment_numbers,
-            time=problem.inputs.time,
-            n_samples=problem.n_samples,
-        )
+        regressor, basis = filtered.regressor(), problem.equations.basis
+        design = regressor[:, problem.equations.n_known :]
+        target = _damping_wrench(filtered, acceleration, regressor, slice(None))
+        segment, time = problem.segment_numbers, problem.inputs.time
+        return Rows(basis, design, target, segment, time, problem.n_samples)
 
 
 def accumulate(problem: Problem, derivative: Derivative | None = None) -> Triangle:
@@ -305,12 +301,9 @@ def _cut_into_blocks(rows: Rows, lengths: IntArray, n_folds: int, gap: float) ->
     for _ in range(n_folds - len(lengths)):
         n_blocks[np.argmax(lengths / n_blocks)] += 1
     ends = np.cumsum(lengths)
-    edges = np.concatenate(
-        [
-            end - length + np.arange(count) * length // count
-            for end, length, count in zip(ends, lengths, n_blocks, strict=True)
-        ]
-    )
+    segments = zip(ends - lengths, lengths, n_blocks, strict=True)
+    blocks = [start + np.arange(count) * length // count for start, length, count in segments]
+    edges = np.concatenate(blocks)
     fold = np.repeat(np.arange(n_folds), np.diff(np.append(edges, rows.n)))
     for cut in np.setdiff1d(edges, ends - lengths).tolist():
         instant = (rows.time[cut - 1] + rows.time[cut]) / 2.0

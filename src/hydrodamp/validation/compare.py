@@ -6,8 +6,10 @@ dominates in error and size form the Pareto front.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -113,12 +115,9 @@ def select_row(rows: Iterable[Candidate], of: str = "") -> Selection[Candidate]:
         caveats.append(
             f"Excluded: {_replays(n_excluded)} that diverged, failed or did not converge."
         )
-    return Selection(
-        row=row,
-        runner_up=next((each for each in ranked if each is not row), None),
-        sentence=_simpler(row, ranked[0]) or _sentence(ranked, len(requested), of),
-        caveat=" ".join(caveats),
-    )
+    runner_up = next((each for each in ranked if each is not row), None)
+    sentence = _simpler(row, ranked[0]) or _sentence(ranked, len(requested), of)
+    return Selection(row, runner_up, sentence, " ".join(caveats))
 
 
 def _is_equivalent(row: Ranked, lowest: Ranked) -> bool:
@@ -425,15 +424,9 @@ def compare(
     problem = prepare(vehicle, test, [fit.model for fit in requested])
     for fit in requested:
         warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
-    rows = run_parallel(
-        _row, [(problem, fit, attitude, rate_unit, horizon) for fit in requested], done
-    )
-    return Comparison(
-        rows=rows,
-        rate_unit=rate_unit,
-        attitude=attitude,
-        provenance=comparison_provenance(requested, vehicle, test),
-    )
+    calls = [(problem, fit, attitude, rate_unit, horizon) for fit in requested]
+    rows = run_parallel(_row, calls, done)
+    return Comparison(rows, rate_unit, attitude, comparison_provenance(requested, vehicle, test))
 
 
 def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
@@ -469,16 +462,8 @@ class PaperRow:
 
 
 #: Root mean square velocity error values for different models.
-PAPER_TABLE_I = {
-    "mcfarland-whitcomb": PaperRow(216, 0.40, 0.54),
-    "pitch-yaw": PaperRow(100, 1.74, 2.00),
-    "gertler-hagen": PaperRow(88, 0.39, 0.55),
-    "linear": PaperRow(36, 0.50, 0.74),
-    "coe": PaperRow(33, 1.29, 2.29),
-    "prestero": PaperRow(30, 1.79, 2.31),
-    "uncoupled": PaperRow(24, 2.15, 1.98),
-    "fossen": PaperRow(12, 2.24, 2.08),
-}
+_TABLE = tomllib.loads(Path(__file__).with_name("paper_table_1.toml").read_text("utf-8"))
+PAPER_TABLE_I = {model: PaperRow(*values) for model, values in _TABLE.items()}
 
 #: Column of Table I for each method that the paper has.
 PAPER_COLUMN = {key: entry.paper_column for key, entry in METHODS.items() if entry.paper_column}

@@ -137,12 +137,10 @@ def autocorrelations(
             f"correlation; got {longest}: give a longer log"
         )
     n_lags = min(_MAX_LAGS, longest // _RESIDUALS_PER_LAG)
+    residuals_of = [_axis_residuals(rows, damping).items() for damping in dampings]
     correlations = [
-        {
-            axis: autocorrelation(values, rows.segment, n_lags)
-            for axis, values in _axis_residuals(rows, damping).items()
-        }
-        for damping in dampings
+        {axis: autocorrelation(values, rows.segment, n_lags) for axis, values in series}
+        for series in residuals_of
     ]
     return length * np.arange(n_lags + 1.0), 1.96 / float(np.sqrt(rows.n)), correlations
 
@@ -202,7 +200,7 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
             failures[name] = str(error)
             return None
 
-    rows, run, box = best_by_method(comparison, row), row.trajectory, operating_box(problem)
+    rows, box = best_by_method(comparison, row), operating_box(problem)
     has_terms = bool(row.n_coefficients)
     return Findings(
         row,
@@ -210,9 +208,7 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
         rows,
         attempt("grades", lambda: grade_fit(problem, fit)) if has_terms else None,
         replay_band(vehicle, row),
-        (attempt("horizons", lambda: _horizon_errors(comparison, vehicle, rows)) or {})
-        if run is not None
-        else {},
+        attempt("horizons", lambda: _horizon_errors(comparison, vehicle, rows)) or {},
         attempt("residuals", lambda: diagnose(problem, fit.damping)) or (),
         box,
         attempt("power", lambda: max_damping_power(fit.damping, box)),
@@ -232,9 +228,9 @@ def best_by_method(comparison: Comparison, selected: Row) -> tuple[Row, ...]:
 def _horizon_errors(
     comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]
 ) -> dict[tuple[str, str], tuple[HorizonScore, ...]]:
-    run = rows[0].trajectory
-    assert run is not None
-    unit = comparison.rate_unit
+    run, unit = rows[0].trajectory, comparison.rate_unit
+    if run is None:
+        return {}
     return {
         (row.model, row.method): tuple(
             horizon_scores(vehicle, row.fit.damping, run.log, attitude=run.attitude, rate_unit=unit)

@@ -153,27 +153,21 @@ def _effect(change: str, fit: Fit, rows: tuple[Row, ...], share: FloatArray) -> 
     move = np.max(moves, axis=0)
     worst, covariance = int(np.argmax(move * share)), fit.damping.covariance
     variance = 0.0 if covariance is None else float(covariance[worst, worst])
-    return Effect(
-        change=change,
-        label=fit.model.labels[worst],
-        wrench_share=float(move[worst] * share[worst]),
-        standard_errors=float(move[worst]) / variance**0.5 if variance > 0.0 else None,
-        rms=None if None in errors else max(filter(None, errors), default=0.0),
-    )
+    scaled = float(move[worst]) / variance**0.5 if variance > 0.0 else None
+    rms = None if None in errors else max(filter(None, errors), default=0.0)
+    return Effect(change, fit.model.labels[worst], float(move[worst] * share[worst]), scaled, rms)
 
 
 def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
     """Yield pairs of vehicles with changed mass, added mass, W - B and r_G, where non-zero."""
-    added, mass = vehicle.added_mass, vehicle.mass_matrix
+    added, mass, shares = vehicle.added_mass, vehicle.mass_matrix, (-RELATIVE_STEP, RELATIVE_STEP)
     matrices = {"mass and added mass": mass}
     if added is not None:
         matrices = {"mass": mass - added, "added mass": added}
     for name, matrix in matrices.items():
         if matrix.any():
-            moved = (
-                _with_mass(vehicle, mass + s * matrix) for s in (-RELATIVE_STEP, RELATIVE_STEP)
-            )
-            yield f"{name} ±{100.0 * RELATIVE_STEP:g} %", tuple(moved)
+            moved = tuple(_with_mass(vehicle, mass + share * matrix) for share in shares)
+            yield f"{name} ±{100.0 * RELATIVE_STEP:g} %", moved
     step = RELATIVE_STEP * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL_TRIM * vehicle.weight)
     if step and np.any(vehicle.free[[2, 3, 4]]):
         trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - change) for change in (-step, step))
@@ -185,11 +179,9 @@ def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
     if added is not None:
         rigid = mass - added
         coupling[:3, 3:], coupling[3:, :3] = rigid[:3, 3:], rigid[3:, :3]
-    shifted = (
-        replace(_with_mass(vehicle, mass + s * coupling), center_of_gravity=(1.0 + s) * center)
-        for s in (-RELATIVE_STEP, RELATIVE_STEP)
-    )
-    yield f"r_G ±{100.0 * RELATIVE_STEP:g} %", tuple(shifted)
+    shifted = [(_with_mass(vehicle, mass + s * coupling), (1.0 + s) * center) for s in shares]
+    pair = tuple(replace(changed, center_of_gravity=position) for changed, position in shifted)
+    yield f"r_G ±{100.0 * RELATIVE_STEP:g} %", pair
 
 
 def _with_mass(vehicle: Vehicle, mass_matrix: FloatArray) -> Vehicle:
