@@ -113,19 +113,20 @@ from .identification.methods import (
     identify_all as identify_all,
 )
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
-from .identification.qr_factor import Triangle as Triangle, merge as merge
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
 )
-from .identification.regression_rows import (
+from .identification.regression import (
     Folds as Folds,
     PointwiseRegression as PointwiseRegression,
     RegressionForm as RegressionForm,
     Rows as Rows,
+    Triangle as Triangle,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
     folds as folds,
+    merge as merge,
 )
 from .identification.stepwise import StepwiseSelection as StepwiseSelection
 from .identification.weak_form import WeakRegression as WeakRegression
@@ -197,10 +198,6 @@ from .simulation.replay import (
     simulate as simulate,
 )
 from .simulation.status import Status as Status
-from .validation.bands import (
-    PredictionBand as PredictionBand,
-    prediction_band as prediction_band,
-)
 from .validation.compare import (
     PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,
@@ -213,7 +210,11 @@ from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.diagnostics import diagnose as diagnose
+from .validation.diagnostics import (
+    PredictionBand as PredictionBand,
+    diagnose as diagnose,
+    prediction_band as prediction_band,
+)
 from .validation.sensitivity import (
     VehicleSensitivity as VehicleSensitivity,
     vehicle_sensitivity as vehicle_sensitivity,

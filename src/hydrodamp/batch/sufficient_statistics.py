@@ -34,7 +34,7 @@ from hydrodamp.identification.fit import (
 )
 from hydrodamp.identification.identifiability import Grade, grade_coefficients
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
-from hydrodamp.identification.qr_factor import (
+from hydrodamp.identification.regression import (
     AxisSolution,
     Triangle,
     group_labels,
@@ -202,10 +202,7 @@ class _UnusableLogError(ProblemError):
 
 
 def summarise_log(
-    log: Log,
-    vehicle: Vehicle,
-    models: Sequence[DampingModel],
-    method: LeastSquares | WeakForm,
+    log: Log, vehicle: Vehicle, models: Sequence[DampingModel], method: LeastSquares | WeakForm
 ) -> LogStatistics:
     """Return the sufficient statistics of the regression rows of a log."""
     with np.errstate(all="ignore"):  # overflow is refused below

@@ -22,7 +22,7 @@ from hydrodamp.errors import MethodError, ProblemError, demand, did_you_mean
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 from hydrodamp.identification.dissipativity import axis_terms
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
-from hydrodamp.identification.qr_factor import BLOCK, Triangle
+from hydrodamp.identification.regression import BLOCK, Triangle
 from hydrodamp.identification.weak_form import step_equations
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample

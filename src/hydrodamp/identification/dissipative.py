@@ -23,8 +23,7 @@ from hydrodamp.identification.dissipativity import (
 )
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.least_squares import rank_status
-from hydrodamp.identification.qr_factor import Triangle, group_labels, solve_axis
-from hydrodamp.identification.regression_rows import RegressionForm
+from hydrodamp.identification.regression import RegressionForm, Triangle, group_labels, solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel

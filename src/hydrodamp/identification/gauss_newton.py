@@ -32,11 +32,7 @@ from hydrodamp.identification.differentiation import (
     regressor_mean_square,
     smooth_velocity,
 )
-from hydrodamp.identification.dissipativity import (
-    PowerRows,
-    sample_box as spread_over,
-    velocity_box,
-)
+from hydrodamp.identification.dissipativity import PowerRows, sample_box, velocity_box
 from hydrodamp.identification.har_covariance import Bins
 from hydrodamp.identification.multiple_shooting import (
     Windows,
@@ -44,7 +40,7 @@ from hydrodamp.identification.multiple_shooting import (
     sample_indices,
     split_windows,
 )
-from hydrodamp.identification.qr_factor import solve_axis
+from hydrodamp.identification.regression import solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -224,7 +220,7 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     scale = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
     box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
     usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
-    power_rows = PowerRows(model).rows(spread_over(box)) * scale / usual_power
+    power_rows = PowerRows(model).rows(sample_box(box)) * scale / usual_power
     return ShootingObjective(
         problem, entries, velocity, initial_state_std, noise_std, scale, power_rows
     )

@@ -23,8 +23,7 @@ from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Uncertainty
-from hydrodamp.identification.qr_factor import AxisSolution, Span, Triangle, column_span
-from hydrodamp.identification.regression_rows import Rows
+from hydrodamp.identification.regression import AxisSolution, Rows, Span, Triangle, column_span
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
 

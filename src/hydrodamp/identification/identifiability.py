@@ -18,8 +18,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
-from hydrodamp.identification.qr_factor import column_span, solve_axis
-from hydrodamp.identification.regression_rows import Rows, Split, folds
+from hydrodamp.identification.regression import Rows, Split, column_span, folds, solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel

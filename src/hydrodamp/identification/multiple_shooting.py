@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.qr_factor import update_factor
+from hydrodamp.identification.regression import update_factor
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem

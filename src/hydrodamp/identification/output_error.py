@@ -37,7 +37,7 @@ from hydrodamp.identification.gauss_newton import (
     make_objective,
     minimise,
 )
-from hydrodamp.identification.qr_factor import column_span
+from hydrodamp.identification.regression import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status

@@ -19,7 +19,7 @@ from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.adaptive import initial_coefficients, require_problem
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
-from hydrodamp.identification.qr_factor import column_span
+from hydrodamp.identification.regression import column_span
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample

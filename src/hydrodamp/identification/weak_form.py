@@ -22,7 +22,7 @@ from hydrodamp.identification.differentiation import (
     signal_to_noise,
     smooth_velocity,
 )
-from hydrodamp.identification.regression_rows import Rows
+from hydrodamp.identification.regression import Rows
 from hydrodamp.kernels import core
 from hydrodamp.simulation.problem import Problem
 

@@ -27,9 +27,8 @@ from hydrodamp.report.narrative import remarks, verdict
 from hydrodamp.report.pictures import band_caption
 from hydrodamp.report.table import Table
 from hydrodamp.results import save_result
-from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row, rms_or_infinity
-from hydrodamp.validation.diagnostics import find_selected_row
+from hydrodamp.validation.diagnostics import PredictionBand, find_selected_row
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template

@@ -14,7 +14,7 @@ from hydrodamp.data.log import Log, Segment, extract_segments
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.methods import identify_all
-from hydrodamp.identification.regression_rows import Folds, Rows, folds
+from hydrodamp.identification.regression import Folds, Rows, folds
 from hydrodamp.identification.stepwise import StepwiseSelection
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare

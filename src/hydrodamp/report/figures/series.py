@@ -26,8 +26,8 @@ from hydrodamp.report.figures.style import (
 )
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
-from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Row
+from hydrodamp.validation.diagnostics import PredictionBand
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
