@@ -268,10 +268,8 @@ class State(NamedTuple):
     @property
     def damping(self) -> Damping:
         """The present estimate, with a stamp of its vehicle."""
-        bound = self.adaptation
-        return Damping(
-            bound.model, self.matrix[bound.entries], vehicle=vehicle_stamp(bound.columns.vehicle)
-        )
+        bound, vehicle = self.adaptation, vehicle_stamp(self.adaptation.columns.vehicle)
+        return Damping(bound.model, self.matrix[bound.entries], vehicle=vehicle)
 
     def restart(self, sample: Sample) -> State:
         """Return the state at the first sample after a gap: zero error, same coefficients.
@@ -345,9 +343,8 @@ class AdaptiveIdentifier:
         else:
             a = axis_gains(self.a, "a")
         if isinstance(self.gamma, TermScaledGain):
-            size = regressor_mean_square(require_problem(source, "size of each term"))[
-                rows - columns.n_known
-            ]
+            problem = require_problem(source, "size of each term")
+            size = regressor_mean_square(problem)[rows - columns.n_known]
             time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
         else:

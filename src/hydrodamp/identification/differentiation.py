@@ -184,9 +184,8 @@ def signal_to_noise(problem: Problem) -> FloatArray:
     A robust scale of the differences keeps fin movements out of the noise.
     """
     velocity = problem.inputs.velocity
-    differences = np.concatenate(
-        [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
-    )
+    segments = (velocity[start:stop] for start, stop in problem.segments)
+    differences = np.concatenate([np.diff(segment, n=4, axis=0) for segment in segments])
     if not len(differences):
         differences = np.zeros((1, 6))
     deviation = np.median(np.abs(differences), axis=0) / 0.6745  # of a normal distribution

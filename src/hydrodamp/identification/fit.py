@@ -468,12 +468,6 @@ def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) ->
 MIN_BLOCKS, MAX_BLOCKS = 4, 32
 
 
-def leave_one_out_sums(values: FloatArray) -> FloatArray:
-    """Return the sums over the first axis without each element, free of cancellation."""
-    before, after = np.cumsum(values, axis=0), np.cumsum(values[::-1], axis=0)[::-1]
-    return np.concatenate([after[1:2], before[:-2] + after[2:], before[-2:-1]])
-
-
 def jackknife(
     estimates: FloatArray, duration: float, leverage: FloatArray | None = None
 ) -> Uncertainty:

@@ -162,7 +162,7 @@ def reference_model(axes: tuple[str, ...]) -> DampingModel:
 
 
 # Arrays of each axis: orthonormal directions in the coordinates of all columns, or scores.
-AxisArrays = list[FloatArray]
+Arrays = list[FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,8 +249,8 @@ class HarCovariance:
         return np.hstack([basis, directions[:, singular > _MIN_SINE]])
 
     def _scores(
-        self, axes: list[int], bases: AxisArrays, fitted: Sequence[AxisArrays]
-    ) -> tuple[AxisArrays, ...]:
+        self, axes: list[int], bases: Arrays, fitted: Sequence[Arrays]
+    ) -> tuple[Arrays, ...]:
         """Return the scores of bases in each bin, with the residuals of each fitted basis."""
         target = self.span.directions.T @ self.triangle.r[:, -6:][:, axes]
         fits = [b @ (b.T @ t) for each in fitted for b, t in zip(each, target.T, strict=True)]
@@ -274,12 +274,7 @@ class HarCovariance:
 
     @factorisation("covariance of the rows")
     def _covariance(
-        self,
-        scores: AxisArrays,
-        fitted: AxisArrays,
-        maps: AxisArrays,
-        grams: AxisArrays,
-        stride: int,
+        self, scores: Arrays, fitted: Arrays, maps: Arrays, grams: Arrays, stride: int
     ) -> Uncertainty:
         """Return the covariance of coefficients, with scores corrected for the fit's leverage."""
         sums = []

@@ -23,7 +23,6 @@ from hydrodamp.identification.fit import (
     Uncertainty,
     empty_fit,
     jackknife,
-    leave_one_out_sums,
     make_fit,
 )
 from hydrodamp.identification.gauss_newton import (
@@ -288,7 +287,10 @@ def jackknife_uncertainty(objective: ShootingObjective, result: Iterate) -> Unce
         normals += blocks / count
     normals *= column_scale[:, None] * column_scale
     prior = result.prior_strength / p
-    remaining, x = leave_one_out_sums(normals), result.coefficients / scale
+    # sums without each block, free of cancellation
+    before, after = np.cumsum(normals, axis=0), np.cumsum(normals[::-1], axis=0)[::-1]
+    remaining = np.concatenate([after[1:2], before[:-2] + after[2:], before[-2:-1]])
+    x = result.coefficients / scale
     hessians = remaining[:, :-1, :-1] + prior * np.eye(p)
     steps = np.linalg.solve(hessians, (remaining[:, :-1, -1] - prior * x)[:, :, None])[:, :, 0]
     uncertainty = jackknife(steps * scale, objective.problem.duration)
