@@ -145,9 +145,8 @@ class SavitzkyGolay(Derivative):
         order = min(self.order, len(time) - 1)
         half = max(round(self.window / float(np.median(np.diff(time))) / 2.0), order // 2 + 1)
         bounds, window = np.array([[0, len(time)]]), 2 * half + 1
-        return fit_local_polynomials(
-            time, bounds, differences_from_centre(values), window, degree=order
-        ).slope
+        differences = differences_from_centre(values)
+        return fit_local_polynomials(time, bounds, differences, window, degree=order).slope
 
 
 def default_derivative(problem: Problem) -> Derivative:

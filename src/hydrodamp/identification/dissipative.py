@@ -203,10 +203,8 @@ def _least_distance(
 def _is_near(root: FloatArray, point: FloatArray, before: FloatArray, after: FloatArray) -> bool:
     """Whether a step with a larger margin increases the distance only moderately."""
     distance = float(np.linalg.norm(root @ (before - point)))
-    floor = _TOLERANCE * float(np.linalg.norm(root @ point))
-    return float(np.linalg.norm(root @ (after - point))) <= max(
-        _MAX_DISTANCE_RATIO * distance, floor
-    )
+    largest = max(_MAX_DISTANCE_RATIO * distance, _TOLERANCE * float(np.linalg.norm(root @ point)))
+    return float(np.linalg.norm(root @ (after - point))) <= largest
 
 
 @factorisation("triangle of the rows")

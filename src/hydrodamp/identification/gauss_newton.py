@@ -211,9 +211,8 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     velocity, _, risk = smooth_velocity(problem)
     initial_state_std = np.maximum(np.sqrt(risk / SAMPLES_PER_RESIDUAL)[free], MIN_STD)
     noise_std = np.maximum(NOISE_FLOOR_SHARE * np.sqrt(noise_variance(problem))[free], MIN_STD)
-    acceleration = fit_local_polynomials(
-        inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3
-    ).slope
+    time, segments, change = inputs.time, problem.segments, differences_from_centre(inputs.velocity)
+    acceleration = fit_local_polynomials(time, segments, change, 15, degree=3).slope
     inertial = np.sqrt(np.mean((acceleration @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
     force = inertial[axes]
     size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]

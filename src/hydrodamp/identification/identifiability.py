@@ -70,9 +70,8 @@ def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     further = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in further if terms})
     extended = problem.extend_to(both)
-    equations = WeakRegression(
-        min(TEST_FUNCTION_LENGTH, float(extended.durations.max())), _OVERLAP, windows=()
-    )
+    support = min(TEST_FUNCTION_LENGTH, float(extended.durations.max()))
+    equations = WeakRegression(support, _OVERLAP, windows=())
     rows = equations.rows(extended)
     response = equations.rows(_without_momentum(extended)).target
     variance = response.var(axis=0)
@@ -317,9 +316,8 @@ def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     if damping.covariance is None:
         return by_log
     known = fit.uncertainty or Uncertainty(damping.covariance, np.inf, "the covariance given")
-    by_fit = grade_by_excitation(
-        excitation, known.critical_value() * known.standard_errors, damping.coefficients
-    )
+    half = known.critical_value() * known.standard_errors
+    by_fit = grade_by_excitation(excitation, half, damping.coefficients)
     pairs = zip(by_log.axes, by_fit.axes, strict=True)
     return replace(by_log, axes=tuple(_worse(*pair) for pair in pairs))
 
@@ -365,14 +363,11 @@ def grade_by_excitation(
         weights = span.coefficients @ span.directions.T
         values = weights @ rows.target[:, axis] if coefficients is None else coefficients[block]
         excited, r_squared = bool(excitation.excited[axis]), float(excitation.r_squared[axis])
+        size, response = np.sqrt(np.mean(design**2, axis=0)), float(excitation.response[axis])
+        sound = np.einsum("mn,nm->m", weights, excitation.excited_design[:, columns])
+        is_aliased = np.array([label in aliased for label in labels])
         grades, causes = grade_coefficients(
-            coefficient=values,
-            half=half[block],
-            size=np.sqrt(np.mean(design**2, axis=0)),
-            sound=np.einsum("mn,nm->m", weights, excitation.excited_design[:, columns]),
-            aliased=np.array([label in aliased for label in labels]),
-            response=float(excitation.response[axis]),
-            excited=excited,
+            values, half[block], size, sound, is_aliased, response=response, excited=excited
         )
         condition = np.inf if aliased else float(span.singular[0] / span.singular[-1])
         regression = span.rank, condition, r_squared, excited, span.aliased

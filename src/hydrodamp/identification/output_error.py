@@ -238,9 +238,8 @@ def build_fit(
         axes = objective.entries[1]
         uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
     if uncertainty is not None and start is not result:
-        uncertainty = uncertainty.inflate(
-            coefficients - start.coefficients, "the shift from the weak-form to this estimate"
-        )
+        allowance = "the shift from the weak-form to this estimate"
+        uncertainty = uncertainty.inflate(coefficients - start.coefficients, allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
     return make_fit(

@@ -471,6 +471,5 @@ PAPER_COLUMN = {key: entry.paper_column for key, entry in METHODS.items() if ent
 
 def is_paper_campaign(comparison: Comparison) -> bool:
     """Whether Table I applies to a comparison: the re-enacted campaign with models of the paper."""
-    return "truth" in comparison.provenance and any(
-        key in PAPER_TABLE_I for key in comparison.models
-    )
+    has_paper_model = not PAPER_TABLE_I.keys().isdisjoint(comparison.models)
+    return "truth" in comparison.provenance and has_paper_model

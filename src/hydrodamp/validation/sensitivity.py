@@ -221,9 +221,8 @@ def estimate_gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Ga
     free = problem.vehicle.axes
     extended = reference_model(free)
     for model in models:
-        extended = extended.with_terms(
-            dict(zip(AXES, model.restricted_to(free).terms, strict=True))
-        )
+        terms = model.restricted_to(free).terms
+        extended = extended.with_terms(dict(zip(AXES, terms, strict=True)))
     try:
         freed = with_gains(problem.vehicle, problem.log, extended)
     except ProblemError:
@@ -247,14 +246,11 @@ def check_gains(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Qu
     if any(name in gain_channels for model in models for name in model.commands):
         return  # the fits identify them
     recorded = problem.log.wrench is not None
-    source = (
-        "recorded wrench" if recorded else f"wrench of the actuators of '{problem.vehicle.name}'"
-    )
+    actuators = f"wrench of the actuators of '{problem.vehicle.name}'"
+    source = "recorded wrench" if recorded else actuators
     wrong = [gain for gain in estimate_gains(problem, models) if gain.is_inconsistent]
     if wrong:
-        values = ", ".join(
-            f"{gain.value:.2f} ({gain.low:.2f} to {gain.high:.2f})" for gain in wrong
-        )
+        values = ", ".join(f"{g.value:.2f} ({g.low:.2f} to {g.high:.2f})" for g in wrong)
         yield QualityIssue(
             " ".join(gain.axis for gain in wrong),
             "is inconsistent with the motion",
