@@ -74,6 +74,7 @@ from .identification.adaptive import (
     NoiseScaledGain as NoiseScaledGain,
     State as State,
     TermScaledGain as TermScaledGain,
+    observe as observe,
 )
 from .identification.differentiation import (
     Derivative as Derivative,
@@ -112,23 +113,22 @@ from .identification.methods import (
     find_method as find_method,
     identify_all as identify_all,
 )
-from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
-from .identification.qr_factor import Triangle as Triangle, merge as merge
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
 )
-from .identification.regression_rows import (
+from .identification.regression import (
     Folds as Folds,
     PointwiseRegression as PointwiseRegression,
     RegressionForm as RegressionForm,
     Rows as Rows,
+    Triangle as Triangle,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
     folds as folds,
+    merge as merge,
 )
-from .identification.residuals import diagnose as diagnose
 from .identification.stepwise import StepwiseSelection as StepwiseSelection
 from .identification.weak_form import WeakRegression as WeakRegression
 from .ingest.datasets import Dataset as Dataset, fetch as fetch, find_dataset as find_dataset
@@ -198,23 +198,22 @@ from .simulation.replay import (
     score as score,
     simulate as simulate,
 )
-from .validation.bands import (
-    PredictionBand as PredictionBand,
-    prediction_band as prediction_band,
-)
 from .validation.compare import (
     PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,
     Row as Row,
+    Selection as Selection,
     compare as compare,
+    pareto_front as pareto_front,
 )
 from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.selection import (
-    Selection as Selection,
-    pareto_front as pareto_front,
+from .validation.diagnostics import (
+    PredictionBand as PredictionBand,
+    diagnose as diagnose,
+    prediction_band as prediction_band,
 )
 from .validation.sensitivity import (
     VehicleSensitivity as VehicleSensitivity,

@@ -154,7 +154,7 @@ def test_neither_a_dive_nor_another_vehicle_is_computed_unless_requested(folder,
     for name in ("vehicle_sensitivity", "plan"):
         monkeypatch.setattr(hd, name, lambda *_: pytest.fail("not requested"))
     monkeypatch.setattr(
-        "hydrodamp.validation.actuator_check.check_gains", lambda *_: pytest.fail("not requested")
+        "hydrodamp.validation.sensitivity.check_gains", lambda *_: pytest.fail("not requested")
     )
     call(LINE)
     assert "determined" in call(f"{LINE} --next-dive").stderr

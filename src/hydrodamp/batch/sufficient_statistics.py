@@ -22,12 +22,19 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.batch.discovery import ResolvedMapping, local_copy
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import ProblemError, Status, suppress_warnings
-from hydrodamp.identification.fit import Fit, Method, Uncertainty, identify_or_refuse
+from hydrodamp.identification.dissipativity import Ranges, join_ranges, velocity_ranges
+from hydrodamp.identification.fit import (
+    MAX_BLOCKS,
+    MIN_BLOCKS,
+    Fit,
+    Method,
+    Uncertainty,
+    identify_or_refuse,
+    jackknife,
+)
 from hydrodamp.identification.identifiability import Grade, grade_coefficients
-from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS, jackknife
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
-from hydrodamp.identification.operating_range import Ranges, join_ranges, velocity_ranges
-from hydrodamp.identification.qr_factor import (
+from hydrodamp.identification.regression import (
     AxisSolution,
     Triangle,
     group_labels,
@@ -194,10 +201,7 @@ class _UnusableLogError(ProblemError):
 
 
 def summarise_log(
-    log: Log,
-    vehicle: Vehicle,
-    models: Sequence[DampingModel],
-    method: LeastSquares | WeakForm,
+    log: Log, vehicle: Vehicle, models: Sequence[DampingModel], method: LeastSquares | WeakForm
 ) -> LogStatistics:
     """Return the sufficient statistics of the regression rows of a log."""
     with np.errstate(all="ignore"):  # overflow is refused below

@@ -20,21 +20,19 @@ from hydrodamp.errors import MethodError, Status, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
-from hydrodamp.identification.qr_factor import (
+from hydrodamp.identification.regression import (
     AxisSolution,
-    Triangle,
-    column_span,
-    group_labels,
-    solve_axis,
-)
-from hydrodamp.identification.regression_rows import (
     PointwiseRegression,
     RegressionForm,
     Rows,
     Split,
+    Triangle,
     accumulate,
+    column_span,
     folds,
+    group_labels,
     residuals,
+    solve_axis,
 )
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping, warn_if_foreign

@@ -14,8 +14,8 @@ import numpy as np
 
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.errors import Status
+from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.operating_range import energy_injection_warnings
 from hydrodamp.report.narrative import remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.replay import HorizonScore, Score
@@ -25,9 +25,10 @@ from hydrodamp.validation.compare import (
     Comparison,
     Row,
     is_paper_campaign,
+    pareto_front,
+    rms_or_infinity,
 )
 from hydrodamp.validation.cross_validation import CrossValidation
-from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 MAX_METHODS = 3  # columns of methods in a table of 80 characters
 MAX_SEGMENTS = 6  # columns of segments in a table of 80 characters

@@ -24,9 +24,8 @@ from hydrodamp.report.narrative import remarks, verdict
 from hydrodamp.report.pictures import series
 from hydrodamp.report.table import NOTHING, Table
 from hydrodamp.results import save_result
-from hydrodamp.validation.compare import Comparison
+from hydrodamp.validation.compare import Comparison, rms_or_infinity
 from hydrodamp.validation.diagnostics import find_selected_row
-from hydrodamp.validation.selection import rms_or_infinity
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template

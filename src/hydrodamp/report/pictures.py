@@ -20,9 +20,13 @@ from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
 from hydrodamp.report.figures import diagnostics, style
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
 from hydrodamp.report.files import Picture, ReportContent
-from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.diagnostics import Findings, diagnose_comparison, find_selected_row
+from hydrodamp.validation.diagnostics import (
+    Findings,
+    PredictionBand,
+    diagnose_comparison,
+    find_selected_row,
+)
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
 from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
-from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Row
+from hydrodamp.validation.diagnostics import PredictionBand
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
