@@ -5,28 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Annotated
 
 import hydrodamp as hd
-from hydrodamp.cli import options
-from hydrodamp.cli.data_split import read_logs
+from hydrodamp.cli.inputs import read_logs
 from hydrodamp.cli.output import emit, fail, note, print_results
-from hydrodamp.cli.resolve import find_vehicle
 from hydrodamp.errors import MethodError
 
 MAX_FILES = 6  # names in the message
 
 
 def export(
-    target: Annotated[str, options.argument("export-target")],
-    damping: Annotated[str, options.argument("export-damping")],
-    out: Annotated[Path, options.option("export-out")],
-    vehicle: options.VehicleName = "",
-    log: Annotated[list[str] | None, options.option("export-log")] = None,
-    mapping: options.MappingFile = None,
-    settings: Annotated[list[str] | None, options.option("export-settings")] = None,
-    force: Annotated[bool, options.option("export-force")] = False,
-    json: options.Json = False,
+    target: str,
+    damping: str,
+    out: Path,
+    vehicle: str = "",
+    log: list[str] | None = None,
+    mapping: str | None = None,
+    settings: list[str] | None = None,
+    force: bool = False,
+    json: bool = False,
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
     from hydrodamp.export.export import check_export
@@ -36,7 +33,7 @@ def export(
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)
-    craft, numbers = find_vehicle(vehicle), hd.read_damping(damping)
+    craft, numbers = hd.find_vehicle(vehicle), hd.read_damping(damping)
     driven = read_logs(log, mapping) if log else None
     card = hd.export(
         numbers, craft, form, out, log=driven, box=operating_box_of(Path(damping)), force=force

@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.cli import options
-from hydrodamp.cli.output import collected_warnings, note
+from hydrodamp.cli.output import check_out_file, collected_warnings, note
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
 
 
 def report(
-    folder: Annotated[Path, options.argument("report-folder")],
-    out: Annotated[Path | None, options.option("report-out")] = None,
-    force: options.Force = False,
+    folder: Path,
+    out: Path | None = None,
+    force: bool = False,
 ) -> None:
     """Write the HTML report of a folder of results without fitting again."""
-    from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.report.fidelity_page import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import REPORT
 

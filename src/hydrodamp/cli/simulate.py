@@ -4,36 +4,28 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Literal
 
 import hydrodamp as hd
-from hydrodamp.cli import options
-from hydrodamp.cli.data_split import read_logs, warn_quality_issues
-from hydrodamp.cli.output import emit, fail, note, print_results
-from hydrodamp.cli.resolve import find_vehicle
+from hydrodamp.cli.inputs import read_logs, warn_quality_issues
+from hydrodamp.cli.output import check_out_log, emit, fail, note, print_results
+from hydrodamp.errors import ModelError
 from hydrodamp.progress import progress
 
 
 def simulate(
-    logs: options.SomeLogs,
-    damping: Annotated[str, options.option("simulate-damping")],
-    vehicle: options.VehicleName = "",
-    mapping: options.MappingFile = None,
-    attitude: options.Attitude = "measured",
-    rate_unit: options.Rates = "deg",
-    out: Annotated[Path | None, options.option("simulate-out")] = None,
-    force: options.Force = False,
-    json: options.Json = False,
+    logs: list[str],
+    damping: str,
+    vehicle: str = "",
+    mapping: str | None = None,
+    attitude: Literal["measured", "simulated"] = "measured",
+    rate_unit: Literal["deg", "rad"] = "deg",
+    out: Path | None = None,
+    force: bool = False,
+    json: bool = False,
 ) -> None:
     """Replay a log open loop with an identified model and report the RMS error."""
-    from hydrodamp.cli.provenance import check_out_log
-    from hydrodamp.errors import ModelError
-    from hydrodamp.identification.operating_range import (
-        energy_injection_warnings,
-        join_ranges,
-        range_exceedance_warnings,
-        velocity_ranges,
-    )
+    from hydrodamp.identification import operating_range
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
     from hydrodamp.report.documents import read_training_range, score_document
@@ -41,13 +33,13 @@ def simulate(
     from hydrodamp.simulation.problem import vehicle_stamp
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
-    vehicle_model, numbers = find_vehicle(vehicle), hd.read_damping(damping)
-    if message := foreign_to(numbers, vehicle_stamp(vehicle_model)):
+    craft, numbers = hd.find_vehicle(vehicle), hd.read_damping(damping)
+    if message := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(message)
     log = read_logs(logs, mapping)
-    warn_quality_issues(log, estimate_length(vehicle_model))
+    warn_quality_issues(log, estimate_length(craft))
     with progress("replaying"):
-        trajectory = hd.simulate(vehicle_model, numbers, log, attitude=attitude)
+        trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
     if out is not None and not scored.diverged:
         hd.write_log(simulated_log(trajectory), out)
@@ -57,13 +49,12 @@ def simulate(
     else:
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
         print_results(replay_table(title, scored))
-    trained, driven = (
-        read_training_range(Path(damping)),
-        velocity_ranges(log.velocity, vehicle_model.axes),
-    )
+    trained = read_training_range(Path(damping))
+    driven = operating_range.velocity_ranges(log.velocity, craft.axes)
+    ranges = operating_range.join_ranges(trained, driven)
     for sentence in (
-        *range_exceedance_warnings(trained, driven),
-        *energy_injection_warnings(numbers, join_ranges(trained, driven)),
+        *operating_range.range_exceedance_warnings(trained, driven),
+        *operating_range.energy_injection_warnings(numbers, ranges),
     ):
         note(sentence)
     if scored.diverged:
