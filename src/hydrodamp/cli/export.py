@@ -26,10 +26,10 @@ def export(
     json: bool = False,
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
+    from hydrodamp.errors import first_few
     from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
-    from hydrodamp.text import first_few
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all
-from hydrodamp.cli.output import (
-    check_out_file,
-    emit,
-    fail,
-    note,
-    print_results,
-    run_provenance,
-)
+from hydrodamp.cli.output import check_out_file, emit, fail, note, print_results, run_provenance
 from hydrodamp.cli.report import report_paths, write_fit_report
 from hydrodamp.files import save_json
 from hydrodamp.results import check_results, remove_results
@@ -71,15 +64,12 @@ def identify(
     grades: hd.Identifiability | None = None
     extra: list[str] = []
     if fit.status.usable and not json:
-        try:
+        with _reason_of_failure("Coefficients are not graded", extra):
             grades = hd.grade_fit(problem, fit)
-        except hd.HydrodampError as error:
-            extra.append(f"Coefficients are not graded: {error}")
         if sensitivity:
-            describe = partial(hd.vehicle_sensitivity, craft, log, log, fit.model, hd.WeakForm())
-            extra.append(
-                _text_or_reason(describe, "The sensitivity to vehicle parameters is not known")
-            )
+            with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
+                weak_form = hd.WeakForm()
+                extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
     if json:
         emit(fit_document(fit))
     else:
@@ -87,14 +77,11 @@ def identify(
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:
+        details = [] if grades is None else [str(grades)]
         if not json:
-            tests = partial(hd.diagnose, problem, fit.damping)
-            extra = [
-                str(grades or ""),
-                _text_or_reason(tests, "The residuals are not tested"),
-                *extra,
-            ]
-        reported = replace(fit, remarks=(*fit.remarks, *filter(None, extra)))
+            with _reason_of_failure("The residuals are not tested", details):
+                details.append("\n".join(hd.diagnose(problem, fit.damping)))
+        reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra))
         write_fit_report(reported, craft, log, provenance, out)
     elif not json:
         note("Use `--out FILE` to write the damping file and a report with all diagnostics.")
@@ -104,9 +91,10 @@ def identify(
         note(expected_gain(problem, fit, grades) or "All coefficients are determined.")
 
 
-def _text_or_reason(describe: Callable[[], object], failure: str) -> str:
-    """Return a description as text, or why there is none."""
+@contextmanager
+def _reason_of_failure(failure: str, reasons: list[str]) -> Iterator[None]:
+    """Add the reason to a list where a diagnostic fails."""
     try:
-        return str(describe())
+        yield
     except hd.HydrodampError as error:
-        return f"{failure}: {error}"
+        reasons.append(f"{failure}: {error}")

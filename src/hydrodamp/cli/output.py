@@ -20,13 +20,7 @@ from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeVar
 import typer
 
 from hydrodamp.cli.options import command_signature, definition
-from hydrodamp.errors import (
-    FileError,
-    HydrodampError,
-    HydrodampWarning,
-    ProblemError,
-    printable,
-)
+from hydrodamp.errors import FileError, HydrodampError, HydrodampWarning, ProblemError, printable
 from hydrodamp.files import as_json
 from hydrodamp.progress import show_progress
 from hydrodamp.results import check_new_file, check_results
@@ -87,10 +81,7 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
                 fail(str(error), WRONG_INPUT)
             except OSError as error:
                 fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
-            except KeyboardInterrupt:
-                note("interrupted")
-                raise typer.Exit(INTERRUPTED) from None
-            except Exception as error:
+            except (KeyboardInterrupt, Exception) as error:
                 if _interrupted(error):
                     note("interrupted")
                     raise typer.Exit(INTERRUPTED) from None

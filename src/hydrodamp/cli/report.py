@@ -14,11 +14,7 @@ if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
 
 
-def report(
-    folder: Path,
-    out: Path | None = None,
-    force: bool = False,
-) -> None:
+def report(folder: Path, out: Path | None = None, force: bool = False) -> None:
     """Write the HTML report of a folder of results without fitting again."""
     from hydrodamp.report.fidelity_page import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import REPORT

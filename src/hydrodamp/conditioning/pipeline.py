@@ -37,8 +37,7 @@ from hydrodamp.conditioning.mixing import MIXINGS, roll_from_mixing
 from hydrodamp.conditioning.outliers import remove_attitude_outliers, remove_outliers
 from hydrodamp.conditioning.quality_checks import annotate_quality
 from hydrodamp.data.log import Log
-from hydrodamp.errors import did_you_mean
-from hydrodamp.faults import faults_in
+from hydrodamp.errors import did_you_mean, faults_in
 
 Step = Callable[[Log], Log]
 

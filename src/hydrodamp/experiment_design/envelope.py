@@ -10,8 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import FileError, ProblemError, list_faults
-from hydrodamp.faults import validate
+from hydrodamp.errors import FileError, ProblemError, list_faults, validate
 from hydrodamp.files import load_yaml
 from hydrodamp.simulation.campaign.conditions import SENSOR_CHANNELS, SENSOR_VARIANCES
 

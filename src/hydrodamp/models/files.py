@@ -22,8 +22,7 @@ from pydantic import (
 
 from hydrodamp.arrays import MAX_MAGNITUDE, FloatArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import ModelError, did_you_mean, list_faults
-from hydrodamp.faults import faults_in, validate
+from hydrodamp.errors import ModelError, did_you_mean, faults_in, list_faults, validate
 from hydrodamp.files import load_json, load_yaml, save_json, save_text, wrong_kind_message
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp

@@ -16,8 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
-from hydrodamp.errors import FileError
-from hydrodamp.faults import validate
+from hydrodamp.errors import FileError, validate
 from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability

@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.errors import first_few
 from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import (
     MAX_RELATIVE_HALF_WIDTH,
@@ -20,7 +21,6 @@ from hydrodamp.identification.identifiability import (
 from hydrodamp.identification.stepwise import SPARSE_KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
-from hydrodamp.text import first_few
 from hydrodamp.validation.diagnostics import correlated_pairs
 
 MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all

@@ -23,8 +23,7 @@ from pydantic import (
 
 from hydrodamp.arrays import MAX_MAGNITUDE
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
-from hydrodamp.faults import validate
+from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean, validate
 from hydrodamp.files import (
     PackageData,
     load_text,

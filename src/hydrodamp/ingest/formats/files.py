@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from hydrodamp.data.record import name_of_source
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import FileError, HydrodampError, LogError
+from hydrodamp.errors import FileError, HydrodampError, LogError, first_few
 from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
 from hydrodamp.ingest.formats.content import read_head
 from hydrodamp.ingest.formats.multi_file import (
@@ -23,7 +23,6 @@ from hydrodamp.ingest.formats.multi_file import (
     split_joined_paths,
     topic_names,
 )
-from hydrodamp.text import first_few
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -13,8 +13,7 @@ from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.faults import faults_in
+from hydrodamp.errors import LogError, did_you_mean, faults_in
 from hydrodamp.files import PackageData, load_yaml, nearest_file, wrong_kind_message
 from hydrodamp.ingest.mapping.assemble import build_record
 from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS, MappingFile, commands_by_name
