@@ -10,7 +10,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import list_models
-from hydrodamp.cli.output import WORK_FAILED, emit, note, print_results
+from hydrodamp.cli.output import WORK_FAILED, note, print_output
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.results import check_results
 
@@ -52,12 +52,10 @@ def batch(
             exclude=out,
         )
     batch_report.write_batch(result, out)
-    if json:
-        table = batch_report.coefficient_table(result)
-        rows = [dict(zip(table.header, row, strict=True)) for row in table.rows]
-        emit({"coefficients": rows, "failed": result.failed})
-    else:
-        print_results(*batch_report.summary_tables(result))
+    table = batch_report.coefficient_table(result)
+    rows = [dict(zip(table.header, row, strict=True)) for row in table.rows]
+    document = {"coefficients": rows, "failed": result.failed}
+    print_output(json, document, *batch_report.summary_tables(result))
     for log, duplicate_of in result.duplicates.items():
         note(f"{log} is a duplicate of {duplicate_of} and is used once.")
     if result.n_cached:

@@ -9,7 +9,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import SPARSE, read_named_models
-from hydrodamp.cli.output import emit, note, print_results
+from hydrodamp.cli.output import emit, note, print_output
 from hydrodamp.errors import FileError, VehicleError, demand
 from hydrodamp.files import save_text
 from hydrodamp.results import check_new_file
@@ -25,18 +25,18 @@ def models(name: str | None = None, json: bool = False) -> None:
     from hydrodamp.report.fit_tables import SPARSE as SPARSE_DOCUMENT, model_document, model_table
 
     if name == SPARSE:
-        emit(SPARSE_DOCUMENT) if json else print_results(SPARSE_DOCUMENT["note"])
+        print_output(json, SPARSE_DOCUMENT, SPARSE_DOCUMENT["note"])
         return
     catalogue = [*(read_named_models(name) if name else hd.catalog.values())]
     documents = [model_document(model) for model in catalogue]
     selected = [] if name else [SPARSE_DOCUMENT]
     if len(documents) == 1:
-        emit(documents[0]) if json else print_results(str(catalogue[0]))
-    elif json:
-        emit({"models": documents, **({"selected_from_a_log": selected} if selected else {})})
+        print_output(json, documents[0], str(catalogue[0]))
     else:
+        selection = {"selected_from_a_log": selected} if selected else {}
         command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
-        print_results(model_table([*documents, *selected], command))
+        table = model_table([*documents, *selected], command)
+        print_output(json, {"models": documents} | selection, table)
 
 
 def datasets(
@@ -83,13 +83,11 @@ def _list_datasets(json: bool) -> None:
     from hydrodamp.report.table import Table
 
     available = known_datasets().values()
-    if json:
-        emit({"datasets": [asdict(each) for each in available]})
-        return
     rows = [(each.name, str(len(each.files)), each.mapping, each.title) for each in available]
     notes = ("Download: hydrodamp datasets NAME --yes. Check the licence of each dataset.",)
     header = ("name", "files", "mapping", "title")
-    print_results(Table.of_words("Public logs", header, "lrll", rows, notes))
+    table = Table.of_words("Public logs", header, "lrll", rows, notes)
+    print_output(json, {"datasets": [asdict(each) for each in available]}, table)
 
 
 def new(

@@ -17,9 +17,9 @@ from hydrodamp.cli.output import (
     INTERRUPTED,
     check_out_folder,
     collected_warnings,
-    emit,
     fail,
     note,
+    print_output,
     print_results,
     run_provenance,
 )
@@ -151,10 +151,8 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
     if n_rows:
         if task.out is not None:
             hd.write_comparison(comparison, task.out)
-        if json:
-            emit(comparison_document(comparison))
-        else:
-            print_results(*detail_tables(comparison), *summary_tables(comparison))
+        tables = *detail_tables(comparison), *summary_tables(comparison)
+        print_output(json, comparison_document(comparison), *tables)
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(

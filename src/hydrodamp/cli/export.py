@@ -8,7 +8,7 @@ from pathlib import Path
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import read_logs
-from hydrodamp.cli.output import emit, fail, note, print_results
+from hydrodamp.cli.output import fail, note, print_output
 from hydrodamp.errors import MethodError
 
 MAX_FILES = 6  # names in the message
@@ -40,10 +40,7 @@ def export(
     )
     page, document = write_fidelity_page(out), read_card(out)
     note(f"written to {out}: {', '.join(first_few(sorted(document['files']), MAX_FILES, 'files'))}")
-    if json:
-        emit(document)
-    else:
-        print_results(Table("", (), (), tuple(str(card).splitlines())))
+    print_output(json, document, Table("", (), (), tuple(str(card).splitlines())))
     if card.run_error:
         fail(f"the exported files do not run here: {card.run_error}")
     replayed = "" if log else "; use `--log LOG --force` to verify it with a log"

@@ -11,7 +11,7 @@ from pathlib import Path
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all
-from hydrodamp.cli.output import check_out_file, emit, fail, note, print_results, run_provenance
+from hydrodamp.cli.output import check_out_file, fail, note, print_output, run_provenance
 from hydrodamp.cli.report import report_paths, write_fit_report
 from hydrodamp.files import save_json
 from hydrodamp.results import check_results, remove_results
@@ -70,10 +70,7 @@ def identify(
             with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
                 weak_form = hd.WeakForm()
                 extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
-    if json:
-        emit(fit_document(fit))
-    else:
-        print_results(fit_table(replace(fit, remarks=()), grades), *extra)
+    print_output(json, fit_document(fit), fit_table(replace(fit, remarks=()), grades), *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:

@@ -85,25 +85,23 @@ class Printer:
     the run like a signal.
     """
 
-    has_failed = False  # a write error was reported
-    is_closed = False
+    has_failed = False  # an error was reported
     is_torn = False  # half a line was written
 
     def write(self, line: dict[str, Any]) -> None:
         """Write a line."""
-        if self.is_closed:
-            return
         text = json.dumps(line, allow_nan=False) + "\n"
         try:
             self._write(text.encode())
-        except BrokenPipeError:
-            self.is_closed = True
-            note("standard output was closed: the run ends.")
-            signal.raise_signal(signal.SIGTERM)
         except OSError as error:
+            if isinstance(error, BrokenPipeError):
+                signal.raise_signal(signal.SIGTERM)
+                message = "standard output was closed: the run ends."
+            else:
+                message = f"lines cannot be written: {error.strerror}; the run continues."
             if not self.has_failed:
-                self.has_failed = True
-                note(f"lines cannot be written: {error.strerror}; the run continues.")
+                note(message)
+            self.has_failed = True
 
     def _write(self, data: bytes) -> None:
         """Write without Python's buffer, which keeps data after a write error."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.cli.inputs import read_logs, warn_quality_issues
-from hydrodamp.cli.output import check_out_log, emit, note, print_results
+from hydrodamp.cli.output import check_out_log, note, print_output, print_results
 from hydrodamp.files import save_text
 from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file
@@ -53,12 +53,9 @@ def probe(
     if draft is not None:
         save_text(result.draft.text, draft)
         note(f"written to {draft}")
-    if json:
-        emit(probe_document(result, judged))
-    else:
-        print_results(*probe_tables(result, judged))
-        if judged.report is not None and judged.report.is_poorly_excited:
-            note("`hydrodamp plan` designs a dive with sufficient excitation.")
+    print_output(json, probe_document(result, judged), *probe_tables(result, judged))
+    if not json and judged.report is not None and judged.report.is_poorly_excited:
+        note("`hydrodamp plan` designs a dive with sufficient excitation.")
 
 
 def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:

@@ -46,6 +46,11 @@ def print_results(*results: Table | str) -> None:
     typer.echo("\n".join(map(printable, "\n\n".join(texts).split("\n"))))
 
 
+def print_output(json: bool, document: object, *results: Table | str) -> None:
+    """Print a result on standard output: as a JSON document, or as tables and texts."""
+    emit(document) if json else print_results(*results)
+
+
 def note(text: str) -> None:
     """Print a message on standard error, with paths relative to the working directory."""
     lines = text.replace(f"{Path.cwd()}{os.sep}", "").split("\n")

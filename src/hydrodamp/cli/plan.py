@@ -7,7 +7,7 @@ from typing import Literal
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import find_model
-from hydrodamp.cli.output import emit, note, print_results
+from hydrodamp.cli.output import note, print_output
 from hydrodamp.results import check_results
 
 
@@ -43,10 +43,8 @@ def plan(
         seed=seed,
     )
     missing = write_plan(dive_plan, out)
-    if json:
-        emit(plan_document(dive_plan))
-    else:
-        print_results(segment_table(dive_plan), prediction_table(dive_plan), str(dive_plan))
+    tables = segment_table(dive_plan), prediction_table(dive_plan)
+    print_output(json, plan_document(dive_plan), *tables, str(dive_plan))
     for message in missing:
         note(message)
     note(f"written to {out}: execute plan.csv, then run `hydrodamp identify` on its log.")

@@ -38,13 +38,10 @@ def write_report_or_explain(
     results: hd.Comparison, path: Path, content: ReportContent | None = None
 ) -> None:
     """Write a report, or name the package that it lacks."""
-    from hydrodamp.report.page import NEEDS_JINJA, installed
-
-    if installed():
-        hd.write_report(results, path, content)
-        note(f"written to {path}")
-    else:
-        note(f"{path} is not written: {NEEDS_JINJA}.")
+    try:
+        note(f"written to {hd.write_report(results, path, content)}")
+    except hd.MethodError as error:
+        note(f"{path} is not written: {error}.")
 
 
 def write_diagnostics(

@@ -8,7 +8,7 @@ from typing import Literal
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import read_logs, warn_quality_issues
-from hydrodamp.cli.output import check_out_log, emit, fail, note, print_results
+from hydrodamp.cli.output import check_out_log, fail, note, print_output
 from hydrodamp.errors import ModelError
 from hydrodamp.progress import progress
 
@@ -44,11 +44,9 @@ def simulate(
     if out is not None and not scored.diverged:
         hd.write_log(simulated_log(trajectory), out)
         note(f"written to {out}")
-    if json:
-        emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
-    else:
-        title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
-        print_results(replay_table(title, scored))
+    title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
+    document = {"model": numbers.model.key, **score_document(scored, trajectory.attitude)}
+    print_output(json, document, replay_table(title, scored))
     trained = read_training_range(Path(damping))
     driven = operating_range.velocity_ranges(log.velocity, craft.axes)
     ranges = operating_range.join_ranges(trained, driven)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all
-from hydrodamp.cli.output import INTERRUPTED, check_out_file, emit, fail, note, print_results
+from hydrodamp.cli.output import INTERRUPTED, check_out_file, fail, note, print_output
 from hydrodamp.files import save_json
 from hydrodamp.progress import count_items, progress
 
@@ -65,10 +65,8 @@ def validate(
     if out is not None:
         save_json(document, out)
         note(f"written to {out}")
-    if json:
-        emit(document)
-    else:
-        print_results(fold_table(tables[-1]), *([horizon_table(*full_fit)] if full_fit[0] else []))
+    horizons = [horizon_table(*full_fit)] if full_fit[0] else []
+    print_output(json, document, fold_table(tables[-1]), *horizons)
     if not full_fit[0]:
         message = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
         fail(message, INTERRUPTED)
