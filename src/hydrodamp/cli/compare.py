@@ -175,55 +175,42 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
 
 def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
     """Return the comparison; after Ctrl-C only the finished rows."""
+    from hydrodamp.identification.fit import digest
+    from hydrodamp.report.files import read_finished_fit, write_fit
     from hydrodamp.report.narrative import RESUMED, UNFINISHED
     from hydrodamp.validation.compare import comparison_provenance
 
-    fits_by_key: dict[Key, hd.Fit] = {}
-    replayed: dict[Key, hd.Row] = {}
-    try:
-        earlier = fit_missing(task, fits_by_key, resume)
-        if resume:
-            provenance[RESUMED] = f"{earlier} of {len(task.rows)} fits from an earlier run"
-    except KeyboardInterrupt:
-        note(f"interrupted with {len(fits_by_key)} of {len(task.rows)} fits, which are replayed.")
-    fits = [fits_by_key[key] for key in task.rows if key in fits_by_key]
-    if fits:
-        with suppress(KeyboardInterrupt):
-            replay_fits(task, fits, replayed)
-    rows = tuple(replayed[key] for key in task.rows if key in replayed)
-    words = comparison_provenance(fits, task.vehicle, task.test) | provenance | collected_warnings()
-    if len(rows) < len(task.rows):
-        words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
-    return hd.Comparison(rows, task.settings["rate_unit"], task.settings["attitude"], words)
-
-
-def fit_missing(task: Task, fits_by_key: dict[Key, hd.Fit], resume: bool) -> int:
-    """Compute the missing fits; return the number of reused ones."""
-    from hydrodamp.identification.fit import digest
-    from hydrodamp.report.files import read_finished_fit, write_fit
-
+    fits: dict[Key, hd.Fit] = {}
+    rows: dict[Key, hd.Row] = {}
     problem = hd.prepare(task.vehicle, task.train, task.models)
     if resume and task.out is not None:
         for method, model in product(task.methods, task.models):
             key = model.key, method.key
             if fit := read_finished_fit(task.out, *key, digest(problem, model, method)):
-                fits_by_key[key] = fit
-    n_reused = len(fits_by_key)
+                fits[key] = fit
+        provenance[RESUMED] = f"{len(fits)} of {len(task.rows)} fits from an earlier run"
 
     def save(fit: hd.Fit) -> None:
-        fits_by_key[fit.model.key, fit.method] = fit
+        fits[fit.model.key, fit.method] = fit
         if task.out is not None and fit.status.usable:
             write_fit(fit, task.out)
 
-    fit_all(problem, task.models, task.methods, save, tuple(fits_by_key))
-    return n_reused
-
-
-def replay_fits(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row]) -> None:
-    with progress("replaying", len(fits)) as step:
+    try:
+        fit_all(problem, task.models, task.methods, save, tuple(fits))
+    except KeyboardInterrupt:
+        note(f"interrupted with {len(fits)} of {len(task.rows)} fits, which are replayed.")
+    finished = [fits[key] for key in task.rows if key in fits]
+    with suppress(KeyboardInterrupt), progress("replaying", len(finished)) as step:
 
         def collect(row: hd.Row) -> None:
-            replayed[row.model, row.method] = row
+            rows[row.model, row.method] = row
             step()
 
-        hd.compare(fits, task.vehicle, task.test, **task.settings, done=collect)
+        if finished:
+            hd.compare(finished, task.vehicle, task.test, **task.settings, done=collect)
+    words = comparison_provenance(finished, task.vehicle, task.test) | provenance
+    if len(rows) < len(task.rows):
+        words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
+    ordered = tuple(rows[key] for key in task.rows if key in rows)
+    rate_unit, attitude = task.settings["rate_unit"], task.settings["attitude"]
+    return hd.Comparison(ordered, rate_unit, attitude, words | collected_warnings())

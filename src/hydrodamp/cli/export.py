@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import read_logs
 from hydrodamp.cli.output import fail, note, print_output
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand, first_few
 
 MAX_FILES = 6  # names in the message
 
@@ -26,12 +26,11 @@ def export(
     json: bool = False,
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
-    from hydrodamp.errors import first_few
     from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
 
-    form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
+    form = with_settings(hd.find_target(target), settings or ())
     check_export(out, force)
     craft, numbers = hd.find_vehicle(vehicle), hd.read_damping(damping)
     driven = read_logs(log, mapping) if log else None
@@ -47,31 +46,25 @@ def export(
     note(f"see {page} for the fidelity card{replayed}")
 
 
-def with_settings(target: hd.Target, texts: Mapping[str, str]) -> hd.Target:
-    """Return a target with settings given as text."""
+def with_settings(target: hd.Target, texts: Iterable[str]) -> hd.Target:
+    """Return a target with settings given as ``NAME=VALUE``."""
     from pydantic import TypeAdapter
 
     types = {setting.name: type(getattr(target, setting.name)) for setting in fields(target)}
     values = {}
-    for name, text in texts.items():
+    for text in texts:
+        name, equals, value = (word.strip() for word in text.partition("="))
+        demand(bool(equals), "--set", "NAME=VALUE, such as precision=float", f"'{text}'")
         if name not in types:
             has = ", ".join(types) or "none"
             raise MethodError(f"'{target.key}' has no setting '{name}'; its settings are: {has}.")
         try:
-            values[name] = TypeAdapter(types[name]).validate_strings(text)
+            values[name] = TypeAdapter(types[name]).validate_strings(value)
         except ValueError as error:
-            raise MethodError(
-                f"setting '{name}' of '{target.key}' must be like "
-                f"{getattr(target, name)!r}; got '{text}'."
-            ) from error
+            example = getattr(target, name)
+            subject = f"setting '{name}' of '{target.key}'"
+            raise MethodError(f"{subject} must be like {example!r}; got '{value}'.") from error
     return replace(target, **values)
-
-
-def _pair(text: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not equals:
-        raise MethodError(f"`--set` must be NAME=VALUE, such as precision=float; got '{text}'.")
-    return name.strip(), value.strip()
 
 
 def operating_box_of(damping: Path) -> hd.OperatingBox | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import hydrodamp as hd
 from hydrodamp.cli.output import note
-from hydrodamp.errors import HydrodampWarning, MethodError, ModelError, ProblemError, no_such
+from hydrodamp.errors import HydrodampWarning, ModelError, ProblemError, demand, no_such
 from hydrodamp.progress import progress
 
 #: Model whose terms are selected from the training data.
@@ -62,8 +62,7 @@ class ModelList:
 def list_models(listed: str | None) -> ModelList:
     """Return the models of a comma-separated list; the default is the paper's eight."""
     requested = hd.PAPER_MODELS if listed is None else split_names(listed)
-    if not requested:
-        raise ModelError("`--models` must name at least one model; got an empty list.")
+    demand(bool(requested), "--models", "at least one model", "an empty list")
     selects_terms = SPARSE in requested
     models: dict[str, hd.DampingModel] = {}
     named = [read_named_models(name) for name in requested if name != SPARSE]
@@ -122,8 +121,7 @@ def find_model(name: str) -> ModelList:
 
 def list_methods(listed: str) -> tuple[hd.Method, ...]:
     """Return the methods of a comma-separated list."""
-    if not split_names(listed):
-        raise MethodError("`--methods` must name at least one method; got an empty list.")
+    demand(bool(split_names(listed)), "--methods", "at least one method", "an empty list")
     return tuple(hd.find_method(name) for name in split_names(listed))
 
 
@@ -170,24 +168,12 @@ def _select(
     if whole is not None:
         segments = (_select_segment(option, value, whole) for value in dict.fromkeys(values))
         return hd.concatenate(segments)
-    for value in values:
-        if not _is_file(value):
-            raise ProblemError(
-                f"`{option} {value}` is not a file, and there is no LOG to select it from: name a "
-                "LOG, or give files."
-            )
     return read_logs(values, mapping)
 
 
 def _select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
     """Return a segment or a time span of LOG."""
-    is_segment = value in {segment.name for segment in whole.segments}
-    if not is_segment and _is_file(value):
-        raise ProblemError(
-            f"`{option} {value}` is a file, but LOG is given too: omit LOG, or give START:END in "
-            "seconds or segments of it."
-        )
-    if is_segment or ":" not in value:
+    if ":" not in value or value in {segment.name for segment in whole.segments}:
         return whole.select(value)
     match = _SPAN.fullmatch(value.strip())
     if not match or not float(match[1]) < float(match[2]):
@@ -217,13 +203,6 @@ def _shift(start: float, end: float, log: hd.Log) -> float:
         if time[0] - CLOCK_TOLERANCE <= start and end <= time[-1] + CLOCK_TOLERANCE
     ]
     return float(fit[0]) if len(fit) == 1 else 0.0
-
-
-def _is_file(value: str) -> bool:
-    from hydrodamp.ingest.formats.files import FORMATS
-
-    suffix = Path(value).suffix.lower()
-    return Path(value).exists() or any(suffix in form.suffixes for form in FORMATS)
 
 
 def _overlap_files(train: Sequence[str], test: Sequence[str]) -> str:

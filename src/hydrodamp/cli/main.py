@@ -11,6 +11,7 @@ import typer
 from hydrodamp.cli.batch import batch
 from hydrodamp.cli.catalogue import datasets, models, new
 from hydrodamp.cli.compare import compare, demo
+from hydrodamp.cli.evaluate import simulate, validate
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
@@ -19,8 +20,6 @@ from hydrodamp.cli.options import HelpCommand
 from hydrodamp.cli.output import INTERRUPTED, handle_errors
 from hydrodamp.cli.plan import plan
 from hydrodamp.cli.report import report
-from hydrodamp.cli.simulate import simulate
-from hydrodamp.cli.validate import validate
 
 app = typer.Typer(
     name="hydrodamp",
