@@ -21,7 +21,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 import hydrodamp as hd
-from hydrodamp.cli import resolve
+from hydrodamp.cli.inputs import find_model
 from hydrodamp.live.bounded_queue import BoundedQueue
 from hydrodamp.live.estimator import diagnostic_status
 from hydrodamp.live.ros import subscribe_new_topics
@@ -52,8 +52,8 @@ class Live(Node):
         self.synchroniser = MessageSynchroniser(mapping, self.log_message)
         self.queue = BoundedQueue[Message]()
         self.run = LiveRun(
-            resolve.find_vehicle(parameters["vehicle"]),
-            resolve.find_model(parameters["model"]).models[0],
+            hd.find_vehicle(parameters["vehicle"]),
+            find_model(parameters["model"]).with_terms()[0],
             parameters["method"],
             self.publish,
             self.log_message,

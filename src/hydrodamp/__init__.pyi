@@ -52,7 +52,6 @@ from .errors import (
     ModelError as ModelError,
     ProblemError as ProblemError,
     PropulsionWarning as PropulsionWarning,
-    Status as Status,
     TermError as TermError,
     VehicleError as VehicleError,
 )
@@ -198,6 +197,7 @@ from .simulation.replay import (
     score as score,
     simulate as simulate,
 )
+from .status import Status as Status
 from .validation.compare import (
     PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,

@@ -1,4 +1,4 @@
-"""Exceptions, warnings, outcomes of fits and replays, and the wording of faults."""
+"""Exceptions, warnings, and text helpers of messages."""
 
 from __future__ import annotations
 
@@ -7,12 +7,29 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from enum import Enum
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 # C0 and C1 controls, line separators, and marks that turn the direction of text.
 _CONTROLS = dict.fromkeys(
     [*range(0x20), *range(0x7F, 0xA0), *range(0x2028, 0x202F), *range(0x2066, 0x206A)], " "
 )
+
+_CENTISECOND = 0.005  # s, what two digits round to
+_TABLE_TYPES = ("dataclass_type", "dict_type", "model_attributes_type", "model_type")
+_EXPECTED_VALUES = {
+    **dict.fromkeys(_TABLE_TYPES, "a table"),
+    **dict.fromkeys(("float_parsing", "float_type"), "a number"),
+    **dict.fromkeys(("int_from_float", "int_parsing", "int_type"), "a whole number"),
+    **dict.fromkeys(("list_type", "tuple_type"), "a list"),
+    "bool_type": "true or false",
+    "string_type": "text",
+}
+
+
+Model = TypeVar("Model", bound="BaseModel")
 
 
 class HydrodampError(Exception):
@@ -128,64 +145,25 @@ def demand(holds: bool, name: str, wanted: str, got: object) -> None:
         raise MethodError(f"`{name}` must be {wanted}; got {got}")
 
 
-class TextEnum(Enum):
-    """Enumeration whose values are sentences, each beginning with a keyword and a colon."""
-
-    @property
-    def word(self) -> str:
-        """The keyword before the colon."""
-        return str(self.value).split(":", 1)[0]
+def first_few(sentences: list[str], most: int, what: str) -> list[str]:
+    """Return the first sentences of many, and how many more there are."""
+    more = len(sentences) - most
+    return sentences if more <= 0 else [*sentences[:most], f"... and {more} more {what}"]
 
 
-class Status(TextEnum):
-    """An outcome; its value is the message.
+def unique_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names; a repeated name gets a number: ``dive``, ``dive-2``."""
+    unique: dict[str, None] = {}
+    for name in names:
+        candidate, count = name, 1
+        while candidate in unique:
+            count += 1
+            candidate = f"{name}-{count}"
+        unique[candidate] = None
+    return tuple(unique)
 
-    Examples
-    --------
-    >>> Status.DIVERGED.word
-    'diverged'
-    """
 
-    OK = "ok: the regression has full rank; grades give the precision of each coefficient."
-    RANK_DEFICIENT = (
-        "rank deficient: some regressors are linearly dependent; the minimum-norm solution is "
-        "returned and `aliased` lists these coefficients."
-    )
-    EMPTY = "empty: the model has no term on the vehicle's free axes; nothing was identified."
-    TOO_FEW_SAMPLES = (
-        "too few samples: an axis has more coefficients than the log has samples; "
-        "nothing was identified."
-    )
-    CONVERGED = (
-        "converged: on each axis the damping wrench is within 10 % of its limit; single "
-        "coefficients may be further away."
-    )
-    NOT_CONVERGED = (
-        "not converged: on an axis the damping wrench is more than 10 % from its limit; use a "
-        "longer log, more excitation, or more passes."
-    )
-    STOPPED = (
-        "stopped: the optimiser stopped before it converged; the best iterate is returned. Try a "
-        "longer log or a smaller model."
-    )
-    BY_PRIOR = (
-        "by prior: the data do not determine some coefficients; these follow the prior and "
-        "`aliased` lists them."
-    )
-    REFUSED = (
-        "refused: the method cannot identify this model from this log, for the reason given; "
-        "nothing was identified."
-    )
-    FAILED = "failed: the estimate is not finite; check the log for outliers."
-    DIVERGED = "diverged: the open-loop replay exceeded the velocity limit; there is no RMS error."
-
-    @property
-    def usable(self) -> bool:
-        """Whether the fit has coefficients."""
-        return self not in (
-            Status.EMPTY,
-            Status.TOO_FEW_SAMPLES,
-            Status.REFUSED,
-            Status.FAILED,
-            Status.DIVERGED,
-        )
+def format_time(time: float, first: float) -> str:
+    """Return a time counted from the first sample, and on the clock of the log if it differs."""
+    clock = f" (by the clock {time:.3f} s)" if abs(first) >= _CENTISECOND else ""
+    return f"{time - first:.2f} s{clock}"

@@ -87,5 +87,5 @@ def interrupted_at(number, function):
 @pytest.fixture
 def undrawn(monkeypatch):
     """No pictures and no report: they take longer than all the rest."""
-    monkeypatch.setattr("hydrodamp.cli.comparison_run.write_diagnostics", lambda *_: None)
+    monkeypatch.setattr("hydrodamp.cli.compare.write_diagnostics", lambda *_: None)
     monkeypatch.setattr("hydrodamp.cli.identify.write_fit_report", lambda *_: None)

@@ -44,7 +44,7 @@ def test_a_faulty_log(folder, call, header, fifth, words):
         ("900:0", "20:40", "START:END"),
         ("0-900", "20:40", "there is no segment '0-900'"),
         ("oen", "two", "Did you mean 'one'?"),
-        ("a.csv", "two", "`--train a.csv` is a file"),
+        ("a.csv", "two", "there is no segment 'a.csv'"),
     ],
 )
 def test_a_part_that_is_not_there(folder, call, train, test, words):
@@ -55,7 +55,7 @@ def test_a_part_that_is_not_there(folder, call, train, test, words):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("--train one --test b.csv", "`--train one` is not a file"),
+        ("--train one --test b.csv", "one: "),
         ("a.csv --test 0:10", "`--train` is missing"),
         ("none.csv --train 0:10 --test 10:20", "none.csv"),
     ],

@@ -71,7 +71,10 @@ def test_wrong_calls_are_refused(folder, call):
             "`--mapping` must be given once",
         ),
         (LINE.format("a.csv", "folder").replace("planar.yaml", "planar.yaml,vt690"), "must hold"),
-        (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not respond"),
+        (
+            LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1",
+            "scheduler that responds",
+        ),
         (LINE.format("a.csv", "folder") + " --scheduler garbage", "must be the address of a Dask"),
         (LINE.format("a.csv", "folder") + " --timeout 0", "`timeout` must be positive"),
         (LINE.format("zzz://a.csv", "folder"), "cannot be read from its store"),

@@ -9,7 +9,7 @@ import hydrodamp as hd
 @pytest.mark.usefixtures("undrawn")
 def test_our_table_stands_beside_the_papers(folder, call, monkeypatch):
     monkeypatch.setattr(hd, "reenact", functools.partial(hd.reenact, duration=5.0))
-    monkeypatch.setattr("hydrodamp.cli.options.DEMO_METHODS", "ls,ai")
+    monkeypatch.setattr("hydrodamp.cli.compare.DEMO_METHODS", "ls,ai")
     done = call("demo --out out --truth crossflow --seed 3 --json")
     document = json.loads(done.stdout)
     assert document == json.loads((folder / "out" / "comparison.json").read_text("utf-8"))
@@ -20,7 +20,7 @@ def test_our_table_stands_beside_the_papers(folder, call, monkeypatch):
     for word in ("paper LS", "never published", "not converged"):
         assert word in table
 
-    monkeypatch.setattr("hydrodamp.cli.options.DEMO_METHODS", "ls")
+    monkeypatch.setattr("hydrodamp.cli.compare.DEMO_METHODS", "ls")
     shown = call("demo --truth crossflow --seed 3", 1).stdout
     for word in ("Truth 'crossflow'", "seed 3", "paper LS"):
         assert word in shown

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.cli import options
 from hydrodamp.results import MANIFEST
 
 from .conftest import TRUTH
@@ -57,10 +56,6 @@ def test_a_fit_says_where_it_sailed(folder, call):
     done = call("export python fit.json --vehicle planar.yaml --out sim --json")
     assert "rad/s" in json.loads(done.stdout)["box"]
     assert "v" in json.loads(done.stdout)["box"]
-
-
-def test_the_help_names_all_targets():
-    assert ", ".join(hd.TARGETS) == options.TARGETS
 
 
 def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypatch):

@@ -16,7 +16,7 @@ import pytest
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import comparison_run
+from hydrodamp.cli import compare
 from hydrodamp.cli.output import handle_errors
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.validation import compare as validation
@@ -117,9 +117,7 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
 
 
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
-    monkeypatch.setattr(
-        comparison_run, "write_diagnostics", interrupted_at(1, comparison_run.write_diagnostics)
-    )
+    monkeypatch.setattr(compare, "write_diagnostics", interrupted_at(1, compare.write_diagnostics))
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 

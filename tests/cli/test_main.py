@@ -2,7 +2,8 @@ import subprocess
 import sys
 
 import hydrodamp
-from hydrodamp.cli import options
+from hydrodamp.cli.compare import DEMO_METHODS
+from hydrodamp.cli.options import definition
 from hydrodamp.vehicle.file import fleet
 
 
@@ -37,5 +38,7 @@ def test_python_m_hydrodamp():
 
 
 def test_names_are_those_of_the_tables():
-    assert options.FLEET.split(", ") == list(fleet)
-    assert set(options.DEMO_METHODS.split(",")) < set(hydrodamp.METHODS)
+    assert f"({', '.join(fleet)})" in definition("identify", "vehicle")["help"]
+    assert f": {', '.join(hydrodamp.METHODS)}." in definition("identify", "method")["help"]
+    assert f": {', '.join(hydrodamp.TARGETS)}." in definition("export", "target")["help"]
+    assert set(DEMO_METHODS.split(",")) < set(hydrodamp.METHODS)

@@ -6,8 +6,8 @@ import pytest
 import typer
 
 from hydrodamp.cli import options
-from hydrodamp.cli.help import _examples
 from hydrodamp.cli.main import app
+from hydrodamp.cli.options import examples
 
 COMMAND = typer.main.get_command(app)
 COMMANDS = {**COMMAND.commands, **COMMAND.commands["vehicle"].commands}
@@ -31,12 +31,12 @@ def mask(text):
 @pytest.mark.parametrize("name", sorted(set(COMMANDS) - {"vehicle"}))
 def test_help(name, snapshot):
     command = COMMANDS[name]
-    lines = [command.help.strip(), *map(describe_parameter, command.params), *_examples()[name]]
+    lines = [command.help.strip(), *map(describe_parameter, command.params), *examples()[name]]
     assert "\n".join(lines) == snapshot
 
 
 def test_every_example_has_options_of_its_command():
-    for name, lines in _examples().items():
+    for name, lines in examples().items():
         assert len(lines) == 2
         known = {flag for parameter in COMMANDS[name].params for flag in parameter.opts}
         for line in lines:
@@ -52,10 +52,16 @@ def test_options_of_one_meaning_have_one_name():
 
 
 def test_completion_continues_a_list():
-    complete = options.complete_list(options.model_names)
-    assert complete("fossen,lin") == ["fossen,linear"]
-    assert set(options.complete_list(options.dataset_names)("kv")) == {"kvlcc2-hsva"}
-    assert "mavros" in options.complete_list(options.preset_names)("mav")
+    def complete(command, parameter, incomplete):
+        return options.complete_list(options.definition(command, parameter)["complete"])(incomplete)
+
+    assert complete("identify", "model", "fossen,lin") == ["fossen,linear"]
+    assert complete("compare", "models", "fossen,sp") == ["fossen,sparse"]
+    assert complete("datasets", "name", "kv") == ["kvlcc2-hsva"]
+    assert complete("probe", "mapping", "mavr") == ["mavros"]
+    assert complete("probe", "vehicle", "re") == ["remus100"]
+    assert complete("export", "target", "mu") == ["mujoco"]
+    assert complete("compare", "methods", "ls,ri") == ["ls,ridge"]
 
 
 @pytest.mark.parametrize(

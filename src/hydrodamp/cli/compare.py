@@ -1,63 +1,216 @@
-"""``hydrodamp compare``: identify models by several methods and rank them on test data."""
+"""Commands ``compare`` and ``demo``: identify models by several methods and rank them by error."""
 
 from __future__ import annotations
 
-from hydrodamp.cli import options, resolve
-from hydrodamp.cli.data_split import train_and_test
-from hydrodamp.errors import ProblemError
+from collections.abc import Callable, Container, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal
+
+import typer
+
+import hydrodamp as hd
+from hydrodamp.cli import inputs
+from hydrodamp.cli.output import (
+    INTERRUPTED,
+    check_out_folder,
+    collected_warnings,
+    fail,
+    note,
+    print_output,
+    print_results,
+    run_provenance,
+)
+from hydrodamp.cli.report import write_diagnostics
+from hydrodamp.errors import demand
+from hydrodamp.progress import progress
+
+Key = tuple[str, str]
+
+DEMO_METHODS = "ls,ai,ai-scaled,recommended"
+"""The two methods of the paper, the second with scaled gains, and the default method."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Input, output folder and settings of the replays of a comparison."""
+
+    vehicle: hd.Vehicle
+    train: hd.Log
+    test: hd.Log
+    models: Sequence[hd.DampingModel]
+    methods: Sequence[hd.Method]
+    out: Path | None
+    settings: Mapping[str, Any]
+
+    @property
+    def rows(self) -> list[Key]:
+        """Model and method of each requested row."""
+        return [(model.key, method.key) for method, model in product(self.methods, self.models)]
 
 
 def compare(
-    vehicle: options.VehicleName = "",
-    logs: options.Logs = None,
-    train: options.Train = None,
-    test: options.Test = None,
-    models: options.Models = None,
-    methods: options.Methods = options.DEFAULT_METHOD,
-    mapping: options.MappingFile = None,
-    estimate_gains: options.EstimateGains = False,
-    attitude: options.Attitude = "measured",
-    rate_unit: options.Rates = "deg",
-    horizon: options.Horizon = None,
-    out: options.OutFolder = None,
-    resume: options.Resume = False,
-    force: options.Force = False,
-    json: options.Json = False,
+    vehicle: str = "",
+    logs: list[str] | None = None,
+    train: list[str] | None = None,
+    test: list[str] | None = None,
+    models: str | None = None,
+    methods: str = "recommended",
+    mapping: str | None = None,
+    estimate_gains: bool = False,
+    attitude: Literal["measured", "simulated"] = "measured",
+    rate_unit: Literal["deg", "rad"] = "deg",
+    horizon: float | None = None,
+    out: Path | None = None,
+    resume: bool = False,
+    force: bool = False,
+    json: bool = False,
 ) -> None:
     """Identify models on training data, replay them on test data and rank them by RMS error."""
-    from hydrodamp.cli.comparison_run import Task, check_log, check_training, run_comparison
-    from hydrodamp.cli.provenance import check_out_folder, run_provenance
-
-    data_names = (*(logs or ()), *(train or ()), *(test or ()))
-    inputs = (
-        *data_names,
-        *map(resolve.model_file, resolve.split_names(models or "")),
-        vehicle,
-        mapping,
-    )
-    check_out_folder(out, inputs, resume, force)
-    vehicle_model, listed = resolve.find_vehicle(vehicle), resolve.list_models(models)
-    method_list, provenance = resolve.list_methods(methods), run_provenance(inputs)
-    train_log, test_log, overlap = train_and_test(logs or (), train or (), test or (), mapping)
-    time, segments = test_log.time, test_log.segments
-    longest = max(time[segment.stop - 1] - time[segment.start] for segment in segments)
-    if horizon is not None and not 0.0 < horizon <= longest:
-        raise ProblemError(
-            f"`--horizon` must be positive and at most {longest:.4g} s, the longest segment of "
-            f"the test data; got {horizon:g}."
-        )
-    check_training(vehicle_model, train_log, listed.candidates(vehicle_model, train_log))
-    check_log(vehicle_model, test_log, listed.candidates(vehicle_model, test_log), train_log)
-    fitted_models = listed.complete(vehicle_model, train_log, estimate_gains)
-    task = Task(
-        vehicle_model,
-        train_log,
-        test_log,
-        fitted_models,
-        method_list,
-        out,
-        attitude,
-        rate_unit,
-        horizon,
-    )
+    logs, train, test = logs or [], train or [], test or []
+    files = (*logs, *train, *test, *inputs.model_files(models), vehicle, mapping)
+    check_out_folder(out, files, resume, force)
+    craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
+    method_list, provenance = inputs.list_methods(methods), run_provenance(files)
+    train_log, test_log, overlap = inputs.train_and_test(logs, train, test, mapping)
+    if horizon is not None:
+        runs = [test_log.time[segment.start : segment.stop] for segment in test_log.segments]
+        longest = max(run[-1] - run[0] for run in runs)
+        bounds = f"positive and at most {longest:.4g} s, the longest segment of the test data"
+        demand(0.0 < horizon <= longest, "--horizon", bounds, f"{horizon:g}")
+    inputs.check_training(craft, train_log, listed.candidates(craft, train_log))
+    inputs.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
+    fitted_models = listed.complete(craft, train_log, estimate_gains)
+    settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
+    task = Task(craft, train_log, test_log, fitted_models, method_list, out, settings)
     run_comparison(task, overlap | provenance, resume, json)
+
+
+def demo(
+    out: Path | None = None,
+    seed: int = 0,
+    truth: str = "sname",
+    resume: bool = False,
+    force: bool = False,
+    json: bool = False,
+) -> None:
+    """Simulate the experiment of the paper, identify all models and print Table I."""
+    check_out_folder(out, (), resume, force)
+    campaign = hd.reenact(seed=seed, truth=truth)
+    if not json:
+        train, test = (
+            ", ".join(segment.name for segment in log.segments)
+            for log in (campaign.train, campaign.test)
+        )
+        print_results(
+            f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed "
+            f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
+            f"Identified on {train}; replayed on {test}.\n"
+        )
+    models, methods = inputs.list_models(None).models, inputs.list_methods(DEMO_METHODS)
+    settings = {"attitude": "measured", "rate_unit": "deg"}
+    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, out, settings)
+    words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
+    run_comparison(task, words | run_provenance(()), resume, json)
+
+
+def fit_all(
+    problem: hd.Problem,
+    models: Sequence[hd.DampingModel],
+    methods: Sequence[hd.Method],
+    save: Callable[[hd.Fit], None] = lambda _: None,
+    finished: Container[Key] = (),
+) -> tuple[hd.Fit, ...]:
+    """Compute the missing fits, with a progress bar per method."""
+    fits: tuple[hd.Fit, ...] = ()
+    for number, method in enumerate(methods, start=1):
+        missing = [model for model in models if (model.key, method.key) not in finished]
+        counter = f" ({number} of {len(methods)})" if len(methods) > 1 else ""
+        with progress(f"identifying by {method.key}{counter}", len(missing)) as step:
+
+            def record_fit(fit: hd.Fit, step: Callable[..., None] = step) -> None:
+                save(fit)
+                step()
+
+            fits += hd.identify_all(problem, missing, method, record_fit) if missing else ()
+    return fits
+
+
+def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: bool) -> None:
+    """Identify, replay, write and print; after Ctrl-C with the finished rows and status 130."""
+    from hydrodamp.report.comparison_tables import detail_tables, summary_tables
+    from hydrodamp.report.documents import comparison_document
+
+    if task.out is not None and (task.out / "comparison.json").is_file():
+        suffix = "; finished fits are reused" if resume else ""
+        note(f"{task.out} contains an earlier comparison, which is overwritten{suffix}.")
+    comparison = compare_task(task, provenance, resume)
+    n_rows, n_requested = len(comparison.rows), len(task.rows)
+    if n_rows:
+        if task.out is not None:
+            hd.write_comparison(comparison, task.out)
+        tables = *detail_tables(comparison), *summary_tables(comparison)
+        print_output(json, comparison_document(comparison), *tables)
+    if n_rows < n_requested:
+        suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
+        note(
+            f"interrupted: {n_rows} of {n_requested} rows. {suffix} finished fits are kept; the "
+            "same command with `--resume` continues with the others."
+        )
+        raise typer.Exit(INTERRUPTED)
+    if task.out is None:
+        note("Use `--out DIR` to write fits, tables, pictures and a report.")
+    else:
+        write_diagnostics(comparison, task.vehicle, task.train, task.out)
+    if all(row.rms is None for row in comparison.rows):
+        outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
+        fail(
+            f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs "
+            "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
+            "richer excitation."
+        )
+
+
+def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
+    """Return the comparison; after Ctrl-C only the finished rows."""
+    from hydrodamp.identification.fit import digest
+    from hydrodamp.report.files import read_finished_fit, write_fit
+    from hydrodamp.report.narrative import RESUMED, UNFINISHED
+    from hydrodamp.validation.compare import comparison_provenance
+
+    fits: dict[Key, hd.Fit] = {}
+    rows: dict[Key, hd.Row] = {}
+    problem = hd.prepare(task.vehicle, task.train, task.models)
+    if resume and task.out is not None:
+        for method, model in product(task.methods, task.models):
+            key = model.key, method.key
+            if fit := read_finished_fit(task.out, *key, digest(problem, model, method)):
+                fits[key] = fit
+        provenance[RESUMED] = f"{len(fits)} of {len(task.rows)} fits from an earlier run"
+
+    def save(fit: hd.Fit) -> None:
+        fits[fit.model.key, fit.method] = fit
+        if task.out is not None and fit.status.usable:
+            write_fit(fit, task.out)
+
+    try:
+        fit_all(problem, task.models, task.methods, save, tuple(fits))
+    except KeyboardInterrupt:
+        note(f"interrupted with {len(fits)} of {len(task.rows)} fits, which are replayed.")
+    finished = [fits[key] for key in task.rows if key in fits]
+    with suppress(KeyboardInterrupt), progress("replaying", len(finished)) as step:
+
+        def collect(row: hd.Row) -> None:
+            rows[row.model, row.method] = row
+            step()
+
+        if finished:
+            hd.compare(finished, task.vehicle, task.test, **task.settings, done=collect)
+    words = comparison_provenance(finished, task.vehicle, task.test) | provenance
+    if len(rows) < len(task.rows):
+        words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
+    ordered = tuple(rows[key] for key in task.rows if key in rows)
+    rate_unit, attitude = task.settings["rate_unit"], task.settings["attitude"]
+    return hd.Comparison(ordered, rate_unit, attitude, words | collected_warnings())

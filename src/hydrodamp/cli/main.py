@@ -9,22 +9,17 @@ from typing import Annotated
 import typer
 
 from hydrodamp.cli.batch import batch
-from hydrodamp.cli.compare import compare
-from hydrodamp.cli.convert import convert
-from hydrodamp.cli.datasets import datasets
-from hydrodamp.cli.demo import demo
+from hydrodamp.cli.catalogue import datasets, models, new
+from hydrodamp.cli.compare import compare, demo
+from hydrodamp.cli.evaluate import simulate, validate
 from hydrodamp.cli.export import export
-from hydrodamp.cli.help import HelpCommand
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
-from hydrodamp.cli.models import models
+from hydrodamp.cli.logs import convert, probe
+from hydrodamp.cli.options import HelpCommand
 from hydrodamp.cli.output import INTERRUPTED, handle_errors
 from hydrodamp.cli.plan import plan
-from hydrodamp.cli.probe import probe
 from hydrodamp.cli.report import report
-from hydrodamp.cli.simulate import simulate
-from hydrodamp.cli.validate import validate
-from hydrodamp.cli.vehicle import new
 
 app = typer.Typer(
     name="hydrodamp",

@@ -1,122 +1,93 @@
-"""Options that several commands share, their help sections, and shell completion."""
+"""Options of the commands from ``options.toml``, shell completion, and help with examples."""
 
 from __future__ import annotations
 
+import inspect
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
+from pkgutil import resolve_name
 from string import Template
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-import typer
-
-from hydrodamp.identification.methods import METHODS
-
-FLEET = "bluerov2, bluerov2-heavy, lauv, remus100, vt690"
-"""All vehicles of the fleet, for help; those of ``vehicle.file.fleet``."""
-
-TARGETS = (
-    "python, c, octave, casadi, fmu, gz-sim, vrx, mujoco, uuv, urdf, marinegym, stonefish, "
-    "randomisation"
-)
-"""All targets of an export, for help; those of ``export.export.TARGETS``."""
-
-#: All methods, for help.
-KEYS = ", ".join(METHODS)
-
-DEFAULT_METHOD = "recommended"
-"""The method of commands that name none."""
-
-DEMO_METHODS = "ls,ai,ai-scaled,recommended"
-"""The two methods of the paper, the second with scaled gains, and the default method."""
-
-
-def complete_list(list_values: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
-    """Return a shell completion of the last name in a list with commas."""
-
-    def complete(incomplete: str) -> list[str]:
-        start, comma, last = incomplete.rpartition(",")
-        return [f"{start}{comma}{name}" for name in list_values() if name.startswith(last)]
-
-    return complete
-
-
-def model_names() -> tuple[str, ...]:
-    """Return the names of the catalogue."""
-    import hydrodamp
-
-    return (*hydrodamp.catalog, "sparse")
-
-
-def preset_names() -> tuple[str, ...]:
-    """Return the names of the mappings in the package."""
-    from hydrodamp.ingest.mapping.log_mapping import presets
-
-    return presets()
-
-
-def dataset_names() -> tuple[str, ...]:
-    """Return the names of the public logs."""
-    from hydrodamp.ingest.datasets import datasets
-
-    return tuple(datasets())
-
-
-NAMES: dict[str, Callable[[], Iterable[str]]] = {
-    "vehicles": lambda: FLEET.split(", "),
-    "models": model_names,
-    "methods": lambda: METHODS,
-    "targets": lambda: TARGETS.split(", "),
-    "mappings": preset_names,
-    "datasets": dataset_names,
-}
-"""Names for the shell completion of options."""
+import typer.core
 
 
 @cache
 def _definitions() -> dict[str, dict[str, Any]]:
     text = files("hydrodamp.cli").joinpath("options.toml").read_text("utf-8")
-    names = {"fleet": FLEET, "targets": TARGETS, "methods": KEYS}
-    return tomllib.loads(Template(text).substitute(names))
+    return tomllib.loads(Template(text).substitute(tomllib.loads(text)["names"]))
 
 
-def _settings(key: str) -> tuple[list[str], dict[str, Any]]:
-    definition = dict(_definitions()[key])
-    flags, names = definition.pop("flags", "").split(), definition.pop("complete", None)
-    definition["rich_help_panel"] = definition.pop("panel", None)
-    if names:
-        definition["autocompletion"] = complete_list(NAMES[names])
-    return flags, definition
+@cache
+def examples() -> dict[str, list[str]]:
+    """Return the example lines of each command."""
+    text = files("hydrodamp.cli").joinpath("examples.txt").read_text("utf-8")
+    blocks = (block.splitlines() for block in text.split("\n\n"))
+    return {name: lines for name, *lines in blocks}
 
 
-def option(key: str) -> Any:
-    """Return an option of ``options.toml``."""
-    flags, settings = _settings(key)
-    return typer.Option(*flags, **settings)
+def definition(command: str, parameter: str) -> dict[str, Any]:
+    """Return the definition of a command's option or argument."""
+    key = parameter.replace("_", "-")
+    return _definitions().get(f"{command}-{key}") or _definitions()[key]
 
 
-def argument(key: str) -> Any:
-    """Return an argument of ``options.toml``."""
-    return typer.Argument(**_settings(key)[1])
+def command_signature(command: Callable[..., object]) -> inspect.Signature:
+    """Return the signature of a command for typer, with definitions and the option ``--quiet``."""
+    signature = inspect.signature(command, eval_str=True)
+    quiet = inspect.Parameter(
+        "quiet", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=bool
+    )
+    parameters = (*signature.parameters.values(), quiet)
+    return signature.replace(
+        parameters=[_define(command.__name__, parameter) for parameter in parameters]
+    )
 
 
-Logs = Annotated[list[str] | None, argument("logs")]
-SomeLogs = Annotated[list[str], argument("some-logs")]
-VehicleName = Annotated[str, option("vehicle-name")]
-Train = Annotated[list[str] | None, option("train")]
-Test = Annotated[list[str] | None, option("test")]
-Models = Annotated[str | None, option("models")]
-OneModel = Annotated[str, option("one-model")]
-Methods = Annotated[str, option("methods")]
-MappingFile = Annotated[str | None, option("mapping-file")]
-Attitude = Annotated[Literal["measured", "simulated"], option("attitude")]
-Rates = Annotated[Literal["deg", "rad"], option("rates")]
-Horizon = Annotated[float | None, option("horizon")]
-OutFolder = Annotated[Path | None, option("out-folder")]
-Resume = Annotated[bool, option("resume")]
-EstimateGains = Annotated[bool, option("estimate-gains")]
-Force = Annotated[bool, option("force")]
-Json = Annotated[bool, option("json")]
-Quiet = Annotated[bool, option("quiet")]
+def _define(command: str, parameter: inspect.Parameter) -> inspect.Parameter:
+    settings = dict(definition(command, parameter.name))
+    settings.pop("missing", None)
+    kind = typer.Argument if settings.pop("argument", False) else typer.Option
+    if location := settings.pop("complete", ""):
+        settings["autocompletion"] = complete_list(location)
+    info = kind(*settings.pop("flags", "").split(), **settings)
+    return parameter.replace(annotation=Annotated[parameter.annotation, info])
+
+
+def complete_list(location: str) -> Callable[[str], list[str]]:
+    """Return a completion of the last name in a list with commas: ``MODULE:NAMES [NAME]``."""
+    path, *more = location.split()
+
+    def complete(incomplete: str) -> list[str]:
+        known = resolve_name(path)
+        names = (*(known() if callable(known) else known), *more)
+        start, comma, last = incomplete.rpartition(",")
+        return [f"{start}{comma}{name}" for name in names if name.startswith(last)]
+
+    return complete
+
+
+class HelpCommand(typer.core.TyperCommand):
+    """A command whose help has a section for each panel of options, without importing rich."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments, then each section of options."""
+        sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None:
+                is_argument = parameter.param_type_name == "argument"
+                panel = getattr(parameter, "rich_help_panel", None) or "Options"
+                sections.setdefault("Arguments" if is_argument else panel, []).append(record)
+        for title, records in sections.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the examples of the command."""
+        if lines := examples().get(self.name or ""):
+            with formatter.section("Examples"):
+                formatter.write("".join(f"{line}\n" for line in lines))

@@ -1,14 +1,17 @@
-"""Results on standard output, messages on standard error, and the exit status of errors."""
+"""Output of a command: results, messages, exit status, checks of ``--out``, and provenance."""
 
 from __future__ import annotations
 
 import functools
-import inspect
+import hashlib
 import os
+import platform
+import shlex
 import shutil
+import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from pathlib import Path
@@ -16,16 +19,18 @@ from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeVar
 
 import typer
 
-from hydrodamp.cli.options import Quiet
-from hydrodamp.errors import HydrodampError, HydrodampWarning, printable
+from hydrodamp.cli.options import command_signature, definition
+from hydrodamp.errors import FileError, HydrodampError, HydrodampWarning, ProblemError, printable
 from hydrodamp.files import as_json
 from hydrodamp.progress import show_progress
+from hydrodamp.results import check_new_file, check_results
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
 
 P = ParamSpec("P")
 R = TypeVar("R")
+Inputs = Iterable[str | None]
 
 WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -39,6 +44,11 @@ def print_results(*results: Table | str) -> None:
     width = min(shutil.get_terminal_size().columns, 100)
     texts = (result if isinstance(result, str) else to_text(result, width) for result in results)
     typer.echo("\n".join(map(printable, "\n\n".join(texts).split("\n"))))
+
+
+def print_output(json: bool, document: object, *results: Table | str) -> None:
+    """Print a result on standard output: as a JSON document, or as tables and texts."""
+    emit(document) if json else print_results(*results)
 
 
 def note(text: str) -> None:
@@ -64,6 +74,9 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
         is_quiet = kwargs.pop("quiet", False)
+        for name, value in kwargs.items():
+            if not value and (hint := definition(command.__name__, name).get("missing")):
+                fail(f"`--{name}` is missing: {hint}", WRONG_INPUT)
         with warnings_as_notes(), nullcontext() if is_quiet else show_progress():
             try:
                 return command(*args, **kwargs)
@@ -73,10 +86,7 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
                 fail(str(error), WRONG_INPUT)
             except OSError as error:
                 fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
-            except KeyboardInterrupt:
-                note("interrupted")
-                raise typer.Exit(INTERRUPTED) from None
-            except Exception as error:
+            except (KeyboardInterrupt, Exception) as error:
                 if _interrupted(error):
                     note("interrupted")
                     raise typer.Exit(INTERRUPTED) from None
@@ -87,13 +97,9 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
                     "please report it with the command."
                 )
 
-    signature = inspect.signature(command, eval_str=True)
-    quiet = inspect.Parameter(
-        "quiet", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Quiet
-    )
-    parameters = (*signature.parameters.values(), quiet)
-    run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    signature = command_signature(command)
+    run.__signature__ = signature  # type: ignore[attr-defined]
+    run.__annotations__ = {key: each.annotation for key, each in signature.parameters.items()}
     return run
 
 
@@ -129,3 +135,65 @@ def collected_warnings() -> dict[str, str]:
     """Return the distinct warnings of the running command in order, for provenance."""
     lines = "\n".join(_collected.get({}))
     return {"warnings": lines} if lines else {}
+
+
+def check_out_file(out: Path | None, inputs: Inputs, force: bool) -> None:
+    """Raise if a file cannot be written, would replace an input, or exists."""
+    if out is None:
+        return
+    for path in _paths(inputs):
+        if out.exists() and path.is_file() and out.samefile(path):
+            raise FileError(f"`--out {out}` is one of the inputs: give another file.")
+    check_new_file(out, force)
+
+
+def check_out_log(out: Path | None, inputs: Inputs, force: bool) -> None:
+    """Raise also if the suffix is not that of a log."""
+    from hydrodamp.data.canonical import check_log_file
+
+    check_out_file(out, inputs, force)
+    if out is not None:
+        check_log_file(out)
+
+
+def check_out_folder(out: Path | None, inputs: Inputs, resume: bool, force: bool) -> None:
+    """Raise if a folder cannot be written or files in it would be replaced."""
+    from hydrodamp.report.files import RESULTS, is_result
+
+    if out is None:
+        if resume:
+            raise ProblemError(
+                "`--resume` reuses fits of an interrupted run: give its folder with `--out DIR`."
+            )
+        return
+    for path in _paths(inputs):
+        if path.is_file() and is_result(path.resolve(), out.resolve()):
+            raise FileError(f"`--out {out}` would replace the input {path}: give another folder.")
+    check_results(out, RESULTS, force or resume)
+
+
+def run_provenance(inputs: Inputs) -> dict[str, str]:
+    """Return the command line, input files with hashes, and versions."""
+    import numpy
+    import scipy
+
+    paths = [each for path in _paths(inputs) for each in (path, *sorted(path.rglob("*")))]
+    words = {
+        "command": shlex.join(["hydrodamp", *sys.argv[1:]]),
+        "files": "\n".join(f"{_digest(path)}  {path}" for path in paths if path.is_file()),
+        "versions": f"Python {platform.python_version()}, NumPy {numpy.__version__}, "
+        f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}",
+    }
+    return {key: text for key, text in words.items() if text}
+
+
+def _paths(inputs: Inputs) -> list[Path]:
+    """Return the distinct input files and folders."""
+    from hydrodamp.ingest.formats.files import split_joined_paths
+
+    return [*dict.fromkeys(path for name in inputs if name for path in split_joined_paths(name))]
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

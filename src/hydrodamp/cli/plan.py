@@ -3,44 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import hydrodamp as hd
-from hydrodamp.cli import options, resolve
-from hydrodamp.cli.output import emit, note, print_results
+from hydrodamp.cli.inputs import find_model
+from hydrodamp.cli.output import note, print_output
+from hydrodamp.results import check_results
 
 
 def plan(
-    duration: Annotated[float, options.option("plan-duration")],
-    out: Annotated[Path, options.option("plan-out")],
-    vehicle: options.VehicleName = "",
-    model: Annotated[str, options.option("plan-model")] = "",
-    damping: Annotated[str | None, options.option("plan-damping")] = None,
-    envelope: Annotated[str | None, options.option("plan-envelope")] = None,
-    goal: Annotated[str | None, options.option("plan-goal")] = None,
-    criterion: Annotated[
-        Literal["determinant", "worst", "replay"], options.option("plan-criterion")
-    ] = "determinant",
-    mode: Annotated[
-        Literal["waypoints", "setpoints", "overlays"] | None, options.option("plan-mode")
-    ] = None,
-    seed: Annotated[int, options.option("plan-seed")] = 0,
-    force: options.Force = False,
-    json: options.Json = False,
+    duration: float,
+    out: Path,
+    vehicle: str = "",
+    model: str = "",
+    damping: str | None = None,
+    envelope: str | None = None,
+    goal: str | None = None,
+    criterion: Literal["determinant", "worst", "replay"] = "determinant",
+    mode: Literal["waypoints", "setpoints", "overlays"] | None = None,
+    seed: int = 0,
+    force: bool = False,
+    json: bool = False,
 ) -> None:
     """Plan the next dive for identification, and predict the accuracy of the coefficients."""
     from hydrodamp.experiment_design.result import plan_document
     from hydrodamp.report.plan_report import RESULTS, prediction_table, segment_table, write_plan
-    from hydrodamp.results import check_results
 
     check_results(out, RESULTS, force)
-    vehicle_model = resolve.find_vehicle(vehicle)
-    listed = resolve.find_model(model)
-    if listed.selects_terms:
-        raise hd.ModelError("`--model sparse` needs a log: give a model with terms.")
-    (damping_model,) = listed.models
+    (damping_model,) = find_model(model).with_terms()
     dive_plan = hd.plan(
-        vehicle_model,
+        hd.find_vehicle(vehicle),
         damping_model,
         duration,
         damping=None if damping is None else hd.read_damping(damping),
@@ -51,10 +43,8 @@ def plan(
         seed=seed,
     )
     missing = write_plan(dive_plan, out)
-    if json:
-        emit(plan_document(dive_plan))
-    else:
-        print_results(segment_table(dive_plan), prediction_table(dive_plan), str(dive_plan))
+    tables = segment_table(dive_plan), prediction_table(dive_plan)
+    print_output(json, plan_document(dive_plan), *tables, str(dive_plan))
     for message in missing:
         note(message)
     note(f"written to {out}: execute plan.csv, then run `hydrodamp identify` on its log.")

@@ -5,23 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.cli import options
-from hydrodamp.cli.output import collected_warnings, note
+from hydrodamp.cli.output import check_out_file, collected_warnings, note
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
 
 
-def report(
-    folder: Annotated[Path, options.argument("report-folder")],
-    out: Annotated[Path | None, options.option("report-out")] = None,
-    force: options.Force = False,
-) -> None:
+def report(folder: Path, out: Path | None = None, force: bool = False) -> None:
     """Write the HTML report of a folder of results without fitting again."""
-    from hydrodamp.cli.provenance import check_out_file
     from hydrodamp.report.files import REPORT
     from hydrodamp.report.page import CARD, PAGE, write_fidelity_page
 
@@ -44,13 +38,10 @@ def write_report_or_explain(
     results: hd.Comparison, path: Path, content: ReportContent | None = None
 ) -> None:
     """Write a report, or name the package that it lacks."""
-    from hydrodamp.report.page import NEEDS_JINJA, installed
-
-    if installed():
-        hd.write_report(results, path, content)
-        note(f"written to {path}")
-    else:
-        note(f"{path} is not written: {NEEDS_JINJA}.")
+    try:
+        note(f"written to {hd.write_report(results, path, content)}")
+    except hd.MethodError as error:
+        note(f"{path} is not written: {error}.")
 
 
 def write_diagnostics(

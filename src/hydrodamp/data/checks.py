@@ -12,7 +12,7 @@ from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.channel_regression import integrate_rotation, regress_channel
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copy_arrays, split_segments, unrecorded_columns
-from hydrodamp.text import first_few
+from hydrodamp.errors import first_few
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
 MAX_VELOCITY = 50.0

@@ -28,8 +28,7 @@ from hydrodamp.data.record import (
     record_of_arrays,
     split_segments,
 )
-from hydrodamp.errors import GapWarning, LogError, no_such, warn
-from hydrodamp.text import first_few
+from hydrodamp.errors import GapWarning, LogError, first_few, no_such, warn
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
 _MAX_LISTED, _MAX_WIDTH = 12, 160  # lines and letters of each list in the text of a log

@@ -15,8 +15,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, BLOCKS
-from hydrodamp.errors import LogError, TermError, did_you_mean
-from hydrodamp.text import first_few, format_time, unique_names
+from hydrodamp.errors import LogError, TermError, did_you_mean, first_few, format_time, unique_names
 
 #: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
 MIN_GAP_STEPS = 5.0

@@ -15,12 +15,12 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.errors import first_few
 from hydrodamp.export.plant import ExportedPlant, States, mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
-from hydrodamp.text import first_few
 
 FORMAT, VERSION = "hydrodamp-fidelity", 2
 UNITS = {

@@ -18,7 +18,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
-from hydrodamp.errors import MethodError, ProblemError, Status, demand, did_you_mean
+from hydrodamp.errors import MethodError, ProblemError, demand, did_you_mean
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 from hydrodamp.identification.dissipativity import axis_terms
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
@@ -29,6 +29,7 @@ from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem, held_channels, vehicle_stamp
+from hydrodamp.status import Status
 
 
 def observe(

@@ -17,13 +17,13 @@ from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, Shape, freeze
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError, Status, demand
+from hydrodamp.errors import MethodError, demand, first_few
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
-from hydrodamp.text import first_few
+from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 # Median ratio of standard errors, all residuals over noise alone, above which a fit reports it.

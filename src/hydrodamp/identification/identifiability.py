@@ -15,7 +15,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import MethodError, TextEnum
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
 from hydrodamp.identification.regression import Rows, Split, column_span, folds, solve_axis
@@ -23,6 +23,7 @@ from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
+from hydrodamp.status import TextEnum
 
 #: Least cross-validated R² of the wrench of an excited axis: a correlation of one half between the
 #: predicted and the measured response.

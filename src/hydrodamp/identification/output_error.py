@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
-from hydrodamp.errors import MethodError, Status
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import (
     MAX_BLOCKS,
     MIN_BLOCKS,
@@ -39,6 +39,7 @@ from hydrodamp.identification.gauss_newton import (
 from hydrodamp.identification.regression import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
+from hydrodamp.status import Status
 
 #: Length of the blocks [s] that alternate between the two halves of a cross-validation.
 HALF_BLOCK_LENGTH = 100.0

@@ -15,7 +15,7 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
-from hydrodamp.errors import MethodError, Status, demand
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.adaptive import initial_coefficients, require_problem
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
@@ -26,6 +26,7 @@ from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
+from hydrodamp.status import Status
 
 #: u v w [m/s] p q r [rad/s]; scales of the terms on board, where there is no log.
 TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)

@@ -19,8 +19,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import slerp
 from hydrodamp.data.record import EPOCH_GAP_S, label_changes, max_step
-from hydrodamp.errors import LogError
-from hydrodamp.text import format_time
+from hydrodamp.errors import LogError, format_time
 
 #: Share of rows with the timestamp of the previous row above which the clock is coarse.
 COARSE_SHARE = 0.25

@@ -18,12 +18,11 @@ from hydrodamp.data.checks import record_faults
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import LogError
+from hydrodamp.errors import LogError, first_few
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.columns import FoundColumn, read_labels
 from hydrodamp.ingest.mapping.schema import Entry, Source
-from hydrodamp.text import first_few
 
 #: A file or a folder.
 LogPath = str | Path

@@ -16,14 +16,13 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import LogError, ProblemError
+from hydrodamp.errors import LogError, ProblemError, first_few
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import Assembly, build_resampler
 from hydrodamp.ingest.mapping.columns import read_timestamps
 from hydrodamp.ingest.mapping.resampling import Stream
 from hydrodamp.ingest.mapping.schema import Clock, Source
 from hydrodamp.live.samples import Row
-from hydrodamp.text import first_few
 
 UPDATE_INTERVAL = 0.2  # s, between two runs of the mapping; by choice
 MAX_DELAY = 1.0  # s, that a sample waits for a late topic; by choice

@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.errors import first_few
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import (
@@ -21,7 +22,6 @@ from hydrodamp.identification.identifiability import (
 )
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
-from hydrodamp.text import first_few
 from hydrodamp.validation.diagnostics import correlated_pairs
 
 MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all

@@ -11,10 +11,11 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
-from hydrodamp.errors import Status, demand
+from hydrodamp.errors import demand
 from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
+from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 RateUnit = Literal["deg", "rad"]

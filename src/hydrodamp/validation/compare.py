@@ -15,7 +15,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError, Status
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.damping import warn_if_foreign
@@ -33,6 +33,7 @@ from hydrodamp.simulation.replay import (
     replay,
     score,
 )
+from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

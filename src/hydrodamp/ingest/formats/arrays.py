@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import LogError
+from hydrodamp.errors import LogError, first_few
 from hydrodamp.ingest.formats.cells import Column, ColumnNames, make_topic, parse_column
 from hydrodamp.ingest.formats.content import (
     check_columns,
@@ -27,7 +27,6 @@ from hydrodamp.ingest.formats.content import (
     open_seekable,
     read_head,
 )
-from hydrodamp.text import first_few
 
 _MAX_COLUMNS = 64  # columns; wider arrays are no samples
 _CLOCK_NAMES = ("time", "t", "timestamp", "time_s")

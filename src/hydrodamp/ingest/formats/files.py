@@ -15,10 +15,9 @@ from typing import Any, TypeVar
 
 from hydrodamp.data.record import name_of_source
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import FileError, HydrodampError, LogError
+from hydrodamp.errors import FileError, HydrodampError, LogError, first_few
 from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
 from hydrodamp.ingest.formats.content import read_head
-from hydrodamp.text import first_few
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

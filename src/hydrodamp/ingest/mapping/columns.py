@@ -10,11 +10,10 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, parse_unit, unit_factor
-from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.errors import LogError, did_you_mean, first_few
 from hydrodamp.ingest.clock import COARSE_SHARE
 from hydrodamp.ingest.formats.cells import invalid_cells, parse_number
 from hydrodamp.ingest.mapping.schema import RECORDED_TIME, Entry, Source
-from hydrodamp.text import first_few
 
 # Words found in place of a unit: time scales, frames, sensors, processing.
 _NON_UNIT_TEXT = """

@@ -1,39 +1,48 @@
-"""``hydrodamp probe``: inspect a log and check that it suits identification."""
+"""Commands ``probe`` and ``convert``: inspect a log, and convert it to the canonical form."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.basis.atoms import VELOCITY_OF
-from hydrodamp.cli import options
-from hydrodamp.cli.output import emit, note, print_results
+from hydrodamp.cli.inputs import read_logs, warn_quality_issues
+from hydrodamp.cli.output import check_out_log, note, print_output, print_results
+from hydrodamp.files import save_text
 from hydrodamp.progress import progress
+from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
     from hydrodamp.ingest.inspection.quality_report import Requirements
 
 
+def convert(logs: list[str], out: Path, mapping: str | None = None, force: bool = False) -> None:
+    """Convert a log to the canonical form: one clock, SI units, steps of the mapping applied."""
+    check_out_log(out, (*logs, mapping), force)
+    log = read_logs(logs, mapping)
+    warn_quality_issues(log)
+    hd.write_log(log, out)
+    note(f"written to {out}")
+    print_results(str(log))
+
+
 def probe(
-    logs: options.SomeLogs,
-    vehicle: Annotated[str | None, options.option("probe-vehicle")] = None,
-    mapping: options.MappingFile = None,
-    draft: Annotated[Path | None, options.option("probe-draft")] = None,
-    force: options.Force = False,
-    json: options.Json = False,
+    logs: list[str],
+    vehicle: str | None = None,
+    mapping: str | None = None,
+    draft: Path | None = None,
+    force: bool = False,
+    json: bool = False,
 ) -> None:
     """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
-    from hydrodamp.files import save_text
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
     requirements = None if vehicle is None else partial(_requirements, hd.find_vehicle(vehicle))
     if draft is not None:
-        from hydrodamp.results import check_new_file
-
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     if message := describe_join(recordings):
@@ -44,12 +53,9 @@ def probe(
     if draft is not None:
         save_text(result.draft.text, draft)
         note(f"written to {draft}")
-    if json:
-        emit(probe_document(result, judged))
-    else:
-        print_results(*probe_tables(result, judged))
-        if judged.report is not None and judged.report.is_poorly_excited:
-            note("`hydrodamp plan` designs a dive with sufficient excitation.")
+    print_output(json, probe_document(result, judged), *probe_tables(result, judged))
+    if not json and judged.report is not None and judged.report.is_poorly_excited:
+        note("`hydrodamp plan` designs a dive with sufficient excitation.")
 
 
 def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:

@@ -1,0 +1,124 @@
+"""Commands ``models``, ``datasets`` and ``vehicle new``: the catalogues of the package."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+
+import hydrodamp as hd
+from hydrodamp.cli.inputs import SPARSE, read_named_models
+from hydrodamp.cli.output import emit, note, print_output
+from hydrodamp.errors import FileError, VehicleError, demand
+from hydrodamp.files import save_text
+from hydrodamp.results import check_new_file
+
+NO_RESTORING_MOMENT = (
+    "it has no restoring moment in roll and pitch. Give `center_of_gravity` and "
+    "`center_of_buoyancy` if these axes are free; all else is estimated."
+)
+
+
+def models(name: str | None = None, json: bool = False) -> None:
+    """List the damping models, or show the terms and the source of one."""
+    from hydrodamp.report.fit_tables import SPARSE as SPARSE_DOCUMENT, model_document, model_table
+
+    if name == SPARSE:
+        print_output(json, SPARSE_DOCUMENT, SPARSE_DOCUMENT["note"])
+        return
+    catalogue = [*(read_named_models(name) if name else hd.catalog.values())]
+    documents = [model_document(model) for model in catalogue]
+    selected = [] if name else [SPARSE_DOCUMENT]
+    if len(documents) == 1:
+        print_output(json, documents[0], str(catalogue[0]))
+    else:
+        selection = {"selected_from_a_log": selected} if selected else {}
+        command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
+        table = model_table([*documents, *selected], command)
+        print_output(json, {"models": documents} | selection, table)
+
+
+def datasets(
+    name: str | None = None, out: Path | None = None, yes: bool = False, json: bool = False
+) -> None:
+    """List public logs, or download one with checksums verified."""
+    from hydrodamp.ingest.datasets import check_folder
+
+    if name is None:
+        _list_datasets(json)
+        return
+    dataset = hd.find_dataset(name)
+    target = out or Path("datasets", name)
+    present = check_folder(dataset, target)
+    note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
+    note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
+    files = hd.fetch(dataset, target) if yes else present
+    if len(files.lacking) == len(dataset.files):
+        raise FileError(
+            f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"
+            f" {dataset.files[0].name}. Source: {dataset.page}. Use --yes to accept the licence and"
+            " download the files that have a URL."
+        )
+    downloaded = [file for file in present.lacking if file not in files.lacking]
+    if json:
+        document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
+        emit(asdict(files) | document | {"folder": str(target)})
+        return
+    states = {
+        "downloaded": downloaded,
+        "verified by checksum": files.verified,
+        "not verified: no checksum is known": files.unchecked,
+        "missing": files.lacking,
+    }
+    for state, names in states.items():
+        if names:
+            note(f"{len(names)} of {len(dataset.files)} files {state}")
+    note(f"Read with: --mapping {dataset.mapping}")
+    typer.echo(str(target))
+
+
+def _list_datasets(json: bool) -> None:
+    from hydrodamp.ingest.datasets import datasets as known_datasets
+    from hydrodamp.report.table import Table
+
+    available = known_datasets().values()
+    rows = [(each.name, str(len(each.files)), each.mapping, each.title) for each in available]
+    notes = ("Download: hydrodamp datasets NAME --yes. Check the licence of each dataset.",)
+    header = ("name", "files", "mapping", "title")
+    table = Table.of_words("Public logs", header, "lrll", rows, notes)
+    print_output(json, {"datasets": [asdict(each) for each in available]}, table)
+
+
+def new(
+    file: Path,
+    length: float | None = None,
+    diameter: float | None = None,
+    mass: float | None = None,
+    like: str | None = None,
+    force: bool = False,
+    json: bool = False,
+) -> None:
+    """Write a commented vehicle file from main dimensions or a known vehicle."""
+    from hydrodamp.arrays import MAX_MAGNITUDE
+    from hydrodamp.vehicle.file import fleet_text, rename_vehicle, vehicle_template
+
+    sizes = {"length": length, "diameter": diameter, "mass": mass}
+    known = {name: size for name, size in sizes.items() if size is not None}
+    bounds = f"positive and at most {MAX_MAGNITUDE:g}"
+    for name, size in known.items():
+        demand(0.0 < size <= MAX_MAGNITUDE, f"--{name}", bounds, f"{size:g}")
+    if like is None:
+        text = vehicle_template(file.stem, **sizes)
+    elif known:
+        raise VehicleError("`--like` cannot be combined with --length, --diameter or --mass.")
+    else:
+        text = rename_vehicle(fleet_text(like), file.stem)
+    check_new_file(file, force)
+    save_text(text, file)
+    complete = like is not None or mass is not None
+    if json:
+        emit({"path": str(file), "complete": complete})
+    else:
+        state = "ready to use" if like is not None else NO_RESTORING_MOMENT
+        note(f"written to {file}: {state if complete else 'fill in the missing numbers'}")

@@ -1,0 +1,149 @@
+"""Commands ``simulate`` and ``validate``: replay a log, and cross-validate over its segments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import hydrodamp as hd
+from hydrodamp.cli import inputs
+from hydrodamp.cli.compare import fit_all
+from hydrodamp.cli.output import (
+    INTERRUPTED,
+    check_out_file,
+    check_out_log,
+    fail,
+    note,
+    print_output,
+)
+from hydrodamp.errors import ModelError
+from hydrodamp.files import save_json
+from hydrodamp.progress import count_items, progress
+
+
+def simulate(
+    logs: list[str],
+    damping: str,
+    vehicle: str = "",
+    mapping: str | None = None,
+    attitude: Literal["measured", "simulated"] = "measured",
+    rate_unit: Literal["deg", "rad"] = "deg",
+    out: Path | None = None,
+    force: bool = False,
+    json: bool = False,
+) -> None:
+    """Replay a log open loop with an identified model and report the RMS error."""
+    from hydrodamp.identification import dissipativity
+    from hydrodamp.models.damping import foreign_to
+    from hydrodamp.report.comparison_tables import replay_table
+    from hydrodamp.report.documents import read_training_range, score_document
+    from hydrodamp.simulation.checks import estimate_length
+    from hydrodamp.simulation.problem import vehicle_stamp
+
+    check_out_log(out, (*logs, vehicle, damping, mapping), force)
+    craft, numbers = hd.find_vehicle(vehicle), hd.read_damping(damping)
+    if message := foreign_to(numbers, vehicle_stamp(craft)):
+        raise ModelError(message)
+    log = inputs.read_logs(logs, mapping)
+    inputs.warn_quality_issues(log, estimate_length(craft))
+    with progress("replaying"):
+        trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
+    scored = hd.score(trajectory, rate_unit=rate_unit)
+    if out is not None and not scored.diverged:
+        hd.write_log(simulated_log(trajectory), out)
+        note(f"written to {out}")
+    title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
+    document = {"model": numbers.model.key, **score_document(scored, trajectory.attitude)}
+    print_output(json, document, replay_table(title, scored))
+    trained = read_training_range(Path(damping))
+    driven = dissipativity.velocity_ranges(log.velocity, craft.axes)
+    ranges = dissipativity.join_ranges(trained, driven)
+    for sentence in (
+        *dissipativity.range_exceedance_warnings(trained, driven),
+        *dissipativity.energy_injection_warnings(numbers, ranges),
+    ):
+        note(sentence)
+    if scored.diverged:
+        fail(
+            f"the replay diverged in {scored.divergence_text}: there is no RMS error, and no file "
+            "is written."
+        )
+
+
+def simulated_log(trajectory: hd.Trajectory) -> hd.Log:
+    """Return the log with simulated instead of measured velocities."""
+    from hydrodamp.basis.atoms import VELOCITY_OF
+
+    log = trajectory.log
+    return replace(
+        log,
+        velocity=trajectory.velocity,
+        velocity_names=tuple(VELOCITY_OF[axis] for axis in trajectory.axes),
+        attitude=log.attitude if trajectory.attitude == "measured" else None,
+        acceleration=None,
+        position=None,
+        specific_force=None,
+        source=f"replay of {log.source or 'log'}",
+    )
+
+
+def validate(
+    logs: list[str],
+    vehicle: str = "",
+    models: str | None = None,
+    methods: str = "recommended",
+    mapping: str | None = None,
+    folds: int | None = None,
+    attitude: Literal["measured", "simulated"] = "measured",
+    rate_unit: Literal["deg", "rad"] = "deg",
+    out: Path | None = None,
+    force: bool = False,
+    json: bool = False,
+) -> None:
+    """Cross-validate models over the segments of a log; report errors by prediction horizon."""
+    from hydrodamp.report.comparison_tables import fold_table, horizon_table, validation_document
+    from hydrodamp.validation.cross_validation import split_holdout
+
+    check_out_file(out, (*logs, *inputs.model_files(models), vehicle, mapping), force)
+    craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
+    method_list, log = inputs.list_methods(methods), inputs.read_logs(logs, mapping)
+    selected = (hd.StepwiseSelection(),) if listed.selects_terms else ()
+    inputs.check_training(craft, log, listed.candidates(craft, log))
+    fitted_models = listed.complete(craft, log)
+    replay: dict[str, Any] = {"attitude": attitude, "rate_unit": rate_unit}
+    count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()
+    full_fit: tuple[Any, ...] = ((), ())
+    try:
+        with progress("cross-validating", count * len(method_list) * len(fitted_models)) as done:
+            hd.cross_validate(
+                craft,
+                log,
+                (*listed.models, *selected),
+                method_list,
+                folds=folds,
+                done=lambda _: done(),
+                keep=tables.append,
+                **replay,
+            )
+        problem = hd.prepare(craft, log, fitted_models)
+        fits = fit_all(problem, fitted_models, method_list)
+        scores = [
+            hd.horizon_scores(craft, fit.damping, log, **replay) if fit.status.usable else None
+            for fit in count_items(fits, "replaying windows", len(fits))
+        ]
+        full_fit = fits, scores
+    except KeyboardInterrupt:
+        if not tables:
+            raise
+    document = validation_document(tables[-1], *full_fit)
+    if out is not None:
+        save_json(document, out)
+        note(f"written to {out}")
+    horizons = [horizon_table(*full_fit)] if full_fit[0] else []
+    print_output(json, document, fold_table(tables[-1]), *horizons)
+    if not full_fit[0]:
+        message = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
+        fail(message, INTERRUPTED)
+    if all(row.rms_of_completed is None for row in tables[-1].rows):
+        fail("no model has an error on any fold: use a longer log or models with fewer terms.")

@@ -1,0 +1,276 @@
+"""Vehicle, models, methods and logs of a command, from the names on the command line."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import hydrodamp as hd
+from hydrodamp.cli.output import note
+from hydrodamp.errors import HydrodampWarning, ModelError, ProblemError, demand, no_such
+from hydrodamp.progress import progress
+
+#: Model whose terms are selected from the training data.
+SPARSE = "sparse"
+CLOCK_TOLERANCE = 1.0  # s; rounding of times copied from output
+_NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
+_SPAN = re.compile(rf"({_NUMBER}):({_NUMBER})")
+
+
+@dataclass(frozen=True)
+class ModelList:
+    """Models of a list, and whether it also asks for one selected from the training data."""
+
+    models: tuple[hd.DampingModel, ...]
+    selects_terms: bool
+
+    def with_terms(self) -> tuple[hd.DampingModel, ...]:
+        """Return the models; raise if the list asks for a selected one."""
+        if self.selects_terms:
+            raise ModelError("`--model sparse` needs a whole log: give a model with terms.")
+        return self.models
+
+    def candidates(self, vehicle: hd.Vehicle, log: hd.Log) -> tuple[hd.DampingModel, ...]:
+        """Return the models, and one with the candidate commands of the selection."""
+        if not self.selects_terms:
+            return self.models
+        unassigned = [name for name in log.command_names if name not in vehicle.commands]
+        candidate = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(unassigned)}, key=SPARSE)
+        return (*self.models, candidate)
+
+    def complete(
+        self, vehicle: hd.Vehicle, log: hd.Log, estimate_gains: bool = False
+    ) -> tuple[hd.DampingModel, ...]:
+        """Return the models with the selected one and with actuator gains, if requested."""
+        from hydrodamp.simulation.checks import with_gains
+
+        models = self.models
+        if self.selects_terms:
+            selection = hd.StepwiseSelection()
+            with progress("selecting terms", len(selection.windows)) as step:
+                selected = selection.select(vehicle, log, models, lambda *_: step())
+            note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
+            models = (*models, selected)
+        if estimate_gains:
+            models = tuple(with_gains(vehicle, log, model) for model in models)
+        return models
+
+
+def list_models(listed: str | None) -> ModelList:
+    """Return the models of a comma-separated list; the default is the paper's eight."""
+    requested = hd.PAPER_MODELS if listed is None else split_names(listed)
+    demand(bool(requested), "--models", "at least one model", "an empty list")
+    selects_terms = SPARSE in requested
+    models: dict[str, hd.DampingModel] = {}
+    named = [read_named_models(name) for name in requested if name != SPARSE]
+    for model in (model for group in named for model in group):
+        key = model.key.casefold()  # not all file systems distinguish A.json from a.json
+        first = models.setdefault(key, model)
+        same = (first.key, first.terms) == (model.key, model.terms)
+        if not same or (key == SPARSE and selects_terms):
+            raise ModelError(
+                f"two different models are called '{model.key}' (case-insensitive): rename the "
+                "one in your file."
+            )
+    return ModelList(tuple(models.values()), selects_terms)
+
+
+def read_named_models(name: str) -> tuple[hd.DampingModel, ...]:
+    """Return a model by name or ``FILE:NAME``, or all models of a file."""
+    file = model_file(name)
+    if file != name:
+        key, file_models = name.removeprefix(f"{file}:").strip(), hd.read_models(file)
+        keys = [model.key for model in file_models]
+        if key not in keys:
+            raise ModelError(f"{file}: {no_such('model', key, keys)}")
+        return (file_models[keys.index(key)],)
+    if name not in hd.catalog and (_is_yaml(name) or Path(name).is_file()):
+        return hd.read_models(name)
+    return (hd.find_model(name),)
+
+
+def model_file(name: str) -> str:
+    """Return the file of ``FILE:NAME``; any other name as it is."""
+    file = name.rpartition(":")[0]
+    return file if _is_yaml(file) else name
+
+
+def model_files(listed: str | None) -> list[str]:
+    """Return the files, or the names, of a comma-separated list of models."""
+    return [model_file(name) for name in split_names(listed or "")]
+
+
+def _is_yaml(name: str) -> bool:
+    return Path(name).suffix.lower() in (".yaml", ".yml")
+
+
+def find_model(name: str) -> ModelList:
+    """Return a single model by name or file, or the one that is selected from the log."""
+    listed = list_models(name)
+    if len(listed.models) + listed.selects_terms != 1:
+        keys = ", ".join(model.key for model in listed.models)
+        raise ModelError(
+            f"`--model {name}` names several models: {keys}. Give one, such as FILE:NAME; "
+            "`hydrodamp compare --models` takes several."
+        )
+    return listed
+
+
+def list_methods(listed: str) -> tuple[hd.Method, ...]:
+    """Return the methods of a comma-separated list."""
+    demand(bool(split_names(listed)), "--methods", "at least one method", "an empty list")
+    return tuple(hd.find_method(name) for name in split_names(listed))
+
+
+def split_names(listed: str) -> tuple[str, ...]:
+    """Return the distinct names of a comma-separated list."""
+    return tuple(dict.fromkeys(name.strip() for name in listed.split(",") if name.strip()))
+
+
+def read_logs(paths: Sequence[str], mapping: str | None) -> hd.Log:
+    """Return the concatenated logs of files."""
+    once = tuple(dict.fromkeys(paths))
+    return hd.read_log(once[0], mapping) if len(once) == 1 else hd.read_logs(once, mapping)
+
+
+def training_log(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> hd.Log:
+    """Return the training data: LOG, or the data of --train."""
+    if not logs and not train:
+        raise ProblemError("there are no training data: name a LOG.")
+    log = read_logs(logs, mapping) if logs else None
+    return log if log is not None and not train else _select("--train", train, log, mapping)
+
+
+def train_and_test(
+    logs: Sequence[str], train: Sequence[str], test: Sequence[str], mapping: str | None
+) -> tuple[hd.Log, hd.Log, dict[str, str]]:
+    """Return training data, test data and their overlap, for provenance."""
+    log = read_logs(logs, mapping) if logs else None
+    train_log = _select("--train", train, log, mapping)
+    test_log = _select("--test", test, log, mapping)
+    overlap = _overlap_files(train, test) if log is None else _overlap_time(train, test, log)
+    if overlap:
+        warnings.warn(
+            f"training and test data share {overlap}: errors on training data are optimistic.",
+            HydrodampWarning,
+            stacklevel=2,
+        )
+    return train_log, test_log, {"overlap": overlap} if overlap else {}
+
+
+def _select(
+    option: str, values: Sequence[str], whole: hd.Log | None, mapping: str | None
+) -> hd.Log:
+    """Return the data that an option names."""
+    if whole is not None:
+        segments = (_select_segment(option, value, whole) for value in dict.fromkeys(values))
+        return hd.concatenate(segments)
+    return read_logs(values, mapping)
+
+
+def _select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
+    """Return a segment or a time span of LOG."""
+    if ":" not in value or value in {segment.name for segment in whole.segments}:
+        return whole.select(value)
+    match = _SPAN.fullmatch(value.strip())
+    if not match or not float(match[1]) < float(match[2]):
+        raise ProblemError(
+            "a time span must be START:END in seconds from the first sample of LOG, or by its "
+            f"clock, with 0 <= START < END, such as 0:900; got '{value}'."
+        )
+    start, end = float(match[1]), float(match[2])
+    shift = _shift(start, end, whole)
+    if shift and option:
+        note(
+            f"`{option} {value}` is by the clock of the log: {start + shift:.10g}:"
+            f"{end + shift:.10g} in seconds from its first sample."
+        )
+    return whole.between(start + shift, end + shift)
+
+
+def _shift(start: float, end: float, log: hd.Log) -> float:
+    """Return the offset of a time span by the clock of the log; 0 if it is in seconds."""
+    if end <= log.elapsed[-1] + CLOCK_TOLERANCE:
+        return 0.0
+    shifts = (log.elapsed - log.time).round(3)
+    runs = {shift: log.time[shifts == shift] for shift in dict.fromkeys(shifts.tolist())}
+    fit = [
+        shift
+        for shift, time in runs.items()
+        if time[0] - CLOCK_TOLERANCE <= start and end <= time[-1] + CLOCK_TOLERANCE
+    ]
+    return float(fit[0]) if len(fit) == 1 else 0.0
+
+
+def _overlap_files(train: Sequence[str], test: Sequence[str]) -> str:
+    train_paths = {Path(name).resolve() for name in train}
+    return ", ".join(dict.fromkeys(name for name in test if Path(name).resolve() in train_paths))
+
+
+def _overlap_time(train: Sequence[str], test: Sequence[str], log: hd.Log) -> str:
+    """Return the time spans of LOG in both training and test data [s]."""
+    import numpy as np
+
+    index = np.arange(log.n, dtype=float)
+    numbered = replace(log, commands=index[:, None], command_names=("index",))
+    in_train, in_test = (
+        np.isin(index, _select("", names, numbered, None).commands) for names in (train, test)
+    )
+    edges = np.flatnonzero(np.diff(in_train & in_test, prepend=False, append=False))
+    pairs = edges.reshape(-1, 2)
+    return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g}" for a, b in pairs)
+
+
+def warn_quality_issues(
+    log: hd.Log, length: float | None = None, reference: hd.Log | None = None
+) -> None:
+    """Warn of quality issues of a log that a reference log does not have."""
+    earlier_issues = () if reference is None else hd.check_quality(reference, length)
+    known = {(issue.channel, issue.problem) for issue in earlier_issues}
+    for issue in hd.check_quality(log, length):
+        # The vehicle check covers commands.
+        is_new = issue.where or (issue.channel, issue.problem) not in known
+        if is_new and issue.channel not in log.command_names:
+            _warn(log, issue)
+
+
+def check_log(
+    vehicle: hd.Vehicle,
+    log: hd.Log,
+    models: Sequence[hd.DampingModel],
+    reference: hd.Log | None = None,
+) -> None:
+    """Raise on an unsuitable log; warn of unused commands and of quality issues."""
+    from hydrodamp.simulation import checks
+
+    checks.check_log(vehicle, log, [model.restricted_to(vehicle.axes) for model in models])
+    for issue in checks.unused_commands(vehicle, log, models):
+        _warn(log, issue)
+    warn_quality_issues(log, checks.estimate_length(vehicle), reference)
+
+
+def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.DampingModel]) -> None:
+    """Check a log; warn of models that it cannot excite; raise if it is too short for all."""
+    from hydrodamp.conditioning.current import current_warning
+    from hydrodamp.simulation.checks import missing_actuation
+
+    check_log(vehicle, log, models)
+    if message := current_warning(log):
+        _warn(log, message)
+    restricted = [model.restricted_to(vehicle.axes) for model in models]
+    for model in restricted:
+        if message := missing_actuation(vehicle, log, (model,)):
+            warnings.warn(f"'{model.key}' is refused: {message}", HydrodampWarning, stacklevel=2)
+    n_terms = min(max(map(len, model.terms), default=0) for model in restricted)
+    if log.n < n_terms:
+        raise ProblemError(
+            f"{log.source or 'log'}: {log.n} samples are fewer than the terms of an axis; the "
+            f"smallest model needs {n_terms}. Use a longer log."
+        )
+
+
+def _warn(log: hd.Log, issue: object) -> None:
+    warnings.warn(f"{log.source or 'log'}: {issue}", HydrodampWarning, stacklevel=3)
