@@ -2,85 +2,22 @@
 
 from __future__ import annotations
 
-import math
 import re
+import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 
 from hydrodamp.errors import LogError, did_you_mean
 
-_DEGREE = math.pi / 180
-_FOOT = 0.3048  # m, international foot
-_MILE = 1852.0  # m, nautical
-_KNOT = _MILE / 3600  # m/s
-_POUND_FORCE = 4.4482216152605  # N
-_GRAVITY = 9.80665  # m/s^2, standard
-
+_TABLES = tomllib.loads(Path(__file__).with_name("units.toml").read_text("utf-8"))
 #: For every quantity its units, the SI unit first, and the factor that turns each into SI.
-UNITS: dict[str, dict[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
-    "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1e3, "ft": _FOOT, "nmi": _MILE},
-    "angle": {"rad": 1.0, "deg": _DEGREE, "cdeg": _DEGREE / 100, "rev": 2 * math.pi},
-    "speed": {
-        "m/s": 1.0,
-        "cm/s": 0.01,
-        "mm/s": 0.001,
-        "km/h": 1 / 3.6,
-        "knots": _KNOT,
-        "kn": _KNOT,
-        "ft/s": _FOOT,
-    },
-    "angular rate": {
-        "rad/s": 1.0,
-        "mrad/s": 1e-3,
-        "deg/s": _DEGREE,
-        "rpm": 2 * math.pi / 60,
-        "rev/s": 2 * math.pi,
-    },
-    "acceleration": {"m/s^2": 1.0, "g": _GRAVITY, "mg": _GRAVITY / 1000},
-    "angular acceleration": {"rad/s^2": 1.0, "deg/s^2": _DEGREE},
-    "force": {"N": 1.0, "kN": 1e3, "lbf": _POUND_FORCE, "kgf": _GRAVITY},
-    "moment": {"N m": 1.0, "kN m": 1e3, "lbf ft": _POUND_FORCE * _FOOT},
-    "ratio": {"1": 1.0, "%": 0.01},
+UNITS: dict[str, dict[str, float]] = _TABLES["factors"]
+_SPELLINGS: dict[str, str] = {
+    spelling: unit for unit, text in _TABLES["spellings"].items() for spelling in text.split()
 }
-
-# Other spellings, small and in the singular, of units and of the parts of a quotient.
-_SPELLING_TABLE = """
-s: second sec
-min: minute
-h: hour hr
-ms: millisecond msec
-us: microsecond usec μs
-ns: nanosecond nsec
-m: metre meter
-ft: foot feet
-rad: radian
-deg: degree ° degheading
-m/s: mps
-m/s^2: mps2 ms2
-kn: knot kt
-rad/s: radps
-deg/s: degps dps
-rev/s: rps
-rpm: rev/min revs/min 1/min
-N: newton
-N m: nm n*m n.m n·m
-%: percent
-"""
-_SPELLINGS = {
-    spelling: unit
-    for unit, listed in (line.split(": ") for line in _SPELLING_TABLE.strip().splitlines())
-    for spelling in listed.split()
-}
-
-# Units in headers that no quantity of a log has.
-_NO_QUANTITY = """
-- K C A V W T bool boolean raw none count pwm 1/s hz khz pa hpa kpa mbar bar dbar psi mv volt
-ma amp watt °c degc kg kg/m3 g/cc psu ppt gauss mgauss tesla ut μt
-"""
-_WITHOUT_FACTOR = frozenset(_NO_QUANTITY.split())
-
-# Units that mean something else as the last word of a column name.
-_NOT_IN_NAMES = frozenset(["1", "%", "g", "h", "min", "rev", "n"])
+_WITHOUT_FACTOR, _NOT_IN_NAMES = (
+    frozenset(_TABLES["names"][name].split()) for name in ("without_factor", "not_in_names")
+)
 
 
 def si_unit(quantity: str) -> str:
@@ -91,13 +28,10 @@ def si_unit(quantity: str) -> str:
 def unit_factor(unit: str, quantity: str | None = None) -> float:
     """Return the factor that turns a unit, in any spelling, into SI."""
     known = _known_units(quantity)
-    canonical = parse_unit(unit, quantity)
-    if canonical is None:
+    if (canonical := parse_unit(unit, quantity)) is None:
         of = f"of {quantity} " if quantity else ""
-        raise LogError(
-            f"'{unit}' is no unit {of}known here.{did_you_mean(unit, known)}"
-            f" Known are: {', '.join(known)}"
-        )
+        fault = f"'{unit}' is no unit {of}known here.{did_you_mean(unit, known)}"
+        raise LogError(f"{fault} Known are: {', '.join(known)}")
     return known[canonical]
 
 
@@ -109,10 +43,8 @@ def parse_unit(text: str, quantity: str | None = None) -> str | None:
         return plain
     if len(plain) == 1 and plain != "°":  # single letters are case-sensitive: v is not volt
         return None
-    folded = "/".join(
-        map(_canonical_spelling, re.split("/| per ", _canonical_spelling(plain.casefold())))
-    )
-    squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", folded)
+    terms = re.split("/| per ", _canonical_spelling(plain.casefold()))
+    squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", "/".join(map(_canonical_spelling, terms)))
     return {name.casefold(): name for name in reversed(known)}.get(squared.casefold())
 
 
@@ -122,9 +54,8 @@ def is_unit(word: str) -> bool:
     if len(plain) == 1:
         return plain in _WITHOUT_FACTOR or (plain != "1" and parse_unit(plain) is not None)
     folded = plain.casefold()
-    return parse_unit(plain) is not None or bool(
-        {folded, folded.removesuffix("s")} & _WITHOUT_FACTOR
-    )
+    is_listed = not _WITHOUT_FACTOR.isdisjoint((folded, folded.removesuffix("s")))
+    return is_listed or parse_unit(plain) is not None
 
 
 def trailing_unit(words: Sequence[str]) -> tuple[int, str] | None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import yaml
 
-from hydrodamp.data.channels import EULER, WRENCH
+from hydrodamp.basis.atoms import check_command_name
+from hydrodamp.data.channels import EULER, RESERVED, WRENCH
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
+from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 from hydrodamp.ingest.mapping.schema import quantity_of
 
@@ -241,3 +243,31 @@ def _vector_component(context: set[str], index: int, size: int) -> Hint | None:
             is_component = index < min(len(roles), size or 3)
             return (roles[index], confidence) if is_component and size in (0, 2, 3, 6) else None
     return None
+
+
+YAML_KEYWORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", "null", "none"))
+_GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", "channels"])
+
+
+def command_names(columns: Sequence[str]) -> list[str]:
+    """Return short names of commands that are valid in terms."""
+    names: dict[str, str] = {}
+    for column in columns:
+        topic, _, last = column.rpartition(".")
+        is_generic = last.partition("[")[0].lower() in _GENERIC
+        short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
+        short = short.removesuffix(".data") if topic else short
+        candidates = map(_valid_name, (short, column, *(f"{column}_{k}" for k in range(2, 99))))
+        names[next(name for name in candidates if name not in names)] = column
+    return [*names]
+
+
+def _valid_name(text: str) -> str:
+    """Return a name that is valid in terms."""
+    name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "command"
+    name = f"c{name}" if name[0].isdigit() else name
+    try:
+        check_command_name(name)
+    except HydrodampError:
+        return f"{name}_command"
+    return f"{name}_command" if name in RESERVED or name.lower() in YAML_KEYWORDS else name
