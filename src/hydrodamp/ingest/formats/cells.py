@@ -13,9 +13,8 @@ from itertools import count
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.channels import SEGMENT
+from hydrodamp.data.channels import SEGMENT, is_unit
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import is_unit
 
 #: Cells without a value, in lower case.
 MISSING = frozenset(

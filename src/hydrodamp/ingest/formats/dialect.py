@@ -14,8 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hydrodamp.data.channels import SEGMENT
-from hydrodamp.data.units import is_unit
+from hydrodamp.data.channels import SEGMENT, is_unit
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import (
     Column,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.channels import UNITS
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock import (
     Clock,

@@ -9,9 +9,8 @@ from pathlib import Path
 import yaml
 
 from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.data.channels import EULER, RESERVED, WRENCH
+from hydrodamp.data.channels import EULER, RESERVED, UNITS, WRENCH, parse_unit, trailing_unit
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 from hydrodamp.ingest.mapping.schema import quantity_of
