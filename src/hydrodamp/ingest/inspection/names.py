@@ -47,8 +47,10 @@ def element_of(field: str, siblings: Collection[str]) -> tuple[int, int] | None:
     A MATLAB row or column, `(3,1)`, is a vector; elements of a matrix have no single index.
     """
     stem, index = split_index(field)
-    indices = [other for name, other in map(split_index, {*siblings, field}) if name == stem]
-    subscripts = [tuple(map(int, re.findall(r"\d+", other))) for other in indices if other]
+    indices = [
+        subscript for name, subscript in map(split_index, {*siblings, field}) if name == stem
+    ]
+    subscripts = [tuple(map(int, re.findall(r"\d+", text))) for text in indices if text]
     if not index or len({*map(len, subscripts)}) != 1:
         return None
     moving = [k for k, column in enumerate(zip(*subscripts, strict=True)) if len({*column}) > 1]
