@@ -2,8 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from hydrodamp.data.channels import QUANTITIES, RESERVED
-from hydrodamp.data.units import UNITS, is_unit, parse_unit, trailing_unit, unit_factor
+from hydrodamp.data.channels import (
+    QUANTITIES,
+    RESERVED,
+    UNITS,
+    is_unit,
+    parse_unit,
+    trailing_unit,
+    unit_factor,
+)
 from hydrodamp.errors import LogError
 
 # NIST SP 811 (2008), appendix B.8, to the digits printed there.

@@ -11,9 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import stranger_kinds  # noqa: F401  # adds its cases
+from hydrodamp.data.channels import unit_factor
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import unit_factor
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.draft import MIN_CONFIDENCE, SURE_CONFIDENCE, select_channels
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe

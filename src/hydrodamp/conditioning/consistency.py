@@ -25,9 +25,8 @@ from hydrodamp.data.channel_regression import (
     noise_std,
     regress_channel,
 )
-from hydrodamp.data.channels import POSITION
+from hydrodamp.data.channels import POSITION, UNITS, si_unit
 from hydrodamp.data.log import Log
-from hydrodamp.data.units import UNITS, si_unit
 
 #: Relative error of a scale around a unit factor, and around -1.
 _SCALE_TOLERANCE, _SIGN_TOLERANCE = 0.08, 0.3

@@ -244,12 +244,11 @@ def _with_velocities(
     for axis in map(VELOCITIES.index, chosen):
         velocity[:, axis] = derived[:, axis % 3]
     names = tuple(name for name in VELOCITIES if name in (*log.velocity_names, *chosen))
-    result = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
+    notes = [f"derived: `{listed}` {origin}, by local quadratics over {window} samples"]
     if log.acceleration is not None:
-        result = result.with_notes(f"left out: recorded accelerations, which `{listed}` lack")
-    return result.with_notes(
-        f"derived: `{listed}` {origin}, by local quadratics over {window} samples"
-    )
+        notes.insert(0, f"left out: recorded accelerations, which `{listed}` lack")
+    result = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
+    return result.with_notes(*notes)
 
 
 #: Standard gravity [m/s^2].

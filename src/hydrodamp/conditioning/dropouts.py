@@ -168,8 +168,8 @@ def find_frozen(log: Log, seconds: float = 1.0) -> Masks:
     """Return the repeated samples of frozen velocities, attitude and position."""
     repeats, masks = _repeat_masks(log), Masks()
     for name, values in recorded_velocities(log).items():
-        others = [mask for channel, mask in repeats.items() if channel != name]
-        moving = ~np.logical_and.reduce(others or [np.ones(log.n, dtype=np.bool_)])
+        other_repeats = [mask for channel, mask in repeats.items() if channel != name]
+        moving = ~np.logical_and.reduce(other_repeats or [np.ones(log.n, dtype=np.bool_)])
         masks[name] = _frozen_mask(log, values, repeats[name], moving, seconds)
     turning = None if log.attitude is None else log.attitude[:, 1:]
     poses = (((ATTITUDE,), turning, 3), (POSITION.columns, varying_position(log), 0))

@@ -133,9 +133,8 @@ def _valid_rows(
     roll = _minimise_distance(sums)
     distance, _, bend = _distance(sums, roll)
     residual = np.sqrt(np.maximum(distance + np.sum(actual**2, axis=1), 0.0))
-    return (residual <= _MAX_RELATIVE_ERROR * np.sqrt(sums[:, 2]) + _ROUNDING_RAD) & (
-        bend > _MIN_SENSITIVITY**2
-    ), roll
+    holds = residual <= _MAX_RELATIVE_ERROR * np.sqrt(sums[:, 2]) + _ROUNDING_RAD
+    return holds & (bend > _MIN_SENSITIVITY**2), roll
 
 
 def _minimise_distance(sums: FloatArray) -> FloatArray:

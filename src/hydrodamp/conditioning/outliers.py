@@ -77,7 +77,7 @@ def find_outliers(log: Log, values: FloatArray, threshold: float = 6.0) -> BoolA
 
     # The segment is mirrored at its ends.
     segments = [values[a:b] for a, b in log.bounds.tolist()]
-    medians = [median_filter(part, size=_WINDOW_SAMPLES, mode="mirror") for part in segments]
+    medians = [median_filter(item, size=_WINDOW_SAMPLES, mode="mirror") for item in segments]
     distance = np.abs(values - np.concatenate(medians))
     low, high = np.quantile(values, (0.05, 0.95))
     negligible = max(_NEGLIGIBLE_SHARE * float(high - low), _rounding_error(values))

@@ -115,10 +115,8 @@ def write_log(log: Log, path: str | Path) -> None:
 def check_log_file(path: str | Path) -> None:
     """Refuse a file name whose suffix is not a format of logs."""
     if (suffix := Path(path).suffix.lower()) not in (*_TEXT_SUFFIXES, *_PARQUET_SUFFIXES):
-        raise FileError(
-            f"{path}: a log is written as CSV or Parquet, not as '{suffix}'. Give a name that ends"
-            " in .csv or .parquet"
-        )
+        fault = f"{path}: a log is written as CSV or Parquet, not as '{suffix}'"
+        raise FileError(f"{fault}. Give a name that ends in .csv or .parquet")
 
 
 def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path) -> None:
@@ -126,13 +124,9 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
         import pyarrow
         from pyarrow import parquet
     except ImportError as error:
-        raise FileError(
-            f'{path}: Parquet needs pyarrow. Install it by `pip install "hydrodamp[logs]"`, or'
-            " write a .csv file"
-        ) from error
-    labels = np.repeat(
-        [segment.name for segment in log.segments], [len(segment) for segment in log.segments]
-    )
+        advice = 'Install it by `pip install "hydrodamp[logs]"`, or write a .csv file'
+        raise FileError(f"{path}: Parquet needs pyarrow. {advice}") from error
+    labels = [segment.name for segment in log.segments for _ in range(len(segment))]
     metadata = {name: {"unit": unit_of(name)} for name in columns if QUANTITIES.get(name)}
     number = pyarrow.float64()
     fields = [pyarrow.field(name, number, metadata=metadata.get(name)) for name in columns]
@@ -165,14 +159,11 @@ def _suggest_name(name: str, numbers: Collection[str]) -> str:
 
 
 def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    angles, quaternion = (
-        [name for name in group if name in numbers] for group in (EULER, ATTITUDE.columns)
-    )
+    angles = [name for name in EULER if name in numbers]
+    quaternion = [name for name in ATTITUDE.columns if name in numbers]
     if angles and quaternion:
-        yield (
-            f"attitude must be given once; got both `{' '.join(angles)}` and"
-            f" `{' '.join(quaternion)}`. Drop one set"
-        )
+        both = f"`{' '.join(angles)}` and `{' '.join(quaternion)}`"
+        yield f"attitude must be given once; got both {both}. Drop one set"
     if any(is_in_degrees(name, numbers[name]) for name in angles):
         yield f"`{' '.join(angles)}` must be in rad; its range indicates degrees. {_CONVERT_ADVICE}"
 

@@ -38,14 +38,10 @@ class ChannelRegression(NamedTuple):
 
     def explains_more_than(self, other: ChannelRegression) -> bool:
         """Return whether this regression explains far more variance than another."""
-        residual, other_residual = (
-            1.0 - np.nan_to_num(result.correlation) ** 2 for result in (self, other)
-        )
-        is_better = self.correlation > max(_MIN_CORRELATION, np.nan_to_num(other.correlation))
-        return bool(
-            is_better
-            and (residual < _MAX_RESIDUAL_SHARE * other_residual or other.correlation < 0.0)
-        )
+        correlation, alternative = np.nan_to_num((self.correlation, other.correlation)).tolist()
+        is_better = self.correlation > max(_MIN_CORRELATION, alternative)
+        unexplained = _MAX_RESIDUAL_SHARE * (1.0 - alternative**2)
+        return bool(is_better and (1.0 - correlation**2 < unexplained or alternative < 0.0))
 
 
 #: Result for channels that cannot be compared.
@@ -86,18 +82,12 @@ def regress_channel(
     if not len(steps):
         return NO_REGRESSION
     shortest = max(_MIN_WINDOW_S, _MIN_WINDOW_STEPS * float(np.median(steps)))
-    spans = [
-        times * shortest
-        for times in _WINDOW_FACTORS
-        if times * shortest * _MIN_WINDOWS < steps.sum()
-    ]
-    results = [
-        regress_increments(*window_increments(time, bounds, rate, value, span))._replace(
-            window_s=span
-        )
-        for span in spans or [shortest]
-    ]
-    moving = [result for result in results if result.rms_increment > 0.0]
+    spans = [factor * shortest for factor in _WINDOW_FACTORS]
+    moving = []
+    for span in [span for span in spans if span * _MIN_WINDOWS < steps.sum()] or [shortest]:
+        result = regress_increments(*window_increments(time, bounds, rate, value, span))
+        if result.rms_increment > 0.0:
+            moving.append(result._replace(window_s=span))
     best = max(moving, key=lambda result: abs(result.correlation), default=NO_REGRESSION)
     return best if best.is_consistent() else (moving or [NO_REGRESSION])[-1]
 
@@ -111,12 +101,9 @@ def window_increments(
     for start, stop in bounds.tolist():
         segment_time = time[start:stop]
         first = np.arange(0, stop - start, 1 + len(time) // _MAX_PAIRS)
-        last = np.minimum(
-            np.searchsorted(segment_time, segment_time[first] + seconds), stop - start - 1
-        )
-        valid = (
-            segment_time[last] - segment_time[first] >= seconds / 2
-        )  # shorter at the end of a segment
+        last = np.searchsorted(segment_time, segment_time[first] + seconds)
+        last = np.minimum(last, stop - start - 1)  # shorter at the end of a segment
+        valid = segment_time[last] - segment_time[first] >= seconds / 2
         increments.append(values[start + last[valid]] - values[start + first[valid]])
     stacked = np.concatenate(increments)
     return stacked[:, : rate.shape[1]], stacked[:, rate.shape[1] :]
@@ -124,25 +111,19 @@ def window_increments(
 
 def regress_increments(integrals: FloatArray, increments: FloatArray) -> ChannelRegression:
     """Return scale and correlation of integrals and increments."""
-    if len(integrals) < _MIN_PAIRS:
+    n = len(integrals)
+    if n < _MIN_PAIRS:
         return NO_REGRESSION
-    inliers = _inliers(
-        integrals.reshape(len(integrals), -1), increments.reshape(len(increments), -1)
-    )
+    inliers = _inliers(integrals.reshape(n, -1), increments.reshape(n, -1))
     integrals, increments = integrals[inliers], increments[inliers]
     if not len(integrals):  # no finite pair
         return NO_REGRESSION
-    integral_norm, increment_norm = (
-        float(np.linalg.norm(integrals)),
-        float(np.linalg.norm(increments)),
-    )
-    rms = increment_norm / len(integrals) ** 0.5
-    if min(integral_norm, increment_norm) < _MIN_MOTION:
+    norm, reference = float(np.linalg.norm(integrals)), float(np.linalg.norm(increments))
+    rms = reference / len(integrals) ** 0.5
+    if min(norm, reference) < _MIN_MOTION:
         return ChannelRegression(0.0, 0.0, rms)
-    correlation = float(np.sum((integrals / integral_norm) * (increments / increment_norm)))
-    return ChannelRegression(
-        float(np.sign(correlation)) * integral_norm / increment_norm, correlation, rms
-    )
+    correlation = float(np.sum((integrals / norm) * (increments / reference)))
+    return ChannelRegression(float(np.sign(correlation)) * norm / reference, correlation, rms)
 
 
 def _inliers(integrals: FloatArray, increments: FloatArray) -> BoolArray:
@@ -160,10 +141,8 @@ def _inliers(integrals: FloatArray, increments: FloatArray) -> BoolArray:
 def noise_std(values: FloatArray, bounds: IntArray) -> float:
     """Return the noise standard deviation of a channel, from its second differences."""
     curvatures = [np.abs(np.diff(values[a:b], 2, axis=0)).ravel() for a, b in bounds.tolist()]
-    all_curvatures = np.concatenate(curvatures)
-    typical = (
-        all_curvatures[all_curvatures <= np.quantile(all_curvatures, _INLIER_SHARE)]
-        if len(all_curvatures)
-        else np.zeros(1)
-    )
-    return float(np.sqrt(np.mean(typical**2) / 6.0))
+    sizes = np.concatenate(curvatures)
+    if not len(sizes):
+        return 0.0
+    inliers = sizes[sizes <= np.quantile(sizes, _INLIER_SHARE)]
+    return float(np.sqrt(np.mean(inliers**2) / 6.0))

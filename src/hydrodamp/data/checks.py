@@ -39,9 +39,9 @@ def record_faults(record: Record) -> list[str]:
     ]
     degrees = {} if faults else _rates_in_degrees(record)
     if degrees:
+        ratio = f"{next(iter(degrees.values())):.3g} times the rate of the attitude"
         faults.append(
-            f"the rates `{' '.join(degrees)}` must be in rad/s; they are"
-            f" {next(iter(degrees.values())):.3g} times the rate of the attitude, so they are in"
+            f"the rates `{' '.join(degrees)}` must be in rad/s; they are {ratio}, so they are in"
             " deg/s. Convert them, or give a mapping with unit: deg/s"
         )
     checked = [name for name in record.velocity_names if name not in degrees]
@@ -172,25 +172,22 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     if attitude is None:
         return {}
     keep, segments, _ = split_segments(record)
-    bounds = np.array([(segment.start, segment.stop) for segment in segments], np.int64).reshape(
-        -1, 2
-    )
-    time, rates, rotation = (
-        record.time[keep],
-        record.blocks["velocity"][keep],
-        integrate_rotation(attitude[keep], bounds),
-    )
+    edges = [(segment.start, segment.stop) for segment in segments]
+    bounds = np.array(edges, np.int64).reshape(-1, 2)
+    time, rates = record.time[keep], record.blocks["velocity"][keep][:, 3:]
+    rotation = integrate_rotation(attitude[keep], bounds)
     low, high = _DEGREES_SLOPE
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     lag = max(round(1.0 / step), 1)
-    summed = np.cumsum(rates[:, 3:], axis=0) * step
+    summed = np.cumsum(rates, axis=0) * step
     integrals, increments = (np.abs(values[lag:] - values[:-lag]) for values in (summed, rotation))
+    if not len(increments):
+        return {}
     # Regress only rates whose median is large enough.
+    limits = _SCREENING_FACTOR * low * np.median(increments, axis=0)
     regressions = {
-        name: regress_channel(time, bounds, rates[:, [3 + k]], rotation[:, [k]])
-        for k, name in enumerate(VELOCITIES[3:])
-        if len(increments)
-        and np.median(integrals[:, k]) > _SCREENING_FACTOR * low * np.median(increments[:, k])
+        VELOCITIES[3 + k]: regress_channel(time, bounds, rates[:, [k]], rotation[:, [k]])
+        for k in np.flatnonzero(np.median(integrals, axis=0) > limits).tolist()
     }
     agreed = {name: result.scale for name, result in regressions.items() if result.is_consistent()}
     return {name: slope for name, slope in agreed.items() if low <= slope <= high}

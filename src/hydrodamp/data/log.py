@@ -213,9 +213,8 @@ class Log:
     @property
     def bounds(self) -> IntArray:
         """First and one-past-last sample of each segment, shape (s, 2)."""
-        return np.array(
-            [(segment.start, segment.stop) for segment in self.segments], dtype=np.int64
-        )
+        edges = [(segment.start, segment.stop) for segment in self.segments]
+        return np.array(edges, dtype=np.int64)
 
     @cached_property
     def steps(self) -> FloatArray:
@@ -292,11 +291,11 @@ class Log:
         [2.0, 3.0, 4.0]
         """
         first, last = np.searchsorted(self.elapsed, (start, end)).tolist()
-        cut = (
-            (segment, max(segment.start, first), min(segment.stop, last))
-            for segment in self.segments
-        )
-        if pieces := [Segment(segment.name, a, b) for segment, a, b in cut if b - a >= 2]:
+        cut = [
+            Segment(item.name, max(item.start, first), min(item.stop, last))
+            for item in self.segments
+        ]
+        if pieces := [segment for segment in cut if segment.stop - segment.start >= 2]:
             return extract_segments(self, pieces)
         fault = (
             f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
@@ -334,14 +333,9 @@ class Log:
         faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
         pieces: dict[str, Segment] = {}
         for name in names:
-            matches = {
-                segment.name: segment
-                for segment in self.segments
-                if matches_name(segment.name, name)
-            }
-            pieces |= matches
-            if not matches:
-                faults.append(no_such("segment", name, known))
+            matches = [item for item in self.segments if matches_name(item.name, name)]
+            pieces |= {segment.name: segment for segment in matches}
+            faults += [] if matches else [no_such("segment", name, known)]
         if faults:
             raise LogError(faults, source=self.source)
         return extract_segments(self, [*pieces.values()])
@@ -352,32 +346,29 @@ class Log:
 
     def __str__(self) -> str:
         """Return a summary: span, columns, ranges and segments."""
-        time, blocks = self.time, recorded_arrays(self)
+        blocks, elapsed = recorded_arrays(self), self.elapsed
         several = "s" if len(self.segments) > 1 else ""
         more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in blocks]
+        velocities = recorded_velocities(self).items()
         commands = zip(self.command_names, self.commands.T, strict=True)
-        spans = [(segment, segment.start, segment.stop - 1) for segment in self.segments]
-        segment_lines = [
-            f"{segment.name:<18} {len(segment):>7} {self.elapsed[a]:>9.2f} {self.elapsed[b]:>9.2f}"
-            f" {time[a]:>16.3f}"
-            for segment, a, b in spans
+        segments = [
+            f"{item.name:<18} {len(item):>7} {elapsed[item.start]:>9.2f}"
+            f" {elapsed[item.stop - 1]:>9.2f} {self.time[item.start]:>16.3f}"
+            for item in self.segments
         ]
+        notes = [textwrap.shorten(note, _MAX_WIDTH) for note in self.notes]
+        ranges = [_format_range(name, values) for name, values in commands]
         lines = [
             f"Log {self.source or 'of arrays'}",
             f"{self.n} samples, {self.steps.sum():.6g} s in {len(self.segments)} segment{several},"
             f" median step {np.median(self.steps):.4g} s",
             f"with {', '.join(more)}",
-            *(
-                _format_range(name, values, f" {unit_of(name)}")
-                for name, values in recorded_velocities(self).items()
-            ),
-            *first_few(
-                [_format_range(name, values) for name, values in commands], _MAX_LISTED, "commands"
-            ),
+            *(_format_range(name, values, f" {unit_of(name)}") for name, values in velocities),
+            *first_few(ranges, _MAX_LISTED, "commands"),
             "segment            samples  from [s]    to [s]  by the clock [s]",
-            *first_few(segment_lines, _MAX_LISTED, "segments"),
-            *(["processing:"] if self.notes else []),
-            *first_few([textwrap.shorten(n, _MAX_WIDTH) for n in self.notes], _MAX_LISTED, "notes"),
+            *first_few(segments, _MAX_LISTED, "segments"),
+            *(["processing:"] if notes else []),
+            *first_few(notes, _MAX_LISTED, "notes"),
         ]
         return "\n  ".join(lines)
 
@@ -456,27 +447,21 @@ def concatenate(logs: Iterable[Log]) -> Log:
 
 def _segment_names(log: Log, logs: Sequence[Log]) -> list[str]:
     """Return the names of segments, by folder if several folders have a file of this name."""
-    called, folder = name_of_source(log.source), Path(log.source).parent.name
-    same = {
-        Path(other_log.source).parent
-        for other_log in logs
-        if name_of_source(other_log.source) == called
-    }
+    label, folder = name_of_source(log.source), Path(log.source).parent.name
+    folders = {Path(item.source).parent for item in logs if name_of_source(item.source) == label}
     names = [piece.name for piece in log.segments]
-    if not log.source or not folder or len(same) < 2:
+    if not log.source or not folder or len(folders) < 2:
         return names
-    return [folder + name.removeprefix(called) for name in names]
+    return [folder + name.removeprefix(label) for name in names]
 
 
 def _column_differences(first: Log, other: Log) -> Iterator[str]:
     """Yield the columns that only one of two logs has."""
-    columns = [
-        {*log.velocity_names, *log.command_names, *recorded_arrays(log)} for log in (first, other)
-    ]
-    for present, absent_from, log in (
-        (columns[0], columns[1], other),
-        (columns[1], columns[0], first),
-    ):
-        if present - absent_from:
-            lacking = " ".join(sorted(present - absent_from))
+    for log, complete in ((other, first), (first, other)):
+        expected, present = (
+            {*item.velocity_names, *item.command_names, *recorded_arrays(item)}
+            for item in (complete, log)
+        )
+        if expected - present:
+            lacking = " ".join(sorted(expected - present))
             yield f"{log.source or 'a log'} lacks {lacking}, which the others have"

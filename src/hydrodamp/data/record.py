@@ -114,9 +114,8 @@ def record_of_arrays(
         euler, wrong = copy_arrays({"attitude": (attitude, (3,))}, n)
         attitude, faults = quaternion_from_euler(euler["attitude"]), faults + wrong
     complete = {**given, "velocity": velocity, "attitude": attitude}
-    blocks, wrong = copy_arrays(
-        {block.name: (complete[block.name], block.shape) for block in BLOCKS}, n
-    )
+    shapes = {block.name: (complete[block.name], block.shape) for block in BLOCKS}
+    blocks, wrong = copy_arrays(shapes, n)
     channels, wrong_too = copy_arrays({name: (values, ()) for name, values in commands.items()}, n)
     faults += wrong + wrong_too
     if segment is not None and len(segment) != n:
@@ -187,22 +186,15 @@ def max_step(steps: FloatArray) -> float:
 def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
     """Return which samples to keep, their segments, and a note on every cut except joins."""
     joins, missing = record.joins, record.missing
-    late = np.diff(record.time, prepend=record.time[:1]) > max_step(
-        np.diff(record.time)[~joins[1:]]
-    )
-    gaps = late & ~joins
+    steps = np.diff(record.time, prepend=record.time[:1])
+    gaps = (steps > max_step(steps[1:][~joins[1:]])) & ~joins
     starts = joins | gaps | (missing != np.roll(missing, 1))
     edges = np.append(np.flatnonzero(starts), record.n).tolist()
-    pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a]]
-    segment_bounds = [(a, b) for a, b in pieces if b - a >= 2]
+    pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a] and b - a >= 2]
     keep = np.zeros(record.n, dtype=np.bool_)
-    for a, b in segment_bounds:
+    for a, b in pieces:
         keep[a:b] = True
-    return (
-        keep,
-        _segments(record, segment_bounds),
-        (*_notes(record, gaps, missing, edges, segment_bounds),),
-    )
+    return keep, _segments(record, pieces), tuple(_notes(record, gaps, missing, edges, pieces))
 
 
 def name_of_source(source: str) -> str:

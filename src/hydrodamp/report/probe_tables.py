@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
+
+import yaml
 
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Inspection, Probe
@@ -14,6 +17,7 @@ from hydrodamp.report.table import Table
 #: Listed topics and segments.
 MAX_LISTED = 25
 
+_COLUMNS = yaml.safe_load(Path(__file__).with_name("probe_columns.yaml").read_text("utf-8"))
 _MIN_LEAD_S = -0.05  # s; a response this early precedes its command
 _DRAFT_HEADER = "draft with the confidence of each line (--draft FILE saves it)"
 _WORLD_NAMES = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
@@ -68,10 +72,8 @@ def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
 
 
 def _topic_table(found: Probe) -> Table:
-    notes = [
-        *_omitted_note(len(found.topics), "topics"),
-        *(f"Reader: {note}." for note in found.notes),
-    ]
+    notes = [*_omitted_note(len(found.topics), "topics")]
+    notes += [f"Reader: {note}." for note in found.notes]
     for topic in found.topics:
         name = topic.name or "table"
         notes += [f"{name}: {fault}" for fault in topic.faults]
@@ -81,18 +83,8 @@ def _topic_table(found: Probe) -> Table:
             notes.append(f"{name}: {topic.backward} times the clock repeats or runs backwards.")
     units = sorted({unit for topic in found.topics for _, unit in topic.units})
     notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
-    columns = {
-        "topic": ("name", "s"),
-        "messages": ("n", "d"),
-        "fields": ("n_fields", "d"),
-        "rate [Hz]": ("rate", ".3g"),
-        "jitter": ("jitter", ".0%"),
-        "gap [s]": ("longest_gap", ".3g"),
-        "from, by its clock [s]": ("start", ".2f"),
-        "to [s]": ("end", ".2f"),
-    }
-    topics = found.topics[:MAX_LISTED]
-    return Table.of_items(f"{found.source}: {found.format}", topics, columns, notes)
+    title = f"{found.source}: {found.format}"
+    return Table.of_items(title, found.topics[:MAX_LISTED], _COLUMNS["topics"], notes)
 
 
 def _omitted_note(count: int, what: str) -> tuple[str, ...]:
@@ -143,8 +135,7 @@ def _preset_notes(found: Probe) -> Iterator[str]:
     for preset in found.presets:
         option = f"`--mapping {preset.name}`"
         yield f"Preset `{preset.name}` matches {preset.channels} channels ({option})."
-    if not found.presets:
-        yield "No shipped preset matches."
+    yield from () if found.presets else ("No shipped preset matches.",)
 
 
 def _delay_table(delays: tuple[Delay, ...]) -> Table:
@@ -152,63 +143,33 @@ def _delay_table(delays: tuple[Delay, ...]) -> Table:
         "sign: direction of the response. explains: share of the variance of the acceleration "
         "that the command explains in addition to the velocities."
     ]
-    if early := [
-        delay.command
-        for delay in delays
-        if delay.seconds + (delay.standard_deviation or 0.0) < _MIN_LEAD_S
-    ]:
+    latest = {item.command: item.seconds + (item.standard_deviation or 0.0) for item in delays}
+    if early := [command for command, seconds in latest.items() if seconds < _MIN_LEAD_S]:
         notes.append(
             f"The response precedes {' '.join(early)}: the clocks differ, the velocity was "
             "smoothed by a zero-phase filter, or the command follows the motion in a closed loop."
         )
-    columns = {
-        "command": ("command", "s"),
-        "velocity": ("velocity", "s"),
-        "sign": ("sign", "+d"),
-        "delay [s]": ("seconds", ".2f"),
-        "± [s]": ("standard_deviation", ".2f"),
-        "explains": ("share", ".0%"),
-        "confidence [%]": ("confidence", "d"),
-    }
     title = "Delay between commands and velocities (dead time plus lag)"
-    return Table.of_items(title, delays, columns, notes)
+    return Table.of_items(title, delays, _COLUMNS["delays"], notes)
 
 
 def _segment_table(found: QualityReport, notes: tuple[str, ...]) -> Table:
-    n = len(found.segments)
-    columns = {
-        "segment": ("name", "s"),
-        "samples": ("n_samples", "d"),
-        "from [s]": ("start", ".2f"),
-        "to [s]": ("end", ".2f"),
-        "by the clock [s]": ("clock", ".3f"),
-        "median step [s]": ("step", ".3g"),
-        "longest step [s]": ("longest_step", ".3g"),
-    }
-    title = (
-        f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s in {n} "
-        f"segment{'s' if n != 1 else ''}"
-    )
-    return Table.of_items(
-        title, found.segments[:MAX_LISTED], columns, (*_omitted_note(n, "segments"), *notes)
-    )
+    n, segments = len(found.segments), found.segments[:MAX_LISTED]
+    span = f"{found.n_samples} samples, {found.duration:.1f} s"
+    title = f"{found.source}: {span} in {n} segment{'s' if n != 1 else ''}"
+    notes = (*_omitted_note(n, "segments"), *notes)
+    return Table.of_items(title, segments, _COLUMNS["segments"], notes)
 
 
 def _column_table(judged: QualityReport) -> Table:
-    numbers = {"mean": "mean", "std": "std", "lowest": "low", "highest": "high"}
-    columns = {
-        "column": ("name", "s"),
-        "unit": ("unit", "s"),
-        **{name: (attribute, ".4g") for name, attribute in numbers.items()},
-        "changes": ("n_changes", "d"),
-    }
     notes = (
         f"Also recorded: {', '.join(judged.recorded) or 'nothing else'}.",
-        *(f"missing: {each}" for each in judged.missing),
+        *(f"missing: {message}" for message in judged.missing),
         f"frame: {judged.frame}",
         *judged.warnings,
-        *(f"remark: {each}" for each in judged.remarks),
-        *(f"identifiable: {each}" for each in judged.identifiable),
+        *(f"remark: {message}" for message in judged.remarks),
+        *(f"identifiable: {message}" for message in judged.identifiable),
         f"Verdict: {judged.verdict}",
     )
-    return Table.of_items("Columns", (*judged.velocities, *judged.commands), columns, notes)
+    channels = (*judged.velocities, *judged.commands)
+    return Table.of_items("Columns", channels, _COLUMNS["channels"], notes)

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.channels import SEGMENT
+from hydrodamp.data.channels import SEGMENT, is_unit
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import is_unit
 
 #: First characters of comment lines.
 COMMENTS = ("#", "%", "//")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.channels import UNITS
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock import (
     Clock,
@@ -54,11 +54,10 @@ def find_clock(topic: Topic) -> TopicClock | None:
     rising = [name for name, values in fields.items() if _is_increasing(values)]
     named = [name for name in rising if _TIME_WORDS & {*words(name)} or name in halves]
     stamped = [name for name in named if "header" in words(name) or name in halves]
-    is_recorded = topic.time is not None and bool(np.isfinite(_mask_implausible(topic.time)).any())
-    if topic.time is not None and is_recorded and not stamped:
-        return TopicClock(
-            None, _mask_implausible(topic.time), "s", 100, "arrival time recorded by the file"
-        )
+    arrival = None if topic.time is None else _mask_implausible(topic.time)
+    is_recorded = arrival is not None and bool(np.isfinite(arrival).any())
+    if arrival is not None and is_recorded and not stamped:
+        return TopicClock(None, arrival, "s", 100, "arrival time recorded by the file")
     plain = (name for name in rising if _is_plain_clock(fields[name]) and _has_no_role(topic, name))
     name = next(iter((*stamped, *named, *plain)), None)
     if name is None:
@@ -84,15 +83,16 @@ def _has_no_role(topic: Topic, name: str) -> bool:
 
 def find_clocks(recording: Recording) -> dict[str, TopicClock]:
     """Return the clocks of topics; a clock alone in its topic gives the rate of topics without."""
-    clocks = {topic.name: clock for topic in recording.topics if (clock := find_clock(topic))}
+    topics = recording.topics
+    clocks = {topic.name: clock for topic in topics if (clock := find_clock(topic))}
     lone = [
-        clock for name, clock in clocks.items() if {*recording.topic(name).fields} == {clock.column}
+        clock
+        for topic in topics
+        if (clock := clocks.get(topic.name)) and {*topic.fields} == {clock.column}
     ]
     if len(lone) == 1 and (rate := even_rate(lone[0].seconds)):
         reason = f"the rate of `{lone[0].column}`, which stops before the last row"
-        clocks = {
-            topic.name: clock_at_rate(topic, rate, reason) for topic in recording.topics
-        } | clocks
+        return {topic.name: clock_at_rate(topic, rate, reason) for topic in topics} | clocks
     return clocks
 
 
@@ -103,16 +103,12 @@ def clock_at_rate(topic: Topic, rate: float, why: str = "") -> TopicClock:
 
 def _split_stamps(topic: Topic) -> dict[str, str]:
     """Return the columns of nanoseconds of columns of whole seconds."""
-    split = {name: words(name) for name in topic.fields}
-    nanos = {
-        name_words[:-1]: name
-        for name, name_words in split.items()
-        if {*name_words[-1:]} & _NANOSECOND_WORDS
-    }
+    split = {name: (words(name)[:-1], {*words(name)[-1:]}) for name in topic.fields}
+    nanos = {stem: name for name, (stem, last) in split.items() if last & _NANOSECOND_WORDS}
     return {
-        name: nanos[name_words[:-1]]
-        for name, name_words in split.items()
-        if {*name_words[-1:]} & _SECOND_WORDS and name_words[:-1] in nanos
+        name: nanos[stem]
+        for name, (stem, last) in split.items()
+        if last & _SECOND_WORDS and stem in nanos
     }
 
 
@@ -186,10 +182,9 @@ def topic_series(topic: Topic, clock: TopicClock | None) -> list[Series]:
     column, seconds = (None, np.empty(0)) if clock is None else (clock.column, clock.seconds)
     return [
         Series(topic.name, name, unit_of(topic, name), seconds, values)
-        for name, values in (
-            (name, _mask_implausible(values)) for name, values in topic.fields.items()
-        )
-        if name != column and not is_stamp(name) and bool(np.isfinite(values).any())
+        for name, raw in topic.fields.items()
+        if name != column and not is_stamp(name)
+        if np.isfinite(values := _mask_implausible(raw)).any()
     ]
 
 
@@ -208,9 +203,8 @@ def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     base = max(stamps.values(), key=lambda item: item.step)
     thin = slice(None, None, every := 1 + len(base.time) // _MAX_SAMPLES)
     ticks = Ticks(base.time[thin], base.run[thin])
-    values = np.column_stack(
-        [_interpolate_at(ticks, base, stamps[item.topic], item.values) for item in series]
-    )
+    columns = [_interpolate_at(ticks, base, stamps[item.topic], item.values) for item in series]
+    values = np.column_stack(columns)
     steps = np.diff(ticks.time, prepend=ticks.time[:1])
     limit = base.limit + (every - 1) * base.step
     broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > limit)

@@ -9,11 +9,10 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, WRENCH
+from hydrodamp.data.channels import ATTITUDE, EULER, WRENCH
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
+from hydrodamp.ingest.inspection.names import YAML_KEYWORDS, command_names
 from hydrodamp.ingest.inspection.roles import Guess, Roles
 from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
@@ -22,10 +21,16 @@ MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70
 
 _PLAIN_REASONS = ("name", "name and unit")  # not printed
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
-_SPEEDS = (*"uvw", *WORLD_DIRECTIONS)
+_BODY, _WORLD = (
+    frozenset(f"velocity.{name}" for name in names) for names in ("uvw", WORLD_DIRECTIONS)
+)
+_QUATERNION, _ANGLES = (
+    frozenset(f"attitude.{name}" for name in names)
+    for names in (ATTITUDE.columns, (*EULER, "heading"))
+)
 _LEVEL = "not recorded: assumed level"
 _HORIZONTAL = frozenset(("position.north", "position.east"))
-_VERTICAL = frozenset(f"position.{name}" for name in ("up", "down", "depth"))
+_VERTICAL = frozenset(("position.up", "position.down", "position.depth"))
 _MAX_NAMES = 12  # columns listed per message and reason
 _NO_VELOCITY = (
     "# No velocity, and no pose to derive it from, was found. Name its columns:",
@@ -34,8 +39,6 @@ _NO_VELOCITY = (
 _MAX_COMMANDS = 24  # more are not listed
 _COMMENT_WIDTH = 86
 _PLAIN_SCALAR = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
-_YAML_KEYWORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", "null", "none"))
-_GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", "channels"])
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,8 @@ def draft_from_preset(recording: Recording, preset: str) -> Draft:
 
 
 def _header(recording: Recording) -> list[str]:
-    name = ", ".join(Path(path).name for path in recording.source.split(", "))
-    return _comment(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line.")
+    name = ", ".join(Path(path).name for path in recording.source.split(", ")) or "a recording"
+    return _comment(f"Drafted by `hydrodamp probe` from {name}; check every line.")
 
 
 def _comment(text: str) -> list[str]:
@@ -100,15 +103,12 @@ def select_channels(roles: Roles) -> list[Guess]:
         if guess.is_best and guess.confidence >= MIN_CONFIDENCE and "." in guess.role
     ]
     names = {guess.role for guess in candidates}
-    quaternion = {f"attitude.{name}" for name in ATTITUDE.columns}
-    angles = {f"attitude.{name}" for name in (*EULER, "heading")}
-    omitted = _roles_to_omit(candidates, quaternion, angles) if quaternion <= names else quaternion
+    omitted = {*_QUATERNION}
+    if names >= _QUATERNION:
+        omitted = _roles_to_omit(candidates, _QUATERNION, _ANGLES)
     omitted |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
-    body, world = (
-        {f"velocity.{name}" for name in channels} for channels in ("uvw", WORLD_DIRECTIONS)
-    )
     has_world = {"velocity.north", "velocity.east"} <= names
-    omitted |= _roles_to_omit(candidates, body, world) if has_world else world
+    omitted |= _roles_to_omit(candidates, _BODY, _WORLD) if has_world else _WORLD
     if len(names & _HORIZONTAL) == 1:
         omitted |= _HORIZONTAL
     if names & {"position.up", "position.down"}:
@@ -119,14 +119,14 @@ def select_channels(roles: Roles) -> list[Guess]:
 
 
 def _roles_to_omit(
-    candidates: Sequence[Guess], preferred: set[str], alternative: set[str]
+    guesses: Sequence[Guess], preferred: frozenset[str], alternative: frozenset[str]
 ) -> set[str]:
     """Return which of two redundant sets to omit: the second, unless its confidence is higher."""
     first, second = (
-        min((guess.confidence for guess in candidates if guess.role in roles), default=0)
+        min((guess.confidence for guess in guesses if guess.role in roles), default=0)
         for roles in (preferred, alternative)
     )
-    return preferred if first < min(SURE_CONFIDENCE, second) else alternative
+    return {*(preferred if first < min(SURE_CONFIDENCE, second) else alternative)}
 
 
 def _file_lines(recording: Recording) -> Iterator[str]:
@@ -209,16 +209,13 @@ def _group_lines(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[st
 
 
 def _format_entry(guess: Guess, flag: str | None = None) -> str:
-    items = [f"column: {_quote(guess.column)}"]
-    if guess.unit is not None:
-        items.append(f"unit: {guess.unit}")
-    if guess.sign < 0:
-        items.append("sign: -1")
+    items = {"unit": guess.unit, "sign": "-1" if guess.sign < 0 else None}
     if guess.is_pulse:
-        items.append("scale: 0.0025, offset: -3.75")
-    if flag is not None:
-        items.append(f"where: {_quote(flag)}")
-    return _quote(guess.column) if len(items) == 1 else f"{{{', '.join(items)}}}"
+        items |= {"scale": "0.0025", "offset": "-3.75"}
+    items["where"] = None if flag is None else _quote(flag)
+    settings = "".join(f", {key}: {text}" for key, text in items.items() if text is not None)
+    column = _quote(guess.column)
+    return f"{{column: {column}{settings}}}" if settings else column
 
 
 def _command_lines(guesses: Sequence[Guess]) -> Iterator[str]:
@@ -229,42 +226,19 @@ def _command_lines(guesses: Sequence[Guess]) -> Iterator[str]:
         yield f"  {name}: {_format_entry(replace(guess, unit=unit))}{_confidence_comment(guess)}"
 
 
-def command_names(columns: Sequence[str]) -> list[str]:
-    """Return short names of commands that are valid in terms."""
-    names: dict[str, str] = {}
-    for column in columns:
-        topic, _, last = column.rpartition(".")
-        is_generic = last.partition("[")[0].lower() in _GENERIC
-        short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
-        short = short.removesuffix(".data") if topic else short
-        candidates = map(_valid_name, (short, column, *(f"{column}_{k}" for k in range(2, 99))))
-        names[next(name for name in candidates if name not in names)] = column
-    return [*names]
-
-
-def _valid_name(text: str) -> str:
-    """Return a name that is valid in terms."""
-    name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "command"
-    name = f"c{name}" if name[0].isdigit() else name
-    try:
-        check_command_name(name)
-    except HydrodampError:
-        return f"{name}_command"
-    return f"{name}_command" if name in RESERVED or name.lower() in _YAML_KEYWORDS else name
-
-
 def _sensor_lines(roles: Roles) -> Iterator[str]:
     body = "FLU" if roles.vertical_axis.body == "FRD" else "FRD"
-    mirrored = (("rates", roles.rates.mirrored), ("velocity", roles.velocity.mirrored))
-    lines = [f"  {name}: {{axes: {body}}}" for name, is_mirrored in mirrored if is_mirrored]
-    yield from ("sensors:    # in other axes than the attitude", *lines) if lines else ()
+    mirrored = {"rates": roles.rates.mirrored, "velocity": roles.velocity.mirrored}
+    if any(mirrored.values()):
+        yield "sensors:    # in other axes than the attitude"
+    yield from (f"  {name}: {{axes: {body}}}" for name in mirrored if mirrored[name])
 
 
 def _step_line(used: Sequence[Guess]) -> Iterator[str]:
     """Yield the steps that derive velocities and rates from the pose."""
     names, steps = {guess.role for guess in used}, list[str]()
     has_position = names >= _HORIZONTAL or names & _VERTICAL
-    if has_position and names.isdisjoint(f"velocity.{speed}" for speed in _SPEEDS):
+    if has_position and not names & (_BODY | _WORLD):
         steps.append("velocity_from_position")
     rates = "pqr" if names & {"attitude.roll", "attitude.pitch", "attitude.qw"} else "r"
     has_attitude = any(name.startswith("attitude.") for name in names)
@@ -319,5 +293,5 @@ def _omission_reason(guess: Guess, roles: Roles) -> str:
 
 def _quote(text: str) -> str:
     """Return the text as a YAML scalar."""
-    plain = _PLAIN_SCALAR.fullmatch(text) and text.lower() not in _YAML_KEYWORDS
+    plain = _PLAIN_SCALAR.fullmatch(text) and text.lower() not in YAML_KEYWORDS
     return text if plain else json.dumps(text, ensure_ascii=False)

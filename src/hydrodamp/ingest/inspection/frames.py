@@ -25,8 +25,7 @@ from hydrodamp.data.channel_regression import (
     integrate_rotation,
     regress_channel,
 )
-from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
-from hydrodamp.data.units import UNITS
+from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE, UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, synchronise
 from hydrodamp.ingest.inspection.names import split_index

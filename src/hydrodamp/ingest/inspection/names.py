@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import yaml
 
-from hydrodamp.data.channels import EULER, WRENCH
+from hydrodamp.basis.atoms import check_command_name
+from hydrodamp.data.channels import EULER, RESERVED, UNITS, WRENCH, parse_unit, trailing_unit
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
+from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 from hydrodamp.ingest.mapping.schema import quantity_of
 
@@ -46,8 +47,10 @@ def element_of(field: str, siblings: Collection[str]) -> tuple[int, int] | None:
     A MATLAB row or column, `(3,1)`, is a vector; elements of a matrix have no single index.
     """
     stem, index = split_index(field)
-    indices = [other for name, other in map(split_index, {*siblings, field}) if name == stem]
-    subscripts = [tuple(map(int, re.findall(r"\d+", other))) for other in indices if other]
+    indices = [
+        subscript for name, subscript in map(split_index, {*siblings, field}) if name == stem
+    ]
+    subscripts = [tuple(map(int, re.findall(r"\d+", text))) for text in indices if text]
     if not index or len({*map(len, subscripts)}) != 1:
         return None
     moving = [k for k, column in enumerate(zip(*subscripts, strict=True)) if len({*column}) > 1]
@@ -241,3 +244,31 @@ def _vector_component(context: set[str], index: int, size: int) -> Hint | None:
             is_component = index < min(len(roles), size or 3)
             return (roles[index], confidence) if is_component and size in (0, 2, 3, 6) else None
     return None
+
+
+YAML_KEYWORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", "null", "none"))
+_GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", "channels"])
+
+
+def command_names(columns: Sequence[str]) -> list[str]:
+    """Return short names of commands that are valid in terms."""
+    names: dict[str, str] = {}
+    for column in columns:
+        topic, _, last = column.rpartition(".")
+        is_generic = last.partition("[")[0].lower() in _GENERIC
+        short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
+        short = short.removesuffix(".data") if topic else short
+        candidates = map(_valid_name, (short, column, *(f"{column}_{k}" for k in range(2, 99))))
+        names[next(name for name in candidates if name not in names)] = column
+    return [*names]
+
+
+def _valid_name(text: str) -> str:
+    """Return a name that is valid in terms."""
+    name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "command"
+    name = f"c{name}" if name[0].isdigit() else name
+    try:
+        check_command_name(name)
+    except HydrodampError:
+        return f"{name}_command"
+    return f"{name}_command" if name in RESERVED or name.lower() in YAML_KEYWORDS else name

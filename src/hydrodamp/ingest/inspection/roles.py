@@ -163,7 +163,7 @@ def _guess_from_names(
 ) -> tuple[list[Guess], dict[str, str]]:
     """Return guesses from names, and reasons for columns without a role."""
     values_by_column: dict[str, list[FloatArray]] = {}
-    for topic in (topic for other in others for topic in other.topics):
+    for topic in (topic for item in others for topic in item.topics):
         for item in topic_series(topic, None):
             values_by_column.setdefault(item.column, []).append(item.values)
     guesses: list[Guess] = []

@@ -20,10 +20,17 @@ from hydrodamp.data.attitude import (
     rotation_matrices,
 )
 from hydrodamp.data.canonical import is_in_degrees, record_of_columns
-from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
+from hydrodamp.data.channels import (
+    ACCELERATION,
+    ATTITUDE,
+    EULER,
+    POSITION,
+    SPECIFIC_FORCE,
+    WRENCH,
+    unit_factor,
+)
 from hydrodamp.data.record import Record, split_segments, stack_columns
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import unit_factor
 from hydrodamp.errors import ClockWarning, LogError, warn
 from hydrodamp.ingest.clock import IrregularityKind, describe_irregularities
 from hydrodamp.ingest.formats.files import SKIPPED

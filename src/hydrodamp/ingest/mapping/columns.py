@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.data.channels import UNITS, parse_unit, unit_factor
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.data.units import UNITS, parse_unit, unit_factor
 from hydrodamp.errors import LogError, did_you_mean, first_few
 from hydrodamp.ingest.clock import COARSE_SHARE
 from hydrodamp.ingest.formats.cells import invalid_cells, parse_number

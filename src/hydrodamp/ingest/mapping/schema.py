@@ -22,8 +22,15 @@ from pydantic import (
 
 from hydrodamp.basis.atoms import check_command_name
 from hydrodamp.conditioning.pipeline import Step, parse_steps
-from hydrodamp.data.channels import ATTITUDE, BLOCKS, EULER, POSITION, RESERVED, VELOCITY
-from hydrodamp.data.units import unit_factor
+from hydrodamp.data.channels import (
+    ATTITUDE,
+    BLOCKS,
+    EULER,
+    POSITION,
+    RESERVED,
+    VELOCITY,
+    unit_factor,
+)
 from hydrodamp.errors import LogError
 
 #: Value of `time` for topics with a recorded time.
