@@ -228,18 +228,14 @@ class RecursiveLeastSquares:
             directions = axes.vectors[axis][: len(labels), exceeds_prior[axis]].T
             design = directions if len(directions) else np.zeros((1, len(labels)))
             aliased += column_span(design, labels, np.ones(len(labels))).aliased
+        covariance = block_diag(*map(_unpad, axes.covariance, np.diff(bound.recursion.starts)))
         rank = int(exceeds_prior.sum())
         return make_fit(
             problem,
             bound.model,
             self,
             estimate.coefficients,
-            uncertainty=Uncertainty(
-                block_diag(*map(_unpad, axes.covariance, np.diff(bound.recursion.starts))),
-                degrees_of_freedom=np.inf,
-                method=_METHOD,
-                bias_allowance=_ALLOWANCE,
-            ),
+            uncertainty=Uncertainty(covariance, np.inf, _METHOD, bias_allowance=_ALLOWANCE),
             rank=rank,
             aliased=tuple(aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,

@@ -195,10 +195,11 @@ class Recursion:
         n = int(self.starts[axis + 1] - self.starts[axis])
         state = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
         products, first = C.HD_IV_PRODUCTS, C.HD_IV_ESTIMATE
-        estimate, moments, rows = np.split(state[first:], [n, n + n * n])
+        moments, rows = first + n, first + n + n * n
         count, lag_products = int(state[0]), state[products : products + N_LAGS]
-        innovations, last = state[1 : 1 + min(count, N_LAGS)], rows[: n + 1]
-        return IVStatistics(count, innovations, lag_products, estimate, moments.reshape(n, n), last)
+        innovations, last = state[1 : 1 + min(count, N_LAGS)], state[rows : rows + n + 1]
+        square = state[moments:rows].reshape(n, n)
+        return IVStatistics(count, innovations, lag_products, state[first:moments], square, last)
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
         """Return the regressors of an axis's last row, in units, its target, and if it is first."""
