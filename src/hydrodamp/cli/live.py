@@ -38,9 +38,9 @@ def live(
 ) -> None:
     """Identify recursively from live samples; print estimates as JSON lines."""
     from hydrodamp.files import check_file
-    from hydrodamp.live.bounded_queue import SourceError
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.estimator import METHODS
+    from hydrodamp.live.readers import SourceError
     from hydrodamp.live.runner import LiveRun
     from hydrodamp.live.sources import open_source
 
