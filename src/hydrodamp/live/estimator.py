@@ -50,6 +50,8 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 CRITICAL_VALUE = 1.959964  # of a 95 % interval of the normal distribution
 
+WORDS = {None: None, **{each: each.word for each in (*Grade, *Cause)}}
+
 #: Methods that run sample by sample.
 METHODS = ("rls", "ai")
 
@@ -217,8 +219,8 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
             label: {
                 "value": _finite(value) if has_estimate else None,
                 "standard_error": _finite(error) if has_errors else None,
-                "grade": grade.word,
-                "cause": cause.word if cause else None,
+                "grade": WORDS[grade],
+                "cause": WORDS[cause],
             }
             for label, value, error, (grade, cause) in columns
         },
