@@ -4,7 +4,7 @@ from .basis.atoms import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
 from .batch.batch import BatchResult as BatchResult, GroupFit as GroupFit, batch as batch
-from .batch.changepoints import ChangePoint as ChangePoint
+from .batch.groups import ChangePoint as ChangePoint
 from .conditioning.actuator_response import (
     apply_dead_zone as apply_dead_zone,
     apply_delay as apply_delay,
@@ -52,11 +52,12 @@ from .errors import (
     ModelError as ModelError,
     ProblemError as ProblemError,
     PropulsionWarning as PropulsionWarning,
+    Status as Status,
     TermError as TermError,
     VehicleError as VehicleError,
 )
 from .experiment_design.envelope import Envelope as Envelope, read_envelope as read_envelope
-from .experiment_design.excitation import Manoeuvre as Manoeuvre
+from .experiment_design.guidance import Manoeuvre as Manoeuvre
 from .experiment_design.plan import plan as plan
 from .experiment_design.result import (
     DivePlan as DivePlan,
@@ -73,6 +74,7 @@ from .identification.adaptive import (
     NoiseScaledGain as NoiseScaledGain,
     State as State,
     TermScaledGain as TermScaledGain,
+    observe as observe,
 )
 from .identification.differentiation import (
     Derivative as Derivative,
@@ -111,23 +113,22 @@ from .identification.methods import (
     find_method as find_method,
     identify_all as identify_all,
 )
-from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
-from .identification.qr_factor import Triangle as Triangle, merge as merge
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
 )
-from .identification.regression_rows import (
+from .identification.regression import (
     Folds as Folds,
     PointwiseRegression as PointwiseRegression,
     RegressionForm as RegressionForm,
     Rows as Rows,
+    Triangle as Triangle,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
     folds as folds,
+    merge as merge,
 )
-from .identification.residuals import diagnose as diagnose
 from .identification.stepwise import StepwiseSelection as StepwiseSelection
 from .identification.weak_form import WeakRegression as WeakRegression
 from .ingest.datasets import Dataset as Dataset, fetch as fetch, find_dataset as find_dataset
@@ -149,6 +150,7 @@ from .models.catalog import (
     PAPER_MODELS as PAPER_MODELS,
     catalog as catalog,
     find_model as find_model,
+    published as published,
 )
 from .models.damping import Damping as Damping, VehicleStamp as VehicleStamp
 from .models.files import (
@@ -158,7 +160,6 @@ from .models.files import (
     write_model as write_model,
 )
 from .models.model import DampingModel as DampingModel
-from .models.published import published as published
 from .report.figures.diagnostics import (
     correlation_figure as correlation_figure,
     excitation_figure as excitation_figure,
@@ -197,24 +198,22 @@ from .simulation.replay import (
     score as score,
     simulate as simulate,
 )
-from .simulation.status import Status as Status
-from .validation.bands import (
-    PredictionBand as PredictionBand,
-    prediction_band as prediction_band,
-)
 from .validation.compare import (
     PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,
     Row as Row,
+    Selection as Selection,
     compare as compare,
+    pareto_front as pareto_front,
 )
 from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.selection import (
-    Selection as Selection,
-    pareto_front as pareto_front,
+from .validation.diagnostics import (
+    PredictionBand as PredictionBand,
+    diagnose as diagnose,
+    prediction_band as prediction_band,
 )
 from .validation.sensitivity import (
     VehicleSensitivity as VehicleSensitivity,

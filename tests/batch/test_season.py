@@ -13,7 +13,7 @@ import hydrodamp as hd
 from batch.conftest import MODEL
 from hydrodamp.batch.groups import find_change_points
 from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
-from hydrodamp.identification.qr_factor import merge
+from hydrodamp.identification.regression import merge
 
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
 

@@ -8,7 +8,7 @@ from numpy.polynomial import polynomial
 
 import hydrodamp as hd
 from hydrodamp.identification.differentiation import default_derivative
-from hydrodamp.identification.regression_rows import PointwiseRegression, accumulate
+from hydrodamp.identification.regression import PointwiseRegression, accumulate
 
 LINEAR = hd.catalog["linear"]
 PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")

@@ -10,8 +10,7 @@ import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.identification.har_covariance import Bins, HarCovariance, long_run_covariance
-from hydrodamp.identification.qr_factor import solve_axis
-from hydrodamp.identification.regression_rows import Rows
+from hydrodamp.identification.regression import Rows, solve_axis
 
 MODEL = hd.DampingModel.from_table({"X": "u u|u|", "Y N": "v r v|v|"}, key="mine")
 NONE = hd.DampingModel.from_table({}, key="none")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.operating_range import (
+from hydrodamp.identification.dissipativity import (
     energy_injection_warnings,
     join_ranges,
     range_exceedance_warnings,

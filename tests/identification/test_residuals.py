@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.residuals import (
+from hydrodamp.validation.diagnostics import (
     autocorrelation,
     autocorrelations,
     diagnose,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.qr_factor import column_span
+from hydrodamp.identification.regression import column_span
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.replay import replay
-from hydrodamp.validation import bands
+from hydrodamp.validation import diagnostics
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_one_axis_is_the_formula(coasting):
 def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
     problem, damping = manoeuvres
     whole = hd.prediction_band(problem, damping)
-    monkeypatch.setattr(bands, "_CHUNK_SIZE", 6 * 42 * 20)
+    monkeypatch.setattr(diagnostics, "_CHUNK_SIZE", 6 * 42 * 20)
     parts = hd.prediction_band(problem, damping)
     np.testing.assert_allclose(parts.velocity, whole.velocity, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(parts.upper, whole.upper, rtol=1e-8, atol=1e-12)
@@ -63,7 +63,7 @@ def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
 @pytest.mark.parametrize("chunk", [8_000_000, 6 * 7 * 4])
 def test_a_replay_that_diverges_has_no_band_from_there(coasting, monkeypatch, chunk):
     problem, damping = coasting
-    monkeypatch.setattr(bands, "_CHUNK_SIZE", chunk)
+    monkeypatch.setattr(diagnostics, "_CHUNK_SIZE", chunk)
     band = hd.prediction_band(problem, replace(damping, coefficients=[400.0]))
     lost = np.isnan(band.velocity[:, 0])
     assert lost[59]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation.selection import pareto_front, select_row
+from hydrodamp.validation.compare import pareto_front, select_row
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation.compare import is_paper_campaign
-from hydrodamp.validation.selection import pareto_front
+from hydrodamp.validation.compare import is_paper_campaign, pareto_front
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.batch.discovery import ResolvedMapping, digest_of_recording
 from hydrodamp.batch.sufficient_statistics import LogStatistics, summarise_address
 from hydrodamp.files import open_atomic
-from hydrodamp.identification.qr_factor import Triangle
+from hydrodamp.identification.regression import Triangle
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 

@@ -21,13 +21,20 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.batch.discovery import ResolvedMapping, local_copy
 from hydrodamp.data.log import Log, concatenate
-from hydrodamp.errors import ProblemError, suppress_warnings
-from hydrodamp.identification.fit import Fit, Method, Uncertainty, identify_or_refuse
+from hydrodamp.errors import ProblemError, Status, suppress_warnings
+from hydrodamp.identification.dissipativity import Ranges, join_ranges, velocity_ranges
+from hydrodamp.identification.fit import (
+    MAX_BLOCKS,
+    MIN_BLOCKS,
+    Fit,
+    Method,
+    Uncertainty,
+    identify_or_refuse,
+    jackknife,
+)
 from hydrodamp.identification.identifiability import Grade, grade_coefficients
-from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS, jackknife
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
-from hydrodamp.identification.operating_range import Ranges, join_ranges, velocity_ranges
-from hydrodamp.identification.qr_factor import (
+from hydrodamp.identification.regression import (
     AxisSolution,
     Triangle,
     group_labels,
@@ -40,7 +47,6 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare, vehicle_stamp
 from hydrodamp.simulation.replay import score, simulate
-from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 MAX_BLOCKS_PER_LOG, MIN_BLOCK_S = 8, 30.0  # [s]; by choice
@@ -195,10 +201,7 @@ class _UnusableLogError(ProblemError):
 
 
 def summarise_log(
-    log: Log,
-    vehicle: Vehicle,
-    models: Sequence[DampingModel],
-    method: LeastSquares | WeakForm,
+    log: Log, vehicle: Vehicle, models: Sequence[DampingModel], method: LeastSquares | WeakForm
 ) -> LogStatistics:
     """Return the sufficient statistics of the regression rows of a log."""
     with np.errstate(all="ignore"):  # overflow is refused below

@@ -51,7 +51,7 @@ def identify(
     models = listed.complete(vehicle_model, log, estimate_gains)
     problem = hd.prepare(vehicle_model, log, models)
     if check_actuators:
-        from hydrodamp.validation.actuator_check import check_gains
+        from hydrodamp.validation.sensitivity import check_gains
 
         for issue in check_gains(problem, models):
             warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)

@@ -61,7 +61,7 @@ def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
         missing_data,
         unused_commands,
     )
-    from hydrodamp.validation.actuator_check import check_gains
+    from hydrodamp.validation.sensitivity import check_gains
 
     no_actuation = missing_actuation(vehicle, log)
     # Terms of a model may still use the commands of a vehicle without actuators.

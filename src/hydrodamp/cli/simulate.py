@@ -28,7 +28,7 @@ def simulate(
     """Replay a log open loop with an identified model and report the RMS error."""
     from hydrodamp.cli.provenance import check_out_log
     from hydrodamp.errors import ModelError
-    from hydrodamp.identification.operating_range import (
+    from hydrodamp.identification.dissipativity import (
         energy_injection_warnings,
         join_ranges,
         range_exceedance_warnings,

@@ -7,25 +7,129 @@ signal-to-noise ratio of each velocity, the adaptation gains γ with the mean sq
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.errors import demand
+from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.basis import guarded_speed
+from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
+from hydrodamp.errors import MethodError, ProblemError, Status, demand, did_you_mean
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
+from hydrodamp.identification.dissipativity import axis_terms
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
-from hydrodamp.identification.online import initial_coefficients, require_problem
-from hydrodamp.identification.qr_factor import BLOCK, Triangle
+from hydrodamp.identification.regression import BLOCK, Triangle
 from hydrodamp.identification.weak_form import step_equations
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
-from hydrodamp.simulation.status import Status
+from hydrodamp.simulation.problem import EquationTable, Problem, held_channels, vehicle_stamp
+
+
+def observe(
+    equations: EquationTable,
+    *,
+    time: float,
+    velocity: npt.ArrayLike,
+    attitude: npt.ArrayLike = (0.0, 0.0, 0.0),
+    commands: Mapping[str, float] | None = None,
+    wrench: npt.ArrayLike | None = None,
+    propulsion_ratio: float | None = None,
+    previous: Sample | None = None,
+) -> Sample:
+    """Build a sample from the measurements at one instant.
+
+    Parameters
+    ----------
+    equations : EquationTable
+        Equation 1; gives the required commands.
+    time : float
+        Clock [s].
+    velocity : array_like, shape (6,)
+        u v w [m/s], p q r [rad/s], body frame.
+    attitude : array_like, shape (3,) or (4,)
+        Roll, pitch, yaw [rad], or a unit quaternion w x y z, body to
+        north-east-down; level by default.
+    commands : mapping of str to float, optional
+        Commands, held until the next sample.
+    wrench : array_like, shape (6,), optional
+        Recorded wrench of the actuators, force [N] and moment
+        [N m], body frame, on the right-hand side.
+    propulsion_ratio : float, optional
+        Recorded ratio; by default from the speed of the propeller.
+    previous : Sample, optional
+        The sample before, whose propeller speed was held until now.
+
+    Returns
+    -------
+    sample : Sample
+        Argument of :meth:`AdaptiveIdentifier.step`.
+
+    Raises
+    ------
+    ProblemError
+        If a command is missing, both wrench and actuators are given, a shape is wrong,
+        or a number is not finite.
+    """
+    vehicle, free = equations.vehicle, equations.vehicle.free
+    recorded = {name: np.array([value]) for name, value in (commands or {}).items()}
+    for name in equations.required_commands:
+        if name not in recorded:
+            raise ProblemError(f"command '{name}' is missing.{did_you_mean(name, recorded)}")
+    if equations.actuators and wrench is not None:
+        raise ProblemError(
+            "`wrench` would count the vehicle's actuators twice: omit it, or build the equation "
+            "table from a log with a recorded wrench."
+        )
+    pose = np.asarray(attitude, dtype=np.float64)
+    nu = frozen(velocity, (6,), "velocity", ProblemError)
+    force = frozen(np.zeros(6) if wrench is None else wrench, (6,), "wrench", ProblemError)
+    if pose.shape not in ((3,), (4,)):
+        raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {pose.shape}")
+    speed = vehicle.propulsion_speed(recorded)
+    if propulsion_ratio is not None or speed is None:
+        ratio = 1.0 if propulsion_ratio is None else propulsion_ratio
+        opening = closing = ratio * float(guarded_speed(nu * free))
+    else:
+        opening = float(speed[0])
+        closing = opening if previous is None else float(previous.propulsion[0])
+    sample = Sample.of(
+        time=time,
+        velocity=nu * free,
+        down=down_vectors(pose if len(pose) == 4 else quaternion_from_euler(pose)),
+        wrench=force * free,
+        channels=held_channels(equations, recorded, 1)[0],
+        propulsion=(opening, closing),
+    )
+    if not np.isfinite(sample.values).all():
+        raise ProblemError(
+            f"every number of a sample must be finite; at {sample.time} s one is not. Omit the "
+            "sample, and after a longer gap use `state.restart(sample)`."
+        )
+    return sample
+
+
+def initial_coefficients(model: DampingModel, known: Damping | None = None) -> FloatArray:
+    """Return known coefficients, else those of the paper: −1 on the linear diagonal, else 0."""
+    if known is not None:
+        return known.onto(model)
+    pairs = axis_terms(model)
+    return np.array([-1.0 if str(term) == VELOCITIES[axis] else 0.0 for axis, term in pairs])
+
+
+def require_problem(source: Problem | EquationTable, quantity: str) -> Problem:
+    """Return a source that is a problem; raise for settings that need a log."""
+    if isinstance(source, Problem):
+        return source
+    raise MethodError(
+        f"these settings take the {quantity} from a log: bind the method to a problem prepared "
+        "from an earlier log."
+    )
 
 
 @dataclass(frozen=True)
@@ -158,16 +262,13 @@ class State(NamedTuple):
     @property
     def velocity_error(self) -> FloatArray:
         """Estimated minus measured velocity [m/s, rad/s]; in the paper Delta v."""
-        error: FloatArray = self.table[-1]
-        return error
+        return np.asarray(self.table[-1])
 
     @property
     def damping(self) -> Damping:
         """The present estimate, with a stamp of its vehicle."""
-        bound = self.adaptation
-        return Damping(
-            bound.model, self.matrix[bound.entries], vehicle=vehicle_stamp(bound.columns.vehicle)
-        )
+        bound, vehicle = self.adaptation, vehicle_stamp(self.adaptation.columns.vehicle)
+        return Damping(bound.model, self.matrix[bound.entries], vehicle=vehicle)
 
     def restart(self, sample: Sample) -> State:
         """Return the state at the first sample after a gap: zero error, same coefficients.
@@ -241,9 +342,8 @@ class AdaptiveIdentifier:
         else:
             a = axis_gains(self.a, "a")
         if isinstance(self.gamma, TermScaledGain):
-            size = regressor_mean_square(require_problem(source, "size of each term"))[
-                rows - columns.n_known
-            ]
+            problem = require_problem(source, "size of each term")
+            size = regressor_mean_square(problem)[rows - columns.n_known]
             time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
         else:
@@ -261,7 +361,7 @@ class AdaptiveIdentifier:
         model : DampingModel
             Damping model to identify.
         sample : Sample
-            First sample; see :func:`hydrodamp.identification.online.observe`.
+            First sample; see :func:`hydrodamp.identification.adaptive.observe`.
 
         Returns
         -------
@@ -347,12 +447,9 @@ class AdaptiveIdentifier:
         bound = self.bind(problem, model)
         run = self._run(problem, bound, every)
         rows, axes = bound.entries
-        return History(
-            time=frozen(run.history_time),
-            velocity_error=frozen(run.history_error),
-            coefficients=frozen(run.history_matrix[:, rows, axes]),
-            labels=bound.model.labels,
-        )
+        arrays = run.history_time, run.history_error, run.history_matrix[:, rows, axes]
+        time, error, coefficients = map(frozen, arrays)
+        return History(time, error, coefficients, bound.model.labels)
 
     def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> core.AdaptationRun:
         inputs, segments, passes = problem.inputs, problem.segments, self.passes

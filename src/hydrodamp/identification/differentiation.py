@@ -145,16 +145,13 @@ class SavitzkyGolay(Derivative):
         order = min(self.order, len(time) - 1)
         half = max(round(self.window / float(np.median(np.diff(time))) / 2.0), order // 2 + 1)
         bounds, window = np.array([[0, len(time)]]), 2 * half + 1
-        return fit_local_polynomials(
-            time, bounds, differences_from_centre(values), window, degree=order
-        ).slope
+        differences = differences_from_centre(values)
+        return fit_local_polynomials(time, bounds, differences, window, degree=order).slope
 
 
 def default_derivative(problem: Problem) -> Derivative:
     """Return the derivative of method ``ls``: recorded accelerations, else finite differences."""
-    if problem.log.acceleration is not None:
-        return RecordedAcceleration()
-    return FiniteDifference()
+    return FiniteDifference() if problem.log.acceleration is None else RecordedAcceleration()
 
 
 def _by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatArray:
@@ -186,9 +183,8 @@ def signal_to_noise(problem: Problem) -> FloatArray:
     A robust scale of the differences keeps fin movements out of the noise.
     """
     velocity = problem.inputs.velocity
-    differences = np.concatenate(
-        [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
-    )
+    segments = (velocity[start:stop] for start, stop in problem.segments)
+    differences = np.concatenate([np.diff(segment, n=4, axis=0) for segment in segments])
     if not len(differences):
         differences = np.zeros((1, 6))
     deviation = np.median(np.abs(differences), axis=0) / 0.6745  # of a normal distribution
@@ -201,8 +197,7 @@ def signal_to_noise(problem: Problem) -> FloatArray:
 
 def noise_variance(problem: Problem) -> FloatArray:
     """Return the variance of the white noise of each velocity."""
-    variance: FloatArray = problem.inputs.velocity.var(axis=0) / signal_to_noise(problem)
-    return variance
+    return np.asarray(problem.inputs.velocity.var(axis=0) / signal_to_noise(problem))
 
 
 def regressor_mean_square(problem: Problem) -> FloatArray:

@@ -23,8 +23,7 @@ from hydrodamp.identification.dissipativity import (
 )
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.least_squares import rank_status
-from hydrodamp.identification.qr_factor import Triangle, group_labels, solve_axis
-from hydrodamp.identification.regression_rows import RegressionForm
+from hydrodamp.identification.regression import RegressionForm, Triangle, group_labels, solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -204,10 +203,8 @@ def _least_distance(
 def _is_near(root: FloatArray, point: FloatArray, before: FloatArray, after: FloatArray) -> bool:
     """Whether a step with a larger margin increases the distance only moderately."""
     distance = float(np.linalg.norm(root @ (before - point)))
-    floor = _TOLERANCE * float(np.linalg.norm(root @ point))
-    return float(np.linalg.norm(root @ (after - point))) <= max(
-        _MAX_DISTANCE_RATIO * distance, floor
-    )
+    largest = max(_MAX_DISTANCE_RATIO * distance, _TOLERANCE * float(np.linalg.norm(root @ point)))
+    return float(np.linalg.norm(root @ (after - point))) <= largest
 
 
 @factorisation("triangle of the rows")

@@ -1,4 +1,9 @@
-"""An identified damping model: coefficients, covariance and status; and the method protocol."""
+"""An identified damping model: coefficients, covariance and status; and the method protocol.
+
+The delete-one-block jackknife of n estimates κ₍b₎ without block b gives the covariance
+``Cov = (n − 1)/n Σ_b (κ₍b₎ − κ̄)(κ₍b₎ − κ̄)ᵀ``, which allows for any dependence within a block:
+R. G. Miller (1974), doi:10.1093/biomet/61.1.1.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +15,14 @@ from typing import Protocol
 import numpy as np
 from scipy.special import stdtrit
 
-from hydrodamp.arrays import FloatArray, freeze
+from hydrodamp.arrays import FloatArray, Shape, freeze
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.operating_range import energy_injection_warnings, velocity_ranges
+from hydrodamp.errors import MethodError, Status, demand
+from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
-from hydrodamp.simulation.status import Status
 from hydrodamp.text import first_few
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -81,13 +85,10 @@ class Uncertainty:
 
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
-        n = len(self.covariance)
-        if self.leverage is not None:
-            freeze(self, MethodError, leverage=(n,))
-        freeze(self, MethodError, covariance=(n, n))
-        if self.noise is not None:
-            freeze(self, MethodError, noise=(n, n))
-        freedom = self.degrees_of_freedom
+        n, freedom = len(self.covariance), self.degrees_of_freedom
+        shapes: dict[str, Shape] = {"covariance": (n, n), "noise": (n, n), "leverage": (n,)}
+        arrays = {name: shape for name, shape in shapes.items() if getattr(self, name) is not None}
+        freeze(self, MethodError, np.float64, **arrays)
         demand(freedom > 0.0, "degrees_of_freedom", "positive", freedom)
 
     @property
@@ -410,10 +411,9 @@ def make_fit(
         covariance = uncertainty.covariance
     named = {label for group in aliased for label in group}
     aliased += tuple(group for group in problem.undetermined(model) if group[0] not in named)
+    vehicle = vehicle_stamp(problem.vehicle)
     return Fit(
-        damping=Damping(
-            model, coefficients, covariance=covariance, vehicle=vehicle_stamp(problem.vehicle)
-        ),
+        damping=Damping(model, coefficients, covariance=covariance, vehicle=vehicle),
         method=method.key,
         status=status or (Status.RANK_DEFICIENT if aliased else Status.OK),
         rank=rank,
@@ -434,21 +434,12 @@ def make_fit(
 
 
 def empty_fit(
-    problem: Problem,
-    model: DampingModel,
-    method: str,
-    status: Status,
-    remarks: tuple[str, ...] = (),
+    problem: Problem, model: DampingModel, method: str, status: Status, *remarks: str
 ) -> Fit:
     """Return a fit without coefficients (NaN), with a status that gives the reason."""
     missing = np.full(model.n_coefficients, np.nan)
-    return Fit(
-        damping=Damping(model, missing, vehicle=vehicle_stamp(problem.vehicle)),
-        method=method,
-        status=status,
-        n_samples=problem.n_samples,
-        remarks=remarks,
-    )
+    damping = Damping(model, missing, vehicle=vehicle_stamp(problem.vehicle))
+    return Fit(damping, method, status, n_samples=problem.n_samples, remarks=remarks)
 
 
 def check_actuation(problem: Problem, model: DampingModel) -> None:
@@ -469,4 +460,18 @@ def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) ->
         return method.identify(problem, model)
     except MethodError as error:
         free = model.restricted_to(problem.vehicle.axes)
-        return empty_fit(problem, free, method.key, Status.REFUSED, (str(error),))
+        return empty_fit(problem, free, method.key, Status.REFUSED, str(error))
+
+
+#: Blocks below which a covariance is not estimated, and blocks at most.
+MIN_BLOCKS, MAX_BLOCKS = 4, 32
+
+
+def jackknife(
+    estimates: FloatArray, duration: float, leverage: FloatArray | None = None
+) -> Uncertainty:
+    """Return the uncertainty of estimates (n, p) without one of n blocks of a duration [s] each."""
+    n = len(estimates)
+    deviations = estimates - np.mean(estimates, axis=0)
+    covariance, method = (n - 1) / n * (deviations.T @ deviations), "the delete-one-block jackknife"
+    return Uncertainty(covariance, n - 1, method, None, duration / n, n, leverage=leverage)

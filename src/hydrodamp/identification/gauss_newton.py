@@ -32,11 +32,7 @@ from hydrodamp.identification.differentiation import (
     regressor_mean_square,
     smooth_velocity,
 )
-from hydrodamp.identification.dissipativity import (
-    PowerRows,
-    sample_box as spread_over,
-    velocity_box,
-)
+from hydrodamp.identification.dissipativity import PowerRows, sample_box, velocity_box
 from hydrodamp.identification.har_covariance import Bins
 from hydrodamp.identification.multiple_shooting import (
     Windows,
@@ -44,7 +40,7 @@ from hydrodamp.identification.multiple_shooting import (
     sample_indices,
     split_windows,
 )
-from hydrodamp.identification.qr_factor import solve_axis
+from hydrodamp.identification.regression import solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -215,16 +211,15 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     velocity, _, risk = smooth_velocity(problem)
     initial_state_std = np.maximum(np.sqrt(risk / SAMPLES_PER_RESIDUAL)[free], MIN_STD)
     noise_std = np.maximum(NOISE_FLOOR_SHARE * np.sqrt(noise_variance(problem))[free], MIN_STD)
-    acceleration = fit_local_polynomials(
-        inputs.time, problem.segments, differences_from_centre(inputs.velocity), 15, degree=3
-    ).slope
+    time, segments, change = inputs.time, problem.segments, differences_from_centre(inputs.velocity)
+    acceleration = fit_local_polynomials(time, segments, change, 15, degree=3).slope
     inertial = np.sqrt(np.mean((acceleration @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
     force = inertial[axes]
     size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]
     scale = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
     box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
     usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
-    power_rows = PowerRows(model).rows(spread_over(box)) * scale / usual_power
+    power_rows = PowerRows(model).rows(sample_box(box)) * scale / usual_power
     return ShootingObjective(
         problem, entries, velocity, initial_state_std, noise_std, scale, power_rows
     )
@@ -268,6 +263,19 @@ def best_initial_iterate(
         return likelihood + objective.penalty(coefficients, INITIAL_PRIOR_STRENGTH)
 
     return objective.add_length(Iterate(min(candidates, key=cost), ()), windows)
+
+
+def fit_windows(
+    objective: ShootingObjective,
+    model: DampingModel,
+    lengths: Sequence[float],
+    initial: Sequence[FloatArray] = (),
+) -> tuple[Iterate, Iterate]:
+    """Return the best of the initial coefficients and weak-form estimates, and the minimum of J."""
+    lengths = admissible_lengths(objective.problem, lengths)
+    candidates = [*initial, *initial_candidates(objective, model)]
+    start = best_initial_iterate(objective, candidates, lengths[0])
+    return start, continue_over_lengths(objective, start, lengths)
 
 
 def continue_over_lengths(

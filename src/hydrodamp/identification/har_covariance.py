@@ -23,8 +23,7 @@ from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Uncertainty
-from hydrodamp.identification.qr_factor import AxisSolution, Span, Triangle, column_span
-from hydrodamp.identification.regression_rows import Rows
+from hydrodamp.identification.regression import AxisSolution, Rows, Span, Triangle, column_span
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
 
@@ -105,8 +104,7 @@ class Bins:
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Return the sum of values over each bin."""
-        sums: FloatArray = np.add.reduceat(values, self.starts, axis=0)
-        return sums
+        return np.asarray(np.add.reduceat(values, self.starts, axis=0))
 
     def correlation_time(self, sums: FloatArray) -> float:
         """Return the integrated autocorrelation time [s] of sums over bins."""
@@ -141,8 +139,7 @@ class Bins:
             index = np.arange(count + length - 1)[:, None] - np.arange(count)
             inside = (index >= 0) & (index < length)
             blocks.append(np.where(inside, taper[np.clip(index, 0, length - 1)], 0.0))
-        weights: FloatArray = block_diag(*blocks)
-        return weights
+        return np.asarray(block_diag(*blocks))
 
 
 def long_run_covariance(bins: Bins, sums: FloatArray, stride: int | None = None) -> Uncertainty:
@@ -151,13 +148,9 @@ def long_run_covariance(bins: Bins, sums: FloatArray, stride: int | None = None)
     weights = coarse.taper_weights()
     blocks, overlaps = weights @ coarse.sums(sums), weights @ weights.T
     length = bins.duration / coarse.n * _N_OVERLAPPING
-    return Uncertainty(
-        covariance=blocks.T @ blocks,
-        degrees_of_freedom=float(np.trace(overlaps) ** 2 / np.sum(overlaps**2)),
-        method="the scores of the model's residuals",
-        block=length,
-        n_blocks=max(round(bins.duration / length), 1),
-    )
+    freedom = float(np.trace(overlaps) ** 2 / np.sum(overlaps**2))
+    n_blocks, method = max(round(bins.duration / length), 1), "the scores of the model's residuals"
+    return Uncertainty(blocks.T @ blocks, freedom, method, block=length, n_blocks=n_blocks)
 
 
 @cache
@@ -169,7 +162,7 @@ def reference_model(axes: tuple[str, ...]) -> DampingModel:
 
 
 # Arrays of each axis: orthonormal directions in the coordinates of all columns, or scores.
-AxisArrays = list[FloatArray]
+Arrays = list[FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,10 +228,8 @@ class HarCovariance:
         maps = [solved[axis].span.coefficients * solved[axis].share for axis in axes]
         tapered = {key: self._tapered_gram(basis, stride) for key, basis in basis_of.items()}
         grams = [tapered[key] for key in keys]
-        total, noise = (
-            self._covariance(*fit, maps, grams, stride)
-            for fit in zip(scores, (bases, augmented), strict=True)
-        )
+        total = self._covariance(scores[0], bases, maps, grams, stride)
+        noise = self._covariance(scores[1], augmented, maps, grams, stride)
         uncertainty = replace(total, noise=noise.covariance)
         if not noisy_terms:
             return uncertainty
@@ -258,8 +249,8 @@ class HarCovariance:
         return np.hstack([basis, directions[:, singular > _MIN_SINE]])
 
     def _scores(
-        self, axes: list[int], bases: AxisArrays, fitted: Sequence[AxisArrays]
-    ) -> tuple[AxisArrays, ...]:
+        self, axes: list[int], bases: Arrays, fitted: Sequence[Arrays]
+    ) -> tuple[Arrays, ...]:
         """Return the scores of bases in each bin, with the residuals of each fitted basis."""
         target = self.span.directions.T @ self.triangle.r[:, -6:][:, axes]
         fits = [b @ (b.T @ t) for each in fitted for b, t in zip(each, target.T, strict=True)]
@@ -283,12 +274,7 @@ class HarCovariance:
 
     @factorisation("covariance of the rows")
     def _covariance(
-        self,
-        scores: AxisArrays,
-        fitted: AxisArrays,
-        maps: AxisArrays,
-        grams: AxisArrays,
-        stride: int,
+        self, scores: Arrays, fitted: Arrays, maps: Arrays, grams: Arrays, stride: int
     ) -> Uncertainty:
         """Return the covariance of coefficients, with scores corrected for the fit's leverage."""
         sums = []
@@ -310,8 +296,7 @@ class HarCovariance:
         first_stage = cross.T @ _inverse(instruments)
         second_stage = _inverse(first_stage @ cross) @ first_stage
         difference = np.hstack([second_stage, -_inverse(moments[2 * rank :, 2 * rank :])])
-        result: FloatArray = (difference.reshape(rank, 3, rank) @ basis.T).reshape(rank, -1)
-        return result
+        return np.asarray((difference.reshape(rank, 3, rank) @ basis.T).reshape(rank, -1))
 
 
 def _inverse(moments: FloatArray) -> FloatArray:

@@ -15,16 +15,14 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, TextEnum
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
-from hydrodamp.identification.qr_factor import column_span, solve_axis
-from hydrodamp.identification.regression_rows import Rows, Split, folds
+from hydrodamp.identification.regression import Rows, Split, column_span, folds, solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.status import TextEnum
 
 #: Least cross-validated R² of the wrench of an excited axis: a correlation of one half between the
 #: predicted and the measured response.
@@ -71,22 +69,15 @@ def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     further = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in further if terms})
     extended = problem.extend_to(both)
-    equations = WeakRegression(
-        min(TEST_FUNCTION_LENGTH, float(extended.durations.max())), _OVERLAP, windows=()
-    )
+    support = min(TEST_FUNCTION_LENGTH, float(extended.durations.max()))
+    equations = WeakRegression(support, _OVERLAP, windows=())
     rows = equations.rows(extended)
     response = equations.rows(_without_momentum(extended)).target
     variance = response.var(axis=0)
     r_squared = _r_squared(rows, (free, both), variance)
     excited_design = equations.rows(_hold_at_mean(extended, r_squared < MIN_R_SQUARED)).design
-    return Excitation(
-        model=free,
-        axes=problem.vehicle.axes,
-        rows=rows,
-        excited_design=excited_design,
-        r_squared=frozen(r_squared),
-        response=frozen(np.sqrt(r_squared * variance)),
-    )
+    response_rms, axes = frozen(np.sqrt(r_squared * variance)), problem.vehicle.axes
+    return Excitation(free, axes, rows, excited_design, frozen(r_squared), response_rms)
 
 
 def _without_momentum(problem: Problem) -> Problem:
@@ -324,9 +315,8 @@ def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     if damping.covariance is None:
         return by_log
     known = fit.uncertainty or Uncertainty(damping.covariance, np.inf, "the covariance given")
-    by_fit = grade_by_excitation(
-        excitation, known.critical_value() * known.standard_errors, damping.coefficients
-    )
+    half = known.critical_value() * known.standard_errors
+    by_fit = grade_by_excitation(excitation, half, damping.coefficients)
     pairs = zip(by_log.axes, by_fit.axes, strict=True)
     return replace(by_log, axes=tuple(_worse(*pair) for pair in pairs))
 
@@ -371,29 +361,16 @@ def grade_by_excitation(
         aliased = {label for group in span.aliased for label in group}
         weights = span.coefficients @ span.directions.T
         values = weights @ rows.target[:, axis] if coefficients is None else coefficients[block]
-        excited = bool(excitation.excited[axis])
+        excited, r_squared = bool(excitation.excited[axis]), float(excitation.r_squared[axis])
+        size, response = np.sqrt(np.mean(design**2, axis=0)), float(excitation.response[axis])
+        sound = np.einsum("mn,nm->m", weights, excitation.excited_design[:, columns])
+        is_aliased = np.array([label in aliased for label in labels])
         grades, causes = grade_coefficients(
-            coefficient=values,
-            half=half[block],
-            size=np.sqrt(np.mean(design**2, axis=0)),
-            sound=np.einsum("mn,nm->m", weights, excitation.excited_design[:, columns]),
-            aliased=np.array([label in aliased for label in labels]),
-            response=float(excitation.response[axis]),
-            excited=excited,
+            values, half[block], size, sound, is_aliased, response=response, excited=excited
         )
-        axes.append(
-            AxisIdentifiability(
-                axis=AXES[axis],
-                labels=labels,
-                grades=grades,
-                rank=span.rank,
-                condition=np.inf if aliased else float(span.singular[0] / span.singular[-1]),
-                r_squared=float(excitation.r_squared[axis]),
-                excited=excited,
-                groups=span.aliased,
-                causes=causes,
-            )
-        )
+        condition = np.inf if aliased else float(span.singular[0] / span.singular[-1])
+        regression = span.rank, condition, r_squared, excited, span.aliased
+        axes.append(AxisIdentifiability(AXES[axis], labels, grades, *regression, causes))
     return Identifiability(model, tuple(axes))
 
 
@@ -413,13 +390,9 @@ def grade_coefficients(
     its leverage from excited velocities; ``response`` is the RMS of its predicted wrench.
     """
     value = np.abs(coefficient)
-    criteria = np.array(
-        [
-            half <= MAX_RELATIVE_HALF_WIDTH * value,
-            half * size <= MINOR_CONTRIBUTION * response,
-            half < value,
-        ]
-    )
+    is_narrow = half <= MAX_RELATIVE_HALF_WIDTH * value
+    is_minor = half * size <= MINOR_CONTRIBUTION * response
+    criteria = np.array([is_narrow, is_minor, half < value])
     conditions = [aliased | (size == 0.0), np.broadcast_to(np.logical_not(excited), half.shape)]
     failed = np.array([*conditions, sound < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
     grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()

@@ -16,31 +16,28 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError, demand
+from hydrodamp.errors import MethodError, Status, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
-from hydrodamp.identification.qr_factor import (
+from hydrodamp.identification.regression import (
     AxisSolution,
-    Triangle,
-    column_span,
-    group_labels,
-    solve_axis,
-)
-from hydrodamp.identification.regression_rows import (
     PointwiseRegression,
     RegressionForm,
     Rows,
     Split,
+    Triangle,
     accumulate,
+    column_span,
     folds,
+    group_labels,
     residuals,
+    solve_axis,
 )
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, vehicle_stamp
-from hydrodamp.simulation.status import Status
 
 # samples; up to this number `ls` stores its rows for the covariance under coloured noise
 MAX_ROWS = 100_000

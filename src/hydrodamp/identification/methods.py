@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError, no_such
@@ -15,20 +17,6 @@ if TYPE_CHECKING:
     from hydrodamp.models.damping import Damping
     from hydrodamp.models.model import DampingModel
     from hydrodamp.simulation.problem import Problem
-
-_WEAK = (
-    "D. A. Messenger, D. M. Bortz: Weak SINDy: Galerkin-Based Data-Driven Model Selection. "
-    "Multiscale Modeling & Simulation, 2021. doi:10.1137/20M1343166"
-)
-_TRUNCATED = (
-    "M. Farina, L. Piroddi: An Iterative Algorithm for Simulation Error Based Identification of "
-    "Polynomial Input-Output Models Using Multi-Step Prediction. International Journal of "
-    "Control, 2010. doi:10.1080/00207171003793262"
-)
-_RIDGE = (
-    "A. E. Hoerl, R. W. Kennard: Ridge Regression: Biased Estimation for Nonorthogonal Problems. "
-    "Technometrics, 1970. doi:10.1080/00401706.1970.10488634"
-)
 
 
 @dataclass(frozen=True)
@@ -56,18 +44,14 @@ class MethodEntry:
         return method
 
 
-#: The methods by their keys on the command line.
-METHODS = {
-    "recommended": MethodEntry("output_error.Recommended", (_WEAK, _TRUNCATED)),
-    "ls": MethodEntry("least_squares.LeastSquares", paper_column="ls"),
-    "weak": MethodEntry("least_squares.WeakForm", (_WEAK,)),
-    "ridge": MethodEntry("least_squares.Ridge", (_WEAK, _RIDGE)),
-    "dissipative": MethodEntry("dissipative.Dissipative", (_WEAK,)),
-    "oe": MethodEntry("output_error.OutputError", (_WEAK, _TRUNCATED)),
-    "ai": MethodEntry("adaptive.AdaptiveIdentifier", paper_column="ai"),
-    "ai-scaled": MethodEntry("adaptive.scaled_identifier"),
-    "rls": MethodEntry("recursive.RecursiveLeastSquares"),
-}
+def _entry(factory: str, references: Iterable[str] = (), paper_column: str = "") -> MethodEntry:
+    papers = tuple(_DATA["references"][name] for name in references)
+    return MethodEntry(factory, papers, paper_column)
+
+
+#: References, and the methods by their keys on the command line.
+_DATA = tomllib.loads(Path(__file__).with_name("methods.toml").read_text("utf-8"))
+METHODS = {key: _entry(**fields) for key, fields in _DATA["methods"].items()}
 
 
 def find_method(key: str) -> Method:
@@ -128,7 +112,7 @@ def identify_all(
         In the order of the models.
     """
     from hydrodamp.identification.fit import check_actuation, identify_or_refuse
-    from hydrodamp.simulation.parallel import run_parallel
+    from hydrodamp.progress import run_parallel
 
     requested = tuple(models)
     identify_jointly = getattr(method, "identify_all", None)

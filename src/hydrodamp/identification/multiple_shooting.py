@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.qr_factor import update_factor
+from hydrodamp.identification.regression import update_factor
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
@@ -55,17 +55,6 @@ def eliminate_initial_states(
     cross = normal[:, :f, f:]
     gain = np.linalg.solve(normal[:, :f, :f] + np.diag(initial_state_std**-2.0), cross)
     return normal[:, f:, f:] - cross.transpose(0, 2, 1) @ gain, np.asarray(gain, dtype=np.float64)
-
-
-class NormalEquations(NamedTuple):
-    """Normal matrix of [A ε] (p + 1, p + 1), mean square residuals (f,), and state correction.
-
-    Means over samples; the matrix and the squared correction δᵀP⁻¹δ are means over velocities, too.
-    """
-
-    normal: FloatArray
-    mean_square: FloatArray
-    state_correction: float
 
 
 class LinearisedResiduals(NamedTuple):
@@ -132,10 +121,8 @@ class Windows:
         """Return measured minus simulated velocity (n, f), a large value after a divergence."""
         equations = self.problem.equations
         matrix = equations.with_unknown(self.entries, coefficients)
-        simulated, *_ = core.replay(
-            equations.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP
-        )
-        return self._residuals(simulated)
+        arguments = equations.plant, matrix, self.inputs, self.spans
+        return self._residuals(core.replay(*arguments, max_step=MAX_STEP)[0])
 
     def _residuals(self, simulated: FloatArray) -> FloatArray:
         measured = self.problem.inputs.velocity[:, self.free]
@@ -157,8 +144,14 @@ class Windows:
             first += len(window_normals)
         return normals
 
-    def linearise(self, coefficients: FloatArray, residual_std: FloatArray) -> NormalEquations:
-        """Return the normal equations of the coefficients at optimal initial states."""
+    def linearise(
+        self, coefficients: FloatArray, residual_std: FloatArray
+    ) -> tuple[FloatArray, FloatArray, float]:
+        """Return normal matrix of [A ε], mean square residuals (f,), and state correction.
+
+        Initial states are optimal. Means over samples; the matrix (p + 1, p + 1) and the squared
+        correction δᵀP⁻¹δ are means over velocities, too.
+        """
         p, free = len(coefficients), self.free
         normal, square, correction = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
         for windows in self.chunks:
@@ -174,7 +167,7 @@ class Windows:
             square -= reduction * residual_std**2
             correction += float(np.sum((shift / self.initial_state_std) ** 2))
         n = len(self.samples)
-        return NormalEquations(normal / n / len(free), square / n, correction / n / len(free))
+        return normal / n / len(free), square / n, correction / n / len(free)
 
     def _window_normals(self, linearised: LinearisedResiduals) -> tuple[FloatArray, FloatArray]:
         """Return the normal matrix of [A ε] of each window, and the gain of its initial state."""
@@ -199,15 +192,9 @@ class Windows:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
         equations, p, free = self.problem.equations, len(coefficients), self.free
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
-        simulated, _, jacobian = core.replay(
-            equations.plant,
-            equations.with_unknown(self.entries, coefficients),
-            self.inputs,
-            self.spans,
-            self.entries,
-            max_step=MAX_STEP,
-            block=block,
-        )
+        matrix = equations.with_unknown(self.entries, coefficients)
+        arguments = equations.plant, matrix, self.inputs, self.spans, self.entries
+        simulated, _, jacobian = core.replay(*arguments, max_step=MAX_STEP, block=block)
         first = np.concatenate([np.arange(start, stop, block) for start, stop in self.spans])
         edges = np.searchsorted(first, np.append(self.spans[:, 0], len(simulated)))
         count = np.diff(np.append(first, len(simulated)))

@@ -14,30 +14,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
-from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, make_fit
+from hydrodamp.errors import MethodError, Status
+from hydrodamp.identification.fit import (
+    MAX_BLOCKS,
+    MIN_BLOCKS,
+    Fit,
+    Method,
+    Uncertainty,
+    empty_fit,
+    jackknife,
+    make_fit,
+)
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
     MIN_DAMPING,
     Iterate,
     ShootingObjective,
-    admissible_lengths,
     best_initial_iterate,
-    continue_over_lengths,
+    fit_windows,
     initial_candidates,
     make_objective,
     minimise,
 )
-from hydrodamp.identification.jackknife import (
-    MAX_BLOCKS,
-    MIN_BLOCKS,
-    jackknife,
-    leave_one_out_sums,
-)
-from hydrodamp.identification.qr_factor import column_span
+from hydrodamp.identification.regression import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.status import Status
 
 #: Length of the blocks [s] that alternate between the two halves of a cross-validation.
 HALF_BLOCK_LENGTH = 100.0
@@ -77,16 +78,13 @@ class OutputError:
 
     windows: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0)
 
+    key = "oe"
+
     def __post_init__(self) -> None:
         """Check the window lengths."""
         lengths = np.asarray(self.windows, dtype=np.float64)
         if not len(lengths) or not lengths[0] > 0.0 or not np.all(np.diff(lengths) > 0.0):
             raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
-
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "oe"
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model.
@@ -108,16 +106,15 @@ class OutputError:
         if not model.n_coefficients:
             return empty_fit(problem, model, self.key, Status.EMPTY)
         objective = make_objective(problem, model)
-        lengths = admissible_lengths(problem, self.windows)
-        candidates = initial_candidates(objective, model)
-        start = best_initial_iterate(objective, candidates, lengths[0])
-        result = continue_over_lengths(objective, start, lengths)
-        return self._make_fit(objective, model, start, result)
+        start, estimate = fit_windows(objective, model, self.windows)
+        result, half_difference = self._validate(objective, model, start, estimate)
+        return build_fit(objective, model, self, start, result, half_difference)
 
-    def _make_fit(
+    def _validate(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> Fit:
-        return build_fit(objective, model, self, start, result)
+    ) -> tuple[Iterate, FloatArray | None]:
+        """Return the iterate that is the result, and the half difference of two estimates."""
+        return result, None
 
 
 @dataclass(frozen=True)
@@ -146,18 +143,13 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     'recommended'
     """
 
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "recommended"
+    key = "recommended"
 
-    def _make_fit(
+    def _validate(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> Fit:
+    ) -> tuple[Iterate, FloatArray | None]:
         excess, half_difference = _cross_validate(objective, model, result)
-        if _is_significant(excess):
-            result = start
-        return build_fit(objective, model, self, start, result, half_difference)
+        return start if _is_significant(excess) else result, half_difference
 
 
 def _is_significant(excess: FloatArray) -> bool:
@@ -245,9 +237,8 @@ def build_fit(
         axes = objective.entries[1]
         uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
     if uncertainty is not None and start is not result:
-        uncertainty = uncertainty.inflate(
-            coefficients - start.coefficients, "the shift from the weak-form to this estimate"
-        )
+        allowance = "the shift from the weak-form to this estimate"
+        uncertainty = uncertainty.inflate(coefficients - start.coefficients, allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
     return make_fit(
@@ -294,7 +285,10 @@ def jackknife_uncertainty(objective: ShootingObjective, result: Iterate) -> Unce
         normals += blocks / count
     normals *= column_scale[:, None] * column_scale
     prior = result.prior_strength / p
-    remaining, x = leave_one_out_sums(normals), result.coefficients / scale
+    # sums without each block, free of cancellation
+    before, after = np.cumsum(normals, axis=0), np.cumsum(normals[::-1], axis=0)[::-1]
+    remaining = np.concatenate([after[1:2], before[:-2] + after[2:], before[-2:-1]])
+    x = result.coefficients / scale
     hessians = remaining[:, :-1, :-1] + prior * np.eye(p)
     steps = np.linalg.solve(hessians, (remaining[:, :-1, -1] - prior * x)[:, :, None])[:, :, 0]
     uncertainty = jackknife(steps * scale, objective.problem.duration)

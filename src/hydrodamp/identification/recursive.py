@@ -15,18 +15,17 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
-from hydrodamp.errors import MethodError, demand
+from hydrodamp.errors import MethodError, Status, demand
+from hydrodamp.identification.adaptive import initial_coefficients, require_problem
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
-from hydrodamp.identification.online import initial_coefficients, require_problem
-from hydrodamp.identification.qr_factor import column_span
+from hydrodamp.identification.regression import column_span
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
-from hydrodamp.simulation.status import Status
 
 #: u v w [m/s] p q r [rad/s]; scales of the terms on board, where there is no log.
 TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
@@ -125,13 +124,9 @@ class RecursiveLeastSquares:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if self.typical_velocity is not None:
-            demand(
-                _is_positive(self.typical_velocity),
-                "typical_velocity",
-                "six positive numbers",
-                self.typical_velocity,
-            )
+        typical = TYPICAL_VELOCITY if self.typical_velocity is None else self.typical_velocity
+        valid = len(typical) == 6 and all(0.0 < value < np.inf for value in typical)
+        demand(valid, "typical_velocity", "six positive numbers", self.typical_velocity)
         for name in ("block", "prior"):
             value = getattr(self, name)
             demand(0.0 < value < np.inf, name, "positive and finite", value)
@@ -173,7 +168,7 @@ class RecursiveLeastSquares:
         model : DampingModel
             The terms.
         sample : Sample
-            The first one; see :func:`hydrodamp.identification.online.observe`.
+            The first one; see :func:`hydrodamp.identification.adaptive.observe`.
 
         Returns
         -------
@@ -310,10 +305,6 @@ _MAX_PRIOR_SHARE = 0.5
 
 # Down vector and propulsion ratio that make no term zero.
 _TYPICAL_DOWN, _TYPICAL_PROPULSION_RATIO = (0.3, 0.3, 0.9), 1.3
-
-
-def _is_positive(velocity: tuple[float, ...]) -> bool:
-    return len(velocity) == 6 and all(0.0 < value < np.inf for value in velocity)
 
 
 def _typical_square(equations: EquationTable, velocity: tuple[float, ...]) -> FloatArray:

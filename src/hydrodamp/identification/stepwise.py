@@ -29,19 +29,14 @@ from hydrodamp.identification.backward_elimination import (
     solve_subset,
 )
 from hydrodamp.identification.dissipativity import (
+    axis_terms,
     is_damping_term,
     max_damping_power,
     operating_box,
     velocity_box,
 )
-from hydrodamp.identification.gauss_newton import (
-    admissible_lengths,
-    best_initial_iterate,
-    continue_over_lengths,
-    initial_candidates,
-    make_objective,
-)
-from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS
+from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
+from hydrodamp.identification.gauss_newton import fit_windows, make_objective
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
@@ -237,17 +232,10 @@ def _initial_model(problem: Problem, candidates: DampingModel) -> DampingModel:
 
 
 def _fit_simulation(
-    problem: Problem,
-    model: DampingModel,
-    initial: Sequence[FloatArray],
-    lengths: Sequence[float],
+    problem: Problem, model: DampingModel, initial: Sequence[FloatArray], lengths: Sequence[float]
 ) -> tuple[Damping, float | None]:
     """Fit a model by output error on windows of some lengths; return the RMS error of a replay."""
-    objective = make_objective(problem, model)
-    initial = [*initial, *initial_candidates(objective, model)]
-    lengths = admissible_lengths(problem, lengths)
-    start = best_initial_iterate(objective, initial, lengths[0])
-    result = continue_over_lengths(objective, start, lengths)
+    _, result = fit_windows(make_objective(problem, model), model, lengths, initial)
     damping = Damping(model, result.coefficients)
     return damping, score(replay(problem, damping)).rms
 
@@ -319,14 +307,9 @@ def remove_duplicates(problem: Problem, model: DampingModel) -> DampingModel:
     return replace(model, terms=tuple(rows))
 
 
-def _axis_terms(model: DampingModel) -> list[tuple[int, Term]]:
-    """Return axis and term of every coefficient."""
-    return [(axis, term) for axis, terms in enumerate(model.terms) for term in terms]
-
-
 def submodel(model: DampingModel, indices: IntArray) -> DampingModel:
     """Return the model of some coefficients of another."""
-    pairs = _axis_terms(model)
+    pairs = axis_terms(model)
     rows: list[list[Term]] = [[] for _ in AXES]
     for axis, term in (pairs[index] for index in indices):
         rows[axis].append(term)
@@ -335,7 +318,7 @@ def submodel(model: DampingModel, indices: IntArray) -> DampingModel:
 
 def drag_indices(model: DampingModel) -> tuple[IntArray, ...]:
     """Return the indices of the drag coefficients of each axis."""
-    drag = np.array([axis if is_drag(axis, term) else -1 for axis, term in _axis_terms(model)])
+    drag = np.array([axis if is_drag(axis, term) else -1 for axis, term in axis_terms(model)])
     return tuple(np.flatnonzero(drag == axis) for axis in range(len(AXES)))
 
 
@@ -353,7 +336,7 @@ def _is_odd(term: Term) -> bool:
 def is_retained(model: DampingModel) -> BoolArray:
     """Return which coefficients are not damping and so not subject to selection."""
     retained = [
-        not is_damping_term(term) and not term.needs_propulsion for _, term in _axis_terms(model)
+        not is_damping_term(term) and not term.needs_propulsion for _, term in axis_terms(model)
     ]
     return np.array(retained, dtype=np.bool_)
 

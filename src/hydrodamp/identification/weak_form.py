@@ -22,7 +22,7 @@ from hydrodamp.identification.differentiation import (
     signal_to_noise,
     smooth_velocity,
 )
-from hydrodamp.identification.regression_rows import Rows
+from hydrodamp.identification.regression import Rows
 from hydrodamp.kernels import core
 from hydrodamp.simulation.problem import Problem
 
@@ -118,16 +118,9 @@ class WeakRegression:
                 weights, segment = bumps.weights, np.full(len(bumps.centres), number)
                 rows.append((weights @ design, weights @ target, bumps.centres, segment))
         design, target, time, segment = map(np.concatenate, zip(*rows, strict=True))
-        return Rows(
-            basis=problem.equations.basis,
-            design=design,
-            target=target,
-            segment=segment,
-            time=time,
-            n_samples=sum(used),
-            variance_inflation=variance_inflation(self.overlap),
-            remarks=_remarks(problem, support, noise, len(clocks) - len(used), windows),
-        )
+        inflation, basis = variance_inflation(self.overlap), problem.equations.basis
+        remarks = _remarks(problem, support, noise, len(clocks) - len(used), windows)
+        return Rows(basis, design, target, segment, time, sum(used), inflation, remarks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,8 +219,7 @@ def _trial_supports(problem: Problem) -> list[float]:
     shortest = _MIN_SUPPORT_STEPS * median_step(problem)
     longest = max(float(duration @ duration / duration.sum()) / _SUPPORTS_PER_SEGMENT, shortest)
     n = int(np.ceil(_SUPPORTS_PER_OCTAVE * np.log2(longest / shortest))) + 1
-    lengths: list[float] = np.geomspace(shortest, longest, n).tolist()
-    return lengths
+    return list(np.geomspace(shortest, longest, n).tolist())
 
 
 def _bump_functions(time: FloatArray, centres: FloatArray, support: float) -> BumpFunctions:
@@ -250,8 +242,7 @@ def _area(s: FloatArray) -> FloatArray:
     """Return the share of the area of ``(1 - s²)²`` from 0 to s."""
     s = np.clip(s, -1.0, 1.0)
     square = s * s
-    area: FloatArray = s * (15.0 + square * (3.0 * square - 10.0)) / 16.0
-    return area
+    return np.asarray(s * (15.0 + square * (3.0 * square - 10.0)) / 16.0)
 
 
 def _mean(values: FloatArray) -> FloatArray:
@@ -270,9 +261,7 @@ def _remarks(
     spans = ", ".join(f"{v} {w}" for v, w in zip(VELOCITIES, windows, strict=True) if w > 1)
     functions = f"Test functions span {support:.3g} s ({samples} samples)"
     share = f"; {100.0 * noise:.0f} % of their mean square acceleration is noise"
+    share = "" if np.isnan(noise) else share
     short = f" {n_short} shorter segments are omitted." if n_short else ""
     smooth = f"Terms are evaluated at velocities smoothed over these samples: {spans}."
-    return (
-        functions + ("" if np.isnan(noise) else share) + "." + short,
-        *([smooth] if spans else []),
-    )
+    return (f"{functions}{share}.{short}", *([smooth] if spans else []))

@@ -195,16 +195,10 @@ class Recursion:
         n = int(self.starts[axis + 1] - self.starts[axis])
         state = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
         products, first = C.HD_IV_PRODUCTS, C.HD_IV_ESTIMATE
-        moments, rows = first + n, first + n + n * n
-        count = int(state[0])
-        return IVStatistics(
-            count,
-            state[1 : 1 + min(count, N_LAGS)],
-            state[products : products + N_LAGS],
-            state[first:moments],
-            state[moments:rows].reshape(n, n),
-            state[rows : rows + n + 1],
-        )
+        estimate, moments, rows = np.split(state[first:], [n, n + n * n])
+        count, lag_products = int(state[0]), state[products : products + N_LAGS]
+        innovations, last = state[1 : 1 + min(count, N_LAGS)], rows[: n + 1]
+        return IVStatistics(count, innovations, lag_products, estimate, moments.reshape(n, n), last)
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
         """Return the regressors of an axis's last row, in units, its target, and if it is first."""
@@ -331,14 +325,12 @@ def buffer_sizes(gains: Gains, recursion: Recursion) -> dict[str, int]:
     plant, entries = plant_of(gains.plant), _entries(recursion)
     ai = struct("hd_ai", plant, entries, gains.a, gains.gamma)
     settings = recursion.unit, recursion.forgetting, recursion.block
-    rls = struct("hd_rls", plant, entries, *settings)
+    methods = {"rls": struct("hd_rls", plant, entries, *settings), "ai": ai}
+    sizes = {"STATE": "size", "LASTING": "lasting", "WORK": "work"}
     return {
-        "RLS_STATE": C.hd_rls_size(rls),
-        "RLS_LASTING": C.hd_rls_lasting(rls),
-        "RLS_WORK": C.hd_rls_work(rls),
-        "AI_STATE": C.hd_ai_size(ai),
-        "AI_LASTING": C.hd_ai_lasting(ai),
-        "AI_WORK": C.hd_ai_work(ai),
+        f"{method.upper()}_{name}": getattr(C, f"hd_{method}_{size}")(structure)
+        for method, structure in methods.items()
+        for name, size in sizes.items()
     }
 
 
@@ -356,18 +348,9 @@ def _estimate_struct(recursion: Recursion, estimate: Estimate) -> Any:
     return ffi.new("hd_estimate *", [*map(to_c, values)])
 
 
-class _Online(NamedTuple):
-    """Arguments of every online step of one plant and method."""
-
-    settings: Any
-    shape: tuple[int, ...]  # of a state
-    size: int  # of a packed sample
-    work_size: int  # of the workspace before a row
-    row: int
-
-
 @functools.lru_cache(maxsize=32)
-def _online(bound: Gains | Recursion) -> _Online:
+def _online(bound: Gains | Recursion) -> tuple[Any, tuple[int, ...], int, int, int]:
+    """Return settings, shape of a state, and sizes of sample, workspace and row of online steps."""
     plant = bound.plant
     arguments: tuple[Any, ...] = (bound.a, bound.gamma) if isinstance(bound, Gains) else ()
     shape: tuple[int, ...] = (plant.n_terms + 1, 6)
@@ -376,7 +359,7 @@ def _online(bound: Gains | Recursion) -> _Online:
         shape = (C.hd_block_size(plant.n_terms),)
     work_size = C.hd_step_work(plant.n_terms, plant.n_channels)
     settings = struct("hd_online", plant_of(plant), *arguments)
-    return _Online(settings, shape, PACKED + plant.n_channels, work_size, plant.n_terms + 6)
+    return settings, shape, PACKED + plant.n_channels, work_size, plant.n_terms + 6
 
 
 def _take_step(

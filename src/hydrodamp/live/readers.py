@@ -22,7 +22,7 @@ from urllib.parse import urlsplit
 
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.mavlink import Decoder, split_packets
-from hydrodamp.ingest.formats.message_layout import MAX_ARRAY_LENGTH
+from hydrodamp.ingest.formats.rosbag import MAX_ARRAY_LENGTH
 from hydrodamp.live.samples import Row
 from hydrodamp.live.synchroniser import Message
 

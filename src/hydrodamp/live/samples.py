@@ -19,7 +19,7 @@ from hydrodamp.data.checks import MAX_NORM_ERROR, MAX_VELOCITY, NORM_ROUNDING
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import max_step
 from hydrodamp.errors import ProblemError
-from hydrodamp.identification.online import observe
+from hydrodamp.identification.adaptive import observe
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.model import DampingModel

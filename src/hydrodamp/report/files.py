@@ -33,9 +33,8 @@ from hydrodamp.report.narrative import RESUMED, UNFINISHED
 from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.replay import Trajectory
-from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.diagnostics import find_selected_row
+from hydrodamp.validation.diagnostics import PredictionBand, find_selected_row
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))

@@ -1,16 +1,25 @@
-"""Comparison of fits by open-loop replay on test data, as in Table I of the paper."""
+"""Comparison of fits by open-loop replay on test data, as in Table I of the paper.
+
+A row is selected by the one-standard-error rule (Breiman et al., 1984); rows that no other one
+dominates in error and size form the Pareto front.
+"""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
 
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, Status
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.damping import warn_if_foreign
-from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.simulation.replay import (
     AttitudeSource,
@@ -24,9 +33,177 @@ from hydrodamp.simulation.replay import (
     replay,
     score,
 )
-from hydrodamp.simulation.status import Status
-from hydrodamp.validation.selection import Ranked, Selection, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
+
+
+class Ranked(Protocol):
+    """Protocol of rows that can be ranked."""
+
+    @property
+    def model(self) -> str:
+        """Key of the model."""
+
+    @property
+    def method(self) -> str:
+        """Key of the method."""
+
+    @property
+    def n_coefficients(self) -> int:
+        """Number of coefficients of the model."""
+
+    @property
+    def rms(self) -> float | None:
+        """The RMS error; None where there is none."""
+
+    @property
+    def rms_by_fold(self) -> tuple[float | None, ...]:
+        """The RMS error of each held-out segment or fold."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether there is an RMS error, and the fit has converged."""
+
+
+Candidate = TypeVar("Candidate", bound=Ranked)
+Candidate_co = TypeVar("Candidate_co", bound=Ranked, covariant=True)
+
+
+@dataclass(frozen=True)
+class Selection(Generic[Candidate]):
+    """The selected row, with the reason.
+
+    Attributes
+    ----------
+    row : Row
+        That of fewest coefficients among those within one standard error of the lowest error.
+    runner_up : Row or None
+        The lowest error, or the second where the lowest is selected; None for a single row.
+    sentence : str
+        The selected row, the reason, and the margin to the runner-up.
+    caveat : str
+        Rows that were excluded; empty for none.
+    """
+
+    row: Candidate
+    runner_up: Candidate | None
+    sentence: str
+    caveat: str = ""
+
+    def __str__(self) -> str:
+        """Return the sentence and the caveat."""
+        return f"{self.sentence} {self.caveat}".rstrip()
+
+
+def select_row(rows: Iterable[Candidate], of: str = "") -> Selection[Candidate]:
+    """Select the row of fewest coefficients within one standard error of the lowest error.
+
+    Ties go to the lower error, then to the earlier row. ``of`` describes the replays in the
+    sentence.
+    """
+    requested = list(rows)
+    scored = [row for row in requested if row.rms is not None]
+    if not scored:
+        raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
+    candidates = [row for row in scored if row.converged] or scored
+    ranked = sorted(candidates, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
+    equivalent = [row for row in ranked if _is_equivalent(row, ranked[0])]
+    row = min(equivalent, key=lambda row: row.n_coefficients)
+    n_excluded = len(requested) - len(candidates)
+    caveats = [] if row.converged else ["No fit has converged."]
+    if n_excluded:
+        caveats.append(
+            f"Excluded: {_replays(n_excluded)} that diverged, failed or did not converge."
+        )
+    runner_up = next((each for each in ranked if each is not row), None)
+    sentence = _simpler(row, ranked[0]) or _sentence(ranked, len(requested), of)
+    return Selection(row, runner_up, sentence, " ".join(caveats))
+
+
+def _is_equivalent(row: Ranked, lowest: Ranked) -> bool:
+    """Whether the mean log ratio of the errors is within its standard error, paired by segment.
+
+    Segments differ in length and amplitude far more than models do, so errors are paired and taken
+    as ratios: else the largest amplitude would decide. The rule is that of Breiman et al.,
+    Classification and Regression Trees, 1984, section 3.4.3.
+    """
+    errors = np.array([row.rms_by_fold, lowest.rms_by_fold], dtype=float)
+    if errors.shape[1] < 2 or not np.all(errors > 0.0):
+        return rms_or_infinity(row) == rms_or_infinity(lowest)
+    ratio = np.log(errors[0] / errors[1])
+    return bool(ratio.mean() <= ratio.std(ddof=1) / np.sqrt(ratio.size))
+
+
+def _simpler(row: Ranked, lowest: Ranked) -> str:
+    """Give the reason for a row other than the lowest error, else an empty string."""
+    if row is lowest:
+        return ""
+    return (
+        f"{_row_text(row)}: {row.n_coefficients} coefficients; on the {len(row.rms_by_fold)} "
+        "held-out parts it is within one standard error of the lowest RMS error, "
+        f"{_row_text(lowest)} with {lowest.n_coefficients}."
+    )
+
+
+def _sentence(ranked: Sequence[Ranked], n_rows: int, of: str) -> str:
+    """Name the row of lowest error, and the runner-up with its margin."""
+    texts = [*map(_row_text, ranked[:2])]
+    if n_rows == 1:
+        return f"{texts[0]}, the only row."
+    runner_up = "there is no runner-up"
+    if len(ranked) > 1:
+        lowest, second = map(rms_or_infinity, ranked[:2])
+        margin = f", {100.0 * (second / lowest - 1.0):+.0f} %" if lowest else ""
+        runner_up = f"runner-up {texts[1]}{margin}"
+    return f"{texts[0]}: lowest RMS error of {_replays(len(ranked))}{of}; {runner_up}."
+
+
+class Table(Protocol[Candidate_co]):
+    """A comparison or cross-validation: rows that can be ranked."""
+
+    @property
+    def rows(self) -> tuple[Candidate_co, ...]:
+        """Its rows."""
+
+
+def pareto_front(table: Table[Candidate]) -> tuple[Candidate, ...]:
+    """Return the Pareto front of RMS error and number of coefficients.
+
+    Parameters
+    ----------
+    table : Comparison or CrossValidation
+        Rows without an RMS error are excluded.
+
+    Returns
+    -------
+    rows : tuple of Row
+        From the fewest coefficients to the lowest error; each has more coefficients
+        and a lower error than the one before. Of equal rows the first is included.
+
+    Examples
+    --------
+    >>> from hydrodamp.validation.compare import Comparison
+    >>> pareto_front(Comparison(()))
+    ()
+    """
+    scored = [row for row in table.rows if row.rms is not None]
+    front: list[Candidate] = []
+    for row in sorted(scored, key=lambda row: (row.n_coefficients, rms_or_infinity(row))):
+        if not front or rms_or_infinity(row) < rms_or_infinity(front[-1]):
+            front.append(row)
+    return tuple(front)
+
+
+def rms_or_infinity(row: Ranked) -> float:
+    """Return the RMS error of a row, infinite where there is none."""
+    return float("inf") if row.rms is None else row.rms
+
+
+def _row_text(row: Ranked) -> str:
+    return f"{row.model} by {row.method} ({rms_or_infinity(row):.3g})"
+
+
+def _replays(count: int) -> str:
+    return "1 replay" if count == 1 else f"{count} replays"
 
 
 @dataclass(frozen=True)
@@ -246,15 +423,9 @@ def compare(
     problem = prepare(vehicle, test, [fit.model for fit in requested])
     for fit in requested:
         warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
-    rows = run_parallel(
-        _row, [(problem, fit, attitude, rate_unit, horizon) for fit in requested], done
-    )
-    return Comparison(
-        rows=rows,
-        rate_unit=rate_unit,
-        attitude=attitude,
-        provenance=comparison_provenance(requested, vehicle, test),
-    )
+    calls = [(problem, fit, attitude, rate_unit, horizon) for fit in requested]
+    rows = run_parallel(_row, calls, done)
+    return Comparison(rows, rate_unit, attitude, comparison_provenance(requested, vehicle, test))
 
 
 def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
@@ -270,11 +441,7 @@ def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> d
 
 
 def _row(
-    problem: Problem,
-    fit: Fit,
-    attitude: AttitudeSource,
-    rate_unit: RateUnit,
-    horizon: float | None,
+    problem: Problem, fit: Fit, attitude: AttitudeSource, rate_unit: RateUnit, horizon: float | None
 ) -> Row:
     if not fit.status.usable:
         return Row(fit, no_score(problem.vehicle.axes, rate_unit))
@@ -294,16 +461,8 @@ class PaperRow:
 
 
 #: Root mean square velocity error values for different models.
-PAPER_TABLE_I = {
-    "mcfarland-whitcomb": PaperRow(216, 0.40, 0.54),
-    "pitch-yaw": PaperRow(100, 1.74, 2.00),
-    "gertler-hagen": PaperRow(88, 0.39, 0.55),
-    "linear": PaperRow(36, 0.50, 0.74),
-    "coe": PaperRow(33, 1.29, 2.29),
-    "prestero": PaperRow(30, 1.79, 2.31),
-    "uncoupled": PaperRow(24, 2.15, 1.98),
-    "fossen": PaperRow(12, 2.24, 2.08),
-}
+_TABLE = tomllib.loads(Path(__file__).with_name("paper_table_1.toml").read_text("utf-8"))
+PAPER_TABLE_I = {model: PaperRow(*values) for model, values in _TABLE.items()}
 
 #: Column of Table I for each method that the paper has.
 PAPER_COLUMN = {key: entry.paper_column for key, entry in METHODS.items() if entry.paper_column}
@@ -311,6 +470,5 @@ PAPER_COLUMN = {key: entry.paper_column for key, entry in METHODS.items() if ent
 
 def is_paper_campaign(comparison: Comparison) -> bool:
     """Whether Table I applies to a comparison: the re-enacted campaign with models of the paper."""
-    return "truth" in comparison.provenance and any(
-        key in PAPER_TABLE_I for key in comparison.models
-    )
+    has_paper_model = not PAPER_TABLE_I.keys().isdisjoint(comparison.models)
+    return "truth" in comparison.provenance and has_paper_model

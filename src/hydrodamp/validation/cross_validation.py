@@ -14,13 +14,12 @@ from hydrodamp.data.log import Log, Segment, extract_segments
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.methods import identify_all
-from hydrodamp.identification.regression_rows import Folds, Rows, folds
+from hydrodamp.identification.regression import Folds, Rows, folds
 from hydrodamp.identification.stepwise import StepwiseSelection
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
-from hydrodamp.validation.compare import Row, compare, format_rows
-from hydrodamp.validation.selection import Selection, select_row
+from hydrodamp.validation.compare import Row, Selection, compare, format_rows, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

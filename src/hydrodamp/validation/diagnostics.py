@@ -12,29 +12,247 @@ from typing import TypeVar
 
 import numpy as np
 
+from hydrodamp.arrays import FloatArray, IntArray, factorisation, freeze, mad_std
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.log import Log
-from hydrodamp.errors import HydrodampError
+from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification.dissipativity import (
     OperatingBox,
     PowerMaximum,
-    max_damping_power,
-    operating_box,
-)
-from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.identifiability import Identifiability, grade_fit
-from hydrodamp.identification.operating_range import (
     energy_injection_warnings,
     join_ranges,
+    max_damping_power,
+    operating_box,
     range_exceedance_warnings,
     velocity_ranges,
 )
-from hydrodamp.identification.residuals import diagnose
+from hydrodamp.identification.fit import Fit, correlation, critical_value
+from hydrodamp.identification.identifiability import Identifiability, grade_fit
+from hydrodamp.identification.regression import Rows, residuals
+from hydrodamp.identification.weak_form import WeakRegression, select_support
+from hydrodamp.kernels import core
+from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import HorizonScore, horizon_scores
-from hydrodamp.validation.bands import PredictionBand, prediction_band
-from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.selection import rms_or_infinity
+from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, HorizonScore, horizon_scores
+from hydrodamp.validation.compare import Comparison, Row, rms_or_infinity
 from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Numbers of the sensitivities in memory at a time: 64 MB.
+_CHUNK_SIZE = 8_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class PredictionBand:
+    """A replay and its prediction band.
+
+    Attributes
+    ----------
+    log : Log
+        The log that was replayed.
+    velocity, lower, upper : ndarray, shape (n, 6)
+        The replay and the bounds of its band, linear [m/s] and angular [rad/s], body frame;
+        NaN after divergence.
+    level : float
+        Confidence level of the band.
+    """
+
+    log: Log
+    velocity: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    level: float
+
+    def __post_init__(self) -> None:
+        """Copy and freeze the arrays."""
+        shape = (self.log.n, 6)
+        freeze(self, velocity=shape, lower=shape, upper=shape)
+
+
+def prediction_band(
+    problem: Problem, damping: Damping, level: float = 0.95, *, degrees_of_freedom: float = np.inf
+) -> PredictionBand:
+    """Return the prediction band of a replay, to first order in the coefficients.
+
+    The covariance C of the coefficients gives ``J C Jᵀ`` with the sensitivities J of
+    every sample. Gravity and buoyancy act along the measured attitude.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for (at least) the terms of the damping.
+    damping : Damping
+        With covariance.
+    level : float
+        Confidence level at each sample separately.
+    degrees_of_freedom : float
+        Of the covariance.
+
+    Returns
+    -------
+    band : PredictionBand
+        Sensitivities are propagated chunk by chunk, so memory does not grow with the log.
+
+    Raises
+    ------
+    MethodError
+        If the damping has no covariance, or a setting is out of range.
+    """
+    half = critical_value(level, degrees_of_freedom)
+    if damping.covariance is None:
+        raise MethodError(
+            f"the coefficients of '{damping.model.key}' have no covariance, hence no band: "
+            "use a method that estimates one"
+        )
+    free = damping.model.restricted_to(problem.vehicle.axes)
+    indices = [damping.model.index(label) for label in free.labels]
+    root = _root(damping.covariance[np.ix_(indices, indices)])
+    entries, n = problem.equations.entries(free), free.n_coefficients
+    matrix, length = problem.matrix(damping), max(_CHUNK_SIZE // (6 * (n + 6)), 2)
+    velocity = np.full((problem.n_samples, 6), np.nan)
+    width = velocity.copy()
+    for start, stop in problem.segments.tolist():
+        initial, deviation = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
+        for first in range(start, stop - 1, length - 1):
+            chunk = slice(first, min(first + length, stop))
+            measured = problem.inputs.velocity[chunk].copy()
+            measured[0] = initial
+            inputs, span = problem.inputs.select(chunk, measured), np.array([[0, len(measured)]])
+            arguments = problem.equations.plant, matrix, inputs, span, entries
+            velocity[chunk], _, jacobian = core.replay(*arguments, limit=DIVERGENCE_LIMIT)
+            on_coefficients, on_initial = np.split(jacobian, [n], axis=2)
+            total = on_initial @ deviation + on_coefficients @ root
+            width[chunk] = half * np.sqrt((total**2).sum(axis=2))
+            initial, deviation = velocity[chunk][-1], total[-1]
+            if not np.isfinite(initial).all():
+                break
+    return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
+
+
+@factorisation("covariance")
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return R with ``R Rᵀ`` the covariance, by an eigendecomposition of the correlation."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    return np.asarray(unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+#: Robust standard deviations beyond which a residual is an outlier: 6 in 100 000 of normal ones.
+OUTLIER_THRESHOLD = 4.0
+
+#: Share of outliers [1] that is reported: more than 100 times that of normal residuals.
+MAX_OUTLIER_SHARE = 0.01
+
+# Quantile of |√n r₁| [1] for white residuals: two-sided test at the 1 % level.
+_WHITE_QUANTILE = 2.58
+
+# Lags of an autocorrelation at most, and residuals of a segment for each lag.
+_MAX_LAGS, _RESIDUALS_PER_LAG = 40, 4
+
+
+def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
+    """Test the residuals of a damping for autocorrelation and outliers.
+
+    Residuals are those of the weak form with adjacent test functions that share no sample, so the
+    test functions do not correlate them.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log, prepared for the terms of the damping.
+    damping : Damping
+        Damping whose residuals are tested.
+
+    Returns
+    -------
+    remarks : tuple of str
+        One sentence for significant autocorrelation, one for outliers.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign = reenact(duration=60.0)
+    >>> problem = prepare(campaign.vehicle, campaign.train, catalog["fossen"])
+    >>> print(diagnose(problem, Damping(catalog["fossen"], [-1.0] * 12))[0][:35])
+    Residuals are autocorrelated on X (
+    """
+    free = damping.model.restricted_to(problem.vehicle.axes)
+    rows, length = residual_rows(problem)
+    correlated, outlying = [], []
+    for axis, values in _axis_residuals(rows, Damping(free, damping.onto(free))).items():
+        first = float(autocorrelation(values, rows.segment, 1)[1])
+        if abs(first) * np.sqrt(rows.n) > _WHITE_QUANTILE:
+            correlated.append(f"{axis} ({first:.2f})")
+        if (share := outlier_share(values)) > MAX_OUTLIER_SHARE:
+            outlying.append(f"{axis} ({100.0 * share:.1f} %)")
+    remarks = []
+    if correlated:
+        remarks.append(
+            f"Residuals are autocorrelated on {', '.join(correlated)} at a lag of {length:.2g} s: "
+            "confidence intervals for white residuals would be too narrow."
+        )
+    if outlying:
+        remarks.append(
+            f"Many residuals are outliers, beyond {OUTLIER_THRESHOLD:g} robust standard "
+            f"deviations, on {', '.join(outlying)}: the model lacks terms, or the log has errors."
+        )
+    return tuple(remarks)
+
+
+def _axis_residuals(rows: Rows, damping: Damping) -> dict[str, FloatArray]:
+    """Return the residuals of each axis with terms."""
+    columns = zip(AXES, damping.model.terms, residuals(rows, damping).T, strict=True)
+    return {axis: values for axis, terms, values in columns if terms}
+
+
+def residual_rows(problem: Problem) -> tuple[Rows, float]:
+    """Return weak-form rows that share no sample, and their distance [s]."""
+    length = select_support(problem)[0]
+    return WeakRegression(length, overlap=1, windows=()).rows(problem), length
+
+
+def outlier_share(series: FloatArray) -> float:
+    """Return the share of residuals beyond four robust standard deviations."""
+    if not len(series):
+        return 0.0
+    deviations = series - np.median(series)
+    outlying = np.abs(deviations) > OUTLIER_THRESHOLD * mad_std(deviations)
+    return float(np.mean(outlying))
+
+
+def autocorrelations(
+    problem: Problem, dampings: Sequence[Damping]
+) -> tuple[FloatArray, float, list[dict[str, FloatArray]]]:
+    """Return lags [s], the 95 % bound of white residuals, and the autocorrelation of each damping.
+
+    Autocorrelations are by axis, for the axes with terms.
+    """
+    rows, length = residual_rows(problem)
+    longest = int(np.bincount(rows.segment).max(initial=0))
+    if longest < _RESIDUALS_PER_LAG:
+        raise MethodError(
+            f"at least {_RESIDUALS_PER_LAG} residuals of one segment are needed for a "
+            f"correlation; got {longest}: give a longer log"
+        )
+    n_lags = min(_MAX_LAGS, longest // _RESIDUALS_PER_LAG)
+    residuals_of = [_axis_residuals(rows, damping).items() for damping in dampings]
+    correlations = [
+        {axis: autocorrelation(values, rows.segment, n_lags) for axis, values in series}
+        for series in residuals_of
+    ]
+    return length * np.arange(n_lags + 1.0), 1.96 / float(np.sqrt(rows.n)), correlations
+
+
+def autocorrelation(series: FloatArray, segment: IntArray, max_lag: int) -> FloatArray:
+    """Return the autocorrelation at lags 0 to ``max_lag``, within segments."""
+    products = np.zeros(max_lag + 1)
+    for values in np.split(series, np.flatnonzero(np.diff(segment)) + 1):
+        for lag in range(min(max_lag + 1, len(values))):
+            products[lag] += values[lag:] @ values[: len(values) - lag]
+    return np.asarray(products / (products[0] or 1.0))
+
 
 T = TypeVar("T")
 
@@ -82,7 +300,7 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
             failures[name] = str(error)
             return None
 
-    rows, run, box = best_by_method(comparison, row), row.trajectory, operating_box(problem)
+    rows, box = best_by_method(comparison, row), operating_box(problem)
     has_terms = bool(row.n_coefficients)
     return Findings(
         row,
@@ -90,9 +308,7 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
         rows,
         attempt("grades", lambda: grade_fit(problem, fit)) if has_terms else None,
         replay_band(vehicle, row),
-        (attempt("horizons", lambda: _horizon_errors(comparison, vehicle, rows)) or {})
-        if run is not None
-        else {},
+        attempt("horizons", lambda: _horizon_errors(comparison, vehicle, rows)) or {},
         attempt("residuals", lambda: diagnose(problem, fit.damping)) or (),
         box,
         attempt("power", lambda: max_damping_power(fit.damping, box)),
@@ -112,9 +328,9 @@ def best_by_method(comparison: Comparison, selected: Row) -> tuple[Row, ...]:
 def _horizon_errors(
     comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]
 ) -> dict[tuple[str, str], tuple[HorizonScore, ...]]:
-    run = rows[0].trajectory
-    assert run is not None
-    unit = comparison.rate_unit
+    run, unit = rows[0].trajectory, comparison.rate_unit
+    if run is None:
+        return {}
     return {
         (row.model, row.method): tuple(
             horizon_scores(vehicle, row.fit.damping, run.log, attitude=run.attitude, rate_unit=unit)
@@ -161,9 +377,6 @@ def correlated_pairs(fit: Fit, is_open: Sequence[bool], threshold: float) -> lis
     covariance, labels = fit.damping.covariance, fit.model.labels
     if covariance is None:
         return []
-    axes = np.array([label[0] for label in labels])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        errors = np.sqrt(covariance.diagonal())
-        high = np.abs(covariance / np.outer(errors, errors)) >= threshold
+    axes, high = np.array([k[0] for k in labels]), np.abs(correlation(covariance)) >= threshold
     high &= np.logical_or.outer(is_open, is_open) & (axes[:, None] == axes)
     return [(labels[i], labels[j]) for i, j in np.argwhere(np.triu(high, 1)).tolist()]
