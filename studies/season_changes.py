@@ -23,7 +23,7 @@ import numpy as np
 
 import hydrodamp as hd
 from conditions import SILENT, autoregression
-from hydrodamp.batch.changepoints import find_change_points
+from hydrodamp.batch.groups import find_change_points
 from hydrodamp.batch.sufficient_statistics import merge_statistics, solve_model, summarise_log
 from hydrodamp.files import save_text
 from hydrodamp.identification.fit import Fit

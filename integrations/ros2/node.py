@@ -22,9 +22,8 @@ from std_msgs.msg import String
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import find_model
-from hydrodamp.live.bounded_queue import BoundedQueue
 from hydrodamp.live.estimator import diagnostic_status
-from hydrodamp.live.ros import subscribe_new_topics
+from hydrodamp.live.readers import BoundedQueue, subscribe_new_topics
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 

@@ -4,7 +4,7 @@ from .basis.atoms import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
 from .batch.batch import BatchResult as BatchResult, GroupFit as GroupFit, batch as batch
-from .batch.changepoints import ChangePoint as ChangePoint
+from .batch.groups import ChangePoint as ChangePoint
 from .conditioning.actuator_response import (
     apply_dead_zone as apply_dead_zone,
     apply_delay as apply_delay,

@@ -8,7 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.batch.discovery import ResolvedMapping, digest_files, expand_addresses
-from hydrodamp.batch.grouping import assign_group, assign_vehicle, group_order, sort_groups
+from hydrodamp.batch.groups import assign_group, assign_vehicle, group_order, sort_groups
 
 FILES = """\
 files: {pose: "*_pose.csv", cmd: "*_cmd.csv"}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.batch.changepoints import find_change_points
+from hydrodamp.batch.groups import find_change_points
 
 MODEL = hd.catalog["prestero"]
 

@@ -11,7 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
-from hydrodamp.batch.changepoints import find_change_points
+from hydrodamp.batch.groups import find_change_points
 from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
 from hydrodamp.identification.regression import merge
 

@@ -16,8 +16,8 @@ import hydrodamp.kernels
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.live.readers import LineParser
 from hydrodamp.live.runner import LiveRun
-from hydrodamp.live.sources import LineParser
 from microcontroller import TOOLS, run_on_cortex, write_program
 
 from .conftest import coefficients, write_export

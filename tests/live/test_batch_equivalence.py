@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live import estimator, sources
-from hydrodamp.live.bounded_queue import BoundedQueue
+from hydrodamp.live import estimator, readers, sources
+from hydrodamp.live.readers import BoundedQueue
 from hydrodamp.live.samples import rows_of
 from live.conftest import MODEL, run_live
 
@@ -30,7 +30,7 @@ def from_log(log, _):
 def from_text(path):
     with path.open("rb") as stream:
         yield from BoundedQueue(blocks_when_full=True).start_reader(
-            sources.line_reader(stream.fileno())
+            readers.line_reader(stream.fileno())
         )
 
 
@@ -46,8 +46,8 @@ def from_csv(log, folder):
 
 
 def from_datagrams(log, _):
-    receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
-    queue = BoundedQueue().start_reader(sources.datagram_reader(sources.DatagramSocket(receiver)))
+    receiver = readers.bind_socket("udp://127.0.0.1:0", allow_remote=False)
+    queue = BoundedQueue().start_reader(readers.DatagramSocket(receiver).reader())
     rows = (row for row in queue if row is not None)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for row in rows_of(log):

@@ -4,29 +4,22 @@ import gc
 import json
 import tracemalloc
 from itertools import islice
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hydrodamp.ingest.formats.mavlink import Decoder
 from hydrodamp.ingest.mapping import read_mapping
-from hydrodamp.live import sources
-from hydrodamp.live.bounded_queue import BoundedQueue
+from hydrodamp.live import readers
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup, Motion
 from live.conftest import run_live
 
 
-def received(reader, datagrams):
-    """Return what a reader of a socket makes of datagrams."""
-    queue = BoundedQueue()
-    sent = (datagram[: sources.MAX_DATAGRAM_SIZE] for datagram in datagrams)
-    reader(SimpleNamespace(receive=lambda _: sent))(queue)
-    assert queue.dropped == 0
-    queue.put(None)
-    return [*queue]
+def received(parse, datagrams):
+    """Return what a parser makes of datagrams."""
+    return [item for data in datagrams for item in parse(data[: readers.MAX_DATAGRAM_SIZE])]
 
 
 def junk(seed, n, good):
@@ -56,7 +49,7 @@ def test_samples_among_junk_are_all_taken(dive):
     vehicle, log = dive
     rows = [*islice(rows_of(log), 300)]
     datagrams = [*among(rows, [*junk(11, 6000, rows[0])])]
-    record = run_live(received(sources.datagram_reader, datagrams), vehicle)
+    record = run_live(received(readers.parse_datagram, datagrams), vehicle)
     counts = record.counts
     assert counts["taken"] == 300
     assert sum(counts.values()) - counts["first"] - counts["again"] >= 6300
@@ -67,7 +60,7 @@ def test_samples_among_junk_are_all_taken(dive):
 def test_noise_at_the_port_of_mavlink_is_counted():
     noise = [*junk(12, 6000, {"time": 0.0})]
     decoder = Decoder()
-    received_messages = received(lambda one: sources.packet_reader(one, decoder), noise)
+    received_messages = received(readers.packet_parser(decoder), noise)
     mapping = stream_mapping(read_mapping("ardusub-mavlink"), print)
     synchroniser = MessageSynchroniser(mapping, print)
     rows = [row for row in synchroniser.synchronise(received_messages) if row is not None]

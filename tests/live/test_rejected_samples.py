@@ -11,9 +11,8 @@ import hydrodamp as hd
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import estimate_uncertainty
 from hydrodamp.live import estimator
-from hydrodamp.live.bounded_queue import BoundedQueue
+from hydrodamp.live.readers import UNREADABLE, BoundedQueue, LineParser, parse_json
 from hydrodamp.live.samples import rows_of
-from hydrodamp.live.sources import UNREADABLE, LineParser, parse_json
 from live.conftest import run_live
 
 NAN = math.nan

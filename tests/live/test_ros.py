@@ -15,7 +15,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
 from hydrodamp.ingest.formats.rosbag import deserialize_columns
 from hydrodamp.live import estimator, sources
-from hydrodamp.live.ros import message_fields, subscribe_new_topics
+from hydrodamp.live.readers import message_fields, subscribe_new_topics
 from live.conftest import MODEL, run_live
 
 MAPPING = """

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from hydrodamp.live import sources
-from hydrodamp.live.bounded_queue import BoundedQueue, SourceError
+from hydrodamp.live import readers, sources
+from hydrodamp.live.readers import BoundedQueue, SourceError
 from hydrodamp.live.samples import rows_of
 from hydrodamp.live.sources import open_source
 
@@ -33,15 +33,15 @@ def test_an_error_of_a_reader_is_raised_behind_what_it_read():
 
 def test_blank_lines_of_a_datagram_are_no_samples():
     queue = BoundedQueue()
-    receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
-    datagrams = sources.DatagramSocket(receiver)
+    receiver = readers.bind_socket("udp://127.0.0.1:0", allow_remote=False)
+    datagrams = readers.DatagramSocket(receiver)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for data in (b"\n" * 1300, b" \n\t\n", b'\n{"time": 1}\n\n', b"{\n"):
             sender.sendto(data, receiver.getsockname())
-    queue.start_reader(sources.datagram_reader(datagrams))
+    queue.start_reader(datagrams.reader())
     rows = iter(queue)
     assert next(rows) == {"time": 1}
-    assert next(rows) is sources.UNREADABLE
+    assert next(rows) is readers.UNREADABLE
     assert next(rows) is None
     queue.cancel()
 
@@ -55,13 +55,13 @@ def test_a_socket_is_closed_at_the_end():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other kernels do not tell")
 def test_what_the_kernel_drops_is_counted():
-    receiver = sources.bind_socket("udp://127.0.0.1:0", allow_remote=False)
+    receiver = readers.bind_socket("udp://127.0.0.1:0", allow_remote=False)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    datagrams, queue = sources.DatagramSocket(receiver), BoundedQueue()
+    datagrams, queue = readers.DatagramSocket(receiver), BoundedQueue()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k in range(500):
             sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())
-        queue.start_reader(sources.datagram_reader(datagrams))
+        queue.start_reader(datagrams.reader())
         rows = [*iter(lambda: next(iter(queue)), None)]
         sender.sendto(b'{"time": 500}', receiver.getsockname())
         rows += [next(row for row in queue if row is not None)]

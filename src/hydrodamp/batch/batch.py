@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydrodamp.batch.cache import StatisticsCache
-from hydrodamp.batch.changepoints import ChangePoint, find_change_points
 from hydrodamp.batch.discovery import ResolvedMapping, digest_of_recording, expand_addresses
-from hydrodamp.batch.executor import Failure, WorkerPool, open_pool
-from hydrodamp.batch.grouping import (
+from hydrodamp.batch.executor import ExecutorPool, Failure, ProcessPool, open_pool
+from hydrodamp.batch.groups import (
     DATES,
+    ChangePoint,
     Group,
     assign_group,
     assign_vehicle,
     check_grouping,
+    find_change_points,
     group_order,
     sort_groups,
 )
@@ -32,7 +34,7 @@ from hydrodamp.batch.sufficient_statistics import (
     replay_log,
     solve_model,
 )
-from hydrodamp.errors import HydrodampError, ProblemError, demand
+from hydrodamp.errors import ProblemError, demand
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.identifiability import Grade
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
@@ -44,6 +46,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 SummarisingMethod = LeastSquares | WeakForm
 
 Fits = tuple[Fit | None, ...]
+WorkerPool = ExecutorPool | ProcessPool
 
 
 @dataclass(frozen=True)
@@ -279,42 +282,44 @@ def _read_groups(
     pool: WorkerPool,
 ) -> _Groups:
     """Compute the statistics of each log, or read its start, and assign it to its group."""
-    result, groups, cache_of = _Groups(), dict[Group, _Group](), dict[str, StatisticsCache]()
+    result, groups = _Groups(), dict[Group, _Group]()
     first_logs: dict[tuple[Group, str], str] = {}
-    for log in addresses:
-        try:
-            cache_of[log] = caches[assign_vehicle(log, [*caches])]
-        except HydrodampError as error:
-            result.failed[log] = str(error)
-    calls = [(cache, log) for log, cache in cache_of.items()]
-    answers: Any = pool.map(_read_log, calls, "reading logs")
-    for (log, cache), answer in zip(cache_of.items(), answers, strict=True):
+    calls = [(caches, by, log) for log in addresses]
+    answers = pool.map(_read_log, calls, "reading logs")
+    for log, answer in zip(addresses, answers, strict=True):
         if isinstance(answer, Failure):
             result.failed[log] = answer
-            continue
-        start, statistics, digest, is_cached = answer
-        try:
-            group = assign_group(by, log, cache.vehicle.name, start)
-        except HydrodampError as error:
-            result.failed[log] = str(error)
-            continue
-        if (first := first_logs.setdefault((group, digest), log)) != log:
+        elif (first := first_logs.setdefault((answer.group, answer.digest), log)) != log:
             result.duplicates[log] = first
-            continue
-        result.n_cached += is_cached
-        groups.setdefault(group, _Group(cache)).add(log, start, statistics)
+        else:
+            result.n_cached += answer.is_cached
+            group = groups.setdefault(answer.group, _Group(caches[answer.vehicle]))
+            group.add(log, answer.start, answer.statistics)
     order = sort_groups(by, {name: group.start for name, group in groups.items()})
     result.groups = {name: groups[name] for name in order}
     return result
 
 
-def _read_log(cache: StatisticsCache, log: str) -> tuple[float, LogStatistics | None, str, bool]:
-    """Return start, statistics (None for methods without), digest, and whether it was cached."""
-    if not isinstance(cache.method, SummarisingMethod):
+class _LogResult(NamedTuple):
+    vehicle: str
+    group: Group
+    start: float
+    statistics: LogStatistics | None  # None for methods without
+    digest: str
+    is_cached: bool
+
+
+def _read_log(caches: dict[str, StatisticsCache], by: Sequence[str], log: str) -> _LogResult:
+    vehicle = assign_vehicle(log, [*caches])
+    cache = caches[vehicle]
+    if isinstance(cache.method, SummarisingMethod):
+        statistics, digest, is_cached = cache.summarise(log)
+        start = statistics.start
+    else:
         digest = digest_of_recording(log, cache.mapping)
-        return read_start(log, cache.mapping), None, digest, False
-    statistics, digest, is_cached = cache.summarise(log)
-    return statistics.start, statistics, digest, is_cached
+        start, statistics, is_cached = read_start(log, cache.mapping), None, False
+    group = assign_group(by, log, vehicle, start)
+    return _LogResult(vehicle, group, start, statistics, digest, is_cached)
 
 
 def _fit_groups(
@@ -323,18 +328,11 @@ def _fit_groups(
     """Fit each group; replay its first log with a fit to the others."""
     several = {name: group for name, group in groups.groups.items() if len(group.logs) > 1}
     if isinstance(method, SummarisingMethod):
-        fits = {
-            name: _solve(group, group.statistics, groups.failed)
-            for name, group in groups.groups.items()
-        }
-        test_fits = {
-            name: _solve(group, group.without_first, {}) for name, group in several.items()
-        }
+        fits = {k: _solve(x, x.statistics, groups.failed) for k, x in groups.groups.items()}
+        test_fits = {k: _solve(x, x.without_first, {}) for k, x in several.items()}
     else:
-        logs = {name: group.logs for name, group in groups.groups.items()}
-        fits = _identify(logs, groups, pool)
-        later_logs = {name: group.logs[1:] for name, group in several.items()}
-        test_fits = _identify(later_logs, groups, pool)
+        fits = _identify({k: x.logs for k, x in groups.groups.items()}, groups, pool)
+        test_fits = _identify({k: x.logs[1:] for k, x in several.items()}, groups, pool)
     replays = [
         (group.logs[0], group.cache.vehicle, test_fits[name], group.cache.mapping)
         for name, group in several.items()
@@ -373,24 +371,19 @@ def _solve(group: _Group, statistics: LogStatistics | None, failed: dict[str, st
 
 def _identify(logs: dict[Group, list[str]], groups: _Groups, pool: WorkerPool) -> dict[Group, Fits]:
     """Identify from all logs of each group at once; the logs of a group fail together."""
-    caches = {name: groups.groups[name].cache for name in logs}
-    calls = [
-        (logs[name], cache.vehicle, cache.models, cache.method, cache.mapping)
-        for name, cache in caches.items()
-    ]
+    calls = []
+    for name, paths in logs.items():
+        cache = groups.groups[name].cache
+        calls.append((paths, cache.vehicle, cache.models, cache.method, cache.mapping))
     fits: dict[Group, Fits] = {}
-    answers: Any = pool.map(identify_logs, calls, "identifying")
-    for name, answer in zip(logs, answers, strict=True):
+    answers = pool.map(identify_logs, calls, "identifying")
+    for (name, paths), answer in zip(logs.items(), answers, strict=True):
         if isinstance(answer, Failure):
-            groups.failed |= dict.fromkeys(logs[name], answer)
-        else:
-            fits[name] = tuple(_check_finite(fit, logs[name], groups.failed) for fit in answer)
+            groups.failed |= dict.fromkeys(paths, answer)
+            continue
+        is_finite = [np.isfinite(fit.damping.coefficients).all() for fit in answer]
+        fits[name] = tuple(fit if ok else None for fit, ok in zip(answer, is_finite, strict=True))
+        for fit in itertools.compress(answer, np.logical_not(is_finite)):
+            reason = f"the estimate of model '{fit.model.key}' is not finite."
+            groups.failed |= dict.fromkeys(paths, reason)
     return fits
-
-
-def _check_finite(fit: Fit, logs: Sequence[str], failed: dict[str, str]) -> Fit | None:
-    if np.isfinite(fit.damping.coefficients).all():
-        return fit
-    reason = f"the estimate of model '{fit.model.key}' is not finite."
-    failed |= dict.fromkeys(logs, reason)
-    return None

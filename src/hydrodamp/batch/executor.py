@@ -8,13 +8,13 @@ import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from queue import Empty, SimpleQueue
 from threading import Thread
 from time import monotonic
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from hydrodamp.errors import HydrodampError
 from hydrodamp.progress import count_items, disable_progress
@@ -30,17 +30,8 @@ class Failure(str):
     """Reason why a call has no result."""
 
 
-class WorkerPool(Protocol):
-    """Workers that call a function with many arguments."""
-
-    def map(
-        self, call: Callable[..., Result], arguments: Sequence[tuple[Any, ...]], label: str
-    ) -> Iterator[Result | Failure]:
-        """Yield a result or a ``Failure`` for each of the arguments, in their order."""
-
-
 @contextmanager
-def open_pool(client: Any, n: int | None, timeout: float) -> Iterator[WorkerPool]:
+def open_pool(client: Any, n: int | None, timeout: float) -> Iterator[ExecutorPool | ProcessPool]:
     """Provide the workers of an executor or a Dask client, or ``n`` local processes.
 
     A call fails ``timeout`` [s] after its start on the worker.
@@ -49,11 +40,8 @@ def open_pool(client: Any, n: int | None, timeout: float) -> Iterator[WorkerPool
         executor = client.get_executor() if hasattr(client, "get_executor") else client
         yield ExecutorPool(executor, timeout)
         return
-    pool = ProcessPool(n or os.cpu_count() or 1, timeout)
-    try:
+    with closing(ProcessPool(n or os.cpu_count() or 1, timeout)) as pool:
         yield pool
-    finally:
-        pool.close()
 
 
 @dataclass
@@ -121,7 +109,8 @@ class ProcessPool:
                         task = queue.popleft()
                         starts[task] += 1
                         busy[worker] = task, monotonic() + self.timeout
-                        _send(worker, (call, arguments[task]))
+                        with suppress(OSError):  # it was killed while idle, as `_collect` finds
+                            worker.connection.send((call, arguments[task]))
                     for worker, task, result in self._collect(busy):
                         del busy[worker]
                         if result is None and starts[task] < MAX_STARTS:
@@ -161,13 +150,6 @@ class ProcessPool:
         """Stop the processes."""
         while self._idle:
             self._idle.pop().kill()
-
-
-def _send(worker: _Worker, task: Any) -> None:
-    try:
-        worker.connection.send(task)
-    except OSError:  # it was killed while idle; `_collect` reports it
-        worker.process.join()
 
 
 def _kill_failure(worker: _Worker) -> Failure:

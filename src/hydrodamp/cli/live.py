@@ -36,8 +36,8 @@ def live(
     allow_remote: bool = False,
 ) -> None:
     """Identify recursively from live samples; print estimates as JSON lines."""
-    from hydrodamp.live.bounded_queue import SourceError
     from hydrodamp.live.display import LAYOUT, Display
+    from hydrodamp.live.readers import SourceError
     from hydrodamp.live.runner import LiveRun
     from hydrodamp.live.sources import open_source
 

@@ -398,5 +398,5 @@ def grade_coefficients(
     failed = np.array([*conditions, sound < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
     grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()
     first = np.where(failed.any(axis=0), failed.argmax(axis=0), -1).tolist()
-    causes = (*Cause, None)
-    return tuple(tuple(Grade)[k] for k in grades), tuple(causes[k] for k in first)
+    all_grades, causes = tuple(Grade), (*Cause, None)
+    return tuple(all_grades[k] for k in grades), tuple(causes[k] for k in first)

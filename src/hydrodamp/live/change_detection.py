@@ -22,10 +22,9 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.identification.identifiability import MIN_R_SQUARED
 from hydrodamp.identification.recursive import RecursiveState
-from hydrodamp.kernels.core import Estimate, Recursion
-from hydrodamp.kernels.plant import Sample
-from hydrodamp.live.evidence import Evidence, innovations_of
+from hydrodamp.kernels.core import N_LAGS, Estimate, Recursion
 
 # All values are tuned on simulated campaigns and the VT-690 (studies/live_alarm.py). A row is 1 s.
 NOISE_WARMUP_ROWS = 100  # before the noise variance counts
@@ -42,6 +41,11 @@ MIN_PEAK, ALARM_RATIO = 40.0, 1.5  # least reference peak; sum over it that is a
 CLIMB_START = 10.0  # sum above which persistent residuals may come from a change
 NOISE_MEMORY = 0.9997  # of the highest noise variance, from row to row
 MAX_CORRELATION = 0.9  # from row to row
+FADING_ROWS = 3.0  # weights grow as the square of the count, as in csrc/recursive.c
+
+# Mean correlation of innovations at lags of two to four rows, above which they persist: below 0.1
+# with the right terms and white noise, 0.2 to 0.7 with missing terms (studies/live_alarm.py).
+MAX_PERSISTENCE = 0.15
 
 #: Why an axis is not armed.
 RELEARNING = "relearning: the vehicle has changed."
@@ -59,6 +63,62 @@ class Reference(NamedTuple):
     covariance: FloatArray  # over the noise variance
     noise_variance: float
     correlation: float
+
+
+class Evidence(NamedTuple):
+    """Exponentially weighted moments of the rows of an axis; columns in units of the prior."""
+
+    rows: int = 0
+    mean: float = 0.0  # of the target, [N s] or [N m s]
+    square: float = 0.0  # of the target
+    error: float = 0.0  # mean square of the innovation over 1 + leverage
+    product: float = 0.0  # mean product of innovations at lags two to four
+    columns: FloatArray | None = None  # mean square of each column
+
+    def absorb(
+        self, terms: FloatArray, target: float, innovation: float, earlier: float
+    ) -> Evidence:
+        """Return the moments after a row; ``earlier``: mean innovation at lags two to four."""
+        weight = FADING_ROWS / (self.rows + FADING_ROWS)
+        columns = np.zeros(len(terms)) if self.columns is None else self.columns
+        return Evidence(
+            self.rows + 1,
+            self.mean + weight * (target - self.mean),
+            self.square + weight * (target * target - self.square),
+            self.error + weight * (innovation * innovation - self.error),
+            self.product + weight * (innovation * earlier - self.product),
+            frozen(columns + weight * (terms * terms - columns)),
+        )
+
+    @property
+    def variance(self) -> float:
+        """Variance of the target."""
+        return max(0.0, self.square - self.mean * self.mean)
+
+    @property
+    def share(self) -> float:
+        """Share of the target's variance that the estimate before each row predicts."""
+        return max(0.0, 1.0 - self.error / self.variance) if self.variance > 0.0 else 0.0
+
+    @property
+    def is_excited(self) -> bool:
+        """Whether the predicted share reaches the limit of `identify`."""
+        return self.share >= MIN_R_SQUARED
+
+    @property
+    def response(self) -> float:
+        """Root mean square of the predicted target."""
+        return float(np.sqrt(self.share * self.variance))
+
+    @property
+    def persistence(self) -> float:
+        """Mean correlation of innovations at lags two to four, at least 0."""
+        return max(0.0, self.product / self.error) if self.error > 0.0 else 0.0
+
+    @property
+    def is_model_form(self) -> bool:
+        """Whether the innovations persist: terms are missing, or an unmodelled force acts."""
+        return self.persistence > MAX_PERSISTENCE
 
 
 class CusumTest(NamedTuple):
@@ -79,11 +139,6 @@ class CusumTest(NamedTuple):
     was_novel: bool = False  # the last row's motion
     n_novel_rows: int = 0  # of new motion, predicted
     evidence: Evidence = Evidence()
-
-    @property
-    def lacks_terms(self) -> bool:
-        """Whether the reference has a model-form error."""
-        return self.is_model_form or self.has_failed
 
     @property
     def has_model_form(self) -> bool:
@@ -129,7 +184,7 @@ class MotionNovelty(NamedTuple):
     moments: FloatArray | None = None
     rows_since_novel: int = 0
 
-    def absorb(self, velocity: FloatArray) -> MotionNovelty:
+    def absorb(self, velocity: Iterable[float]) -> MotionNovelty:
         """Return the moments after a row; a row of high leverage is a new motion."""
         factors = np.array([1.0, *velocity])
         products = np.outer(factors, factors)[np.triu_indices(len(factors))]
@@ -176,51 +231,49 @@ class Alarm(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """The last row of an axis, and the estimates before and after it."""
+    """The last row of an axis, in units of the prior, and the estimate before it."""
 
     recursion: Recursion
     axis: int
     before: Estimate
-    after: Estimate
-
-    @property
-    def content(self) -> tuple[FloatArray, float, bool]:
-        """Terms in units of the prior, target, and whether the row is the first of a segment."""
-        return self.recursion.last_row(self.axis, self.after.iv_state)
+    information: FloatArray  # and that of the prior
+    terms: FloatArray
+    target: float
+    is_first: bool  # of a segment
 
 
 def update_alarm(alarm: Alarm, before: RecursiveState, after: RecursiveState, time: float) -> Alarm:
     """Return the alarm after a row, given the recursive least squares before and after it."""
     if alarm.rows_since_alarm > MERGE_ROWS:
         alarm = Alarm(changes=alarm.changes, last=alarm.last, motion=alarm.motion)
-    motion = alarm.motion.absorb(_motion_of(after.last))
+    velocity, propulsion_speed = after.last.velocity, float(after.last.propulsion[1])
+    surge = propulsion_speed or velocity[0]  # with a propeller, its propulsion speed
+    motion = alarm.motion.absorb([surge, *velocity[1:]])
     recursion, tests = before.adaptation.recursion, list(alarm.axes)
-    lacks_terms = any(test.lacks_terms for test in tests)
+    lacks_terms = any(test.is_model_form or test.has_failed for test in tests)
     is_climbing = any(test.cusum > CLIMB_START for test in tests)
     for axis in np.flatnonzero(np.diff(recursion.starts)).tolist():
-        row = _Row(recursion, axis, before.estimate, after.estimate)
-        test = _absorb(tests[axis], row, is_climbing)
+        _, information = recursion.axis_block(axis, before.estimate.information)
+        content = recursion.last_row(axis, after.estimate.iv_state)
+        row = _Row(
+            recursion, axis, before.estimate, np.eye(len(information)) + information, *content
+        )
+        test = _absorb(tests[axis], row, after.estimate, is_climbing)
         if test.evidence.rows > MIN_ROWS:
             test = _test_row(test, row, motion, lacks_terms, time)
         tests[axis] = test
     return _decide(alarm._replace(axes=tuple(tests), motion=motion), time)
 
 
-def _motion_of(sample: Sample) -> FloatArray:
-    """Return the velocity; with a propeller, surge is its propulsion speed."""
-    velocity, propulsion_speed = sample.velocity.copy(), float(sample.propulsion[1])
-    velocity[0] = propulsion_speed or velocity[0]
-    return velocity
-
-
-def _absorb(test: CusumTest, row: _Row, is_climbing: bool) -> CusumTest:
+def _absorb(test: CusumTest, row: _Row, after: Estimate, is_climbing: bool) -> CusumTest:
     """Return the test with the moments of the row."""
-    recursion, axis, before, after = row
-    terms, target, _ = row.content
-    innovation, earlier = innovations_of(recursion, axis, before, after)
+    recursion, axis, before, information, terms, target, _ = row
+    # The core divides each innovation by √(1 + leverage).
+    previous = recursion.iv_statistics(axis, before.iv_state).innovations
+    earlier = float(previous[1:].mean()) if len(previous) == N_LAGS else 0.0
+    innovation = float(recursion.iv_statistics(axis, after.iv_state).innovations[0])
     evidence = test.evidence.absorb(terms, target, innovation, earlier)
-    _, information = recursion.axis_block(axis, before.information)
-    leverage = float(terms @ np.linalg.solve(np.eye(len(terms)) + information, terms))
+    leverage = float(terms @ np.linalg.solve(information, terms))
     noise = test.highest_noise
     if evidence.rows > NOISE_WARMUP_ROWS:
         noise = max(NOISE_MEMORY * noise, float(before.noise[axis]))
@@ -246,7 +299,8 @@ def _test_row(
     test = test._replace(was_novel=is_novel)
     max_age = MAX_REFERENCE_AGE_IN_CLIMB if test.cusum else MAX_REFERENCE_AGE
     if test.reference is None or has_settled or test.age >= max_age:
-        noise = test.highest_noise * test.evidence.inflation
+        # The long-run variance of the residual has all lags, from lags two to four.
+        noise = test.highest_noise * (1.0 + 6.0 * test.evidence.persistence)
         test = test._replace(reference=_make_reference(row, noise), age=0)
     if has_settled:
         test = test.end_climb()
@@ -254,10 +308,10 @@ def _test_row(
     reference = test.reference
     if reference is None or test.disarm_reason is not None:
         return test._replace(residual=0.0, cusum=0.0, peak=0.0)
-    terms, target, is_first = row.content
+    terms = row.terms
     variance = reference.noise_variance * (1.0 + terms @ reference.covariance @ terms)
-    residual = float((target - terms @ reference.coefficients) / np.sqrt(variance))
-    correlation = 0.0 if is_first else reference.correlation
+    residual = float((row.target - terms @ reference.coefficients) / np.sqrt(variance))
+    correlation = 0.0 if row.is_first else reference.correlation
     white = (residual - correlation * test.residual) / float(np.sqrt(1.0 - correlation**2))
     test = test._replace(residual=residual).accumulate(white, time)
     return test._replace(
@@ -268,14 +322,14 @@ def _test_row(
 
 def _make_reference(row: _Row, noise_variance: float) -> Reference:
     """Freeze the estimate before the row."""
-    recursion, axis, before, _ = row
-    columns, information = recursion.axis_block(axis, before.information)
-    unit, zero = recursion.unit[columns], np.zeros(columns.stop - columns.start)
+    recursion, axis, before = row[:3]
+    columns = slice(*recursion.starts[axis : axis + 2].tolist())
+    unit, zero = recursion.unit[columns], np.zeros(len(row.terms))
     products = recursion.iv_statistics(axis, before.iv_state).lag_products
     correlation = np.clip(products[0] / before.noise[axis], -MAX_CORRELATION, MAX_CORRELATION)
     return Reference(
         frozen(np.divide(before.coefficients[columns], unit, out=zero, where=unit > 0.0)),
-        frozen(np.linalg.inv(np.eye(len(unit)) + information)),
+        frozen(np.linalg.inv(row.information)),
         noise_variance,
         float(correlation),
     )

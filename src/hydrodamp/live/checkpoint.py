@@ -13,10 +13,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, get_args, get_type_hints
+from typing import IO, Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 
+from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import FileError
 from hydrodamp.files import load_json, save_text, temporary_prefix
 from hydrodamp.kernels.core import Estimate
@@ -97,20 +98,30 @@ def _check_kind(path: Path) -> None:
         )
 
 
+class _Content(NamedTuple):
+    """The part of a state that is no setting; that of a file may be NaN only in the time."""
+
+    last: FloatArray
+    block: FloatArray
+    estimate: Estimate
+    table: FloatArray  # empty without the adaptive identifier
+    validator: SampleValidator
+    n_rows: int
+    counts: dict[str, int]
+    alarm: Alarm
+
+
 def save(state: LiveState, path: Path) -> None:
     """Write a state; every number keeps all its digits."""
-    rls, ai = state.rls, state.ai
-    content = {
-        "last": rls.last.values,
-        "block": rls.block,
-        "estimate": rls.estimate,
-        "table": None if ai is None else ai.table,
-        "validator": state.validator._replace(time=repr(state.validator.time)),  # type: ignore[arg-type]
-        "n_rows": state.n_rows,
-        "counts": state.counts,
-        "alarm": state.alarm,
-    }
-    text = json.dumps(content, allow_nan=False, default=np.ndarray.tolist)
+    content = _Content(
+        state.rls.last.values,
+        state.rls.block,
+        state.rls.estimate,
+        state.ai.table if state.ai else np.empty(0),
+        state.validator._replace(time=repr(state.validator.time)),  # type: ignore[arg-type]
+        *(state.n_rows, state.counts, state.alarm),
+    )
+    text = json.dumps(content._asdict(), allow_nan=False, default=np.ndarray.tolist)
     head = {"live_state": VERSION, "digest": state.digest, "checksum": _checksum(text)}
     save_text(json.dumps(head)[:-1] + f', "state": {text}}}\n', path)
 
@@ -126,23 +137,16 @@ def load(fresh: LiveState, path: Path) -> LiveState:
         raise FileError(
             f"{path}: is the state of another vehicle, model, method or set of channels."
         )
-    content = document["state"]
-    sample = Sample(_restore(np.ndarray, content["last"]))
-    rls = fresh.rls._replace(
-        estimate=_restore(Estimate, content["estimate"]),
-        block=_restore(np.ndarray, content["block"]),
-        last=sample,
-    )
-    table = _restore(np.ndarray, content["table"])
-    ai = fresh.ai and fresh.ai._replace(table=table, last=sample)
-    validator = _restore(SampleValidator, content["validator"])
-    return LiveState(
-        rls,
-        ai,
-        validator._replace(time=float(validator.time)),
-        content["n_rows"],
-        content["counts"],
-        _restore(Alarm, content["alarm"]),
+    hints = get_type_hints(_Content)
+    content = _Content(*(_restore(kind, document["state"][key]) for key, kind in hints.items()))
+    last = Sample(content.last)
+    return fresh._replace(
+        rls=fresh.rls._replace(estimate=content.estimate, block=content.block, last=last),
+        ai=fresh.ai and fresh.ai._replace(table=content.table, last=last),
+        validator=content.validator._replace(time=float(content.validator.time)),
+        n_rows=content.n_rows,
+        counts=content.counts,
+        alarm=content.alarm,
     )
 
 
@@ -159,9 +163,7 @@ def _restore(kind: Any, value: Any) -> Any:
     if getattr(kind, "__origin__", kind) is tuple:
         kinds = [types[0]] * len(value) if types[-1] is Ellipsis else types
         return tuple(map(_restore, kinds, value))
-    array = np.array(value, dtype=np.float64)
-    array.setflags(write=False)
-    return array
+    return frozen(value)
 
 
 def _checksum(text: str) -> str:

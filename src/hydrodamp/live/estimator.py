@@ -9,29 +9,37 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
+from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import Term
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
-from hydrodamp.identification.identifiability import Grade
+from hydrodamp.identification.identifiability import (
+    MIN_MOTION_LEVERAGE,
+    Cause,
+    Grade,
+    grade_coefficients,
+)
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.live.change_detection import Alarm, update_alarm
-from hydrodamp.live.evidence import grade_axes
-from hydrodamp.live.ranges import ranges_of
 from hydrodamp.live.samples import (
     ACCEPTED,
     REJECTED,
     RESTARTS,
+    Ranges,
     Row,
     SampleValidator,
     classify,
     make_sample,
+    ranges_of,
     read_inputs,
     read_number,
     read_velocity,
@@ -39,6 +47,10 @@ from hydrodamp.live.samples import (
 )
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
+
+CRITICAL_VALUE = 1.959964  # of a 95 % interval of the normal distribution
+
+WORDS = {None: None, **{each: each.word for each in (*Grade, *Cause)}}
 
 #: Methods that run sample by sample.
 METHODS = ("rls", "ai")
@@ -49,6 +61,7 @@ class LiveState(NamedTuple):
 
     rls: recursive.RecursiveState
     ai: adaptive.State | None
+    ranges: Ranges
     validator: SampleValidator
     n_rows: int  # of the source
     counts: dict[str, int]  # samples by class
@@ -85,7 +98,7 @@ class LiveState(NamedTuple):
 
     def reject(self, kind: str) -> LiveState:
         """Return the state after a rejected sample; the next accepted one restarts."""
-        return self._replace(validator=self.validator.interrupt()).add_count(kind)
+        return self._replace(validator=self.validator._replace(is_interrupted=True)).add_count(kind)
 
 
 _RLS, _AI = (
@@ -102,7 +115,7 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), None)
     ai = _AI.init(equations, model, sample) if method == "ai" else None
     rls = _RLS.init(equations, model, sample)
-    return LiveState(rls, ai, SampleValidator(), 0, {ACCEPTED: 0})
+    return LiveState(rls, ai, ranges_of(equations), SampleValidator(), 0, {ACCEPTED: 0})
 
 
 def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
@@ -111,14 +124,13 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
         return state.add_count("unreadable"), "unreadable"
     equations = state.rls.adaptation.equations
     velocity = read_velocity(row, equations.vehicle.free.tolist())
-    ranges = ranges_of(equations)
     validator, kind = classify(
         state.validator,
         read_number(row, "time"),
         velocity,
         str(row.get(SEGMENT, "")),
-        read_inputs(row, ranges.names),
-        ranges,
+        read_inputs(row, state.ranges.names),
+        state.ranges,
     )
     if kind in REJECTED:
         return state._replace(validator=validator).add_count(kind), kind
@@ -139,7 +151,46 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
         return state.reject("overflow"), "overflow"
     if has_row and not is_restart:
         alarm = update_alarm(alarm, state.rls, rls, validator.time)
-    return LiveState(rls, ai, validator, state.n_rows, state.counts, alarm).add_count(kind), kind
+    state = state._replace(rls=rls, ai=ai, validator=validator, alarm=alarm)
+    return state.add_count(kind), kind
+
+
+def _grade(
+    state: LiveState, current: recursive.EstimateUncertainty, has_model_form: BoolArray
+) -> Iterator[tuple[Grade, Cause | None]]:
+    """Yield grade and cause of coefficients as `identify` does, from running moments."""
+    evidence, bound = [test.evidence for test in state.alarm.axes], state.rls.adaptation
+    model, axes, unit = bound.model, bound.recursion.axes, bound.recursion.unit
+    excited = np.array([moments.is_excited for moments in evidence])
+    quiet = {
+        v for v, terms, x in zip("uvwpqr", model.terms, excited, strict=True) if terms and not x
+    }
+    squares = [
+        np.zeros(len(terms)) if moments.columns is None else moments.columns
+        for moments, terms in zip(evidence, model.terms, strict=True)
+    ]
+    grades, causes = grade_coefficients(
+        state.coefficients,
+        CRITICAL_VALUE * current.standard_errors,
+        np.sqrt(np.concatenate(squares)) / np.where(unit > 0.0, unit, np.inf),
+        np.array([not quiet & _velocities(term) for terms in model.terms for term in terms], float),
+        ~current.is_estimated,
+        response=np.array([moments.response for moments in evidence])[axes],
+        excited=(excited & _has_converged(state))[axes],
+    )
+    # A leverage that does not last may be noise: such a coefficient is weak at best.
+    is_noise = current.persistent_leverage_share < MIN_MOTION_LEVERAGE
+    columns = zip(grades, causes, is_noise.tolist(), has_model_form.tolist(), strict=True)
+    for grade, cause, is_weak, has_error in columns:
+        if has_error:
+            yield Grade.NOT_DETERMINED, Cause.MODEL_FORM
+        else:
+            yield (Grade.WEAK if is_weak and grade is Grade.DETERMINED else grade), cause
+
+
+@lru_cache
+def _velocities(term: Term) -> set[str]:
+    return {factor.strip("|") for factor in term.factors}
 
 
 def estimate_line(state: LiveState) -> dict[str, Any]:
@@ -147,20 +198,17 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
 
     All values are null before the first row of recursive least squares is complete.
     """
-    adaptation = state.rls.adaptation
-    axes, evidence = adaptation.recursion.axes, [test.evidence for test in state.alarm.axes]
+    adaptation, current = state.rls.adaptation, recursive.estimate_uncertainty(state.rls)
+    axes = adaptation.recursion.axes
     model_form = np.array([test.has_model_form for test in state.alarm.axes])
-    values = state.coefficients
-    grading = grade_axes(state.rls, values, evidence, _has_converged(state), model_form)
     has_steps = state.ai is not None and state.counts[ACCEPTED] > 1
     has_estimate = has_steps or bool(state.rls.estimate.rows.any())
     has_errors = has_estimate and state.ai is None
     columns = zip(
         adaptation.model.labels,
-        values.tolist(),
-        grading.errors.tolist(),
-        grading.grades,
-        grading.causes,
+        state.coefficients.tolist(),
+        np.where(model_form[axes], np.nan, current.standard_errors).tolist(),
+        _grade(state, current, model_form[axes]),
         strict=True,
     )
     present = np.unique(axes).tolist()
@@ -171,12 +219,12 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
             label: {
                 "value": _finite(value) if has_estimate else None,
                 "standard_error": _finite(error) if has_errors else None,
-                "grade": grade.word,
-                "cause": cause.word if cause else None,
+                "grade": WORDS[grade],
+                "cause": WORDS[cause],
             }
-            for label, value, error, grade, cause in columns
+            for label, value, error, (grade, cause) in columns
         },
-        "excitation": {AXES[i]: float(grading.excitation[i]) for i in present},
+        "excitation": {AXES[i]: float(current.excitation[i]) for i in present},
         "model_form": [AXES[i] for i in present if model_form[i]],
         "alarm": state.alarm.line(present),
         "counts": state.counts,

@@ -1,6 +1,7 @@
 """Samples of a stream: read one, classify it as accepted or rejected, fill equation 1 with it.
 
-A rejected sample is counted and ends no run. After a gap the estimator restarts its block of time.
+Plausible ranges of commands and recorded wrenches are derived from the vehicle. A rejected
+sample is counted and ends no run. After a gap the estimator restarts its block of time.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.record import max_step
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.adaptive import observe
+from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Sample
-from hydrodamp.live.ranges import SENTINELS, Ranges
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, prepare
+from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: One sample as a source provides it: numbers by canonical column, and the segment.
@@ -50,6 +52,13 @@ REJECTED = {
     "frozen": "with velocities that have been constant for seconds",
 }
 
+#: Largest integers of MAVLink, which mean "unknown": INT16_MAX, UINT16_MAX, INT32_MAX, UINT32_MAX.
+SENTINELS = frozenset((32767.0, 65535.0, 2147483647.0, 4294967295.0))
+
+MAX_FIELD = 2.0**32  # largest integer field of an autopilot's message
+MAX_COMMAND_RATIO = 10.0  # command over the actuator's limit; by choice: autopilots exceed it
+ORDINARY_SHARE = 0.01  # of the largest plausible acceleration: 0.5 m/s^2 or rad/s^2
+MAGNITUDES = np.geomspace(1e-6, MAX_FIELD, 2000)  # candidate inputs, 2 % apart
 MAX_LATE_SAMPLES = 20  # consecutive older samples after which the clock was set back; by choice
 MAX_OUTLIERS = 3  # consecutive outliers after which the step is real; by choice
 MIN_OUTLIER_STEP = 0.5  # m/s or rad/s, least change of an outlier; by choice
@@ -65,9 +74,8 @@ def rows_of(log: Log) -> Iterator[Row]:
     columns = columns_of(log)
     for segment in log.segments:
         for k in range(segment.start, segment.stop):
-            yield {name: float(values[k]) for name, values in columns.items()} | {
-                SEGMENT: segment.name
-            }
+            row = {name: float(values[k]) for name, values in columns.items()}
+            yield {**row, SEGMENT: segment.name}
 
 
 def read_number(row: Row, name: str, default: float = math.nan) -> float:
@@ -141,8 +149,7 @@ def _read_channels(
         attitude = _normalise([read_number(row, name) for name in ATTITUDE.columns])
     elif "yaw" in row or "roll" in row:
         attitude = [read_number(row, name, 0.0) for name in EULER]
-    has_wrench = any(name in row for name in AXES)
-    wrench = [read_number(row, name, 0.0) for name in AXES] if has_wrench else None
+    wrench = [read_number(row, x, 0.0) for x in AXES] if not row.keys().isdisjoint(AXES) else None
     ratio = read_number(row, "eta") if "eta" in row else None
     commands = {name: read_number(row, name) for name in row if name not in RESERVED}
     return attitude, commands, wrench, ratio
@@ -151,11 +158,78 @@ def _read_channels(
 def _normalise(quaternion: list[float]) -> list[float]:
     """Return a unit quaternion as a log has it; NaN where the norm is not near one."""
     norm = math.sqrt(sum(element * element for element in quaternion))
-    if not abs(norm - 1.0) <= MAX_NORM_ERROR:
-        return [math.nan] * 4
     if abs(norm - 1.0) <= NORM_ROUNDING:
         return quaternion
-    return [element / norm for element in quaternion]
+    divisor = norm if abs(norm - 1.0) <= MAX_NORM_ERROR else math.nan
+    return [element / divisor for element in quaternion]
+
+
+class Ranges(NamedTuple):
+    """Inputs of equation 1, their largest plausible and their ordinary magnitudes.
+
+    An input within its ordinary magnitude is never an outlier.
+    """
+
+    names: tuple[str, ...] = ()
+    largest: tuple[float, ...] = ()
+    ordinary: tuple[float, ...] = ()
+
+
+def ranges_of(equations: EquationTable) -> Ranges:
+    """Return the ranges of the needed commands and, without actuators, of a recorded wrench.
+
+    The largest plausible input accelerates the vehicle from rest to the largest plausible
+    velocity within a second, and no propeller sustains more than that velocity.
+    """
+    vehicle = equations.vehicle
+    actuators = vehicle.actuators if equations.actuators else ()
+    pairs = [_command_range(vehicle, actuators, name) for name in equations.required_commands]
+    names = equations.required_commands
+    if not equations.actuators:
+        bounds = _wrench_bounds(vehicle).tolist()
+        names = (*names, *AXES)
+        pairs += [(bound, ORDINARY_SHARE * bound) for bound in bounds]
+    largest, ordinary = zip(*pairs, strict=True) if pairs else ((), ())
+    return Ranges(names, largest, ordinary)
+
+
+def _command_range(
+    vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str
+) -> tuple[float, float]:
+    """Return the ranges of a command; its limit is stated, or the end of the thrust curve."""
+    used = [actuator for actuator in actuators if name in actuator.commands]
+    if not used:
+        return MAX_FIELD, 0.0
+    magnitudes, at_rest = np.append(0.0, MAGNITUDES), np.zeros(len(MAGNITUDES) + 1)
+    commands = {**dict.fromkeys(vehicle.commands, at_rest), name: magnitudes}
+    velocity, down = np.tile(TYPICAL_VELOCITY, (len(at_rest), 1)), np.zeros((len(at_rest), 3))
+    wrench = vehicle.known_wrench(velocity, down, commands)
+    effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
+    speed = vehicle.propulsion_speed(commands)
+    is_too_fast = np.abs(at_rest if speed is None else speed) > MAX_VELOCITY
+    largest = magnitudes[(effect > 1.0) | is_too_fast].min(initial=MAX_FIELD)
+    limits = [limit for limit in map(_limit, used) if limit is not None]
+    if limits:
+        return min(float(largest), MAX_COMMAND_RATIO * max(limits)), max(limits)
+    exceeds = effect > ORDINARY_SHARE
+    return float(largest), float(magnitudes[exceeds.argmax()])
+
+
+def _limit(actuator: Actuator) -> float | None:
+    curve = getattr(actuator, "curve", None) or ()
+    limit: float | None = getattr(actuator, "limit", None)
+    return max((abs(row[0]) for row in curve), default=None) if limit is None else limit
+
+
+def _wrench_bounds(vehicle: Vehicle) -> np.ndarray:
+    """Return the largest plausible force [N] and moment [N m] by axis; infinite where locked.
+
+    A moment is that of the force at the radius of gyration.
+    """
+    inertia = np.where(vehicle.free, vehicle.mass_matrix.diagonal(), np.nan)
+    mass = float(np.nanmax([*inertia[:3], 0.0])) or float(np.nanmax(inertia))
+    scale = np.concatenate([inertia[:3], np.sqrt(mass * inertia[3:])])
+    return np.where(vehicle.free, MAX_VELOCITY * scale, np.inf)
 
 
 class SampleValidator(NamedTuple):
@@ -173,16 +247,6 @@ class SampleValidator(NamedTuple):
     inputs: tuple[float, ...] = ()  # largest accepted magnitudes of commands and wrenches
     time_before_gap: float | None = None  # s, while the segment has one or two samples
 
-    def restart(
-        self, time: float, velocity: tuple[float, ...], segment: str, inputs: tuple[float, ...]
-    ) -> SampleValidator:
-        """Return the state after the first sample of a segment."""
-        return SampleValidator(time, velocity, segment, constant_since=(time, time), inputs=inputs)
-
-    def interrupt(self) -> SampleValidator:
-        """Return the state after a sample without valid values."""
-        return self._replace(is_interrupted=True)
-
 
 def classify(
     validator: SampleValidator,
@@ -190,18 +254,18 @@ def classify(
     velocity: Sequence[float],
     segment: str,
     inputs: Sequence[float] = (),
-    ranges: Ranges = Ranges((), (), ()),  # noqa: B008 - immutable
+    ranges: Ranges = Ranges(),  # noqa: B008 - immutable
 ) -> tuple[SampleValidator, str]:
     """Return the next state and the class of a sample; missing values are NaN."""
     if not all(map(math.isfinite, (time, *velocity, *inputs))):
-        return validator.interrupt(), "incomplete"
+        return validator._replace(is_interrupted=True), "incomplete"
     excess = [x for x, limit in zip(inputs, ranges.largest, strict=True) if abs(x) > limit]
     if excess or max(map(abs, velocity)) > MAX_VELOCITY:
         is_unknown = excess and SENTINELS.issuperset(excess)
-        return validator.interrupt(), "incomplete" if is_unknown else "absurd"
+        return validator._replace(is_interrupted=True), "incomplete" if is_unknown else "absurd"
     current, accepted = tuple(velocity), validator.inputs or (0.0,) * len(inputs)
     largest = tuple(max(old, abs(new)) for old, new in zip(accepted, inputs, strict=True))
-    restarted = validator.restart(time, current, segment, largest)
+    restarted = SampleValidator(time, current, segment, constant_since=(time, time), inputs=largest)
     step = time - validator.time
     is_next = bool(validator.velocity) and segment == validator.segment
     if is_next and step <= 0.0:

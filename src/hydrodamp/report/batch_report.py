@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.batch.batch import BatchResult, GroupFit
-from hydrodamp.batch.changepoints import MIN_GROUPS
+from hydrodamp.batch.groups import MIN_GROUPS
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label

@@ -1,0 +1,229 @@
+"""Groups of logs: assign a log to a group and a vehicle, order the groups, find change points.
+
+Change points: at most one lasting change of each coefficient in a series of groups, by a two-sample
+t-test between the groups before and after each day, weighted, with a Bonferroni correction over all
+days and coefficients.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from pathlib import PurePosixPath
+
+import numpy as np
+from scipy.stats import t as student
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.fit import Fit, critical_value
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Grouping keys that are dates.
+DATES = frozenset({"day", "month"})
+
+DATE_PATTERN = re.compile(r"(?<!\d)(20\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)(?!\d)")
+MIN_UNIX_TIME = 1e8  # s since 1970 (in 1973); a smaller clock counts from boot
+
+MIN_GROUPS_PER_SIDE, MIN_GROUPS = 2, 5  # before and after a change, and in all; by choice
+
+#: Family-wise significance level over coefficients and days: a false change in 1 of 800 seasons,
+#: and every growth of 5 % detected (studies/season_changes.py).
+SIGNIFICANCE_LEVEL = 0.002
+
+Group = tuple[str, ...]
+
+
+def assign_group(by: Sequence[str], address: str, vehicle: str, start: float) -> Group:
+    """Return the group of a log that begins at ``start`` [s]; raise ``MethodError`` if none."""
+    return tuple(_label(key, address, vehicle, start) for key in by)
+
+
+def _label(key: str, address: str, vehicle: str, start: float) -> str:
+    if key == "vehicle":
+        return vehicle
+    if key == "folder":
+        return PurePosixPath(address).parent.name
+    if key in DATES:
+        day = _clock_day(start) if start > MIN_UNIX_TIME else _path_day(address)
+        if not day:
+            raise MethodError(
+                "neither its clock nor its path has a date: group by `folder` or by a pattern."
+            )
+        return day if key == "day" else day[:7]
+    match = re.search(key, address)
+    label = None if match is None else match[1] if match.re.groups else match[0]
+    if not label:
+        reason = "its group matches nothing in" if match else "it is not in"
+        raise MethodError(f"the pattern '{key}' gives no group: {reason} the path.")
+    return label
+
+
+def _clock_day(start: float) -> str:
+    try:
+        return datetime.fromtimestamp(start, UTC).strftime("%Y-%m-%d")
+    except (OverflowError, ValueError, OSError) as error:
+        raise MethodError(
+            f"its clock begins at {start:.4g} s since 1970, which is no date: set its unit in a "
+            "mapping."
+        ) from error
+
+
+def _path_day(address: str) -> str:
+    """Return the first valid date of a path, or nothing."""
+    for match in DATE_PATTERN.finditer(address):
+        try:
+            return date(*map(int, match.groups())).isoformat()
+        except ValueError:
+            continue
+    return ""
+
+
+def group_order(by: Sequence[str], starts: Sequence[float]) -> str:
+    """Return the key that orders groups: `date`, `clock`, or `name` if clocks count from boot."""
+    if not DATES.isdisjoint(by):
+        return "date"
+    return "clock" if all(start > MIN_UNIX_TIME for start in starts) else "name"
+
+
+def sort_groups(by: Sequence[str], starts: Mapping[Group, float]) -> list[Group]:
+    """Return groups in the order of their dates, then of their clocks if all count from 1970.
+
+    ``starts`` are the clock times of the first samples [s].
+    """
+    has_unix_time = group_order((), [*starts.values()]) == "clock"
+
+    def sort_key(group: Group) -> tuple[Group, float, Group]:
+        dates = tuple(label for key, label in zip(by, group, strict=True) if key in DATES)
+        return dates, starts[group] if has_unix_time else 0.0, group
+
+    return sorted(starts, key=sort_key)
+
+
+def assign_vehicle(address: str, names: Sequence[str]) -> str:
+    """Return the only vehicle, or the one whose name is a word of the path."""
+    if len(names) == 1:
+        return names[0]
+    spans = {
+        match.span(): name
+        for name in names
+        for match in re.finditer(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", address)
+    }
+    matches = {
+        name
+        for (start, stop), name in spans.items()
+        if not any(a <= start and stop <= b and (a, b) != (start, stop) for a, b in spans)
+    }
+    if len(matches) != 1:
+        matched = ", ".join(sorted(matches)) if matches else f"none of {', '.join(names)}"
+        raise MethodError(f"its path has the name of {matched}: it must name one vehicle.")
+    return matches.pop()
+
+
+def check_grouping(by: Sequence[str], vehicles: Sequence[Vehicle]) -> None:
+    """Refuse an unknown grouping key, and logs of several vehicles in one group."""
+    if len(names := {each.name for each in vehicles}) < len(vehicles):
+        raise MethodError(f"vehicles must have different names; got {', '.join(sorted(names))}.")
+    if len(vehicles) > 1 and "vehicle" not in by:
+        raise MethodError("`by` must hold `vehicle` for several vehicles: they share no fit.")
+    for key in by:
+        try:
+            re.compile(key)
+        except re.error as error:
+            raise MethodError(
+                f"`by` takes vehicle, day, month, folder and patterns of the path; '{key}' is "
+                f"invalid: {error}."
+            ) from error
+    if not by:
+        raise MethodError("`by` must name at least one of vehicle, day, month, folder, a pattern.")
+
+
+@dataclass(frozen=True)
+class ChangePoint:
+    """A lasting change of one coefficient.
+
+    ``first`` is the index of the first group after it, ``p_value`` the family-wise probability of
+    so large a change of any coefficient on any day without a change.
+    """
+
+    label: str
+    first: int
+    before: float
+    after: float
+    standard_error: float
+    p_value: float
+
+    @property
+    def relative_change(self) -> float:
+        """Change over the value before it; positive for growth."""
+        return self.after / self.before - 1.0 if self.before else np.inf
+
+
+def find_change_points(fits: Sequence[Fit]) -> tuple[ChangePoint, ...]:
+    """Return the coefficients that changed, the most significant first.
+
+    ``fits`` are in the order of time. The standard error is the scatter between n groups, with
+    n − 2 degrees of freedom; the standard errors of the groups are not used, as few blocks
+    determine them poorly. Groups without an estimate, and coefficients that are determined on
+    neither side of the change, are omitted.
+    """
+    value, weight = _estimates(fits)
+    n_coefficients, changes = value.shape[1], list[ChangePoint]()
+    for index, label in enumerate(fits[0].model.labels if fits else ()):
+        groups = np.flatnonzero(weight[:, index] > 0.0)
+        if len(groups) < MIN_GROUPS:
+            continue
+        day, *change = _most_significant(value[groups, index], weight[groups, index])
+        before, after, error, p_value = change
+        n_days = len(groups) - 2 * MIN_GROUPS_PER_SIDE + 1
+        p_value = min(p_value * n_days * n_coefficients, 1.0)
+        if p_value < SIGNIFICANCE_LEVEL:
+            changes.append(ChangePoint(label, int(groups[day]), before, after, error, p_value))
+    return tuple(sorted(changes, key=lambda change: change.p_value))
+
+
+def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
+    """Return coefficients and weights, shape (groups, coefficients); weight 0 for no estimate.
+
+    Weights are the inverse standard errors under white noise: a compromise between equal weights
+    and inverse variances, as model-form error varies less between manoeuvres than noise.
+    """
+    n = fits[0].model.n_coefficients if fits else 0
+    value, weight = np.zeros((len(fits), n)), np.zeros((len(fits), n))
+    for index, fit in enumerate(fits):
+        if fit.uncertainty is None:
+            continue
+        leverage = fit.uncertainty.leverage
+        if leverage is None:
+            leverage = np.full(n, 1.0 / max(fit.n_samples, 1))
+        coefficients = fit.damping.coefficients
+        aliased = {label for labels in fit.aliased for label in labels}
+        used = np.isfinite(coefficients) & np.isfinite(leverage) & (leverage > 0.0)
+        used &= [label not in aliased for label in fit.model.labels]
+        value[index, used], weight[index, used] = coefficients[used], leverage[used] ** -0.5
+    return value, weight
+
+
+def _most_significant(
+    value: FloatArray, weight: FloatArray
+) -> tuple[int, float, float, float, float]:
+    """Return the index of the least p-value, both means, the standard error and the p-value."""
+    n = len(value)
+    days = np.arange(MIN_GROUPS_PER_SIDE, n - MIN_GROUPS_PER_SIDE + 1)
+    late = np.arange(n) >= days[:, None]
+    sides = np.where(np.stack([~late, late]), weight, 0.0)
+    total = sides.sum(axis=2)
+    before, after = means = (sides @ value) / total
+    residual = value - np.where(late, after[:, None], before[:, None])
+    errors = np.sqrt((residual**2 @ weight) / (n - 2) / total)
+    error = np.hypot(*errors)
+    half = critical_value(degrees_of_freedom=n - 2) * errors
+    determined = np.any(half <= MAX_RELATIVE_HALF_WIDTH * np.abs(means), axis=0)
+    ratio = np.abs(after - before) / np.maximum(error, np.finfo(np.float64).tiny)
+    p_values = np.where(determined, 2.0 * student.sf(ratio, n - 2), 1.0)
+    best = int(p_values.argmin())
+    means = float(before[best]), float(after[best])
+    return int(days[best]), *means, float(error[best]), float(p_values[best])
