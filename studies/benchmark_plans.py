@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.simulation.autopilot import Pid
 from hydrodamp.simulation.campaign.conditions import (
     DEPTH_LOOP,
     PUBLISHED_AUTOPILOT,
@@ -17,9 +16,11 @@ from hydrodamp.simulation.campaign.conditions import (
     YAW_LOOP,
     Run,
     fin_autopilot,
+    sname_truth,
+    true_damping,
 )
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from hydrodamp.simulation.campaign.truth import sname_truth, true_damping
+from hydrodamp.simulation.closed_loop import Pid
 
 SLOW_PITCH = Pid(2.5, 0.1, 3.5)
 """Half the published gains: at 5 Hz the published loop of pitch does not settle."""

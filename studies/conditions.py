@@ -16,7 +16,7 @@ from hydrodamp.simulation.campaign.conditions import (
     Conditions,
     sample_normal,
 )
-from hydrodamp.simulation.campaign.reenact import stack_runs
+from hydrodamp.simulation.closed_loop import stack_runs
 
 SPECIFIC_FORCE_VARIANCE = 3.847e-6
 """Noise variance of each accelerometer of the attitude sensor [(m/s^2)^2], of the same source."""

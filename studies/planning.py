@@ -30,19 +30,15 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Trajectories,
-    limit_violations,
-)
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.plan import VERIFIED_MEMBERS, optimise
 from hydrodamp.experiment_design.verification import CandidateDive, enforce_envelope, verify
 from hydrodamp.files import save_json, save_text
+from hydrodamp.progress import run_parallel
+from hydrodamp.simulation.campaign.conditions import Truth
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.simulation.parallel import run_parallel
 
 ENVELOPE = hd.Envelope(
     depth=(3, 20),
@@ -120,7 +116,7 @@ def simulate_dives(
     setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
     overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
     trajectories = simulator.simulate((setpoints, overlays), SEED)
-    violations = limit_violations(simulator.envelope, trajectories).values()
+    violations = trajectories.limit_violations(simulator.envelope).values()
     worst = np.max([violation.max(axis=0) for violation in violations], axis=0)
     calls = [(simulator, trajectories.select([n]), test) for n in range(dives)]
     columns = zip(*run_parallel(_identify_dive, calls), strict=True)

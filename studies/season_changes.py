@@ -34,9 +34,9 @@ from hydrodamp.simulation.campaign.conditions import (
     SENSOR_VARIANCES,
     Run,
     StepSequence,
+    true_damping,
 )
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from hydrodamp.simulation.campaign.truth import true_damping
 from tables import replace_table
 
 MODEL, METHOD = hd.catalog["prestero"], hd.WeakForm()

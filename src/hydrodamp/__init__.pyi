@@ -52,11 +52,12 @@ from .errors import (
     ModelError as ModelError,
     ProblemError as ProblemError,
     PropulsionWarning as PropulsionWarning,
+    Status as Status,
     TermError as TermError,
     VehicleError as VehicleError,
 )
 from .experiment_design.envelope import Envelope as Envelope, read_envelope as read_envelope
-from .experiment_design.excitation import Manoeuvre as Manoeuvre
+from .experiment_design.guidance import Manoeuvre as Manoeuvre
 from .experiment_design.plan import plan as plan
 from .experiment_design.result import (
     DivePlan as DivePlan,
@@ -149,6 +150,7 @@ from .models.catalog import (
     PAPER_MODELS as PAPER_MODELS,
     catalog as catalog,
     find_model as find_model,
+    published as published,
 )
 from .models.damping import Damping as Damping, VehicleStamp as VehicleStamp
 from .models.files import (
@@ -158,7 +160,6 @@ from .models.files import (
     write_model as write_model,
 )
 from .models.model import DampingModel as DampingModel
-from .models.published import published as published
 from .report.figures.diagnostics import (
     correlation_figure as correlation_figure,
     excitation_figure as excitation_figure,
@@ -197,7 +198,6 @@ from .simulation.replay import (
     score as score,
     simulate as simulate,
 )
-from .simulation.status import Status as Status
 from .validation.bands import (
     PredictionBand as PredictionBand,
     prediction_band as prediction_band,

@@ -1,12 +1,14 @@
-"""Progress bars over bytes or steps, on a terminal."""
+"""Long work: progress bars on a terminal, and a parallel map that Ctrl-C interrupts."""
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -68,3 +70,38 @@ def _new_bars() -> Progress:
     return Progress(
         console=console, transient=True, redirect_stdout=False, speed_estimate_period=3600.0
     )
+
+
+Result = TypeVar("Result")
+
+_POLL_INTERVAL = 0.2
+"""s; Ctrl-C is handled between waits of this length, since Windows does not interrupt a wait."""
+
+
+def run_parallel(
+    work: Callable[..., Result],
+    calls: Sequence[tuple[Any, ...]],
+    done: Callable[[Result], None] = lambda _: None,
+) -> tuple[Result, ...]:
+    """Call ``work`` with each tuple of arguments, on as many threads as cores.
+
+    ``done`` receives each result as soon as it is complete. After an error or Ctrl-C no further
+    call starts. BLAS runs single-threaded meanwhile: nested threads take several times as long.
+    """
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    executor = ThreadPoolExecutor(os.cpu_count())
+    with threadpool_limits(limits=1):
+        futures = [executor.submit(work, *call) for call in calls]
+        pending = set(futures)
+        try:
+            while pending:
+                finished, pending = wait(pending, _POLL_INTERVAL, FIRST_COMPLETED)
+                for future in sorted(finished, key=futures.index):
+                    done(future.result())
+        except BaseException as error:
+            # On Ctrl-C, do not wait for calls that may take minutes.
+            executor.shutdown(wait=not isinstance(error, KeyboardInterrupt), cancel_futures=True)
+            raise
+        executor.shutdown()
+    return tuple(future.result() for future in futures)

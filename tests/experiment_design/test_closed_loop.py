@@ -5,15 +5,14 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, limit_violations
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
 from hydrodamp.experiment_design.ensemble import (
     extended_model,
     prior_damping,
     sample_ensemble,
 )
-from hydrodamp.experiment_design.excitation import Manoeuvre
-from hydrodamp.experiment_design.fisher_information import ErrorModel, fisher_information
-from hydrodamp.experiment_design.guidance import CourseGuidance
+from hydrodamp.experiment_design.guidance import CourseGuidance, Manoeuvre
+from hydrodamp.experiment_design.optimise import ErrorModel, fisher_information
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +93,7 @@ def test_courses_depend_on_the_positions_of_the_members():
 
 def test_violations_are_relative_to_the_limits(closed_loop, trajectories):
     narrow = closed_loop.envelope.model_copy(update={"depth": (9.0, 13.0), "pitch": 5.0})
-    violations = limit_violations(narrow, trajectories)
+    violations = trajectories.limit_violations(narrow)
     depth = trajectories.states[:, :, 11]
     assert violations["depth"].max() == pytest.approx(
         max(depth.max() - 13.0, 9.0 - depth.min()) / 4.0
@@ -102,7 +101,7 @@ def test_violations_are_relative_to_the_limits(closed_loop, trajectories):
     assert (
         violations["pitch"].max()
         > 0.0
-        > limit_violations(closed_loop.envelope, trajectories)["pitch"].max()
+        > trajectories.limit_violations(closed_loop.envelope)["pitch"].max()
     )
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrodamp.experiment_design.excitation import (
+from hydrodamp.experiment_design.guidance import (
     SHAPES,
     Manoeuvre,
     _unit_signals,

@@ -7,10 +7,10 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
-from hydrodamp.experiment_design.closed_loop import Trajectories, saturation
+from hydrodamp.experiment_design.closed_loop import Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
-from hydrodamp.experiment_design.excitation import Manoeuvre
+from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.optimise import Optimiser
 from hydrodamp.experiment_design.verification import (
     MonteCarloVerification,
@@ -172,7 +172,7 @@ def test_time_at_limits_is_counted(boat, known):
     commands[:, 0, 0] = 0.1
     commands[40:60, 0, 0] = 0.4  # at the limit, and 0.3 rad there and back in one period of 0.1 s
     result = Trajectories(commands, commands, commands, commands, 0.1)
-    assert saturation(autopilot, result)["rudder"] == pytest.approx([0.21])
+    assert result.saturation(autopilot)["rudder"] == pytest.approx([0.21])
 
 
 def test_time_at_limits_costs_in_the_objective(boat, known):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.actuation import actuation, with_gains
+from hydrodamp.simulation.checks import actuation, with_gains
 from hydrodamp.validation.actuator_check import Gain, check_gains, estimate_gains
 
 PRESTERO = hd.catalog["prestero"]

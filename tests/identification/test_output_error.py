@@ -16,7 +16,7 @@ from hydrodamp.identification.gauss_newton import (
     make_objective,
     minimise,
 )
-from hydrodamp.simulation.campaign.truth import true_damping
+from hydrodamp.simulation.campaign.conditions import true_damping
 
 FINISHED = (hd.Status.OK, hd.Status.STOPPED)
 

@@ -188,9 +188,9 @@ def amiss(found: Probe, log: Log, known: Log) -> list[str]:
 
 @pytest.mark.parametrize("part", range(10))
 def test_seeds(part: int, tmp_path: Path, measured_logs: Callable[[str], Path]) -> None:
-    folder = measured_logs("campaigns").parent
+    data_folder = measured_logs("campaigns").parent
     for seed in range(part, SEEDS, 10):
-        known = base(folder, seed)
+        known = base(data_folder, seed)
         folder = tmp_path / str(seed)
         folder.mkdir()
         path = altered(known, seed, folder)

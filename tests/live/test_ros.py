@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ProblemError
-from hydrodamp.ingest.formats.message_layout import deserialize_columns
+from hydrodamp.ingest.formats.rosbag import deserialize_columns
 from hydrodamp.live import estimator, sources
 from hydrodamp.live.ros import message_fields, subscribe_new_topics
 from live.conftest import MODEL, run_live

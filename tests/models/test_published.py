@@ -6,7 +6,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.files import parse_yaml
 from hydrodamp.kernels.core import coriolis
-from hydrodamp.models.published import added_mass_matrix, coriolis_coefficients
+from hydrodamp.models.catalog import added_mass_matrix, coriolis_coefficients
 
 
 def added_mass_of(name):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import Status
 from hydrodamp.identification.fit import empty_fit
-from hydrodamp.simulation.status import Status
 from hydrodamp.validation.sensitivity import variants, vehicle_sensitivity
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, without_righting
+from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
+from hydrodamp.vehicle.vehicle import without_righting
 
 
 @pytest.mark.parametrize("name", hd.fleet)

@@ -3,9 +3,8 @@ import pytest
 import yaml
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.file import parse_vehicle, without_righting
-from hydrodamp.vehicle.template import vehicle_template
-from hydrodamp.vehicle.vehicle import Vehicle
+from hydrodamp.vehicle.file import parse_vehicle, vehicle_template
+from hydrodamp.vehicle.vehicle import Vehicle, without_righting
 
 
 def test_empty_template_names_every_number_to_fill_in():

@@ -18,8 +18,14 @@ from typing import Any
 
 from hydrodamp.data.record import name_of_source
 from hydrodamp.errors import FileError, HydrodampError
-from hydrodamp.ingest.formats.files import SUFFIXES, is_bag, suffix_of
-from hydrodamp.ingest.formats.multi_file import PATH_JOINER, split_joined_paths, topic_names
+from hydrodamp.ingest.formats.files import (
+    PATH_JOINER,
+    SUFFIXES,
+    is_bag,
+    split_joined_paths,
+    suffix_of,
+    topic_names,
+)
 from hydrodamp.ingest.mapping.log_mapping import (
     LogMapping,
     load_content,

@@ -21,7 +21,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.batch.discovery import ResolvedMapping, local_copy
 from hydrodamp.data.log import Log, concatenate
-from hydrodamp.errors import ProblemError, suppress_warnings
+from hydrodamp.errors import ProblemError, Status, suppress_warnings
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, identify_or_refuse
 from hydrodamp.identification.identifiability import Grade, grade_coefficients
 from hydrodamp.identification.jackknife import MAX_BLOCKS, MIN_BLOCKS, jackknife
@@ -40,7 +40,6 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare, vehicle_stamp
 from hydrodamp.simulation.replay import score, simulate
-from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 MAX_BLOCKS_PER_LOG, MIN_BLOCK_S = 8, 30.0  # [s]; by choice

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hydrodamp.data.canonical import check_log_file
 from hydrodamp.errors import FileError, ProblemError
-from hydrodamp.ingest.formats.multi_file import split_joined_paths
+from hydrodamp.ingest.formats.files import split_joined_paths
 from hydrodamp.report.files import RESULTS, is_result
 from hydrodamp.results import check_new_file, check_results
 

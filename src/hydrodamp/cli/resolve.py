@@ -44,7 +44,7 @@ class ModelList:
         self, vehicle: hd.Vehicle, log: hd.Log, estimate_gains: bool = False
     ) -> tuple[hd.DampingModel, ...]:
         """Return the models with the selected one and with actuator gains, if requested."""
-        from hydrodamp.simulation.actuation import with_gains
+        from hydrodamp.simulation.checks import with_gains
 
         models = self.models
         if self.selects_terms:

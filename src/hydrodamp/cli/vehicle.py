@@ -30,8 +30,7 @@ def new(
     from hydrodamp.errors import VehicleError
     from hydrodamp.files import save_text
     from hydrodamp.results import check_new_file
-    from hydrodamp.vehicle.file import fleet_text
-    from hydrodamp.vehicle.template import rename_vehicle, vehicle_template
+    from hydrodamp.vehicle.file import fleet_text, rename_vehicle, vehicle_template
 
     sizes = {"length": length, "diameter": diameter, "mass": mass}
     complete = like is not None or mass is not None

@@ -17,8 +17,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ProblemError, list_faults
 from hydrodamp.experiment_design.envelope import Envelope, Gains, LoopGains
 from hydrodamp.models.damping import Damping
-from hydrodamp.simulation.autopilot import FIN_LIMIT, Autopilot, Loop, Pid
-from hydrodamp.simulation.closed_loop import EquationOfMotion
+from hydrodamp.simulation.closed_loop import FIN_LIMIT, Autopilot, EquationOfMotion, Loop, Pid
 from hydrodamp.vehicle.actuators import Fin, Matrix
 from hydrodamp.vehicle.vehicle import Vehicle
 

@@ -17,18 +17,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, bisect
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.simulation.autopilot import Autopilot, AutopilotState
-from hydrodamp.simulation.closed_loop import (
-    DEPTH,
-    EULER,
-    MEASURED,
-    N_STATES,
-    POSITION,
-    VELOCITY,
-    EquationOfMotion,
-    integrate,
-    pose_rates,
-)
+from hydrodamp.simulation import closed_loop as dynamics
 from hydrodamp.vehicle.vehicle import Vehicle
 
 MAX_STEP = 0.1
@@ -87,24 +76,55 @@ class Trajectories:
 
     def log(self, vehicle: Vehicle, names: tuple[str, ...], *, exact: bool = False) -> Log:
         """Return the measured or the exact time series as a log, one segment per vehicle."""
-        series = self.states[:, :, MEASURED] if exact else self.measured
+        series = self.states[:, :, dynamics.MEASURED] if exact else self.measured
         n, n_vehicles = series.shape[:2]
-        motion, commands = _stack(series[:, :, :9]), _stack(self.commands)
+        motion, commands = dynamics.stack_runs(series[:, :, :9]), dynamics.stack_runs(self.commands)
         position = np.dstack([self.states[:, :, 9:11], series[:, :, 9]])
         planar = set(vehicle.axes) <= {"X", "Y", "N"}
         return Log.from_arrays(
             np.tile(self.period * np.arange(n), n_vehicles),
             {VELOCITY_OF[axis]: motion[:, AXES.index(axis)] for axis in vehicle.axes},
-            attitude=None if planar else motion[:, EULER],
+            attitude=None if planar else motion[:, dynamics.EULER],
             commands=dict(zip(names, commands.T, strict=True)),
-            position=_stack(position),
+            position=dynamics.stack_runs(position),
             segment=np.repeat([f"dive-{index}" for index in range(n_vehicles)], n).tolist(),
             source="planned dive",
         )
 
+    def limit_violations(self, envelope: Envelope, *, area: bool = True) -> dict[str, FloatArray]:
+        """Return the violation g of each limit, shape (samples, n); feasible where g <= 0.
 
-def _stack(columns: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(columns.swapaxes(0, 1)).reshape(-1, columns.shape[-1])
+        Violations of depth and area are relative to the width of their bands.
+        """
+        states = self.states
+        speed = np.linalg.norm(states[:, :, :3], axis=2)
+        max_speed = (1.0 + envelope.margin) * envelope.speed[1]
+        violations = {
+            "pitch": np.abs(np.degrees(states[:, :, 7])) / envelope.pitch - 1.0,
+            "roll": np.abs(np.degrees(states[:, :, 6])) / envelope.roll - 1.0,
+            "speed": speed / max_speed - 1.0,
+        }
+        bands = dict(envelope.area) if area and envelope.area is not None else {}
+        bands["depth"] = (envelope.depth[0], envelope.max_depth)
+        columns = {"north": 9, "east": 10, "depth": dynamics.DEPTH}
+        for name, (low, high) in bands.items():
+            value = states[:, :, columns[name]]
+            violations[name] = np.maximum(value - high, low - value) / (high - low)
+        return violations
+
+    def saturation(self, autopilot: dynamics.Autopilot) -> dict[str, FloatArray]:
+        """Return the share of time at a limit or rate limit, shape (n,), by command.
+
+        The propeller is excluded: its steady commands are within its limits by design.
+        """
+        commands, lowest, highest = self.commands, autopilot.lowest, autopilot.highest
+        margin = LIMIT_TOLERANCE * (highest - lowest)
+        step = np.abs(np.diff(commands, axis=0, prepend=commands[:1]))
+        max_step = autopilot.rates * self.period
+        at_limit = (commands <= lowest + margin) | (commands >= highest - margin)
+        shares = np.mean(at_limit | (step >= (1.0 - LIMIT_TOLERANCE) * max_step), axis=0).T
+        pairs = enumerate(zip(autopilot.names, shares, strict=True))
+        return dict(pair for index, pair in pairs if index != autopilot.propeller)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +135,7 @@ class ClosedLoopSimulator:
     autopilot: DesignedAutopilot
     envelope: Envelope
     ensemble: DampingEnsemble
-    equation: EquationOfMotion
+    equation: dynamics.EquationOfMotion
     disturbance: Disturbance | None = None
 
     @classmethod
@@ -129,7 +149,7 @@ class ClosedLoopSimulator:
         """Return the simulator of a vehicle for an ensemble."""
         free = ensemble.extended_model.restricted_to(vehicle.axes)
         coefficients = [damping.onto(free) for damping in ensemble.dampings]
-        equation = EquationOfMotion.of(vehicle, free, coefficients)
+        equation = dynamics.EquationOfMotion.of(vehicle, free, coefficients)
         return cls(vehicle, autopilot, envelope, ensemble, equation)
 
     @property
@@ -164,16 +184,16 @@ class ClosedLoopSimulator:
             rng = np.random.default_rng(seed)
             noise = rng.standard_normal((n_samples, n, 10)) * self.envelope.noise_std
         period, autopilot = self.envelope.period, self.autopilot
-        state, loop_state = np.zeros((n, N_STATES)), AutopilotState.initial(n)
+        state, loop_state = np.zeros((n, dynamics.N_STATES)), dynamics.AutopilotState.initial(n)
         limited_course = np.full(n, course(0, state[:, 9:11]))
-        state[:, 0], state[:, 8], state[:, DEPTH] = setpoints[0].T
+        state[:, 0], state[:, 8], state[:, dynamics.DEPTH] = setpoints[0].T
         state[:, 8] += limited_course
         if autopilot.propeller is None:
             state[:, 0] = 0.0
         locked, max_change = np.flatnonzero(~self.vehicle.free), autopilot.rates * period
         samples: list[tuple[FloatArray, FloatArray, FloatArray]] = []
         for index in range(n_samples):
-            measured = state[:, MEASURED] + noise[index]
+            measured = state[:, dynamics.MEASURED] + noise[index]
             measured[:, locked] = 0.0
             if guidance is not None:
                 setpoints[index] = guidance(state)
@@ -198,7 +218,7 @@ class ClosedLoopSimulator:
         inputs = self._inputs(commands)
 
         def decelerates(speed: FloatArray) -> BoolArray:
-            state = np.zeros((n, N_STATES))
+            state = np.zeros((n, dynamics.N_STATES))
             state[:, 0] = speed
             disturbance = self._disturbance(state, commands)
             acceleration = self.equation.acceleration(state, *inputs, disturbance)
@@ -206,12 +226,19 @@ class ClosedLoopSimulator:
 
         return bisect(decelerates, np.zeros(n), np.full(n, DIVERGENCE_LIMIT))
 
+    def worst_violation(self, trajectories: Trajectories) -> FloatArray:
+        """Return the largest violation of any limit, shape (n, members)."""
+        violations = trajectories.limit_violations(self.envelope, area=False).values()
+        worst = np.max([violation.max(axis=0) for violation in violations], axis=0)
+        return np.reshape(worst, (-1, self.n_members))
+
     def _inputs(self, commands: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         values = dict(zip(self.autopilot.names, commands.T, strict=True))
         return self.equation.inputs(values, len(commands))
 
     def _disturbance(self, state: FloatArray, commands: FloatArray) -> FloatArray | float:
-        return 0.0 if self.disturbance is None else self.disturbance(state[:, VELOCITY], commands)
+        velocity = state[:, dynamics.VELOCITY]
+        return 0.0 if self.disturbance is None else self.disturbance(velocity, commands)
 
     def _advance(self, state: FloatArray, commands: FloatArray, period: float) -> FloatArray:
         inputs = self._inputs(commands)
@@ -219,12 +246,13 @@ class ClosedLoopSimulator:
         def rate(state: FloatArray, _: float) -> FloatArray:
             disturbance = self._disturbance(state, commands)
             acceleration = self.equation.acceleration(state, *inputs, disturbance)
-            return np.hstack([acceleration, pose_rates(state[:, VELOCITY], state[:, EULER])])
+            pose_rate = dynamics.pose_rates(state[:, dynamics.VELOCITY], state[:, dynamics.EULER])
+            return np.hstack([acceleration, pose_rate])
 
-        following = integrate(rate, state, period, MAX_STEP)
+        following = dynamics.integrate(rate, state, period, MAX_STEP)
         # Freeze diverged members at a pitch of -90 deg, which violates every envelope.
-        diverged = ~np.all(np.abs(following[:, VELOCITY]) < DIVERGENCE_LIMIT, axis=1)
-        following[diverged, VELOCITY] = 0.0
+        diverged = ~np.all(np.abs(following[:, dynamics.VELOCITY]) < DIVERGENCE_LIMIT, axis=1)
+        following[diverged, dynamics.VELOCITY] = 0.0
         following[diverged, 6:] = state[diverged, 6:]
         following[diverged, 7] = -np.pi / 2.0
         return following
@@ -234,48 +262,3 @@ def limit_course_rate(course: FloatArray, target: FloatArray, time: float) -> Fl
     """Return courses after a time, changed towards the target at the rate limit."""
     error = (target - course + np.pi) % (2.0 * np.pi) - np.pi
     return course + np.clip(error, -COURSE_RATE * time, COURSE_RATE * time)
-
-
-def limit_violations(
-    envelope: Envelope, trajectories: Trajectories, *, area: bool = True
-) -> dict[str, FloatArray]:
-    """Return the violation g of each limit, shape (samples, n); feasible where g <= 0.
-
-    Violations of depth and area are relative to the width of their bands.
-    """
-    states = trajectories.states
-    speed = np.linalg.norm(states[:, :, :3], axis=2)
-    max_speed = (1.0 + envelope.margin) * envelope.speed[1]
-    violations = {
-        "pitch": np.abs(np.degrees(states[:, :, 7])) / envelope.pitch - 1.0,
-        "roll": np.abs(np.degrees(states[:, :, 6])) / envelope.roll - 1.0,
-        "speed": speed / max_speed - 1.0,
-    }
-    bands = dict(envelope.area) if area and envelope.area is not None else {}
-    bands["depth"] = (envelope.depth[0], envelope.max_depth)
-    columns = dict(
-        zip(("north", "east", "depth"), range(POSITION.start, POSITION.stop), strict=True)
-    )
-    for name, (low, high) in bands.items():
-        value = states[:, :, columns[name]]
-        violations[name] = np.maximum(value - high, low - value) / (high - low)
-    return violations
-
-
-def saturation(autopilot: Autopilot, trajectories: Trajectories) -> dict[str, FloatArray]:
-    """Return the share of time at a limit or rate limit, shape (n,), by command.
-
-    The propeller is excluded: its steady commands are within its limits by design.
-    """
-    commands, shares = trajectories.commands, {}
-    for index, name in enumerate(autopilot.names):
-        if index == autopilot.propeller:
-            continue
-        (lowest, highest), values = autopilot.limits(index), commands[:, :, index]
-        margin = LIMIT_TOLERANCE * (highest - lowest)
-        step = np.abs(np.diff(values, axis=0, prepend=values[:1]))
-        max_step = autopilot.rates[index] * trajectories.period
-        at_limit = (values <= lowest + margin) | (values >= highest - margin)
-        at_rate = step >= (1.0 - LIMIT_TOLERANCE) * max_step
-        shares[name] = np.mean(at_limit | at_rate, axis=0)
-    return shares

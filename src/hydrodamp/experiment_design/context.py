@@ -9,27 +9,18 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import ModelError, ProblemError
+from hydrodamp.experiment_design import optimise as design
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, design_autopilot
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Trajectories,
-)
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.experiment_design.excitation import (
+from hydrodamp.experiment_design.guidance import (
     Manoeuvre,
     baseline_manoeuvres,
     candidate_manoeuvres,
     join_setpoints,
 )
-from hydrodamp.experiment_design.fisher_information import (
-    Criterion,
-    ErrorModel,
-    Objective,
-    fisher_information,
-)
-from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
-from hydrodamp.identification.fit import critical_value as critical_value
+from hydrodamp.identification.fit import critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -72,7 +63,7 @@ class PlanningContext:
 
     prior: Damping
     simulator: ClosedLoopSimulator
-    error_model: ErrorModel
+    error_model: design.ErrorModel
     samples: int
     n_segments: int
     baseline: list[Manoeuvre]
@@ -113,13 +104,13 @@ class PlanningContext:
         trajectories = nominal.simulate((setpoints[:, None], overlays[:, None]))
         scale = coefficient_scale(nominal, trajectories, seed)
         # Errors in m/s and deg/s count alike in a replay from a known initial state.
-        unit = ErrorModel(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
+        unit = design.ErrorModel(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
         context = cls(
             prior,
             steerable_members(simulator_of(scale, 2 * N_MEMBERS), samples),
-            ErrorModel.of(envelope.noise_std[:6]),
+            design.ErrorModel.of(envelope.noise_std[:6]),
             *(samples, n_segments, baseline, scale),
-            fisher_information(nominal, trajectories, unit, REPLAY_DURATION)[0],
+            design.fisher_information(nominal, trajectories, unit, REPLAY_DURATION)[0],
             *(seed, mode),
         )
         context.check_excitation(nominal)
@@ -165,7 +156,9 @@ class PlanningContext:
         scale = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
         return np.diag((100.0 * scale) ** -2.0)
 
-    def objective(self, criterion: Criterion, inflation: FloatArray | None = None) -> Objective:
+    def objective(
+        self, criterion: design.Criterion, inflation: FloatArray | None = None
+    ) -> design.Objective:
         """Return the objective of the dive."""
         scale = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
         limit = np.maximum(
@@ -175,12 +168,14 @@ class PlanningContext:
         # Correlations of the prior are ignored: a jackknife of few blocks does not determine them.
         information = np.diag(self.prior_std_errors**-2.0) + self.weak_prior_information
         targets = limit / critical_value()
-        return Objective(criterion, targets, self.replay_information, inflation, information)
+        return design.Objective(criterion, targets, self.replay_information, inflation, information)
 
     def cramer_rao_bound(self, trajectories: Trajectories) -> FloatArray:
         """Return the Cramer-Rao bound of standard errors with the nominal damping."""
         nominal = self.simulator.with_members([0])
-        information = fisher_information(nominal, trajectories.select([0]), self.error_model)[0]
+        information = design.fisher_information(
+            nominal, trajectories.select([0]), self.error_model
+        )[0]
         covariance = np.linalg.inv(information + self.weak_prior_information)
         return np.asarray(np.sqrt(np.diag(covariance)))
 
@@ -194,7 +189,7 @@ class PlanningContext:
     def check_excitation(self, nominal: ClosedLoopSimulator) -> None:
         """Refuse a model with terms that no manoeuvre excites, or that are collinear."""
         objective = self.objective("determinant")
-        optimiser = Optimiser(nominal, self.error_model, objective, self.samples)
+        optimiser = design.Optimiser(nominal, self.error_model, objective, self.samples)
         by_manoeuvre, *_ = optimiser.evaluate(candidate_manoeuvres(len(nominal.autopilot.overlays)))
         information = by_manoeuvre.sum(axis=(0, 1))
         size = np.sqrt(np.maximum(np.diag(information), 0.0))
@@ -244,8 +239,8 @@ def steerable_members(simulator: ClosedLoopSimulator, samples: int) -> ClosedLoo
     """Return the members that turn to a course within the envelope, as the real vehicle does."""
     turns = (0.0, 0.75, 0.0, *[0.0] * len(simulator.autopilot.overlays))
     calm = [Manoeuvre("steps", level, 0.0, turns) for level in (0.0, 0.5, 1.0)]
-    trajectories = simulate_candidates(simulator, calm, samples)
-    feasible = worst_violation(simulator, trajectories).max(axis=0) <= 0.0
+    trajectories = design.simulate_candidates(simulator, calm, samples)
+    feasible = simulator.worst_violation(trajectories).max(axis=0) <= 0.0
     feasible[0] = True
     if feasible.sum() < N_MEMBERS:
         raise ProblemError(
@@ -263,8 +258,8 @@ def largest_baseline(
     autopilot = nominal.autopilot
     steps = baseline_manoeuvres(len(autopilot.overlays), autopilot.hovers)
     candidates = [step.attenuate(strength) for step in steps for strength in BASELINE_STRENGTHS]
-    trajectories = simulate_candidates(nominal, candidates, samples)
-    feasible = worst_violation(nominal, trajectories).reshape(len(steps), -1) < 0.0
+    trajectories = design.simulate_candidates(nominal, candidates, samples)
+    feasible = nominal.worst_violation(trajectories).reshape(len(steps), -1) < 0.0
     feasible[:, -1] = True  # the weakest, if no other is feasible
     largest = BASELINE_STRENGTHS[feasible.argmax(axis=1)]
     baseline = [step.attenuate(strength) for step, strength in zip(steps, largest, strict=True)]

@@ -14,9 +14,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError
 from hydrodamp.identification.har_covariance import reference_model
+from hydrodamp.models.catalog import published
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel
-from hydrodamp.models.published import published
 from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY

@@ -19,25 +19,145 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Trajectories,
-    limit_violations,
-    saturation,
-)
-from hydrodamp.experiment_design.excitation import Manoeuvre, candidate_manoeuvres
-from hydrodamp.experiment_design.fisher_information import (
-    ErrorModel,
-    Objective,
-    fisher_information,
-)
-from hydrodamp.experiment_design.guidance import follow_tracks
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
+from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
+from hydrodamp.identification.differentiation import median_step
+from hydrodamp.identification.multiple_shooting import MAX_STEP, eliminate_initial_states
+from hydrodamp.kernels import core
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem, prepare
+
+WINDOW = 8.0
+"""Duration of a window [s], as in output error."""
+
+N_MEANS = 10
+"""Mean residuals of a window, as in output error."""
+
+INITIAL_STATE_RATIO = 0.4
+"""Standard deviation of an initial state over that of the noise, as in output error."""
+
+MIN_STD = 1e-6
+"""Least standard deviation of residuals and initial states [m/s, rad/s]."""
+
+MINIMAX_NORM = 8.0
+"""Order of the norm that approximates a maximum."""
+
+Criterion = Literal["determinant", "worst", "replay"]
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorModel:
+    """Standard deviations of residuals and of initial states, shape (6,) [m/s, rad/s]."""
+
+    residual_std: FloatArray
+    initial_state_std: FloatArray
+
+    @classmethod
+    def of(cls, noise_std: FloatArray) -> ErrorModel:
+        """Return the error model of sensor noise."""
+        initial_state_std = np.maximum(INITIAL_STATE_RATIO * noise_std, MIN_STD)
+        return cls(np.maximum(noise_std, MIN_STD), initial_state_std)
+
+
+def fisher_information(
+    simulator: ClosedLoopSimulator,
+    trajectories: Trajectories,
+    error_model: ErrorModel,
+    window: float = WINDOW,
+) -> FloatArray:
+    """Return the Fisher information in each vehicle's log, shape (n, p, p)."""
+    model, n = simulator.ensemble.model, trajectories.states.shape[1]
+    information = np.zeros((n, model.n_coefficients, model.n_coefficients))
+    for member in range(min(simulator.n_members, n)):
+        vehicles = np.arange(member, n, simulator.n_members)
+        selected = trajectories.select(vehicles)
+        log = selected.log(simulator.vehicle, simulator.autopilot.names, exact=True)
+        problem = prepare(simulator.vehicle, log, simulator.ensemble.extended_model)
+        matrix = simulator.equation.matrices[member]
+        by_window = window_information(problem, matrix, model, error_model, window)
+        shape = (len(vehicles), -1, *by_window.shape[1:])
+        information[vehicles] = by_window.reshape(shape).sum(axis=1)
+    return information
+
+
+def window_information(
+    problem: Problem,
+    matrix: FloatArray,
+    model: DampingModel,
+    error_model: ErrorModel,
+    window: float = WINDOW,
+) -> FloatArray:
+    """Return the Fisher information in each window of a log, shape (windows, p, p)."""
+    free, p = np.flatnonzero(problem.vehicle.free), model.n_coefficients
+    bounds = problem.segments.tolist()
+    length = max(round(window / median_step(problem)), 2)
+    length = min(length, *(stop - start - 1 for start, stop in bounds))
+    first = np.concatenate([np.arange(a, b - length, length) for a, b in bounds])
+    _, _, sensitivities = core.replay(
+        problem.equations.plant,
+        matrix,
+        problem.inputs,
+        np.column_stack([first, first + length]),
+        problem.equations.entries(model),
+        max_step=MAX_STEP,
+        block=max(length // N_MEANS, 1),
+    )
+    sensitivities = sensitivities[:, free] / error_model.residual_std[free, None]
+    sensitivities = np.nan_to_num(sensitivities).reshape(len(first), -1, p + 6)
+    rows = sensitivities[:, :, [*(p + free), *range(p)]]
+    normals = rows.transpose(0, 2, 1) @ rows
+    return eliminate_initial_states(normals, error_model.initial_state_std[free])[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """Optimality criterion of a dive.
+
+    Attributes
+    ----------
+    criterion : {"determinant", "worst", "replay"}
+        The function phi of the expected covariance.
+    target_std_errors : ndarray, shape (p,)
+        Largest standard error of each coefficient at which it is determined.
+    replay_information : ndarray, shape (p, p)
+        Squared error of a replay per error of the coefficients.
+    std_error_inflation : ndarray, shape (p,)
+        Ratio of the standard errors of fits to the Cramer-Rao bound.
+    prior_information : ndarray, shape (p, p)
+        Inverse covariance of the prior.
+    """
+
+    criterion: Criterion
+    target_std_errors: FloatArray
+    replay_information: FloatArray
+    std_error_inflation: FloatArray
+    prior_information: FloatArray
+
+    def optimality_criterion(self, information: FloatArray, fraction: float) -> FloatArray:
+        """Return phi of n candidates, shape (n,), given the fraction of the dive that is planned.
+
+        ``information`` (n, members, p, p) is scaled to the whole dive; phi is the members' mean.
+        """
+        targets = np.outer(self.target_std_errors, self.target_std_errors)
+        inflation = np.outer(self.std_error_inflation, self.std_error_inflation)
+        expected = information / fraction / inflation + self.prior_information
+        covariance = np.linalg.inv(expected) / targets
+        if self.criterion == "determinant":
+            phi = 0.5 * np.linalg.slogdet(covariance)[1] / len(self.target_std_errors)
+        elif self.criterion == "worst":
+            variance = np.maximum(np.einsum("...pp->...p", covariance), 0.0)
+            phi = 0.5 / MINIMAX_NORM * np.log(np.sum(variance**MINIMAX_NORM, axis=-1))
+        else:
+            weight = self.replay_information * targets
+            phi = 0.5 * np.log(np.einsum("...pq,pq->...", covariance, weight))
+        return np.asarray(np.mean(phi, axis=-1))
+
 
 POPULATION, MAX_GENERATIONS = 14, 4
 """Candidates of each generation, and generations, of differential evolution."""
@@ -78,10 +198,10 @@ class Optimiser:
             trajectories, _ = follow_tracks(simulator, planned, self.acceptance)
         information = fisher_information(simulator, trajectories, self.error_model)
         shape = len(candidates), simulator.n_members
-        shares = saturation(simulator.autopilot, trajectories)
+        shares = trajectories.saturation(simulator.autopilot)
         return (
             information.reshape(*shape, *information.shape[1:]),
-            worst_violation(simulator, trajectories),
+            simulator.worst_violation(trajectories),
             {name: share.reshape(shape) for name, share in shares.items()},
         )
 
@@ -150,10 +270,3 @@ def simulate_candidates(
     )
     setpoints[:, :, 2] += envelope.mid_depth
     return simulator.simulate((setpoints, overlays))
-
-
-def worst_violation(simulator: ClosedLoopSimulator, trajectories: Trajectories) -> FloatArray:
-    """Return the largest violation of any limit, shape (n, members)."""
-    violations = limit_violations(simulator.envelope, trajectories, area=False).values()
-    worst = np.max([violation.max(axis=0) for violation in violations], axis=0)
-    return np.reshape(worst, (-1, simulator.n_members))

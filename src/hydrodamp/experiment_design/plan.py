@@ -14,19 +14,13 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import HydrodampError, MethodError, demand, no_such
+from hydrodamp.experiment_design import optimise as design
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.context import Mode, PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
-from hydrodamp.experiment_design.excitation import candidate_manoeuvres
-from hydrodamp.experiment_design.fisher_information import (
-    Criterion,
-    ErrorModel,
-    fisher_information,
-    window_information,
-)
-from hydrodamp.experiment_design.optimise import Optimiser, simulate_candidates, worst_violation
+from hydrodamp.experiment_design.guidance import candidate_manoeuvres
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
 from hydrodamp.experiment_design.verification import (
     CandidateDive,
@@ -37,7 +31,7 @@ from hydrodamp.experiment_design.verification import (
     verify,
 )
 from hydrodamp.identification.differentiation import noise_variance
-from hydrodamp.identification.fit import Fit, critical_value as critical_value
+from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Grade, Identifiability
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -54,7 +48,7 @@ MAX_DISTINCT_SEGMENTS = 6
 DURATION_LIMITS = 60.0, 86400.0
 """Shortest and longest dive [s]."""
 
-CRITERIA = get_args(Criterion)
+CRITERIA = get_args(design.Criterion)
 """Optimality criteria."""
 
 MODES = get_args(Mode)
@@ -89,7 +83,7 @@ def plan(
     damping: Damping | None = None,
     envelope: Envelope | None = None,
     goal: str | None = None,
-    criterion: Criterion = "determinant",
+    criterion: design.Criterion = "determinant",
     mode: Mode | None = None,
     seed: int = 0,
 ) -> DivePlan:
@@ -164,12 +158,12 @@ def plan(
     dive = optimise(context, "worst" if goal else criterion, baseline, baseline_dive)
     result = verify_dive(dive)
     notes: tuple[str, ...] = ()
-    if not _is_better(result, baseline):
+    if not result.log_std_error <= baseline.log_std_error:
         # In waypoint mode the executed baseline may determine less than the manoeuvres do.
         executed = enforce_envelope(context, context.baseline)
         executed_result = verify_dive(executed)
         notes = (f"{_NOT_BETTER}{_WAYPOINT_CAUSE if context.mode == 'waypoints' else _CAUSE}.",)
-        if not _is_better(result, executed_result, or_equal=False):
+        if not result.log_std_error < executed_result.log_std_error:
             dive, result = executed, executed_result
     goal_duration = None
     if goal is not None:
@@ -181,17 +175,9 @@ def plan(
     )
 
 
-def _is_better(
-    result: MonteCarloVerification, baseline: MonteCarloVerification, *, or_equal: bool = True
-) -> bool:
-    """Compare the geometric means of standard errors."""
-    mean, limit = (float(np.mean(np.log(item.std_errors))) for item in (result, baseline))
-    return mean <= limit if or_equal else mean < limit
-
-
 def optimise(
     context: PlanningContext,
-    criterion: Criterion,
+    criterion: design.Criterion,
     baseline: MonteCarloVerification,
     baseline_dive: CandidateDive,
 ) -> CandidateDive:
@@ -199,7 +185,7 @@ def optimise(
     is_long = context.n_segments > MAX_DISTINCT_SEGMENTS
     n = -(-context.n_segments // 2) if is_long else context.n_segments
     inflation = context.std_error_inflation(baseline.std_errors, baseline_dive.trajectories)
-    optimiser = Optimiser(
+    optimiser = design.Optimiser(
         context.simulator.with_members([*range(N_OPTIMISED)]),
         context.error_model,
         context.objective(criterion, inflation),
@@ -209,7 +195,7 @@ def optimise(
     with progress("optimising manoeuvres", n) as step:
         manoeuvres = optimiser.optimise_dive(n, context.seed, step)
     if is_long:
-        manoeuvres += [manoeuvre.mirrored for manoeuvre in manoeuvres]
+        manoeuvres += [manoeuvre.attenuate(-1.0) for manoeuvre in manoeuvres]
     return enforce_envelope(context, manoeuvres[: context.n_segments])
 
 
@@ -251,8 +237,9 @@ def _setpoints(context: PlanningContext, dive: CandidateDive) -> dict[str, Float
     columns: dict[str, FloatArray] = {}
     if (propeller := autopilot.propeller) is not None:
         columns["speed"] = setpoints[:, 0]
-        command = autopilot.propeller_command(setpoints[:, 0])
-        columns[autopilot.names[propeller]] = np.clip(command, *autopilot.limits(propeller))
+        limits = autopilot.lowest[propeller], autopilot.highest[propeller]
+        command = np.clip(autopilot.propeller_command(setpoints[:, 0]), *limits)
+        columns[autopilot.names[propeller]] = command
     if autopilot.heading is not None:
         columns["heading"] = np.angle(np.exp(1j * setpoints[:, 1]))
     if autopilot.depth is not None:
@@ -332,16 +319,16 @@ def _std_error_ratio(problem: Problem, fit: Fit) -> FloatArray:
     autopilot = design_autopilot(vehicle, fit.damping, envelope)
     ensemble = DampingEnsemble((fit.damping,), fit.model)
     simulator = ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
-    error_model = ErrorModel.of(np.sqrt(noise_variance(problem)))
+    error_model = design.ErrorModel.of(np.sqrt(noise_variance(problem)))
     matrix = problem.matrix(fit.damping)
-    by_log = window_information(problem, matrix, fit.model, error_model).sum(axis=0)
+    by_log = design.window_information(problem, matrix, fit.model, error_model).sum(axis=0)
     candidates = candidate_manoeuvres(len(autopilot.overlays))
     samples = round(GAIN_SEGMENT / envelope.period)
-    trajectories = simulate_candidates(simulator, candidates, samples)
-    feasible = worst_violation(simulator, trajectories).max(axis=1) <= 0.0
+    trajectories = design.simulate_candidates(simulator, candidates, samples)
+    feasible = simulator.worst_violation(trajectories).max(axis=1) <= 0.0
     if not feasible.any():
         raise HydrodampError("no feasible manoeuvre")
-    by_manoeuvre = fisher_information(simulator, trajectories, error_model)[feasible]
+    by_manoeuvre = design.fisher_information(simulator, trajectories, error_model)[feasible]
     total = by_log + RIDGE**2 * np.diag(np.diag(by_log + by_manoeuvre.sum(axis=0)))
     initial = np.diag(np.linalg.inv(total))
     repetitions = GAIN_DURATION / GAIN_SEGMENT / N_GAIN_MANOEUVRES

@@ -15,8 +15,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.experiment_design.excitation import Manoeuvre
-from hydrodamp.files import as_json
+from hydrodamp.experiment_design.guidance import Manoeuvre
+from hydrodamp.files import as_json, load_yaml
 from hydrodamp.identification.identifiability import Cause, Grade
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -30,19 +30,9 @@ NAV_WAYPOINT, NAV_LAND, DO_CHANGE_SPEED = 16, 21, 178
 FRAME_MISSION, FRAME_RELATIVE_ALTITUDE = 2, 3
 """MAVLink frames: none, and altitude relative to home (``MAV_FRAME``)."""
 
-UNITS = {
-    "duration, start, end, duration_by_axis": "s",
-    "course": "deg",
-    "waypoints": "s, m, m, m, m/s",
-    "feasibility_rate, time_at_limits, level, tempo, strengths": "1",
-    "envelope depth, bottom, altitude, area": "m",
-    "envelope pitch, roll, home": "deg",
-    "envelope speed": "m/s",
-    "envelope period": "s",
-    "envelope margin": "1",
-    "envelope noise": "m/s, rad/s, rad, m",
-    "predictions value, cramer_rao_bound, standard_error*": "as the unit of each",
-}
+_CONTENT: Any = load_yaml(Path(__file__).with_name("plan.yaml"))
+
+UNITS: dict[str, str] = _CONTENT["units"]
 """Units in ``plan.json``; commands and overlays are in the units of the vehicle file."""
 
 
@@ -290,24 +280,10 @@ def mission_plan(plan: DivePlan) -> str:
         position = _position(home, north, east)
         items.append(_item(len(items) + 1, NAV_WAYPOINT, [0, 0, 0, None, *position, 0.0 - depth]))
     items.append(_item(len(items) + 1, NAV_LAND, [0, 0, 0, None, *home, 0.0]))
-    return as_json(
-        {
-            "fileType": "Plan",
-            "version": 1,
-            "groundStation": "hydrodamp",
-            "geoFence": {"circles": [], "polygons": [], "version": 2},
-            "rallyPoints": {"points": [], "version": 2},
-            "mission": {
-                "version": 2,
-                "firmwareType": 3,
-                "vehicleType": 12,
-                "cruiseSpeed": float(np.mean(envelope.speed)),
-                "hoverSpeed": float(np.mean(envelope.speed)),
-                "plannedHomePosition": [*home, 0.0],
-                "items": items,
-            },
-        }
-    )
+    document, speed = _CONTENT["mission"], float(np.mean(envelope.speed))
+    mission = document["mission"] | {"cruiseSpeed": speed, "hoverSpeed": speed}
+    mission |= {"plannedHomePosition": [*home, 0.0], "items": items}
+    return as_json(document | {"mission": mission})
 
 
 def _run_in(plan: DivePlan) -> FloatArray:

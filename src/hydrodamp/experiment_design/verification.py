@@ -17,19 +17,17 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.experiment_design.closed_loop import (
-    ClosedLoopSimulator,
-    Excitation,
-    Trajectories,
-    limit_violations,
-    saturation,
-)
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Excitation, Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.envelope import Area
-from hydrodamp.experiment_design.excitation import Manoeuvre, join_setpoints
-from hydrodamp.experiment_design.guidance import CourseGuidance, follow_tracks
+from hydrodamp.experiment_design.guidance import (
+    CourseGuidance,
+    Manoeuvre,
+    follow_tracks,
+    join_setpoints,
+)
 from hydrodamp.experiment_design.result import GoalDuration
-from hydrodamp.identification.fit import Fit, critical_value as critical_value
+from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import (
     MAX_RELATIVE_HALF_WIDTH,
     Cause,
@@ -38,7 +36,7 @@ from hydrodamp.identification.identifiability import (
     grade_fit,
 )
 from hydrodamp.identification.output_error import Recommended
-from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.problem import prepare
 
 MIN_FEASIBILITY_RATE = 0.95
@@ -117,11 +115,11 @@ def enforce_envelope(
         else:
             excitation = _repeat(setpoints, overlays, n)
             planned = trajectories = simulator.simulate(excitation, context.seed, course)
-        violations = limit_violations(envelope, trajectories)
+        violations = trajectories.limit_violations(envelope)
         violated = {name: np.any(g > 0.0, axis=0) for name, g in violations.items()}
         feasibility_rate = 1.0 - float(np.mean(np.any([*violated.values()], axis=0)))
         if feasibility_rate >= MIN_FEASIBILITY_RATE:
-            shares = saturation(autopilot, trajectories).items()
+            shares = trajectories.saturation(autopilot).items()
             return CandidateDive(
                 *(manoeuvres, overlays, np.array(course.courses), trajectories),
                 *(feasibility_rate, {name: float(np.mean(share)) for name, share in shares}),
@@ -155,10 +153,8 @@ def _attenuate(
     if any(np.max(violations[name]) > 0.0 for name in Area.model_fields if name in violations):
         manoeuvres = [manoeuvre.slow_down(AREA_SLOWDOWN) for manoeuvre in manoeuvres]
     angles = np.max([violations[name] for name in ("depth", "pitch", "roll")], axis=0)
-    fast, strong = (
-        _segments_of(context, violations["speed"] > 0.0),
-        _segments_of(context, angles > 0.0),
-    )
+    fast = _segments_of(context, violations["speed"] > 0.0)
+    strong = _segments_of(context, angles > 0.0)
     if context.simulator.autopilot.propeller is None:
         # Without a speed setpoint the excitation alone determines the speed.
         strong, fast = strong | fast, np.zeros_like(fast)
@@ -196,6 +192,11 @@ class MonteCarloVerification:
         """Predicted standard errors: the geometric mean over the members, shape (p,)."""
         variances = np.einsum("npp->np", self.covariances)
         return np.asarray(np.exp(0.5 * np.mean(np.log(variances), axis=0)))
+
+    @property
+    def log_std_error(self) -> float:
+        """Logarithm of the geometric mean of the standard errors of all coefficients."""
+        return float(np.mean(np.log(self.std_errors)))
 
     def grades(self, labels: Sequence[str]) -> list[Grade]:
         """Return the grade, or a better one, that at least half of the members give."""
@@ -265,11 +266,11 @@ def shortest_duration(
     def shortest(selected: np.ndarray) -> int:
         return next(n for n, is_reached in reached.items() if np.all(is_reached[selected]))
 
-    duration_by_axis: dict[str, float | None] = {}
-    for axis in dict.fromkeys(axes.tolist()):
-        selected = reachable & (axes == axis)
-        length = shortest(selected) * context.segment_duration if selected.any() else None
-        duration_by_axis[axis] = length
+    by_axis = {axis: reachable & (axes == axis) for axis in dict.fromkeys(axes.tolist())}
+    duration_by_axis = {
+        axis: shortest(selected) * context.segment_duration if selected.any() else None
+        for axis, selected in by_axis.items()
+    }
     n = shortest(reachable) if reachable.any() else n_segments
     causes, minutes = full.causes(labels), n_segments * context.segment_duration / 60.0
     values, std_errors = expected_coefficients(context, full).tolist(), full.std_errors.tolist()

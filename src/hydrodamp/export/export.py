@@ -97,7 +97,7 @@ def export(
     Examples
     --------
     >>> import tempfile
-    >>> from hydrodamp.models.published import published
+    >>> from hydrodamp.models.catalog import published
     >>> from hydrodamp.vehicle.file import fleet
     >>> folder = tempfile.mkdtemp()
     >>> card = export(published["vt690-sname2022"], fleet["vt690"], "python", folder + "/sim")

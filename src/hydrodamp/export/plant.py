@@ -22,7 +22,7 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
-from hydrodamp.simulation.actuation import CHANNELS
+from hydrodamp.simulation.checks import CHANNELS
 from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels, vehicle_stamp
 from hydrodamp.vehicle.actuators import Propeller
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.errors import demand
+from hydrodamp.errors import Status, demand
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.online import initial_coefficients, require_problem
@@ -25,7 +25,6 @@ from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
-from hydrodamp.simulation.status import Status
 
 
 @dataclass(frozen=True)

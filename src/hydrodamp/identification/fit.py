@@ -12,13 +12,12 @@ from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, freeze
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError, demand
+from hydrodamp.errors import MethodError, Status, demand
 from hydrodamp.identification.operating_range import energy_injection_warnings, velocity_ranges
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
-from hydrodamp.simulation.status import Status
 from hydrodamp.text import first_few
 from hydrodamp.vehicle.vehicle import Vehicle
 

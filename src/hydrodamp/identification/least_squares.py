@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError, demand
+from hydrodamp.errors import MethodError, Status, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
@@ -40,7 +40,6 @@ from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, vehicle_stamp
-from hydrodamp.simulation.status import Status
 
 # samples; up to this number `ls` stores its rows for the covariance under coloured noise
 MAX_ROWS = 100_000

@@ -128,7 +128,7 @@ def identify_all(
         In the order of the models.
     """
     from hydrodamp.identification.fit import check_actuation, identify_or_refuse
-    from hydrodamp.simulation.parallel import run_parallel
+    from hydrodamp.progress import run_parallel
 
     requested = tuple(models)
     identify_jointly = getattr(method, "identify_all", None)

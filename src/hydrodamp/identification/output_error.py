@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, Status
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, make_fit
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
@@ -37,7 +37,6 @@ from hydrodamp.identification.jackknife import (
 from hydrodamp.identification.qr_factor import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.status import Status
 
 #: Length of the blocks [s] that alternate between the two halves of a cross-validation.
 HALF_BLOCK_LENGTH = 100.0

@@ -149,10 +149,10 @@ class _TimestampCleaner:
     def _spread_coarse(self, fresh: BoolArray | None) -> None:
         """Space rows that share a coarse timestamp evenly up to the next timestamp."""
         if fresh is not None:
-            self._drop_unless(
-                fresh[self.rows] | ~_is_repeated(self.time), IrregularityKind.REPEATED
-            )
-        starts = np.flatnonzero(~_is_repeated(self.time))
+            is_valid = fresh[self.rows] | ~_is_repeated(self.time)
+            self._drop_unless(is_valid, IrregularityKind.REPEATED)
+        is_repeated = _is_repeated(self.time)
+        starts = np.flatnonzero(~is_repeated)
         counts = np.diff(np.append(starts, len(self.time)))
         if len(counts) and counts[-1] > _MAX_STOPPED_ROWS * np.median(counts):
             counts[-1] = 1  # the clock stopped; it is not coarse
@@ -161,27 +161,23 @@ class _TimestampCleaner:
         steps = np.maximum(np.diff(self.time[starts]), 0.0)
         steps = np.append(steps, np.median(steps))
         block = np.repeat(np.arange(len(starts)), counts)
-        self._add_irregularity(
-            IrregularityKind.COARSE,
-            len(block) - len(starts),
-            int(np.argmax(_is_repeated(self.time))),
-        )
+        self._report(IrregularityKind.COARSE, is_repeated[: len(block)])
         offsets = steps[block] * (np.arange(len(block)) - starts[block]) / counts[block]
         self.time = self.time + np.pad(offsets, (0, len(self.time) - len(block)))
 
-    def _drop_unless(self, keep: BoolArray, oddity: IrregularityKind) -> None:
+    def _drop_unless(self, keep: BoolArray, kind: IrregularityKind) -> None:
         """Keep the selected rows and report the others."""
         if keep.all():
             return
-        dropped = np.flatnonzero(~keep)
-        self._add_irregularity(oddity, len(dropped), dropped[0])
+        self._report(kind, ~keep)
         # If a segment start is dropped, the next row that remains starts the segment.
         segment = np.cumsum(self.is_segment_start)[keep]
         self.rows, self.time = self.rows[keep], self.time[keep]
         self.is_segment_start = np.append(False, np.diff(segment) > 0)[: len(segment)]
 
-    def _add_irregularity(self, oddity: IrregularityKind, count: int, place: int) -> None:
-        self.irregularities.append(Irregularity(self.topic, oddity, count, float(self.time[place])))
+    def _report(self, kind: IrregularityKind, mask: BoolArray) -> None:
+        first, count = float(self.time[np.argmax(mask)]), int(np.count_nonzero(mask))
+        self.irregularities.append(Irregularity(self.topic, kind, count, first))
 
     def stamps(self) -> Timestamps:
         """Return the increasing timestamps by run, and report dropouts."""
@@ -194,10 +190,8 @@ class _TimestampCleaner:
         step = float(np.median(steps[same_run])) if same_run.any() else 0.0
         limit = max_step(steps[same_run])
         if len(gaps := np.flatnonzero((steps > limit) & same_run)):
-            dropout = Irregularity(
-                self.topic, IrregularityKind.DROPOUT, len(gaps), float(time[gaps[0]]), limit
-            )
-            self.irregularities.append(dropout)
+            kind, first = IrregularityKind.DROPOUT, float(time[gaps[0]])
+            self.irregularities.append(Irregularity(self.topic, kind, len(gaps), first, limit))
         return Timestamps(rows, time, run, step, limit, tuple(self.irregularities))
 
     def _find_resets(self) -> BoolArray:
@@ -212,7 +206,7 @@ class _TimestampCleaner:
                 " another column in `time`"
             )
         if count:
-            self._add_irregularity(IrregularityKind.RESET, count, int(np.argmax(is_reset)))
+            self._report(IrregularityKind.RESET, is_reset)
         return np.asarray(is_reset | (self.is_segment_start & (steps <= 0)))
 
     def _is_increasing(self, time: FloatArray, run: IntArray) -> BoolArray:
@@ -224,13 +218,13 @@ class _TimestampCleaner:
         repeated = time == before
         tail = len(time) - int(np.flatnonzero(~repeated)[-1]) - 1 if len(time) else 0
         stopped = np.arange(len(time)) >= len(time) - (tail if tail > _MAX_STOPPED_ROWS else 0)
-        for oddity, mask in (
-            (IrregularityKind.REPEATED, repeated & ~stopped),
-            (IrregularityKind.STOPPED, stopped),
-            (IrregularityKind.OUT_OF_ORDER, time < before),
-        ):
-            if mask.any():
-                self._add_irregularity(oddity, int(np.count_nonzero(mask)), int(np.argmax(mask)))
+        masks = {
+            IrregularityKind.REPEATED: repeated & ~stopped,
+            IrregularityKind.STOPPED: stopped,
+            IrregularityKind.OUT_OF_ORDER: time < before,
+        }
+        for kind in (kind for kind, mask in masks.items() if mask.any()):
+            self._report(kind, masks[kind])
         return np.asarray(time > before)
 
 
@@ -325,14 +319,11 @@ def make_even_ticks(stamps: Timestamps, rate: float) -> Ticks:
 def align_runs(stamps: Timestamps, base: Timestamps) -> Timestamps:
     """Match the runs of a topic with those of the reference clock; drop runs without a match."""
     runs, base_runs = split_runs(stamps.run), split_runs(base.run)
-    if len(runs) == len(base_runs):
-        indices = [*range(len(runs))]
-    else:
+    indices = [*range(len(runs))]
+    if len(runs) != len(base_runs):
         indices = _match_by_overlap(
-            *(
-                [t.time[[a.start, a.stop - 1]].tolist() for _, a in spans]
-                for t, spans in ((stamps, runs), (base, base_runs))
-            )
+            [stamps.time[[span.start, span.stop - 1]].tolist() for _, span in runs],
+            [base.time[[span.start, span.stop - 1]].tolist() for _, span in base_runs],
         )
     numbers = [*(number for number, _ in base_runs), -1]
     lengths = [span.stop - span.start for _, span in runs]

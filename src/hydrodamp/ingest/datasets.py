@@ -111,22 +111,20 @@ def find_dataset(name: str) -> Dataset:
     >>> len(find_dataset("kvlcc2-hsva").files)
     13
     """
-    known = datasets()
-    if name not in known:
-        raise FileError(no_such("dataset", name, known))
-    return known[name]
+    if name not in datasets():
+        raise FileError(no_such("dataset", name, datasets()))
+    return datasets()[name]
 
 
 def check_folder(dataset: Dataset, folder: Path) -> DatasetFiles:
     """Check the files of a public log in a folder; nothing is downloaded."""
     present = [file for file in dataset.files if (folder / file.name).exists()]
-    faults = [
+    if faults := [
         f"`{file.name}` does not match the SHA-256 checksum of the registry; delete it to download"
         " it again"
         for file in present
         if file.sha256 and _sha256(folder / file.name) != file.sha256
-    ]
-    if faults:
+    ]:
         raise FileError(list_faults(str(folder), faults))
     return DatasetFiles(
         folder,

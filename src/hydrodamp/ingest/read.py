@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -126,21 +127,16 @@ def read_logs(
     """
     path_list = [paths] if isinstance(paths, (str, Path)) else list(paths)
     log_mapping = _load_mapping(mapping)
-    return concatenate(
-        files.map_reporting_all_faults(path_list, lambda path: read_log(path, log_mapping))
-    )
+    read = partial(read_log, mapping=log_mapping)
+    return concatenate(files.map_reporting_all_faults(path_list, read))
 
 
 def combine_recordings(
     recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None
 ) -> Log:
     """Concatenate several recordings to one log; each begins a new segment."""
-    log_mapping = _load_mapping(mapping)
-    return concatenate(
-        files.map_reporting_all_faults(
-            recordings, lambda recording: _make_log(recording, log_mapping)
-        )
-    )
+    make_log = partial(_make_log, mapping=_load_mapping(mapping))
+    return concatenate(files.map_reporting_all_faults(recordings, make_log))
 
 
 def _make_log(recording: Recording, mapping: LogMapping | None) -> Log:
@@ -202,9 +198,8 @@ def _find_columns(table: Topic) -> Iterator[FoundColumn]:
 def _is_unnamed(name: str, table: Topic) -> bool:
     """Return whether a column is unnamed or repeats a name."""
     duplicate = _DUPLICATE.fullmatch(name)
-    return bool(_UNNAMED.fullmatch(name)) or (
-        duplicate is not None and duplicate[1] in table.faults
-    )
+    is_duplicate = duplicate is not None and duplicate[1] in table.faults
+    return is_duplicate or bool(_UNNAMED.fullmatch(name))
 
 
 def _name_faults(names: Collection[str]) -> Iterator[str]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-from hydrodamp.ingest.formats.message_layout import MAX_ARRAY_LENGTH
+from hydrodamp.ingest.formats.rosbag import MAX_ARRAY_LENGTH
 from hydrodamp.live.bounded_queue import BoundedQueue
 from hydrodamp.live.synchroniser import Message
 

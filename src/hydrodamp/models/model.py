@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import textwrap
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from textwrap import TextWrapper
 
 import numpy as np
 import numpy.typing as npt
@@ -369,21 +369,13 @@ def group_axes(model: DampingModel) -> dict[tuple[Term, ...], list[str]]:
     return groups
 
 
+_WRAPPER = TextWrapper(88, "  ", " " * 6, break_long_words=False, break_on_hyphens=False)
+
+
 def one_screen(head: str, *lines: str, **remarks: str) -> str:
     """Return a head with lines and non-empty remarks below it, wrapped and indented."""
     below = [*lines, *(f"{name}: {text}" for name, text in remarks.items() if text)]
-    wrapped = (
-        textwrap.fill(
-            line,
-            88,
-            initial_indent="  ",
-            subsequent_indent="      ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-        for line in below
-    )
-    return "\n".join([head, *wrapped])
+    return "\n".join([head, *map(_WRAPPER.fill, below)])
 
 
 def read_table(table: Table, what: str) -> Rows:

@@ -15,7 +15,7 @@ import numpy as np
 
 from hydrodamp.batch.batch import BatchResult, GroupFit
 from hydrodamp.batch.changepoints import MIN_GROUPS
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, Status
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.documents import fit_document
@@ -30,7 +30,6 @@ from hydrodamp.report.fit_tables import half_widths, standard_errors
 from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import remove_results, save_results
-from hydrodamp.simulation.status import Status
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,12 +13,12 @@ from os.path import commonprefix
 import numpy as np
 
 from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.errors import Status
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.operating_range import energy_injection_warnings
 from hydrodamp.report.narrative import remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.replay import HorizonScore, Score
-from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import (
     PAPER_COLUMN,
     PAPER_TABLE_I,

@@ -10,13 +10,13 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
 
+from hydrodamp.errors import Status
 from hydrodamp.faults import validate
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
 from hydrodamp.simulation.replay import AttitudeSource, Horizon, HorizonScore, RateUnit, Score
-from hydrodamp.simulation.status import Status
 from hydrodamp.text import unique_names
 from hydrodamp.validation.compare import Comparison, Row
 

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.errors import Status
 from hydrodamp.identification.identifiability import Grade, Identifiability
-from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 from hydrodamp.validation.diagnostics import replay_warnings
 

@@ -10,15 +10,7 @@ import numpy as np
 
 from hydrodamp.data.canonical import write_log
 from hydrodamp.errors import MethodError
-from hydrodamp.experiment_design.result import (
-    DivePlan,
-    PlanSegment,
-    can_write_bags,
-    commands_csv,
-    mission_plan,
-    plan_document,
-    write_bag,
-)
+from hydrodamp.experiment_design import result as planning
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.figures.series import prediction_figure, setpoint_figure, track_figure
@@ -42,7 +34,7 @@ FIGURES = {
 """Figures of a plan, and their captions."""
 
 
-def prediction_table(plan: DivePlan) -> Table:
+def prediction_table(plan: planning.DivePlan) -> Table:
     """Return a row for each coefficient: prior, predicted standard errors and grade."""
     numbers = ("prior", "+- prior", "+- this dive", "+- combined", "+- baseline")
     columns = (
@@ -63,7 +55,7 @@ def prediction_table(plan: DivePlan) -> Table:
     return Table("Predicted estimates", columns, rows, tuple(_notes(plan)))
 
 
-def _notes(plan: DivePlan) -> Iterator[str]:
+def _notes(plan: planning.DivePlan) -> Iterator[str]:
     yield (
         f"+- are standard errors as `identify` is expected to report them from this dive in mode "
         f"{plan.mode}; the baseline is a campaign of steps of the same duration and envelope. "
@@ -84,10 +76,10 @@ def _notes(plan: DivePlan) -> Iterator[str]:
     yield from plan.notes
 
 
-def segment_table(plan: DivePlan) -> Table:
+def segment_table(plan: planning.DivePlan) -> Table:
     """Return a row for each segment of the dive."""
 
-    def mean_speed(item: PlanSegment) -> str:
+    def mean_speed(item: planning.PlanSegment) -> str:
         if "speed" not in plan.setpoints:
             return "-"
         is_inside = (plan.time >= item.start) & (plan.time < item.end)
@@ -114,16 +106,16 @@ RESULTS = (
 """Names of all files of a plan, relative to its folder."""
 
 
-def write_plan(plan: DivePlan, folder: Path) -> list[str]:
+def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
     """Write a plan into a folder; return messages on files that could not be written."""
     missing = []
     contents = {
-        folder / "plan.csv": commands_csv(plan).encode("utf-8"),
+        folder / "plan.csv": planning.commands_csv(plan).encode("utf-8"),
         folder / "predictions.csv": to_csv(prediction_table(plan)).encode("utf-8"),
-        folder / "plan.json": as_json(plan_document(plan)).encode("utf-8"),
+        folder / "plan.json": as_json(planning.plan_document(plan)).encode("utf-8"),
     }
     try:
-        contents[folder / "mission.plan"] = mission_plan(plan).encode("utf-8")
+        contents[folder / "mission.plan"] = planning.mission_plan(plan).encode("utf-8")
     except MethodError as error:
         missing.append(f"mission.plan is not written: {error}.")
     pictures = {}
@@ -132,9 +124,9 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
         contents |= {folder / f"{name}.svg": picture for name, picture in pictures.items()}
     save_results(contents, folder)
     write_log(plan.track, folder / "track.csv")
-    if can_write_bags():
+    if planning.can_write_bags():
         remove_results(folder, (f"{BAG}/*",))
-        write_bag(plan, folder / BAG)
+        planning.write_bag(plan, folder / BAG)
     else:
         missing.append('The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".')
     if installed():
@@ -145,7 +137,7 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
     return missing
 
 
-def page(plan: DivePlan, pictures: dict[str, bytes]) -> str:
+def page(plan: planning.DivePlan, pictures: dict[str, bytes]) -> str:
     """Return the HTML page of a plan."""
     facts = {
         key.replace("_", " "): str(value)

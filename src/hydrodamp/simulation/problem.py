@@ -19,8 +19,7 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.actuation import actuation_channels
-from hydrodamp.simulation.checks import check_log
+from hydrodamp.simulation.checks import actuation_channels, check_log
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 

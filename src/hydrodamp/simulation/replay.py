@@ -11,11 +11,10 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
-from hydrodamp.errors import demand
+from hydrodamp.errors import Status, demand
 from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
-from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 RateUnit = Literal["deg", "rad"]
@@ -325,7 +324,7 @@ def horizon_scores(
 
     Examples
     --------
-    >>> from hydrodamp.models.published import published
+    >>> from hydrodamp.models.catalog import published
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> campaign = reenact(duration=5.0)
     >>> damping = published["vt690-sname2022"]

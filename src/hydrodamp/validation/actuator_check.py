@@ -12,7 +12,7 @@ from hydrodamp.identification.fit import identify_or_refuse
 from hydrodamp.identification.har_covariance import reference_model
 from hydrodamp.identification.least_squares import WeakForm
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.actuation import CHANNELS, with_gains
+from hydrodamp.simulation.checks import CHANNELS, with_gains
 from hydrodamp.simulation.problem import Problem
 
 # A gain is inconsistent where its whole interval differs from 1 by more than this factor, and the

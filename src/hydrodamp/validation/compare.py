@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, Status
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.damping import warn_if_foreign
-from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.simulation.replay import (
     AttitudeSource,
@@ -24,7 +24,6 @@ from hydrodamp.simulation.replay import (
     replay,
     score,
 )
-from hydrodamp.simulation.status import Status
 from hydrodamp.validation.selection import Ranked, Selection, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
 

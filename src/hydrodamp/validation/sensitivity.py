@@ -11,7 +11,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.compare import Row, compare
 from hydrodamp.vehicle.vehicle import Vehicle

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from functools import partial
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -35,18 +36,11 @@ class Limited:
     name: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
-        """Check the command, its limit and its dead zone."""
-        checked_name(self.command, "command")
-        if self.name:
-            checked_name(self.name, "name")
-        if self.limit is not None:
-            checked_number(self.limit, "limit", positive=True)
-        if self.dead_zone is not None:
-            low, high = checked_table(self.dead_zone, (2,), "dead_zone")
-            if low > high:
-                got = f"({low:g}, {high:g})"
-                raise VehicleError(f"`dead_zone` must be (lowest, highest); got {got}")
-            object.__setattr__(self, "dead_zone", (low, high))
+        """Check and freeze the fields."""
+        for name, check in _CHECKS.items():
+            value = getattr(self, name, None)
+            if value is not None and (name != "name" or value):
+                object.__setattr__(self, name, check(value, name))
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -108,6 +102,7 @@ class Matrix:
 
     commands: tuple[str, ...]
     wrench: Rows
+    derived: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
@@ -115,11 +110,6 @@ class Matrix:
         rows = checked_table(self.wrench, (len(names), 6), "wrench")
         object.__setattr__(self, "commands", names)
         object.__setattr__(self, "wrench", rows)
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """No channel is computed."""
-        return ()
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the commands as they are, each of shape (n,)."""
@@ -166,12 +156,6 @@ class Fin(Limited):
 
     force: Gains
     drag: Gains = ()
-
-    def __post_init__(self) -> None:
-        """Check and freeze the fields."""
-        super().__post_init__()
-        object.__setattr__(self, "force", checked_gains(self.force, "force"))
-        object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
 
     def regressor_terms(self) -> Columns:
         """Return u|u|*angle and u|u|*angle^2 on the axes given."""
@@ -225,14 +209,6 @@ class Propeller(Limited):
     torque: float = 0.0
     speed_slope: float | None = None
     speed_offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check and freeze the fields."""
-        super().__post_init__()
-        for name in ("thrust", "advance", "torque", "speed_offset"):
-            checked_number(getattr(self, name), name)
-        if self.speed_slope is not None:
-            checked_number(self.speed_slope, "speed_slope", positive=True)
 
     def regressor_terms(self) -> Columns:
         """Return n|n| on X and K, and u|n| on X."""
@@ -312,15 +288,9 @@ class Thruster(Limited):
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
-        super().__post_init__()
         if (self.gain is None) == (self.curve is None):
             raise VehicleError("a thruster needs either `gain` or `curve`; got both or neither")
-        object.__setattr__(self, "position", checked_table(self.position, (3,), "position"))
-        object.__setattr__(self, "direction", _unit(self.direction))
-        if self.gain is not None:
-            checked_number(self.gain, "gain")
-        if self.curve is not None:
-            object.__setattr__(self, "curve", _increasing(self.curve))
+        super().__post_init__()
 
     @property
     def derived(self) -> tuple[str, ...]:
@@ -370,11 +340,11 @@ def checked_name(name: str, what: str) -> str:
 
 
 def checked_number(value: float, what: str, *, positive: bool = False) -> float:
-    """Return ``value`` as a finite float."""
+    """Return a finite, and if required positive, number."""
     if not math.isfinite(value) or (positive and value <= 0.0):
         wanted = "a positive number" if positive else "a finite number"
         raise VehicleError(f"`{what}` must be {wanted}; got {value}")
-    return float(value)
+    return value
 
 
 def checked_table(values: Any, shape: tuple[int | None, ...], what: str) -> Any:
@@ -386,8 +356,19 @@ def _nested(values: Any) -> Any:
     return tuple(_nested(value) for value in values) if isinstance(values, list) else values
 
 
-def _unit(direction: Sequence[float]) -> tuple[float, ...]:
-    vector = np.array(checked_table(direction, (3,), "direction"))
+def _checked_point(values: Sequence[float], what: str) -> Any:
+    return checked_table(values, (3,), what)
+
+
+def _checked_band(values: Sequence[float], what: str) -> tuple[float, float]:
+    low, high = checked_table(values, (2,), what)
+    if low > high:
+        raise VehicleError(f"`{what}` must be (lowest, highest); got ({low:g}, {high:g})")
+    return low, high
+
+
+def _unit_vector(direction: Sequence[float], what: str) -> tuple[float, ...]:
+    vector = np.array(_checked_point(direction, what))
     length = float(np.linalg.norm(vector))
     if length == 0.0:
         raise VehicleError("`direction` must not be zero; got (0, 0, 0)")
@@ -396,8 +377,8 @@ def _unit(direction: Sequence[float]) -> tuple[float, ...]:
     return tuple(float(component) for component in vector)
 
 
-def _increasing(curve: Rows) -> tuple[tuple[float, ...], ...]:
-    rows: tuple[tuple[float, ...], ...] = checked_table(curve, (None, 2), "curve")
+def _increasing(curve: Rows, what: str) -> tuple[tuple[float, ...], ...]:
+    rows: tuple[tuple[float, ...], ...] = checked_table(curve, (None, 2), what)
     at = np.array(rows)[:, 0] if rows else np.zeros(0)
     if len(at) < 2 or not (np.diff(at) > 0.0).all():
         raise VehicleError(
@@ -415,3 +396,16 @@ def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
             raise VehicleError(f"`{what}` must name axes of {' '.join(AXES)}; got {axis!r}")
         checked_number(value, f"{what} {axis}")
     return tuple((axis, float(given[axis])) for axis in AXES if axis in given)
+
+
+_CHECKS: dict[str, Callable[[Any, str], Any]] = {
+    **dict.fromkeys(("command", "name"), checked_name),
+    **dict.fromkeys(("limit", "speed_slope"), partial(checked_number, positive=True)),
+    **dict.fromkeys(("thrust", "advance", "torque", "speed_offset", "gain"), checked_number),
+    **dict.fromkeys(("force", "drag"), checked_gains),
+    "dead_zone": _checked_band,
+    "position": _checked_point,
+    "direction": _unit_vector,
+    "curve": _increasing,
+}
+"""Check of each field of an actuator of one command."""

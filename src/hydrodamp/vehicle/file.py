@@ -1,12 +1,15 @@
-"""The vehicle file: YAML both ways, its form a pydantic model; and the fleet of such files."""
+"""Vehicle files: YAML both ways, a template to fill in, and the fleet that comes along."""
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
+from string import Template
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -21,27 +24,18 @@ from pydantic import (
     model_validator,
 )
 
+from hydrodamp import files as files
 from hydrodamp.arrays import MAX_MAGNITUDE
-from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.faults import validate
-from hydrodamp.files import (
-    PackageData,
-    load_text,
-    missing_file_message,
-    nearest_file,
-    parse_yaml,
-    save_text,
-    wrong_kind_message,
-)
 from hydrodamp.vehicle.actuators import Actuator
-from hydrodamp.vehicle.mass import rigid_body_mass_matrix
-from hydrodamp.vehicle.vehicle import Vehicle, checked_axes
+from hydrodamp.vehicle.mass import fill_locked_axes, rigid_body_mass_matrix
+from hydrodamp.vehicle.vehicle import Vehicle, checked_axes, without_righting
 
 KINDS: Mapping[str, type] = {kind.__name__.lower(): kind for kind in get_args(Actuator)}
-_MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
-_OPTIONAL = ("source", "note", "actuators")
-_RESTORING = ("weight", "buoyancy", "center_of_gravity", "center_of_buoyancy")
+
+WATER_DENSITY = 1025.0  # kg/m^3, sea water
+MAX_MASS_RATIO = 3.0  # mass over displaced mass, or its inverse, beyond which units are refused
 
 Number = Annotated[
     float, Field(strict=True, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
@@ -119,7 +113,7 @@ class VehicleFile(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _zero_where_locked(cls, content: Any) -> Any:
-        return _without_unneeded(content)
+        return fill_locked_axes(content)
 
     @model_validator(mode="after")
     def _one_mass_matrix(self) -> VehicleFile:
@@ -173,19 +167,19 @@ def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     ...
     hydrodamp.errors.FileError: nowhere.yaml: cannot be read: ...
     """
-    return parse_vehicle(load_text(path), source=str(path))
+    return parse_vehicle(files.load_text(path), source=str(path))
 
 
 def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     """Read a vehicle from the text of a vehicle file."""
-    content = parse_yaml(text, source)
+    content = files.parse_yaml(text, source)
     if not isinstance(content, dict):
         kind = "a list" if isinstance(content, list) else repr(content)[:60]
         got = "it is empty" if content is None else f"got {kind}"
         raise VehicleError(
             f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
-    if message := wrong_kind_message(content, source, "vehicle"):
+    if message := files.wrong_kind_message(content, source, "vehicle"):
         raise VehicleError(message)
     document = validate(VehicleFile, content, source, VehicleError)
     try:
@@ -209,7 +203,7 @@ def write_vehicle(vehicle: Vehicle, path: str | os.PathLike[str]) -> None:
     FileError
         If the file cannot be written.
     """
-    save_text(format_vehicle(vehicle), path)
+    files.save_text(format_vehicle(vehicle), path)
 
 
 def format_vehicle(vehicle: Vehicle) -> str:
@@ -240,49 +234,9 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-def _without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Replace empty values of locked axes by zero."""
-    axes = content.get("axes")
-    locked = {i for i, axis in enumerate(AXES) if isinstance(axes, list) and axis not in axes}
-    planar = locked >= {2, 3, 4}
-    optional = (*_OPTIONAL, *(_RESTORING if planar else ()))
-    filled = {
-        key: value for key, value in content.items() if value is not None or key not in optional
-    }
-    if planar:
-        filled = {"weight": 0.0, "buoyancy": 0.0} | filled
-    for key in ("center_of_gravity", "center_of_buoyancy"):
-        filled[key] = _fill_locked(filled.get(key, [0.0] * 3), {2} if planar else ())
-    for key in ("added_mass", "mass_matrix"):
-        if isinstance(filled.get(key), list) and len(filled[key]) == 6:
-            filled[key] = _fill_locked(filled[key], locked)
-    if isinstance(body := filled.get("rigid_body"), dict) and "inertia" in body:
-        rotations = {i - 3 for i in locked}
-        inertia = (
-            [0.0] * 3 if body["inertia"] is None and rotations >= {0, 1, 2} else body["inertia"]
-        )
-        filled["rigid_body"] = {**body, "inertia": _fill_locked(inertia, rotations)}
-    return filled
-
-
-def _fill_locked(values: Any, locked: Collection[int]) -> Any:
-    """Replace None by zero in locked rows and columns of a list or a matrix."""
-    if not isinstance(values, list):
-        return values
-    zero = [0.0] * len(values) if any(isinstance(item, list) for item in values) else 0.0
-    return [
-        zero
-        if item is None and i in locked
-        else _fill_locked(item, range(6) if i in locked else locked)
-        for i, item in enumerate(values)
-    ]
-
-
-def _read_fleet_vehicle(name: str) -> Vehicle:
-    return parse_vehicle(fleet_text(name), source=name)
-
-
-fleet = PackageData(Path(__file__).parent / "fleet", _read_fleet_vehicle)
+fleet = files.PackageData(
+    Path(__file__).parent / "fleet", lambda name: parse_vehicle(fleet_text(name), source=name)
+)
 """The vehicles that come with the package."""
 
 
@@ -332,30 +286,82 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
             warnings.warn(fault, HydrodampWarning, stacklevel=2)
         return vehicle
     if path.suffix or len(path.parts) > 1:
-        raise FileError(missing_file_message(path))
+        raise FileError(files.missing_file_message(path))
     raise VehicleError(_unknown(str(name_or_path)))
 
 
-def without_righting(vehicle: Vehicle) -> str:
-    """Return what to say of a vehicle that nothing turns upright."""
-    gravity, lift = float(vehicle.center_of_gravity[2]), float(vehicle.center_of_buoyancy[2])
-    free = [axis for axis in _MOTIONS if axis in vehicle.axes]
-    if not free or (gravity > lift and max(vehicle.weight, vehicle.buoyancy) > 0.0):
-        return ""
-    motions = " and ".join(_MOTIONS[axis][0] for axis in free)
-    terms = ", ".join(f"{axis}: {_MOTIONS[axis][1]}" for axis in free)
-    return (
-        f"'{vehicle.name}' has no righting moment in {motions}: its center of gravity "
-        f"(z {gravity:g} m) is not below its center of buoyancy (z {lift:g} m), and damping has to "
-        "explain what turns the vehicle upright. Enter in the vehicle file by how much it is, "
-        f"mostly millimetres to centimetres, or let it be fitted by `terms: {{{terms}}}` in a "
-        "model file."
-    )
-
-
 def _unknown(name: str) -> str:
-    suggestion = did_you_mean(name, fleet) or nearest_file(f"{name}.yaml")
+    suggestion = did_you_mean(name, fleet) or files.nearest_file(f"{name}.yaml")
     return (
         f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{suggestion} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."
     )
+
+
+def _format_list(values: Iterable[Any]) -> str:
+    words = (value if isinstance(value, str) else f"{value:.6g}" for value in values)
+    return f"[{', '.join(words)}]"
+
+
+def _format_rows(matrix: Iterable[Any]) -> str:
+    return "\n".join(f"  - {_format_list(row)}" for row in matrix)
+
+
+_TEMPLATE = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
+_ACTUATORS = _TEMPLATE[_TEMPLATE.index("# What is known of the actuation") :]
+_EMPTY = {
+    **dict.fromkeys(("mass", "weight", "buoyancy", "gravity", "lift"), ""),
+    "source": '""',
+    "inertia": "[null, null, null]",
+    "about": "origin",
+    "added": _format_rows(np.where(np.eye(6), "null", "0").tolist()),
+}
+
+
+def vehicle_template(
+    name: str = "my-vehicle",
+    *,
+    length: float | None = None,
+    diameter: float | None = None,
+    mass: float | None = None,
+) -> str:
+    """Return the text of a vehicle file."""
+    numbers = _EMPTY
+    if length is not None and diameter is not None and mass is not None:
+        numbers = _estimate(length, diameter, mass)
+    elif (length, diameter, mass) != (None, None, None):
+        raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
+    return Template(_TEMPLATE).substitute(name=json.dumps(name), **numbers)
+
+
+def rename_vehicle(text: str, name: str) -> str:
+    """Return the text of a vehicle file under another name, with an actuators section."""
+    renamed = re.sub(r"(?m)^name:.*$", lambda _: f"name: {json.dumps(name)}", text, count=1)
+    if re.search(r"(?m)^actuators:", text):
+        return renamed
+    return f"{renamed.rstrip()}\n\n{_ACTUATORS}"
+
+
+def _estimate(length: float, diameter: float, mass: float) -> dict[str, str]:
+    """Return the values estimated for a hull, which must be about neutrally buoyant."""
+    vehicle = Vehicle.from_hull(length, diameter, mass)
+    cylinder = WATER_DENSITY * np.pi / 4.0 * diameter**2 * length
+    spheroid = cylinder * 2.0 / 3.0
+    if not spheroid / MAX_MASS_RATIO <= mass <= cylinder * MAX_MASS_RATIO:
+        raise VehicleError(
+            f"a hull {length:g} m long and {diameter:g} m across displaces {spheroid:.3g} to "
+            f"{cylinder:.3g} kg of water, which does not match a `mass` of {mass:g} kg: use "
+            "metres and kilograms, flooded spaces included"
+        )
+    added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
+    return {
+        "source": json.dumps(f"{vehicle.source}: {vehicle.note}"),
+        "mass": repr(float(mass)),
+        "inertia": _format_list((vehicle.mass_matrix - added).diagonal()[3:]),
+        "about": "center_of_gravity",
+        "added": _format_rows(added),
+        "weight": f"{vehicle.weight:.6g}",
+        "buoyancy": f"{vehicle.buoyancy:.6g}",
+        "gravity": _format_list(vehicle.center_of_gravity),
+        "lift": _format_list(vehicle.center_of_buoyancy),
+    }

@@ -1,10 +1,10 @@
-"""Mass matrices: the rigid body's, the added mass of a hull, and what any of them must satisfy."""
+"""Mass matrices: of a rigid body, of a hull, checked, and with zeros for locked axes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -134,3 +134,45 @@ def hull_added_mass(
     turning = pitch * hull_inertia(length, diameter, displaced_mass)[1]
     along, across = surge * displaced_mass, sway * displaced_mass
     return frozen(np.diag([along, across, across, ROLL_FRACTION * roll_inertia, turning, turning]))
+
+
+_OPTIONAL = ("source", "note", "actuators")
+_RESTORING = ("weight", "buoyancy", "center_of_gravity", "center_of_buoyancy")
+
+
+def fill_locked_axes(content: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Replace empty values of locked axes by zero."""
+    axes = content.get("axes")
+    locked = {i for i, axis in enumerate(AXES) if isinstance(axes, list) and axis not in axes}
+    planar = locked >= {2, 3, 4}
+    optional = (*_OPTIONAL, *(_RESTORING if planar else ()))
+    filled = {
+        key: value for key, value in content.items() if value is not None or key not in optional
+    }
+    if planar:
+        filled = {"weight": 0.0, "buoyancy": 0.0} | filled
+    for key in ("center_of_gravity", "center_of_buoyancy"):
+        filled[key] = _fill_locked(filled.get(key, [0.0] * 3), {2} if planar else ())
+    for key in ("added_mass", "mass_matrix"):
+        if isinstance(filled.get(key), list) and len(filled[key]) == 6:
+            filled[key] = _fill_locked(filled[key], locked)
+    if isinstance(body := filled.get("rigid_body"), dict) and "inertia" in body:
+        rotations = {i - 3 for i in locked}
+        inertia = (
+            [0.0] * 3 if body["inertia"] is None and rotations >= {0, 1, 2} else body["inertia"]
+        )
+        filled["rigid_body"] = {**body, "inertia": _fill_locked(inertia, rotations)}
+    return filled
+
+
+def _fill_locked(values: Any, locked: Collection[int]) -> Any:
+    """Replace None by zero in locked rows and columns of a list or a matrix."""
+    if not isinstance(values, list):
+        return values
+    zero = [0.0] * len(values) if any(isinstance(item, list) for item in values) else 0.0
+    return [
+        zero
+        if item is None and i in locked
+        else _fill_locked(item, range(6) if i in locked else locked)
+        for i, item in enumerate(values)
+    ]

@@ -17,16 +17,10 @@ from hydrodamp.basis.atoms import AXES, DOWN, VELOCITIES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle import mass as masses
 from hydrodamp.vehicle.actuators import Actuator, Propeller, checked_number
-from hydrodamp.vehicle.mass import (
-    STANDARD_GRAVITY,
-    checked_array,
-    checked_mass_matrix,
-    cross_matrix,
-    hull_added_mass,
-    hull_inertia,
-    rigid_body_mass_matrix,
-)
+
+_MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
 
 def mass_matrix_digest(matrix: npt.ArrayLike) -> str:
@@ -96,8 +90,10 @@ class Vehicle:
         """Check every field and copy the arrays."""
         fixed: dict[str, Any] = {
             "axes": checked_axes(self.axes),
-            "center_of_gravity": checked_array(self.center_of_gravity, (3,), "center_of_gravity"),
-            "center_of_buoyancy": checked_array(
+            "center_of_gravity": masses.checked_array(
+                self.center_of_gravity, (3,), "center_of_gravity"
+            ),
+            "center_of_buoyancy": masses.checked_array(
                 self.center_of_buoyancy, (3,), "center_of_buoyancy"
             ),
             "actuators": checked_actuators(tuple(self.actuators)),
@@ -106,9 +102,9 @@ class Vehicle:
             force = fixed[name] = float(getattr(self, name))
             if not 0.0 <= force < math.inf:
                 raise VehicleError(f"`{name}` must be zero or positive [N]; got {force:g}")
-        fixed["mass_matrix"] = checked_mass_matrix(self.mass_matrix, fixed["axes"])
+        fixed["mass_matrix"] = masses.checked_mass_matrix(self.mass_matrix, fixed["axes"])
         if self.added_mass is not None:
-            fixed["added_mass"] = checked_array(self.added_mass, (6, 6), "added_mass")
+            fixed["added_mass"] = masses.checked_array(self.added_mass, (6, 6), "added_mass")
         for name, value in fixed.items():
             object.__setattr__(self, name, value)
 
@@ -163,12 +159,12 @@ class Vehicle:
         """
         for name, size in (("length", length), ("diameter", diameter), ("mass", mass)):
             checked_number(size, name, positive=True)
-        weight = mass * STANDARD_GRAVITY
+        weight = mass * masses.STANDARD_GRAVITY
         lift = weight if buoyancy is None else buoyancy
-        inertia = hull_inertia(length, diameter, mass)
-        rigid = rigid_body_mass_matrix(mass, inertia, center_of_gravity, "center_of_gravity")
-        displaced = lift / STANDARD_GRAVITY
-        added = hull_added_mass(length, diameter, displaced, float(inertia[0]))
+        inertia = masses.hull_inertia(length, diameter, mass)
+        rigid = masses.rigid_body_mass_matrix(mass, inertia, center_of_gravity, "center_of_gravity")
+        displaced = lift / masses.STANDARD_GRAVITY
+        added = masses.hull_added_mass(length, diameter, displaced, float(inertia[0]))
         return cls(
             name=name,
             mass_matrix=rigid + added,
@@ -198,7 +194,7 @@ class Vehicle:
         """What turns R^T e3 into the restoring wrench; shape (6, 3)."""
         heavy = (self.weight - self.buoyancy) * np.eye(3)
         lever = self.weight * self.center_of_gravity - self.buoyancy * self.center_of_buoyancy
-        return frozen(np.vstack([heavy, cross_matrix(lever)]) + 0.0)
+        return frozen(np.vstack([heavy, masses.cross_matrix(lever)]) + 0.0)
 
     def known_columns(self) -> dict[Term, FloatArray]:
         """Return restoring and actuators as columns of the regressor.
@@ -347,6 +343,23 @@ def checked_axes(axes: Iterable[str]) -> tuple[str, ...]:
         got = " ".join(given) or "none"
         raise VehicleError(f"`axes` must be some of {' '.join(AXES)}, in this order; got {got}")
     return given
+
+
+def without_righting(vehicle: Vehicle) -> str:
+    """Return what to say of a vehicle that nothing turns upright."""
+    gravity, lift = float(vehicle.center_of_gravity[2]), float(vehicle.center_of_buoyancy[2])
+    free = [axis for axis in _MOTIONS if axis in vehicle.axes]
+    if not free or (gravity > lift and max(vehicle.weight, vehicle.buoyancy) > 0.0):
+        return ""
+    motions = " and ".join(_MOTIONS[axis][0] for axis in free)
+    terms = ", ".join(f"{axis}: {_MOTIONS[axis][1]}" for axis in free)
+    return (
+        f"'{vehicle.name}' has no righting moment in {motions}: its center of gravity "
+        f"(z {gravity:g} m) is not below its center of buoyancy (z {lift:g} m), and damping has to "
+        "explain what turns the vehicle upright. Enter in the vehicle file by how much it is, "
+        f"mostly millimetres to centimetres, or let it be fitted by `terms: {{{terms}}}` in a "
+        "model file."
+    )
 
 
 def _values(vehicle: Vehicle) -> list[Any]:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from hydrodamp.ingest.formats import arrays, files, parquet
+from hydrodamp.ingest.formats import arrays, files
 
 TIME = np.arange(5.0)
 
@@ -41,7 +41,7 @@ def test_parquet_of_every_type(tmp_path: Path) -> None:
     }
     table = arrow.table(columns).append_column(stated, arrow.array([3.0, 4.0], arrow.float32()))
     writer.write_table(table, tmp_path / "run.parquet")
-    recording = parquet.read_file(tmp_path / "run.parquet")
+    recording = files.read_files(tmp_path / "run.parquet")
     topic = recording.topics[0]
     numbers = {name: values.tolist() for name, values in topic.fields.items()}
     nan = pytest.approx(np.nan, nan_ok=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.ingest.formats import message_layout, rosbag
+from hydrodamp.ingest.formats import rosbag
 
 TWIST = "geometry_msgs/msg/TwistStamped"
 JOINTS = "sensor_msgs/msg/JointState"
@@ -86,9 +86,7 @@ def test_any_message_lies_where_rosbags_finds_it(old: bool, data: st.DataObject)
     messages = [_message(store, kinds, data.draw) for _ in range(3)]
     pack = store.serialize_ros1 if old else store.serialize_cdr
     raw = [bytes(pack(message, "a/msg/Outer")) for message in messages]
-    columns = message_layout.deserialize_columns(
-        raw, "a/msg/Outer", store.fielddefs, aligned=not old
-    )
+    columns = rosbag.deserialize_columns(raw, "a/msg/Outer", store.fielddefs, aligned=not old)
     assert columns.truncated == []
     for row, message in enumerate(messages):
         _check(columns, row, "", message)
@@ -166,7 +164,7 @@ def test_big_endian_messages(bag: Any) -> None:
         bytes(bag.modern.serialize_cdr(bag.twist(2.0, k), TWIST, little_endian=k % 2 == 0))
         for k in range(4)
     ]
-    columns = message_layout.deserialize_columns(raw, TWIST, bag.modern.fielddefs, aligned=True)
+    columns = rosbag.deserialize_columns(raw, TWIST, bag.modern.fielddefs, aligned=True)
     assert columns.numbers["twist.linear.x"].tolist() == [0, 1, 2, 3]
     assert columns.texts["header.frame_id"] == ["base"] * 4
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats import content, files, matlab
+from hydrodamp.ingest.formats import arrays, content, files
 
 TIME = np.arange(20.0)
 
@@ -141,7 +141,7 @@ def test_a_file_that_crashes_its_reader_costs_itself(tmp_path, monkeypatch, cras
 
     path = tmp_path / "log.mat"
     scipy.io.savemat(path, {"time": TIME, "u": TIME})
-    monkeypatch.setattr(matlab, "_CHILD_CODE", f"{crash} # {{path}} {{module}} {{bound}}")
+    monkeypatch.setattr(arrays, "_CHILD_CODE", f"{crash} # {{path}} {{module}} {{bound}}")
     with pytest.raises(LogError, match=words) as caught:
         files.read_files(path)
     assert "log.mat" in str(caught.value)
@@ -153,8 +153,8 @@ def test_a_mat_file_that_unpacks_without_end_is_refused(tmp_path):
 
     path = tmp_path / "log.mat"
     scipy.io.savemat(path, {"time": np.zeros(1 << 22)}, do_compression=True)
-    arrays = dict(matlab.read_arrays(path, []))
-    assert arrays["time"].size == 1 << 22
+    columns = dict(arrays._read_matlab(path, []))
+    assert columns["time"].size == 1 << 22
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
         with pytest.raises(LogError, match=r"read as MATLAB file: .*Memory"):

@@ -39,9 +39,9 @@ def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
 def test_messages_that_break_their_own_format(
     tmp_path: Path, dive: Any, letters: str, columns: str, length: int
 ) -> None:
-    dive.put("FMT", 160, length, b"BAD", letters.encode(), columns.encode())
+    dive.write_message("FMT", 160, length, b"BAD", letters.encode(), columns.encode())
     dive.content += b"\xa3\x95\xa0" + bytes(length - 3)
-    dive.put("ATT", 9_000_000, 1.0, 2.0, 3.0)
+    dive.write_message("ATT", 9_000_000, 1.0, 2.0, 3.0)
     recording = ardupilot.read_file(dive.save(tmp_path / "dive.bin"))
     assert recording.topic("ATT").n == 21
     assert "messages BAD do not match their FMT message; they were skipped" in recording.notes

@@ -215,11 +215,10 @@ def test_the_schema_knows_every_key_and_takes_the_presets() -> None:
 
 
 def test_the_mappings_of_the_documentation_are_sound() -> None:
-    page = Path(__file__).resolve().parents[3] / "docs" / "mapping.md"
+    page = Path(__file__).resolve().parents[3] / "docs" / "how-to" / "write-a-mapping.md"
     blocks = page.read_text(encoding="utf-8").split("```yaml\n")[1:]
     mappings = [
-        LogMapping.from_dict(parse_yaml(block.partition("```")[0], "mapping.md"))
-        for block in blocks
+        LogMapping.from_dict(parse_yaml(block.partition("```")[0], page.name)) for block in blocks
     ]
     assert [mapping.world for mapping in mappings[1:3]] == ["ENU", "ENU"]
     assert tuple(mappings[1].commands) == (*(f"servo{k}" for k in (1, 2, 3, 4, 5, 6, 8)), "lights")

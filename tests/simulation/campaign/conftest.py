@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hydrodamp.simulation.campaign.reenact import reenact
-from hydrodamp.simulation.campaign.truth import (
+from hydrodamp.simulation.campaign.conditions import (
     crossflow_truth,
     fin_position,
     sname_truth,
     true_damping,
 )
+from hydrodamp.simulation.campaign.reenact import reenact
 from hydrodamp.vehicle.file import fleet
 
 

@@ -5,7 +5,6 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from hydrodamp.simulation.autopilot import FIN_LIMIT, INTEGRAL_LIMIT, AutopilotState, Pid
 from hydrodamp.simulation.campaign.conditions import (
     COMMAND_PERIOD,
     PUBLISHED_AUTOPILOT,
@@ -14,6 +13,7 @@ from hydrodamp.simulation.campaign.conditions import (
     StepSequence,
     fin_autopilot,
 )
+from hydrodamp.simulation.closed_loop import FIN_LIMIT, INTEGRAL_LIMIT, AutopilotState, Pid
 
 
 def control(autopilot, measured, setpoints, state, period=COMMAND_PERIOD):

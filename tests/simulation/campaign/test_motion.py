@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from hydrodamp.simulation.campaign.conditions import sname_truth, true_damping
 from hydrodamp.simulation.campaign.reenact import Motion
-from hydrodamp.simulation.campaign.truth import sname_truth, true_damping
 from hydrodamp.simulation.closed_loop import down_direction, pose_rates
 from hydrodamp.vehicle.file import fleet
 

@@ -7,8 +7,8 @@ import pytest
 
 import hydrodamp as hd
 import oracle
+from hydrodamp.simulation.campaign.conditions import true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from hydrodamp.simulation.campaign.truth import true_damping
 
 
 def test_logs_have_a_segment_a_run_and_three_commands(campaign):

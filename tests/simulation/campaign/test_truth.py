@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrodamp.simulation.campaign.truth import (
+from hydrodamp.simulation.campaign.conditions import (
     HULL_LENGTH,
     Strips,
     crossflow_truth,

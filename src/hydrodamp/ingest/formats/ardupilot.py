@@ -20,6 +20,9 @@ from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import parse_column
 from hydrodamp.ingest.formats.content import read_bytes
 
+#: Fault of a log without messages.
+NO_MESSAGE = "the log holds no message with a value; check that logging was enabled"
+
 _HEADER = b"\xa3\x95"
 _FMT_TYPE, _FMT_LENGTH = 128, 89  # FMT messages, which define the others
 _METADATA_TYPES = frozenset({"FMT", "FMTU", "UNIT", "MULT", "FILE"})
@@ -27,19 +30,9 @@ _CLOCK_DIVISORS = {"TimeUS": 1e6, "TimeMS": 1e3}
 _TEXT_LOG = re.compile(rb"\s*FMT\s*,")
 
 # NumPy type of each format letter, and the divisor of scaled integers (ArduPilot, LogStructure.h).
-_NUMPY_TYPES = {letter: f"<{letter}" for letter in "bBhHiIqQfd"} | {
-    "c": "<h",
-    "C": "<H",
-    "e": "<i",
-    "E": "<I",
-    "L": "<i",
-    "M": "<B",
-    "g": "<f2",
-    "n": "S4",
-    "N": "S16",
-    "Z": "S64",
-    "a": "32<i2",
-}
+_TYPES_BY_LETTER = "c:<h C:<H e:<i E:<I L:<i M:<B g:<f2 n:S4 N:S16 Z:S64 a:32<i2"
+_NUMPY_TYPES = {letter: f"<{letter}" for letter in "bBhHiIqQfd"}
+_NUMPY_TYPES |= dict(pair.split(":") for pair in _TYPES_BY_LETTER.split())
 _DIVISORS = dict.fromkeys("cCeE", 100.0) | {"L": 1e7}
 
 # Field with the instance number of a sensor, for logs without FMTU messages (LogStructure.h).
@@ -55,10 +48,7 @@ def read_file(path: str | Path) -> Recording:
     text = _TEXT_LOG.match(data)
     topics = [*(_text_topics(data, notes) if text else _binary_topics(data, source, notes))]
     if not topics:
-        raise LogError(
-            ["the log holds no message with a value; check that logging was enabled", *notes],
-            source=source,
-        )
+        raise LogError([NO_MESSAGE, *notes], source=source)
     return Recording(tuple(topics), source, "ArduPilot log", tuple(notes))
 
 
@@ -177,13 +167,12 @@ class _UnitMessages:
             if table is not None and set(columns) <= set(table.dtype.names):
                 yield from zip(*(table[column].tolist() for column in columns), strict=True)
 
-        self.labels = {
-            chr(key % 256): _decode_string(label) for key, label in rows("UNIT", "Id", "Label")
-        }
-        self.multipliers = {chr(key % 256): float(by) for key, by in rows("MULT", "Id", "Mult")}
-        formats = rows("FMTU", "FmtType", "UnitIds", "MultIds")
+        labels, scales = rows("UNIT", "Id", "Label"), rows("MULT", "Id", "Mult")
+        self.labels = {chr(key % 256): _decode_string(label) for key, label in labels}
+        self.multipliers = {chr(key % 256): float(scale) for key, scale in scales}
         self.by_type = {
-            int(kind): (_decode_string(units), _decode_string(by)) for kind, units, by in formats
+            int(kind): (_decode_string(units), _decode_string(multipliers))
+            for kind, units, multipliers in rows("FMTU", "FmtType", "UnitIds", "MultIds")
         }
 
     def instance(self, form: _MessageFormat) -> str:
@@ -211,30 +200,19 @@ def _split_instances(
     form: _MessageFormat, fields: dict[str, Any], stated: _UnitMessages
 ) -> Iterator[Topic]:
     """Yield one topic, or one per sensor instance."""
-    units = stated.units(form)
     numbers = fields.get(stated.instance(form))
-    if not isinstance(numbers, np.ndarray):
-        yield _make_topic(form.name, fields, units)
-        return
-    for number in np.unique(numbers[np.isfinite(numbers)]).tolist():
-        rows = np.flatnonzero(numbers == number)
-        yield _make_topic(f"{form.name}[{int(number)}]", fields, units, rows)
-
-
-def _make_topic(
-    name: str, fields: Mapping[str, Any], units: Mapping[str, str], rows: Any = None
-) -> Topic:
-    """Return a topic of all messages, or of the given rows."""
-    selection = slice(None) if rows is None else rows
-    selected = {key: np.asarray(column)[selection] for key, column in fields.items()}
-    texts = {
-        key: tuple(column.tolist()) for key, column in selected.items() if column.dtype.kind == "U"
-    }
-    numbers = {key: column for key, column in selected.items() if key not in texts}
-    clock = next((key for key in _CLOCK_DIVISORS if key in numbers), None)
-    time = None if clock is None else numbers[clock] / _CLOCK_DIVISORS[clock]
-    known_units = {key: unit for key, unit in units.items() if key in numbers}
-    return Topic(name, time, numbers, texts, known_units)
+    groups: dict[str, Any] = {form.name: slice(None)}
+    if isinstance(numbers, np.ndarray):
+        instances = np.unique(numbers[np.isfinite(numbers)]).tolist()
+        groups = {f"{form.name}[{int(k)}]": np.flatnonzero(numbers == k) for k in instances}
+    for name, rows in groups.items():
+        columns = {key: np.asarray(column)[rows] for key, column in fields.items()}
+        texts = {key: tuple(it.tolist()) for key, it in columns.items() if it.dtype.kind == "U"}
+        values = {key: column for key, column in columns.items() if key not in texts}
+        clock = next((key for key in _CLOCK_DIVISORS if key in values), None)
+        time = None if clock is None else values[clock] / _CLOCK_DIVISORS[clock]
+        units = {key: unit for key, unit in stated.units(form).items() if key in values}
+        yield Topic(name, time, values, texts, units)
 
 
 def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
@@ -246,10 +224,8 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
     for line, text in enumerate(lines, start=1):
         name, *cells = (cell.strip() for cell in text.split(","))
         if name == "FMT" and len(cells) >= 4 and cells[0].isdigit() and cells[1].isdigit():
-            kind, length, described, letters, *columns = cells
-            formats[described] = _MessageFormat(
-                int(kind), described, int(length), letters, tuple(columns)
-            )
+            kind, length, key, letters, *columns = cells
+            formats[key] = _MessageFormat(int(kind), key, int(length), letters, tuple(columns))
         elif name in formats and len(cells) == len(formats[name].columns):
             rows[name].append(cells)
         elif text.strip("\0 "):

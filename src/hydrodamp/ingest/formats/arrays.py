@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import io
+import os
+import signal
+import subprocess
+import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,11 +18,11 @@ import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats import matlab
 from hydrodamp.ingest.formats.cells import Column, ColumnNames, make_topic, parse_column
 from hydrodamp.ingest.formats.content import (
     check_columns,
     check_unpacked,
+    max_unpacked_bytes,
     open_log,
     open_seekable,
     read_head,
@@ -25,6 +31,11 @@ from hydrodamp.text import first_few
 
 _MAX_COLUMNS = 64  # columns; wider arrays are no samples
 _CLOCK_NAMES = ("time", "t", "timestamp", "time_s")
+# `python -c` puts the working directory first in sys.path; its files must not be imported.
+_CHILD_CODE = (
+    "import sys; sys.path[:] = {path!r}; from {module} import load_in_child; load_in_child({bound})"
+)
+_MEMORY_COPIES = 4  # of the arrays; what reader and npz need at peak
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -36,7 +47,7 @@ def read_file(path: str | Path) -> Recording:
         form, read_arrays = "NumPy arrays", _read_numpy
     else:
         hdf5 = _HDF5_SIGNATURE in (start[:8], start[512:])
-        form, read_arrays = "MATLAB file", _read_hdf5 if hdf5 else matlab.read_arrays
+        form, read_arrays = "MATLAB file", _read_hdf5 if hdf5 else _read_matlab
     arrays = dict(read_arrays(path, notes))
     columns = _split_columns(arrays, notes)
     check_columns(len(columns), path)
@@ -76,6 +87,87 @@ def _split_structured(name: str, array: Any) -> Iterator[tuple[str, Any]]:
         yield name, array
 
 
+def _read_matlab(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
+    """Yield the arrays of a MATLAB file up to version 7.2, named by their path in its structures.
+
+    Damaged files crash SciPy's reader (SIGSEGV, SIGBUS); a child process contains the crash. It
+    starts in 0.4 s and returns the arrays as npz, never as pickles.
+    """
+    with open_seekable(path) as file:
+        data = file.read()
+    bound = _MEMORY_COPIES * max_unpacked_bytes(path)
+    command = [
+        sys.executable,
+        "-c",
+        _CHILD_CODE.format(path=sys.path, module=__name__, bound=bound),
+    ]
+    process = subprocess.run(command, input=data, capture_output=True, check=False)
+    if process.returncode:
+        raise ValueError(_failure_reason(process))
+    with np.load(io.BytesIO(process.stdout), allow_pickle=False) as archive:
+        names, messages, *arrays = archive.values()
+    notes += messages.tolist()
+    yield from zip(names.tolist(), arrays, strict=True)
+
+
+def _failure_reason(done: subprocess.CompletedProcess[bytes]) -> str:
+    lines = done.stderr.decode(errors="replace").strip().splitlines()
+    if done.returncode > 0 and lines:
+        return lines[-1]
+    is_signal = -done.returncode in set(signal.Signals)
+    name = signal.Signals(-done.returncode).name if is_signal else f"status {done.returncode}"
+    return f"it makes SciPy's reader crash ({name})"
+
+
+def load_in_child(bound: int) -> None:
+    """Read a file from standard input and write its arrays as npz (runs in the child process)."""
+    import scipy.io
+
+    _limit_memory(bound)
+    stream: Any = io.BytesIO(sys.stdin.buffer.read())
+    content = scipy.io.loadmat(stream, simplify_cells=True)
+    variables = {name: value for name, value in content.items() if not name.startswith("__")}
+    notes: list[str] = []
+    arrays = dict(_flatten_structure(variables, "", notes))
+    out = io.BytesIO()
+    names = np.array([*arrays], dtype=np.str_)
+    np.savez(out, names, np.array(notes, dtype=np.str_), *map(np.asarray, arrays.values()))
+    sys.stdout.buffer.write(out.getbuffer())
+
+
+def _limit_memory(bound: int) -> None:
+    """Limit the further memory of this process, on systems that support it."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+        limit = pages * os.sysconf("SC_PAGE_SIZE") + bound
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def _flatten_structure(
+    structure: Mapping[str, Any], stem: str, notes: list[str]
+) -> Iterator[tuple[str, Any]]:
+    """Yield the arrays of a structure, named by their path."""
+    for name, value in structure.items():
+        path = f"{stem}.{name}" if stem else name
+        rows = list(value) if isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1 else []
+        if isinstance(value, dict):
+            yield from _flatten_structure(value, path, notes)
+        elif rows and all(isinstance(row, dict) for row in rows):
+            columns = {key: np.array([row.get(key, np.nan) for row in rows]) for key in rows[0]}
+            yield from _flatten_structure(columns, path, notes)
+        elif isinstance(value, (str, bytes)):
+            continue
+        elif np.asarray(value).dtype == object or np.asarray(value).dtype.names:
+            notes.append(
+                f"`{path}` is a MATLAB object, such as a table or timeseries; it was skipped."
+                " Save its numbers as arrays"
+            )
+        else:
+            yield path, value
+
+
 def _read_hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
     """Read HDF5; MATLAB 7.3 files are HDF5 with transposed arrays."""
     import h5py
@@ -99,16 +191,14 @@ def _check_storage(file: Any, nodes: Mapping[str, Any], path: str | Path) -> Non
     """Refuse links to other files and implausible compression ratios."""
     import h5py
 
-    groups = {"": file} | {
-        name: node for name, node in nodes.items() if isinstance(node, h5py.Group)
-    }
+    arrays = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
+    groups = [file, *(node for node in nodes.values() if isinstance(node, h5py.Group))]
     external = [
-        f"`{name}/{key}`".replace("`/", "`")
-        for name, group in groups.items()
+        f"`{f'{group.name}/{key}'.strip('/')}`"
+        for group in groups
         for key in group
         if isinstance(group.get(key, getlink=True), h5py.ExternalLink)
     ]
-    arrays = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
     external += [f"`{name}`" for name, node in arrays.items() if _is_external(node)]
     if external:
         raise LogError(
@@ -141,13 +231,10 @@ def _split_columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any
             is_flat = rows not in block.shape and block.shape[1] > _MAX_COLUMNS
             block_by_row = block.T if block.shape[1] == rows != len(block) or is_flat else block
             if block_by_row.shape[1] > _MAX_COLUMNS:
-                notes.append(
-                    f"`{name}` ({shape}) has more than {_MAX_COLUMNS} columns; it was skipped"
-                )
+                fault = f"has more than {_MAX_COLUMNS} columns; it was skipped"
+                notes.append(f"`{name}` ({shape}) {fault}")
             else:
-                columns |= {
-                    f"{name}[{k}]": block_by_row[:, k] for k in range(block_by_row.shape[1])
-                }
+                columns |= {f"{name}[{k}]": values for k, values in enumerate(block_by_row.T)}
     return columns
 
 
@@ -168,9 +255,7 @@ def _group_by_clock(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for stem, members in groups.items():
         length = _common_length(members)
         counts = Counter(map(len, members.values()))
-        if (
-            counts[length] == 1 < max(counts.values())
-        ):  # the clock is shorter than all other columns
+        if counts[length] == 1 < max(counts.values()):  # the clock is shorter than all others
             length = counts.most_common(1)[0][0]
         clocks = {
             len(column): name

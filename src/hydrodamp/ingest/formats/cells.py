@@ -1,4 +1,4 @@
-"""Delimited text, cells: parsing of numbers, dates and text, and of column names with units."""
+"""Cells of text tables: numbers, dates and text; headers: column names with units."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import count
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import is_unit
+
+#: First characters of comment lines.
+COMMENTS = ("#", "%", "//")
 
 #: Cells without a value, in lower case.
 MISSING = frozenset(
@@ -46,15 +50,6 @@ class Column:
     unit: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class ParsedTable:
-    """Columns of a text file, with the line number of each row."""
-
-    columns: tuple[Column, ...]
-    lines: Sequence[int]
-    notes: tuple[str, ...] = ()
-
-
 def make_topic(
     name: str,
     columns: Mapping[str, Column],
@@ -69,16 +64,9 @@ def make_topic(
         for key, column in columns.items()
         for fault in invalid_cells(f"{name}.{key}" if name else key, column.invalid, lines)
     }
-    fields = {
-        key: column.numbers
-        for key, column in columns.items()
-        if column.numbers is not None and not column.invalid
-    }
-    texts = {
-        key: column.texts
-        for key, column in columns.items()
-        if column.numbers is None or column.texts
-    }
+    valid = {key: column for key, column in columns.items() if not column.invalid}
+    fields = {key: it.numbers for key, it in valid.items() if it.numbers is not None}
+    texts = {key: it.texts for key, it in columns.items() if it.numbers is None or it.texts}
     date_units = {key: column.unit for key, column in columns.items() if column.unit}
     return Topic(name, time, fields, texts, {**(units or {}), **date_units}, faults, lines)
 
@@ -143,10 +131,9 @@ def parse_column(cells: Sequence[str], decimal: str = ".", name: str = "") -> Co
     if name == SEGMENT:
         positions = {cell: index for index, cell in enumerate(dict.fromkeys(cells))}
         column, indices = parse_column([*positions], decimal), [positions[cell] for cell in cells]
-        labels = [cell.strip() or _UNNAMED_SEGMENT for cell in positions]
         numbers = None if column.invalid else column.numbers
-        numbers = None if numbers is None else numbers[indices]
-        return Column(numbers, tuple(labels[index] for index in indices))
+        labels = tuple(cell.strip() or _UNNAMED_SEGMENT for cell in cells)
+        return Column(None if numbers is None else numbers[indices], labels)
     present = [cell for cell in cells if not is_missing(cell)]
     lowered = [cell.strip().lower() for cell in cells]
     if present and {*lowered} <= {*_BOOLEANS, *MISSING}:
@@ -170,12 +157,9 @@ def _parse_dates(cells: Sequence[str]) -> FloatArray:
         if match is None:
             continue
         if (date := match.groups()[:6]) not in days:
-            first, second = (4, 5) if is_day_first else (5, 4)
-            day, month = (3, 2) if match[1] else (first, second)
-            parsed_date = datetime(
-                int(match[1] or match[6]), int(match[month]), int(match[day]), tzinfo=UTC
-            )
-            days[date] = parsed_date.timestamp()
+            day, month = (3, 2) if match[1] else (4, 5) if is_day_first else (5, 4)
+            year_month_day = (int(match[1] or match[6]), int(match[month]), int(match[day]))
+            days[date] = datetime(*year_month_day, tzinfo=UTC).timestamp()
         hour = int(match[7] or 0)
         if match[10]:
             hour = hour % 12 + 12 * (match[10].lower() == "pm")
@@ -193,9 +177,8 @@ class ColumnNames:
 
     def __init__(self, header: Sequence[str]) -> None:
         pairs = [_split_unit(name) for name in header]
-        if len({stem for stem, _ in pairs}) < len(
-            set(header)
-        ):  # only the brackets make the names unique
+        # Brackets remain where only they make the names unique.
+        if len({stem for stem, _ in pairs}) < len(set(header)):
             pairs = [(name, unit) for name, (_, unit) in zip(header, pairs, strict=True)]
         counts = Counter(stem for stem, _ in pairs)
         self.names = unique_names([stem for stem, _ in pairs])
@@ -227,3 +210,77 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
         return name
 
     return tuple(make_unique(name) if counts[name] > 1 else name for name in labels)
+
+
+class Row(NamedTuple):
+    """A line split into cells."""
+
+    line: int
+    cells: tuple[str, ...]
+    comment: bool
+
+    @property
+    def filled(self) -> int:
+        """Number of cells without empty trailing ones."""
+        return max((k for k, cell in enumerate(self.cells, start=1) if cell.strip()), default=0)
+
+    def has_units(self) -> bool:
+        """Return whether most cells are units."""
+        cells = [cell for cell in self.cells if cell.strip()]
+        return 2 * sum(map(is_unit, cells)) > len(cells)
+
+    def join_brackets(self, width: int, delimiter: str) -> Row:
+        """Join cells such as `pd(1,1)`, split at the comma in parentheses."""
+        cells: list[str] = []
+        for cell in self.cells:
+            if cells and cells[-1].count("(") > cells[-1].count(")"):
+                cells[-1] += delimiter + cell
+            else:
+                cells.append(cell)
+        return self._replace(cells=tuple(cells)) if len(self.cells) > width == len(cells) else self
+
+
+class Header:
+    """Column names and units, parsed from the lines above the data."""
+
+    def __init__(self, rows: Sequence[Row], filled: int, width: int, delimiter: str) -> None:
+        self.names = unique_names([""] * filled)
+        self.cells: tuple[str, ...] = ()
+        self.units: dict[str, str] = {}
+        self.faults: dict[str, str] = {}
+        self.notes: list[str] = []
+        rows = [row.join_brackets(width, delimiter) for row in rows]
+        candidates = [row for row in rows if filled <= row.filled <= max(width, filled)]
+        if not candidates and delimiter and rows and rows[-1].filled > 1:
+            candidates = [rows[-1]]
+        if not candidates:
+            self.notes.append("there is no line of column names; columns are named by their number")
+            return
+        units = candidates.pop().cells if len(candidates) > 1 and candidates[-1].has_units() else ()
+        *skipped_rows, row = candidates
+        self.notes += [f"line {it.line} above the column names was skipped" for it in skipped_rows]
+        self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
+        # Strip quotation marks, padding and LaTeX escapes.
+        columns = ColumnNames([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])
+        unit_row = zip(columns.names, (unit.strip().strip("[]()") for unit in units), strict=False)
+        self.names, self.faults = columns.names, columns.faults
+        self.units = columns.units | {name: unit for name, unit in unit_row if unit}
+        self.notes += self.faults.values()
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Encoding, delimiter, decimal sign and header of a text file, and its numeric columns."""
+
+    encoding: str
+    has_quotes: bool
+    delimiter: str
+    decimal: str
+    header: Header
+    numeric: tuple[bool, ...]
+    width: int
+    first_line: int
+
+    def parse_column(self, index: int, cells: Sequence[str]) -> Column:
+        """Parse the cells of a column."""
+        return parse_column(cells, self.decimal, self.header.names[index])

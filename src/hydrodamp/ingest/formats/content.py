@@ -7,6 +7,7 @@ import io
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, cast
 
@@ -73,10 +74,7 @@ class _BoundedGzip(gzip.GzipFile):
     def read(self, size: int | None = -1) -> bytes:
         if size is not None and size >= 0:
             return self._count(super().read(size))
-        blocks = []
-        while block := self._count(super().read(_BLOCK_BYTES)):
-            blocks.append(block)
-        return b"".join(blocks)
+        return b"".join(iter(partial(self.read, _BLOCK_BYTES), b""))
 
     def read1(self, size: int = -1) -> bytes:
         return self._count(super().read1(size))

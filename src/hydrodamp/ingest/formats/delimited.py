@@ -1,83 +1,109 @@
-"""Delimited text (CSV, TSV, white space): Arrow reads clean files, a row reader all others.
+"""Delimited text (CSV, TSV, white space): detection of its dialect, and reading by row.
 
-The row reader is slower but reports comments, repeated headers and ragged rows with their lines.
+Each pair of delimiter and decimal sign is scored by the share of cells that are numbers times the
+share of rows of equal width; the best one is the dialect. Arrow reads clean files; the row reader
+is slower but reports comments, repeated headers and ragged rows with their lines.
 """
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO, Any
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cells import Column, ParsedTable, is_number, make_topic, parse_numbers
-from hydrodamp.ingest.formats.content import open_log
-from hydrodamp.ingest.formats.dialect import (
+from hydrodamp.ingest.formats.arrow import read_csv
+from hydrodamp.ingest.formats.cells import (
     COMMENTS,
-    CP1252_FALLBACK,
-    DELIMITERS,
+    Column,
     Dialect,
-    find_dialect,
+    Header,
+    Row,
+    is_missing,
+    is_number,
+    make_topic,
+    parse_number,
+    parse_numbers,
 )
+from hydrodamp.ingest.formats.content import check_columns, open_log, read_head
 
+#: Error handler that decodes bytes invalid in UTF-8 as Windows-1252.
+CP1252_FALLBACK = "hydrodamp.western"
+
+
+def _decode_cp1252(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    decoded = error.object[error.start : error.end].decode("cp1252", "replace")
+    return decoded if error.encoding == "utf-8" else "\ufffd", error.end
+
+
+codecs.register_error(CP1252_FALLBACK, _decode_cp1252)
+
+_ENCODINGS = {
+    rb"\xef\xbb\xbf": "utf-8-sig",
+    rb"\xff\xfe|\xfe\xff": "utf-16",
+    rb"([^\0]\0){4}": "utf-16-le",
+    rb"(\0[^\0]){4}": "utf-16-be",
+}
+_HEAD_BYTES = 1 << 18  # bytes
+_LINE = re.compile("\r\n|\n|\r")
+
+#: In order of preference; the empty string is any white space.
+DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
+_COMMENT = re.compile(r"\s*(#|%|//)+")
+_SAMPLE_LINES = 200  # lines
 _BLOCK_ROWS = 4096  # rows; their strings fit in the cache
 _MAX_LISTED = 3
-_MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "null", "NULL", "None", "none", "NaT"]
-_ARROW_BLOCK_BYTES = 1 << 19  # larger blocks exceed the cache: 1.5 times the time
-_SPACES = re.compile(rb"[ \t]+")
-_LINE_MARGINS = re.compile(rb"(?m)^ +| +(?=\r?$)")
 _NUMBER_STARTS = frozenset("0123456789.+-")  # a row that begins so is data
 
 
 def read_file(path: str | Path) -> Recording:
     """Read delimited text with any header, delimiter, encoding and decimal sign."""
     dialect = find_dialect(path)
-    table = _read_with_arrow(path, dialect) if any(dialect.numeric) else None
-    return _make_recording(table or _read_by_row(path, dialect), path, dialect)
-
-
-def _make_recording(table: ParsedTable, path: str | Path, dialect: Dialect) -> Recording:
-    """Return columns as a recording with one topic."""
-    columns = dict(zip(dialect.header.names, table.columns, strict=True))
-    dates = [name for name, column in columns.items() if column.unit]
-    topic = make_topic("", columns, table.lines, units=dialect.header.units)
-    notes = [*dialect.header.notes, *table.notes, *topic.faults.values()]
+    header, notes = dialect.header, list(dialect.header.notes)
+    table = read_csv(path, dialect, CP1252_FALLBACK) if any(dialect.numeric) else None
+    cells, lines = table or _read_by_row(path, dialect, notes)
+    columns = dict(zip(header.names, cells, strict=True))
+    topic = make_topic("", columns, lines, units=header.units)
+    notes += topic.faults.values()
     notes += [
-        f"column `{name}` holds dates or times of day; it is read in seconds" for name in dates
+        f"column `{name}` holds dates or times of day; it is read in seconds"
+        for name, column in columns.items()
+        if column.unit
     ]
-    topic = replace(topic, faults={**topic.faults, **dialect.header.faults})
+    topic = replace(topic, faults={**topic.faults, **header.faults})
     return Recording((topic,), str(path), "text in columns", tuple(notes))
 
 
-def _read_by_row(path: str | Path, dialect: Dialect) -> ParsedTable:
-    """Read all rows one by one."""
+def _read_by_row(
+    path: str | Path, dialect: Dialect, notes: list[str]
+) -> tuple[list[Column], Sequence[int]]:
+    """Return columns and line numbers, read row by row in blocks."""
     reader = _RowReader(path, dialect)
     rows, lines = iter(reader), list[int]()
     blocks: list[list[Column]] = []
     while block := [*islice(rows, _BLOCK_ROWS)]:
         lines += [line for line, _ in block]
-        blocks.append(_parse_block([cells for _, cells in block], dialect))
-    reader.check()
+        columns = zip(*(cells for _, cells in block), strict=True)
+        blocks.append(
+            [
+                parse_numbers(cells, dialect.decimal) if numeric else Column(None, cells)
+                for cells, numeric in zip(columns, dialect.numeric, strict=True)
+            ]
+        )
+    notes += reader.notes()
     by_column = [*zip(*blocks, strict=True)] or [()] * len(dialect.header.names)
-    columns = tuple(_join_blocks(dialect, *entry) for entry in enumerate(by_column))
-    return ParsedTable(columns, lines, tuple(reader.notes()))
-
-
-def _parse_block(block: Sequence[Sequence[str]], dialect: Dialect) -> list[Column]:
-    """Parse the numeric columns of a block of rows."""
-    return [
-        parse_numbers(cells, dialect.decimal) if numeric else Column(None, cells)
-        for cells, numeric in zip(zip(*block, strict=True), dialect.numeric, strict=True)
-    ]
+    return [_join_blocks(dialect, k, column) for k, column in enumerate(by_column)], lines
 
 
 def _join_blocks(dialect: Dialect, index: int, blocks: Sequence[Column]) -> Column:
@@ -86,14 +112,15 @@ def _join_blocks(dialect: Dialect, index: int, blocks: Sequence[Column]) -> Colu
     if not arrays:
         return dialect.parse_column(index, [cell for block in blocks for cell in block.texts])
     starts = np.cumsum([0, *map(len, arrays)]).tolist()
-    blocks_with_start = zip(starts, blocks, strict=False)
     invalid = tuple(
-        (start + row, cell) for start, block in blocks_with_start for row, cell in block.invalid
+        (start + row, cell)
+        for start, block in zip(starts, blocks, strict=False)
+        for row, cell in block.invalid
     )
-    if not invalid:
-        return Column(np.concatenate(arrays))
     texts = (p.texts or map(repr, a.tolist()) for p, a in zip(blocks, arrays, strict=True))
-    return Column(np.concatenate(arrays), tuple(chain.from_iterable(texts)), invalid)
+    return Column(
+        np.concatenate(arrays), tuple(chain.from_iterable(texts)) if invalid else (), invalid
+    )
 
 
 class _RowReader:
@@ -136,10 +163,9 @@ class _RowReader:
     def _split(self) -> Iterator[tuple[int, list[str]]]:
         """Yield line number and cells of each line below the header."""
         delimiter, above = self.dialect.delimiter, self.dialect.first_line - 1
+        encoding = self.dialect.encoding
         with open_log(self.path) as binary:
-            text = io.TextIOWrapper(
-                binary, encoding=self.dialect.encoding, errors=CP1252_FALLBACK, newline=""
-            )
+            text = io.TextIOWrapper(binary, encoding=encoding, errors=CP1252_FALLBACK, newline="")
             lines = islice(self._lines(text), above, None)
             if not delimiter:
                 yield from ((self.line, line.split()) for line in lines)
@@ -151,129 +177,134 @@ class _RowReader:
         for line in text:
             self.line += 1
             self.has_line_end = line.endswith(("\n", "\r"))
-            if "\0" in line and not line.strip("\0\r\n"):
+            is_zero = "\0" in line and not line.strip("\0\r\n")
+            if is_zero:
                 self._skip(self.line, "is filled with zero bytes")
-                yield "\n"
-            else:
-                yield line
+            yield "\n" if is_zero else line
 
     def _skip(self, line: int, reason: str) -> None:
         self.skipped.setdefault(reason, []).append(line)
 
-    def truncated_line(self) -> int:
-        """Return the number of the last line if it is truncated; else 0."""
-        line, cells = self.ragged[-1] if self.ragged else (0, 0)
-        is_last = line == self.line and not self.has_line_end
-        return line if is_last and cells < len(self.dialect.header.names) else 0
-
-    def check(self) -> None:
-        """Raise LogError if there are ragged lines."""
-        faults = self.ragged[:-1] if self.truncated_line() else self.ragged
-        if not faults:
-            return
-        columns = "the header has" if self.dialect.header.cells else "the first rows have"
-        columns = f"{columns} {len(self.dialect.header.names)}"
-        messages = [
-            f"line {line} has {cells} cells, {columns}" for line, cells in faults[:_MAX_LISTED]
-        ]
-        if len(faults) > _MAX_LISTED:
-            messages.append(f"so do {len(faults) - _MAX_LISTED} more lines")
-        mark = DELIMITERS[self.dialect.delimiter]
-        messages[-1] += f". The delimiters are {mark}; correct or delete these lines"
-        if self.multiline:
-            messages.append(
-                f"a cell continues on line {self.multiline}; check for a missing quotation mark"
-            )
-        raise LogError(messages, source=str(self.path))
-
     def notes(self) -> Iterator[str]:
-        """Yield a note on each kind of skipped line."""
-        if line := self.truncated_line():
+        """Yield a note on each kind of skipped line; raise LogError if there are ragged lines."""
+        header = self.dialect.header
+        line, n_cells = self.ragged[-1] if self.ragged else (0, 0)
+        if line == self.line and not self.has_line_end and n_cells < len(header.names):
             yield f"the last line ({line}) is truncated; it was skipped"
+            self.ragged.pop()
+        if self.ragged:
+            columns = f"the {'header has' if header.cells else 'first rows have'}"
+            messages = [
+                f"line {line} has {cells} cells, {columns} {len(header.names)}"
+                for line, cells in self.ragged[:_MAX_LISTED]
+            ]
+            if (n_more := len(self.ragged) - _MAX_LISTED) > 0:
+                messages.append(f"so do {n_more} more lines")
+            mark = DELIMITERS[self.dialect.delimiter]
+            messages[-1] += f". The delimiters are {mark}; correct or delete these lines"
+            if self.multiline:
+                messages.append(
+                    f"a cell continues on line {self.multiline}; check for a missing quotation mark"
+                )
+            raise LogError(messages, source=str(self.path))
         for reason, lines in self.skipped.items():
             more = f", as do {len(lines) - 1} more lines" if len(lines) > 1 else ""
             yield f"line {lines[0]} {reason}{more}; skipped"
 
 
-def _read_with_arrow(path: str | Path, dialect: Dialect) -> ParsedTable | None:
-    """Read a clean file; None where Arrow fails or misreads it."""
+def find_dialect(path: str | Path) -> Dialect:
+    """Detect the dialect of a file from its first lines."""
+    head = read_head(path, _HEAD_BYTES)
+    encodings = (name for signature, name in _ENCODINGS.items() if re.match(signature, head))
+    encoding = next(encodings, "utf-8")
+    lines = _LINE.split(head.rstrip(b"\0").decode(encoding, errors=CP1252_FALLBACK))
+    if len(head) == _HEAD_BYTES and len(lines) > 1:
+        lines.pop()
+    has_quotes, lines = '"' in "".join(lines), lines[:_SAMPLE_LINES]
+    check_columns(max(len(line.split(mark or None)) for line in lines for mark in DELIMITERS), path)
     try:
-        from pyarrow import csv
-
-        with open_log(path) as file:
-            text: IO[bytes] = file
-            if not dialect.delimiter:  # Arrow needs single spaces
-                utf8 = file.read().decode(dialect.encoding, errors=CP1252_FALLBACK).encode()
-                text = io.BytesIO(_LINE_MARGINS.sub(b"", _SPACES.sub(b" ", utf8)))
-            table: Any = csv.read_csv(text, **_arrow_options(csv, dialect))
-    except (ImportError, ValueError, OverflowError, OSError):
-        return None
-    if _is_misread(table, dialect):
-        return None
-    columns = tuple(
-        Column(arrow_numbers(column))
-        if numeric
-        else dialect.parse_column(index, column.to_pylist())
-        for index, (column, numeric) in enumerate(zip(table.columns, dialect.numeric, strict=False))
+        tables = {mark: rows for mark in DELIMITERS if (rows := _split_rows(lines, mark))}
+    except csv.Error as error:
+        raise LogError(f"expected delimited text; {error}", source=str(path)) from error
+    if not tables:
+        fault = "the file is empty; it must begin with a line of column names"
+        raise LogError(fault, source=str(path))
+    candidates = [(mark, decimal) for mark in tables for decimal in ".,"]
+    delimiter, decimal = max(candidates, key=lambda pair: _score_dialect(tables[pair[0]], pair[1]))
+    if all(len(row.cells) == 1 for row in tables[delimiter]):
+        # No delimiter splits the rows: take the one that splits the first line.
+        splitting = (mark for mark in tables if mark and tables[mark][0].filled > 1)
+        delimiter = next(splitting, next(iter(tables)))
+    rows = tables[delimiter]
+    regular, _ = _regular_rows(rows, decimal)
+    width = len(regular[0])
+    is_numeric = [_is_numeric(column, decimal) for column in zip(*regular, strict=True)]
+    start = next((k for k in range(len(rows)) if _is_data(rows, k, is_numeric, decimal)), 1)
+    filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
+    header = Header(rows[:start], filled, width, delimiter)
+    numeric = (
+        is_numeric[k : k + 1] == [True] and name != SEGMENT for k, name in enumerate(header.names)
     )
-    return ParsedTable(columns, range(dialect.first_line, dialect.first_line + len(table)))
+    return Dialect(
+        encoding,
+        has_quotes,
+        delimiter,
+        decimal,
+        header,
+        tuple(numeric),
+        width=max(width, len(header.names)),
+        first_line=rows[start].line if start < len(rows) else rows[-1].line + 1,
+    )
 
 
-def arrow_numbers(column: Any) -> FloatArray:
-    """Return an Arrow column as a read-only array; NaN for null."""
-    arrays = (chunk.to_numpy(zero_copy_only=False) for chunk in column.chunks)
-    values = np.concatenate([np.empty(0), *arrays])
-    values.setflags(write=False)
-    return values
+def _split_rows(lines: Sequence[str], delimiter: str) -> list[Row]:
+    """Split lines into non-empty rows, without comment marks."""
+    rows = []
+    for line, text in enumerate(lines, start=1):
+        mark = _COMMENT.match(text)
+        content, cells = text[mark.end() :] if mark else text, list[str]()
+        if delimiter:
+            cells = next(csv.reader([content], delimiter=delimiter, skipinitialspace=True), cells)
+        rows.append(Row(line, tuple(cells if delimiter else content.split()), mark is not None))
+    return [row for row in rows if row.filled]
 
 
-def _arrow_options(csv: Any, dialect: Dialect) -> dict[str, Any]:
-    """Return Arrow's options for a dialect; columns are named by their index."""
-    import pyarrow
+def _regular_rows(rows: Sequence[Row], decimal: str) -> tuple[list[tuple[str, ...]], float]:
+    """Return rows of the width that holds most numbers, and their share.
 
-    names = [str(index) for index in range(dialect.width)]
-    types = [pyarrow.float64() if numeric else pyarrow.string() for numeric in dialect.numeric]
-    types += [pyarrow.null()] * (dialect.width - len(types))
-    is_utf8 = not dialect.delimiter or dialect.encoding.startswith("utf-8")
-    return {
-        "read_options": csv.ReadOptions(
-            column_names=names,
-            skip_rows=dialect.first_line - 1,
-            use_threads=False,  # threads take 20 % more CPU time here
-            block_size=_ARROW_BLOCK_BYTES,
-            encoding="utf8" if is_utf8 else dialect.encoding,
-        ),
-        "parse_options": csv.ParseOptions(
-            delimiter=dialect.delimiter or " ",
-            quote_char='"' if dialect.has_quotes else False,
-            ignore_empty_lines=False,
-        ),
-        "convert_options": csv.ConvertOptions(
-            column_types=dict(zip(names, types, strict=True)),
-            null_values=_MISSING,
-            decimal_point=dialect.decimal,
-        ),
-    }
+    Only the second half of the rows counts, which lies below any header.
+    """
+    cells = [row.cells for row in rows if not row.comment] or [row.cells for row in rows]
+    cells = cells[len(cells) // 2 :]
+    weights: Counter[int] = Counter()
+    for row in cells:
+        weights[len(row)] += 1 + 1000 * sum(is_number(cell, decimal) for cell in row)
+    width = weights.most_common(1)[0][0]
+    regular = [row for row in cells if len(row) == width]
+    return regular, len(regular) / len(cells)
 
 
-def _is_misread(table: Any, dialect: Dialect) -> bool:
-    """Return whether Arrow took blank lines, comments or quotation marks for data."""
-    from pyarrow import compute
+def _score_dialect(rows: Sequence[Row], decimal: str) -> tuple[float, bool, float]:
+    """Return the score of a delimiter: numbers, several columns, equal widths."""
+    regular, regularity = _regular_rows(rows, decimal)
+    cells = [cell for row in regular for cell in row if not is_missing(cell)]
+    numbers = sum(is_number(cell, decimal) for cell in cells) / max(len(cells), 1)
+    return round(numbers * regularity, 3), len(regular[0]) > 1, regularity
 
-    columns = [*zip(table.columns, dialect.numeric, strict=False)]
-    texts = [column for column, numeric in columns if not numeric]
-    first, numeric = columns[0]
-    if numeric and not first.null_count and not texts:
+
+def _is_numeric(cells: Sequence[str], decimal: str) -> bool:
+    present = [cell for cell in cells if not is_missing(cell)]
+    numbers = sum(parse_number(cell, decimal) is not None for cell in present)
+    return bool(present) and 2 * numbers >= len(present)
+
+
+def _is_data(rows: Sequence[Row], index: int, numeric: Sequence[bool], decimal: str) -> bool:
+    """Return whether a row is data and no header, by its cells in numeric columns."""
+    row = rows[index]
+    cells = [cell for cell, is_so in zip(row.cells, numeric, strict=False) if is_so]
+    if row.comment or not cells or row.has_units():
         return False
-    blank: Any = True  # blank lines, which Arrow takes for rows
-    for column, numeric in columns:
-        empty = compute.utf8_trim_whitespace(column) if not numeric else column
-        empty = column.is_null() if numeric else compute.equal(empty, "")
-        blank = compute.and_(blank, empty)
-    misread = [blank]
-    # Quotation marks and line ends that Arrow takes for text, and comments between rows.
-    misread += [compute.match_substring_regex(column, '["\r\n]') for column in texts]
-    if not columns[0][1]:
-        stripped = compute.utf8_trim_whitespace(first)
-        misread += [compute.starts_with(stripped, mark) for mark in COMMENTS]
-    return any(bool(compute.any(mask).as_py()) for mask in misread)
+    words = sum(not is_missing(cell) and not is_number(cell, decimal) for cell in cells)
+    has_header = any(1 < above.filled >= row.filled for above in rows[:index])
+    is_complete = words == 0 and len(row.cells) == len(numeric)
+    return 2 * words <= len(cells) and (has_header or is_complete)

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
+from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hydrodamp.data.record import name_of_source
-from hydrodamp.data.recording import Recording
+from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
 from hydrodamp.ingest.formats.content import read_head
-from hydrodamp.ingest.formats.multi_file import (
-    PATH_JOINER,
-    filename_patterns,
-    split_joined_paths,
-    topic_names,
-)
 from hydrodamp.text import first_few
 
 Item = TypeVar("Item")
@@ -31,6 +26,11 @@ Result = TypeVar("Result")
 #: First words of the note on an unreadable file of a recording of several files.
 SKIPPED = "skipped:"
 
+#: Joins the files of one recording on the command line, as in ``pose.csv+pwm.csv``.
+PATH_JOINER = "+"
+
+_SEPARATOR = re.compile(r"([_\-. ]+)")
+_DEFAULT_TOPIC = "log"  # topic of a file named by the recording only
 _HEAD_BYTES = 4096
 _PROJECT_SUFFIXES = (".yaml", ".yml", ".json")  # of vehicles, mappings and results
 _MAX_PROJECT_FILE_BYTES = 1 << 18  # larger files are not parsed just to name their kind
@@ -38,17 +38,14 @@ _MAX_PROJECT_FILE_BYTES = 1 << 18  # larger files are not parsed just to name th
 
 @dataclass(frozen=True)
 class Format:
-    """Module of the reader, name, suffixes, signature (regular expression), axes, repair advice.
-
-    A format without a signature is detected by its suffixes only.
-    """
+    """A format as `formats.yaml` describes it."""
 
     module: str
     name: str
-    suffixes: tuple[str, ...]
-    signature: bytes = b""
+    suffixes: Sequence[str]
+    signature: str = ""
     axes: str = ""
-    repair_hint: str = ""
+    repair_hint: str = "Write or copy it again"
 
     @property
     def reader(self) -> ModuleType:
@@ -56,51 +53,13 @@ class Format:
         return import_module(f"hydrodamp.ingest.formats.{self.module}")
 
 
-_ROS_AXES, _AUTOPILOT_AXES = "FLU over ENU", "FRD over NED"
-_MATLAB_4_SIGNATURE = (
-    rb"[\0-\x34]\0\0\0.{8}[\0\1]\0\0\0.\0\0\0[A-Za-z]\w*\0"
-    rb"|\0\0[\3\4]..{8}\0\0\0[\0\1]\0\0\0.[A-Za-z]\w*\0"
-)
-_COPY_AGAIN = "Write or copy it again"
-_REINDEX = "Repair it with `rosbag reindex FILE`, then read it again"
-_RECOVER = "Repair it with `mcap recover FILE -o REPAIRED.mcap`, then read that"
-_REPAIR = (
-    "Repair it with `sqlite3 FILE .recover | sqlite3 REPAIRED.db3`, or run `ros2 bag reindex` on"
-    " its folder"
-)
+_TABLES: Any = load_yaml(Path(__file__).with_name("formats.yaml"))
 
 #: All formats, those with a signature first; the last one reads any other text.
-FORMATS = (
-    Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS_AXES, _REINDEX),
-    Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS_AXES, _RECOVER),
-    Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS_AXES, _REPAIR),
-    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1"),
-    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]"),
-    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4_SIGNATURE),
-    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF"),
-    Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT_AXES),
-    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT_AXES),
-    Format("mavlink", "MAVLink log", (".tlog",), rb"\0[\4-\7].{6}[\xfd\xfe]", _AUTOPILOT_AXES),
-    Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
-    Format("moos", "MOOS log", (".alog",)),
-    Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
-)
+FORMATS = tuple(Format(**entry) for entry in _TABLES["formats"])
 
 #: Suffixes of readable files.
 SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
-
-_UNSUPPORTED = {
-    **dict.fromkeys((".xls", ".xlsx", ".ods"), "a spreadsheet; save the sheet as CSV"),
-    **dict.fromkeys((".zip", ".7z", ".tar"), "an archive; unpack it and read the log in it"),
-    **dict.fromkeys((".json", ".jsonl"), "JSON; save the numbers as CSV or Parquet"),
-    **dict.fromkeys(
-        (".yaml", ".yml"), "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet"
-    ),
-    ".pkl": "a pickle, which can execute code and is never loaded; save the numbers as Parquet",
-    ".lsf": "an LSTS log, for which no maintained reader exists in Python. Open it in Neptus"
-    " (Mission Review and Analysis), choose `Export to CSV` or `MatLab format .MAT`, and read what"
-    " it writes: a folder of CSV files, one a message, is read as topics",
-}
 
 
 def _read_file(path: str | Path) -> Recording:
@@ -127,8 +86,7 @@ def _report_failures(form: Format, path: str | Path) -> Iterator[None]:
     except Exception as error:  # the exceptions of damaged files are undocumented
         reason = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
         raise LogError(
-            f"the file is truncated or damaged; read as {form.name}: {reason}."
-            f" {form.repair_hint or _COPY_AGAIN}",
+            f"the file is truncated or damaged; read as {form.name}: {reason}. {form.repair_hint}",
             source=str(path),
         ) from error
 
@@ -136,7 +94,7 @@ def _report_failures(form: Format, path: str | Path) -> Iterator[None]:
 def conventional_axes(formats: str) -> str:
     """Return the axis convention of a recording's formats, such as ``FLU over ENU``."""
     known = (form.axes for form in FORMATS if form.axes and form.name in formats)
-    return next(known, _ROS_AXES if "ROS messages" in formats else "")
+    return next(known, "FLU over ENU" if "ROS messages" in formats else "")
 
 
 def is_bag(path: Path) -> bool:
@@ -158,23 +116,22 @@ def format_of(path: str | Path) -> Format:
     if not begin.strip(b"\0\r\n\t "):
         fault = "holds only zero bytes or blanks" if begin else "is empty"
         raise LogError(f"the file {fault}; copy it from the vehicle again", source=str(path))
-    if suffix in _UNSUPPORTED:
+    if suffix in _TABLES["unsupported"]:
         if suffix in _PROJECT_SUFFIXES and path.stat().st_size < _MAX_PROJECT_FILE_BYTES:
             with suppress(FileError):
                 if message := wrong_kind_message(load_yaml(path), str(path), "log"):
                     raise LogError(message)
-        raise LogError(f"this is {_UNSUPPORTED[suffix]}", source=str(path))
+        raise LogError(f"this is {_TABLES['unsupported'][suffix]}", source=str(path))
     for form in FORMATS:
-        if form.signature and re.match(form.signature, begin, re.DOTALL):
+        if form.signature and re.match(form.signature.encode("latin-1"), begin, re.DOTALL):
             return form
     by_suffix = next((form for form in FORMATS if suffix in form.suffixes), None)
     if by_suffix is not None and not by_suffix.signature and not _is_binary(begin):
         return by_suffix
     if _is_binary(begin):
         expected = "" if by_suffix is None else f" of {by_suffix.name}, as its suffix says"
-        supported = ", ".join(
-            f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes
-        )
+        known = (f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes)
+        supported = ", ".join(known)
         raise LogError(
             f"expected a known signature{expected}; the file begins with {begin[:8]!r}. It is"
             f" damaged, or its format is not supported. Supported are: {supported}",
@@ -203,12 +160,8 @@ def read_files(
     if len(topics) == 1 and topics == {expanded[0]: ""}:
         return _read_file(expanded[0])
     recording = replace(_read_together(topics, ", ".join(map(str, expanded))), files=patterns or {})
-    nested = [
-        str(path / folder)
-        for path in expanded
-        if path.is_dir()
-        for folder in _subfolders_with_logs(path)
-    ]
+    folders = filter(Path.is_dir, expanded)
+    nested = [str(path / inside) for path in folders for inside in _subfolders_with_logs(path)]
     if not nested or is_bag(expanded[0]):
         return recording
     note = f"{SKIPPED} logs in {', '.join(first_few(nested, 8, 'folders'))}; join their files"
@@ -224,11 +177,8 @@ def _list_files(path: Path) -> list[Path]:
         raise FileError(missing_file_message(path))
     if not path.is_dir() or is_bag(path):
         return [path]
-    inside = [
-        file
-        for file in sorted(path.iterdir())
-        if file.is_file() and not file.name.startswith(".") and suffix_of(file) in SUFFIXES
-    ]
+    visible = (file for file in sorted(path.glob("[!.]*")) if file.is_file())
+    inside = [file for file in visible if suffix_of(file) in SUFFIXES]
     if not inside:
         fault = f"the folder holds no log; the suffixes of logs are {' '.join(sorted(SUFFIXES))}"
         if nested := _subfolders_with_logs(path):
@@ -270,11 +220,6 @@ def map_reporting_all_faults(
     return results
 
 
-def _default_topic(file: Path, counts: Mapping[str, int]) -> str:
-    """Return the file name as topic, or the folder name if several files share the name."""
-    return file.parent.name if counts[file.name] > 1 else name_of_source(file.name)
-
-
 def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     """Read the files of one recording; unreadable files are skipped with a note."""
     pairs: list[tuple[Recording, Path]] = []
@@ -287,11 +232,11 @@ def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     if not pairs:
         raise LogError([fault for error in errors for fault in error.faults], source=source)
     counts = Counter(file.name for file in files)
-    topics = tuple(
-        topic if topic.name else replace(topic, name=files[file] or _default_topic(file, counts))
-        for recording, file in pairs
-        for topic in recording.topics
-    )
+    topics: list[Topic] = []
+    for recording, file in pairs:  # a table is named by its file, or by its folder if files agree
+        default = file.parent.name if counts[file.name] > 1 else name_of_source(file.name)
+        name = files[file] or default
+        topics += [it if it.name else replace(it, name=name) for it in recording.topics]
     if faults := [
         f"{count} files hold a topic `{name}`; a recording needs distinct topics. Read the files"
         " one after another by `read_logs`"
@@ -302,4 +247,57 @@ def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     notes = [f"{SKIPPED} {error}" for error in errors]
     notes += [f"{file.name}: {note}" for recording, file in pairs for note in recording.notes]
     forms = " and ".join(dict.fromkeys(recording.format for recording, _ in pairs))
-    return Recording(topics, source, forms, tuple(notes))
+    return Recording(tuple(topics), source, forms, tuple(notes))
+
+
+def split_joined_paths(path: str | Path) -> list[Path]:
+    """Return the files that a path joins; the path itself if it exists or joins none."""
+    joined, text = Path(path), str(path)
+    if PATH_JOINER not in text or joined.exists():
+        return [joined]
+    return [Path(name) for name in filter(None, text.split(PATH_JOINER))]
+
+
+def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
+    """Return the file name pattern of each topic; ``*`` stands for the recording's name."""
+    stems = [name_of_source(file.name) for file in files]
+    suffixes = [file.name.removeprefix(stem) for file, stem in zip(files, stems, strict=True)]
+    tokens = [_SEPARATOR.split(stem) for stem in stems]
+    for is_prefix in (True, False):
+        columns = zip(*(split if is_prefix else split[::-1] for split in tokens), strict=False)
+        count = sum(1 for _ in takewhile(lambda place: len(set(place)) == 1, columns))
+        count -= 1 - count % 2  # the separator stays with the topic
+        if count > 0:
+            patterns: dict[str, str] = {}
+            for split, suffix in zip(tokens, suffixes, strict=True):
+                name = "".join(split[count:] if is_prefix else split[:-count])
+                topic = _SEPARATOR.sub(" ", name).strip().replace(" ", "_") or _DEFAULT_TOPIC
+                patterns[topic] = (f"*{name}" if is_prefix else f"{name}*") + suffix
+            return patterns
+    return {stem: file.name for stem, file in zip(stems, files, strict=True)}
+
+
+def topic_names(files: Sequence[Path], patterns: Mapping[str, str]) -> dict[Path, str]:
+    """Return the topic of each file of a recording, with further files that match the patterns."""
+    topics = dict.fromkeys(files, "")
+    runs: dict[str, Path] = {}
+    for file in files:
+        for topic in sorted(patterns, key=lambda topic: -len(patterns[topic])):
+            pattern = re.escape(patterns[topic]).replace(r"\*", "(.*)", 1)
+            if match := re.fullmatch(pattern, file.name):
+                topics[file] = topic
+                runs.setdefault("".join(match.groups()), file)
+                break
+    for run, file in runs.items():
+        for topic, pattern in patterns.items():
+            sibling = file.with_name(pattern.replace("*", run))
+            if topic in topics.values() or sibling in topics:
+                continue
+            if not sibling.is_file():
+                raise FileError(
+                    f"{sibling}: no such file. `files` of the mapping expects the topic"
+                    f" `{topic}` of the recording of {file.name} there. Add the file, or"
+                    " change `files`"
+                )
+            topics[sibling] = topic
+    return topics

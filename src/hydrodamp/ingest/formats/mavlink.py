@@ -10,7 +10,6 @@ import re
 import struct
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,14 +26,10 @@ _OVERHEAD_BYTES = {0xFE: 8, 0xFD: 12}  # header and CRC, by start byte
 _SIGNATURE_BYTES = 13  # present where bit 0 of the third byte is set
 _AUTOPILOT_COMPONENT = 1  # component number of the autopilot
 _SERVO_CLOCK_PERIOD_US = 2.0**32  # time_usec of SERVO_OUTPUT_RAW wraps after it
-_INVALID_VALUES = {
-    "int16_t": 2**15 - 1,
-    "uint16_t": 2**16 - 1,
-    "int32_t": 2**31 - 1,
-}  # mavlink.io, "invalid"
+# mavlink.io, "invalid".
+_INVALID_VALUES = {"int16_t": 2**15 - 1, "uint16_t": 2**16 - 1, "int32_t": 2**31 - 1}
 # A timestamp of the years 2005 to 2041, followed by a start byte.
-_PACKET_START = re.compile(rb"\0[\4-\7].{6}[\xfd\xfe]", re.DOTALL)
-_PACKET_START_LOOKAHEAD = re.compile(rb"(?=\0[\4-\7].{6}[\xfd\xfe])", re.DOTALL)
+_PACKET_START = re.compile(rb"(?=\0[\4-\7].{6}[\xfd\xfe])", re.DOTALL)
 _MAX_DISORDER_STEPS = 10  # median steps; a larger deviation from both neighbours is damage
 
 
@@ -136,32 +131,30 @@ class _Packets:
         """Yield timestamps [us] and messages; resynchronise after damage."""
         start = 0
         while start < len(self.data):
-            end, has_crc, message = self._decode(start)
-            if has_crc:
-                yield float(int.from_bytes(self.data[start : start + _TIMESTAMP_BYTES])), message
-            elif not end:
-                end = self._resynchronise(start)
+            end, message = self._parse(start)
+            if message is not None:
+                stamp = float(int.from_bytes(self.data[start : start + _TIMESTAMP_BYTES]))
+                yield stamp, self.decoder.decode_message(message)
+            # The CRC of an unknown type cannot be checked; a packet that follows confirms it.
+            elif end and (end == len(self.data) or _PACKET_START.match(self.data, end)):
+                self.n_unknown += 1
+            else:
+                starts = (match.start() for match in _PACKET_START.finditer(self.data, start + 1))
+                valid = (k for k in starts if self._parse(k)[1] is not None)
+                end = next(valid, len(self.data))
                 self.first_damaged = self.first_damaged if self.n_damaged else start
                 self.n_damaged += end - start
             self.step(end - start)
             start = end
 
-    def _decode(self, start: int) -> tuple[int, bool, MavlinkFields | None]:
-        """Return end offset (0 for no packet), whether the CRC is valid, and the message."""
+    def _parse(self, start: int) -> tuple[int, Any]:
+        """Return end offset (0 for no packet) and message (None for an unknown type)."""
         end = self._end(start)
-        if not end:
-            return 0, False, None
         try:
-            message = self.decoder.parse(self.data[start + _TIMESTAMP_BYTES : end])
+            packet = self.data[start + _TIMESTAMP_BYTES : end]
+            return end, self.decoder.parse(packet) if end else None
         except ValueError:
-            return 0, False, None
-        if message is not None:
-            return end, True, self.decoder.decode_message(message)
-        # The CRC of an unknown type cannot be checked; a packet that follows confirms the length.
-        if end < len(self.data) and not _PACKET_START.match(self.data, end):
-            return 0, False, None
-        self.n_unknown += 1
-        return end, False, None
+            return 0, None
 
     def _end(self, start: int) -> int:
         """Return the end offset of a stamped packet by its header; 0 for no complete packet."""
@@ -169,15 +162,6 @@ class _Packets:
             return 0
         end = _end_of_packet(self.data, start + _TIMESTAMP_BYTES) or 0
         return end if end <= len(self.data) else 0
-
-    def _resynchronise(self, start: int) -> int:
-        """Return the offset of the next packet with a valid CRC."""
-        for match in _PACKET_START_LOOKAHEAD.finditer(self.data, start + 1):
-            end = self._end(match.start())
-            with suppress(ValueError):
-                if end and self.decoder.parse(self.data[match.start() + _TIMESTAMP_BYTES : end]):
-                    return match.start()
-        return len(self.data)
 
 
 def _are_timestamps_consistent(stamps: FloatArray) -> BoolArray:
@@ -210,25 +194,18 @@ def read_file(path: str | Path) -> Recording:
     for stamped, keep in zip(messages, in_order.tolist(), strict=True):
         if keep:
             by_topic[stamped[1].topic].append(stamped)
-    notes = []
-    if packets.n_damaged:
-        notes.append(
-            f"{packets.n_damaged} of {len(data)} bytes are damaged, the first at byte"
-            f" {packets.first_damaged}; their packets were skipped"
-        )
-    if n_inconsistent := int(np.count_nonzero(~in_order)):
-        notes.append(
-            f"{n_inconsistent} packets have a timestamp inconsistent with adjacent ones; skipped"
-        )
-    if packets.n_unknown:
-        notes.append(f"{packets.n_unknown} packets have an unknown message type; skipped")
-    notes += (
-        [f"{n_foreign} messages come from other senders than the autopilot; skipped"]
-        if n_foreign
-        else []
-    )
+    n_inconsistent = int(np.count_nonzero(~in_order))
+    notes = {
+        f"{packets.n_damaged} of {len(data)} bytes are damaged, the first at byte"
+        f" {packets.first_damaged}; their packets were skipped": packets.n_damaged,
+        f"{n_inconsistent} packets have a timestamp inconsistent with adjacent ones; skipped": (
+            n_inconsistent
+        ),
+        f"{packets.n_unknown} packets have an unknown message type; skipped": packets.n_unknown,
+        f"{n_foreign} messages come from other senders than the autopilot; skipped": n_foreign,
+    }
     topics = tuple(make_topic(name, group) for name, group in by_topic.items())
-    return Recording(topics, str(path), "MAVLink log", tuple(notes))
+    return Recording(topics, str(path), "MAVLink log", tuple(filter(notes.get, notes)))
 
 
 def make_topic(name: str, messages: list[tuple[float, MavlinkFields]]) -> Topic:

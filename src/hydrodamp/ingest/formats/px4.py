@@ -13,6 +13,7 @@ import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats.ardupilot import NO_MESSAGE
 from hydrodamp.ingest.formats.content import read_bytes
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
@@ -53,10 +54,7 @@ def read_file(path: str | Path) -> Recording:
             f" first {first:.4g} s after the start"
         )
     if not topics:
-        raise LogError(
-            ["the log holds no message with a value; check that logging was enabled", *notes],
-            source=str(path),
-        )
+        raise LogError([NO_MESSAGE, *notes], source=str(path))
     return Recording(topics, str(path), "PX4 ULog", tuple(notes))
 
 
@@ -81,9 +79,9 @@ def _make_topics(log: Any, notes: list[str]) -> Iterator[Topic]:
 def _scan_messages(data: bytes) -> tuple[int, bool]:
     """Return the offset of the first invalid message, and whether a subscription precedes it."""
     offset, end, has_subscription = _HEADER_BYTES, len(data), False
-    while offset + 3 <= end:
+    while offset + 3 <= end and data[offset + 2] in _MESSAGE_TYPES:
         following = offset + 3 + data[offset] + (data[offset + 1] << 8)
-        if data[offset + 2] not in _MESSAGE_TYPES or following > end:
+        if following > end:
             break
         has_subscription = has_subscription or data[offset + 2] == _SUBSCRIPTION
         offset = following

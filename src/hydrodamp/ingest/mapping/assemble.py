@@ -51,18 +51,13 @@ _SENSOR_VECTORS = (
     ("specific_force", "specific_force", SPECIFIC_FORCE.columns),
 )
 _ENU_TO_NED = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])  # quaternion: yaw by 90 deg
-_NOTE_ONLY = (
-    IrregularityKind.DROPOUT,
-    IrregularityKind.INVALID,
-)  # occur in any log: a note, no warning
+# Occur in any log: a note, no warning.
+_NOTE_ONLY = (IrregularityKind.DROPOUT, IrregularityKind.INVALID)
 
 
 def build_record(mapping: MappingFile, recording: Recording) -> Record:
     """Return the record of a recording by a mapping."""
-    try:
-        resampler = build_resampler(mapping, recording)
-    except LogError as error:
-        raise LogError(error.faults, source=recording.source) from error
+    resampler = build_resampler(mapping, recording)
     assembly = Assembly(mapping, resampler)
     record, faults = record_of_columns(
         assembly.numbers,
@@ -74,31 +69,26 @@ def build_record(mapping: MappingFile, recording: Recording) -> Record:
     )
     faults = [*assembly.faults, *faults]
     if faults or record is None:
-        raise LogError(faults or ["the recording has no samples"], source=recording.source)
+        raise LogError(faults or ["the recording has no samples"])
     first = float(record.time[np.argmax(split_segments(record)[0])])
     irregularities = [*describe_irregularities(resampler.irregularities, first)]
     if warnings := [sentence for kind, sentence in irregularities if kind not in _NOTE_ONLY]:
         warn(f"{recording.source}: {'; '.join(warnings)}", ClockWarning, stacklevel=3)
-    notes = (
-        *recording.notes,
-        *_describe_resampling(mapping, resampler),
-        *(sentence for _, sentence in irregularities),
-    )
-    return dataclasses.replace(record, notes=notes)
+    notes = [*recording.notes, *_describe_resampling(mapping, resampler)]
+    notes += [sentence for _, sentence in irregularities]
+    return dataclasses.replace(record, notes=tuple(notes))
 
 
 def build_resampler(mapping: MappingFile, recording: Recording) -> Resampler:
     """Find all channels and clean their timestamps; raise all faults."""
     names = resolve_topics(mapping.topics, recording)
     entries = [entry for entry in mapping.entries if entry.group != "time"]
-    segment = None if mapping.segment is None else rename_topic(mapping.segment, names)
-    label_column = None if segment is None else locate_column(segment, recording)
-    if segment is not None and label_column is None:
+    segment = rename_topic(mapping.segment or "", names)
+    label_column = locate_column(segment, recording) if segment else None
+    if segment and label_column is None:
         entries.append(Entry("segment", "segment", (Source(column=segment),)))
     is_table = all(not topic.name and topic.time is None for topic in recording.topics)
-    if is_table and not any(
-        source.rate or source.column == RECORDED_TIME for source in mapping.time
-    ):
+    if is_table and not any(it.rate or it.column == RECORDED_TIME for it in mapping.time):
         entries.insert(0, Entry("time", "time", mapping.time, "time"))
     columns, faults = find_columns(entries, recording, mapping.name, mapping.topics)
     columns = [column for column in columns if column.entry.group != "time"]
@@ -131,11 +121,8 @@ class Assembly:
         self.faults: list[str] = []
         self._add_attitude()
         self._add_vectors()
-        for block, axes in (
-            (ACCELERATION, mapping.frame),
-            (WRENCH, mapping.frame),
-            (POSITION, "FRD"),
-        ):
+        for block in (ACCELERATION, WRENCH, POSITION):
+            axes = "FRD" if block is POSITION else mapping.frame
             self._add_components(block.name, block.columns, axes)
         for block in (POSITION, SPECIFIC_FORCE):
             if any(name in self.numbers for name in block.columns):  # missing components are zero
@@ -171,15 +158,14 @@ class Assembly:
     def _add_attitude(self) -> None:
         names = [name for name in (*EULER, "heading") if self.resampler.has(f"attitude.{name}")]
         components = [name for name in ATTITUDE.columns if self.resampler.has(f"attitude.{name}")]
-        if faults := [
+        self.faults += [
             f"`attitude.{name}` must be in rad; its values look like degrees. Set `unit: deg`"
             for name in names
             if is_in_degrees(name, self.resampler.raw(f"attitude.{name}"))
-        ]:
-            self.faults += faults
-        elif names:
+        ]
+        if names and not self.faults:
             self._add_euler({"yaw" if name == "heading" else name: name for name in names})
-        elif components:
+        elif components and not names:
             self._add_quaternion([f"attitude.{name}" for name in components])
 
     def _add_euler(self, names: dict[str, str]) -> None:
@@ -233,21 +219,20 @@ class Assembly:
         sensors, frame = self.mapping.sensors, self.mapping.frame
         for sensor, group, names in _SENSOR_VECTORS:
             self._add_components(group, names, getattr(sensors, sensor).axes or frame)
-            rotation_of_sensor = self._sensor_rotation(sensor)
-            if rotation_of_sensor is not None and all(name in self.numbers for name in names):
-                self._set_columns(
-                    names, self._stack_columns(names) @ rotation_matrices(rotation_of_sensor)[0].T
-                )
+            rotation = self._sensor_rotation(sensor)
+            if rotation is not None and all(name in self.numbers for name in names):
+                rotated = self._stack_columns(names) @ rotation_matrices(rotation)[0].T
+                self._set_columns(names, rotated)
         if self.resampler.has("velocity.north"):
             self._rotate_from_world()
         names_present = [name for name in _LINEAR if name in self.numbers]
         if any(sensors.velocity.position) and names_present:
-            lever_arm = np.array(sensors.velocity.position) * (
-                _FLU_TO_FRD if frame == "FLU" else 1.0
+            sign = _FLU_TO_FRD if frame == "FLU" else 1.0
+            lever_arm, rates = (
+                np.array(sensors.velocity.position) * sign,
+                self._stack_columns(_ANGULAR),
             )
-            corrected = self._stack_columns(_LINEAR) - np.cross(
-                self._stack_columns(_ANGULAR), lever_arm
-            )
+            corrected = self._stack_columns(_LINEAR) - np.cross(rates, lever_arm)
             self.numbers |= {name: corrected[:, _LINEAR.index(name)] for name in names_present}
 
     def _rotate_from_world(self) -> None:
@@ -258,8 +243,6 @@ class Assembly:
                 self.faults = ["a velocity along north and east needs a heading; map `attitude`"]
             return
         n_known = 3 if self.resampler.has("velocity.down") else 2
-        components = [
-            self.resampler.number(f"velocity.{name}") for name in POSITION.columns[:n_known]
-        ]
-        body = rotate_to_body(attitude, np.column_stack(components))
+        channels = (f"velocity.{name}" for name in POSITION.columns[:n_known])
+        body = rotate_to_body(attitude, np.column_stack([*map(self.resampler.number, channels)]))
         self._set_columns(_LINEAR[:n_known], body[:, :n_known])

@@ -61,11 +61,8 @@ class FoundColumn:
         if self.topic is None or self.entry.quantity is None or self.source.unit:
             return ""
         unit = self.topic.units.get(self.field, "")
-        return (
-            ""
-            if unit.casefold() in NON_UNIT_WORDS
-            else parse_unit(unit, self.entry.quantity) or unit
-        )
+        is_unit = unit.casefold() not in NON_UNIT_WORDS
+        return parse_unit(unit, self.entry.quantity) or unit if is_unit else ""
 
     def faults(self) -> Iterator[str]:
         """Yield faults of the field: text cells, unknown units, ambiguous scales."""
@@ -99,9 +96,8 @@ def find_columns(
     names = resolve_topics(topics, recording)
     columns, missing = [], []
     for entry in entries:
-        renamed = entry._replace(
-            choices=tuple(_rename_source(source, names) for source in entry.choices)
-        )
+        choices = tuple(_rename_source(source, names) for source in entry.choices)
+        renamed = entry._replace(choices=choices)
         if (column := _find_first_choice(renamed, recording)) is not None:
             columns.append(column)
         elif not any(source.optional for source in entry.choices):
@@ -114,9 +110,7 @@ def find_columns(
 def resolve_topics(topics: TopicNames, recording: Recording) -> dict[str, str]:
     """Return for each topic name the first alternative that the recording has."""
     known = {topic.name for topic in recording.topics}
-    present = {
-        name: [choice for choice in choices if choice in known] for name, choices in topics.items()
-    }
+    present = {name: [it for it in choices if it in known] for name, choices in topics.items()}
     return {name: candidates[0] for name, candidates in present.items() if candidates}
 
 
@@ -141,12 +135,10 @@ def _find_first_choice(entry: Entry, recording: Recording) -> FoundColumn | None
     for source in entry.choices:
         if source.value is not None:
             return FoundColumn(entry, source, None)
-        location = locate_column(source.column, recording)
-        if location is not None and all(
-            find_numeric_field(location[0], name) is not None
-            for name in (*source.where, *source.plus)
-        ):
-            return FoundColumn(entry, source, *location)
+        if (location := locate_column(source.column, recording)) is not None:
+            needed = (*source.where, *source.plus)
+            if all(find_numeric_field(location[0], name) is not None for name in needed):
+                return FoundColumn(entry, source, *location)
     return None
 
 
@@ -162,9 +154,8 @@ def locate_column(column: str, recording: Recording) -> tuple[Topic, str] | None
 def find_field(topic: Topic, column: str) -> str | None:
     """Return the field of a topic for a column name, with or without the topic prefix."""
     known = {**topic.fields, **topic.texts, **topic.faults}
-    return next(
-        (name for name in (column, column.removeprefix(f"{topic.name}.")) if name in known), None
-    )
+    names = (column, column.removeprefix(f"{topic.name}."))
+    return next((name for name in names if name in known), None)
 
 
 def find_numeric_field(topic: Topic, column: str) -> str | None:
@@ -189,15 +180,13 @@ def _describe_missing(
     topics: dict[str, list[str]] = {}
     for entry in entries:
         purpose = f"which {mapping_name} maps to `{entry.name}`"
-        candidates = [
+        if candidates := [
             topic
             for topic in recording.topics
             if not topic.name or entry.column.startswith(f"{topic.name}.")
-        ]
-        if candidates:
-            yield _describe_missing_field(
-                entry, max(candidates, key=lambda topic: len(topic.name)), purpose
-            )
+        ]:
+            longest = max(candidates, key=lambda topic: len(topic.name))
+            yield _describe_missing_field(entry, longest, purpose)
         else:
             aliases = [name for name in names if entry.column.startswith(f"{name}.")]
             topic = max(aliases, key=len, default=entry.column.partition(".")[0])
@@ -214,10 +203,8 @@ def _describe_missing(
 def _describe_missing_field(entry: Entry, topic: Topic, purpose: str) -> str:
     field = entry.column.removeprefix(f"{topic.name}.")
     if field in topic.fields:
-        needed = " ".join(
-            name for source in entry.choices for name in (*source.where, *source.plus)
-        )
-        return f"{describe_topic(topic)} lacks one of `{needed}` for `{field}`, {purpose}"
+        needed = [name for source in entry.choices for name in (*source.where, *source.plus)]
+        return f"{describe_topic(topic)} lacks one of `{' '.join(needed)}` for `{field}`, {purpose}"
     suggestion = did_you_mean(field, (*topic.fields, *topic.texts))
     kind = "field" if topic.name else "column"
     return f"{describe_topic(topic)} has no {kind} `{field}`, {purpose}.{suggestion}"
@@ -247,7 +234,7 @@ def find_interleaved(columns: Sequence[FoundColumn]) -> dict[str, BoolArray]:
 def read_timestamps(topic: Topic, time: Sequence[Source]) -> FloatArray:
     """Return the timestamps of a topic [s]; raise LogError if it has no clock."""
     subject = describe_topic(topic)
-    constant_stamps: FloatArray | None = None
+    stamps: FloatArray | None = None
     for source in time:
         if source.rate is not None:
             return np.arange(topic.n) / source.rate
@@ -261,9 +248,8 @@ def read_timestamps(topic: Topic, time: Sequence[Source]) -> FloatArray:
         stamps = column.values()
         if len(stamps) == 0 or np.fmin.reduce(stamps) < np.fmax.reduce(stamps):
             return stamps
-        constant_stamps = stamps  # such as an unused message header
-    if constant_stamps is not None:
-        return constant_stamps
+    if stamps is not None:  # constant, such as of an unused message header
+        return stamps
     columns = [source.column for source in time]
     if columns == [RECORDED_TIME]:
         raise LogError(f"{subject} has no recorded time; set the column of its clock in `time`")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,19 +35,31 @@ def find_contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
         )
     if not content.get("velocity") and not content.get("position"):
         yield "`velocity` is missing; it must name the column of at least one of u v w p q r"
-    yield from _check_attitude(attitude)
-    yield from _check_velocity(velocity, attitude)
+    forms = ((*EULER, "heading"), ATTITUDE.columns, ("quaternion",))
+    present = [_names_in(attitude, form) for form in forms if _names_in(attitude, form)]
+    if len(present) > 1:
+        listed = " and ".join(f"`{names}`" for names in present)
+        yield f"`attitude` must be given once; got both {listed}. Set one of them to null"
+    if {"yaw", "heading"} <= set(attitude):
+        yield "`attitude` takes `yaw` or `heading`, not both. Set one of them to null"
+    if world := _names_in(velocity, WORLD_DIRECTIONS):
+        yield from _check_world_velocity(world, _names_in(velocity, _LINEAR), attitude)
     for group in ("velocity", "position"):
-        vertical = [name for name in ("down", "up", "depth") if name in _subtable(content, group)]
-        if len(vertical) > 1:
-            yield f"`{group}` takes one of `{' '.join(vertical)}`; set the others to null"
+        vertical = _names_in(_subtable(content, group), ("down", "up", "depth"))
+        if " " in vertical:
+            yield f"`{group}` takes one of `{vertical}`; set the others to null"
     yield from _check_sensors(content, attitude, velocity)
-    frame, world = _attitude_axes(content), content.get("world")
-    if world is not None and world not in _WORLDS_BY_FRAME.get(frame, (world,)):
+    frame, attitude_world = _attitude_axes(content), content.get("world")
+    allowed = _WORLDS_BY_FRAME.get(frame, ())
+    if allowed and attitude_world not in (None, *allowed):
         yield (
-            f"`world` must be {' or '.join(_WORLDS_BY_FRAME[frame])} if the attitude has axes"
-            f" {frame}; got {world}. Set `sensors.attitude.axes` if they differ from `frame`"
+            f"`world` must be {' or '.join(allowed)} if the attitude has axes {frame}; got"
+            f" {attitude_world}. Set `sensors.attitude.axes` if they differ from `frame`"
         )
+
+
+def _names_in(table: Mapping[Any, Any], names: Iterable[str]) -> str:
+    return " ".join(name for name in names if name in table)
 
 
 def default_world(content: Mapping[Any, Any]) -> str:
@@ -65,33 +77,19 @@ def _subtable(content: Mapping[Any, Any], key: str) -> dict[Any, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _check_attitude(attitude: Mapping[Any, Any]) -> Iterator[str]:
-    forms = ((*EULER, "heading"), ATTITUDE.columns, ("quaternion",))
-    present = [" ".join(name for name in form if name in attitude) for form in forms]
-    if len(present := [f"`{names}`" for names in present if names]) > 1:
-        listed = " and ".join(present)
-        yield f"`attitude` must be given once; got both {listed}. Set one of them to null"
-    if {"yaw", "heading"} <= set(attitude):
-        yield "`attitude` takes `yaw` or `heading`, not both. Set one of them to null"
-
-
-def _check_velocity(velocity: Mapping[Any, Any], attitude: Mapping[Any, Any]) -> Iterator[str]:
-    body, world = (
-        [name for name in names if name in velocity] for names in (_LINEAR, WORLD_DIRECTIONS)
-    )
-    if not world:
-        return
+def _check_world_velocity(world: str, body: str, attitude: Mapping[Any, Any]) -> Iterator[str]:
+    names = world.split()
     if body:
         yield (
-            f"`velocity` must be in body axes or in world axes; got both `{' '.join(body)}`"
-            f" and `{' '.join(world)}`. Set one of them to null"
+            f"`velocity` must be in body axes or in world axes; got both `{body}` and `{world}`."
+            " Set one of them to null"
         )
     if not attitude:
-        yield f"`velocity.{world[0]}` needs `attitude` for the rotation to body axes"
-    if not {"north", "east"} <= set(world):
+        yield f"`velocity.{names[0]}` needs `attitude` for the rotation to body axes"
+    if not {"north", "east"} <= set(names):
         yield "`velocity` in world axes needs both `north` and `east`"
     tilts = {"roll", "pitch", *ATTITUDE.columns, "quaternion"} & set(attitude)
-    if tilts and not {"down", "up"} & set(world):
+    if tilts and not {"down", "up"} & set(names):
         yield "`velocity` needs `down` or `up` with north and east, since roll or pitch is mapped"
 
 
@@ -173,9 +171,8 @@ class LogMapping(MappingFile):
         """
         if not isinstance(content, dict):
             got = "nothing" if content is None else type(content).__name__
-            raise LogError(
-                f"a mapping must be a table of channels and columns; got {got}", source=source
-            )
+            fault = f"a mapping must be a table of channels and columns; got {got}"
+            raise LogError(fault, source=source)
         resolved = resolve_extends(content, Path(source))
         faults = [*find_contradictions(resolved)]
         try:
@@ -290,11 +287,14 @@ def json_schema() -> dict[str, Any]:
     >>> sorted(json_schema()["properties"])[:3]
     ['acceleration', 'attitude', 'clock']
     """
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **MappingFile.model_json_schema(),
-        "title": "hydrodamp mapping file",
-    }
+    schema = MappingFile.model_json_schema()
+    descriptions: Any = load_yaml(Path(__file__).with_name("descriptions.yaml"))
+    for model, texts in descriptions.items():
+        properties = schema["$defs"].get(model, schema)["properties"]
+        for key, text in texts.items():
+            properties[key]["description"] = text
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {**dialect, **schema, "title": "hydrodamp mapping file"}
 
 
 def presets() -> tuple[str, ...]:
@@ -366,12 +366,9 @@ def _extended_names(content: dict[Any, Any]) -> Iterator[str]:
 def _overlay(below: dict[Any, Any], above: dict[Any, Any]) -> dict[Any, Any]:
     merged = dict(below)
     for key, value in above.items():
-        table, below_value = (
-            commands_by_name(value) if key == "commands" else value,
-            merged.get(key),
-        )
-        is_mergeable = _is_group(key, table) and _is_group(key, below_value)
-        merged[key] = below_value | table if is_mergeable else table
+        table = commands_by_name(value) if key == "commands" else value
+        is_mergeable = _is_group(key, table) and _is_group(key, below.get(key))
+        merged[key] = below[key] | table if is_mergeable else table
     return merged
 
 

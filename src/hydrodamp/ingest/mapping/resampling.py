@@ -60,6 +60,11 @@ class Stream:
         self.stamps = clean_timestamps(self.clock)
 
     @property
+    def is_optional(self) -> bool:
+        """Whether the log may lack all channels."""
+        return all(column.source.optional for column in self.channels.values())
+
+    @property
     def has_velocity(self) -> bool:
         """Whether it holds a velocity, so that it may be the reference clock."""
         return any(channel.startswith("velocity.") for channel in self.channels)
@@ -67,11 +72,10 @@ class Stream:
     def values(self, channel: str) -> FloatArray:
         """Return the samples of a channel at the cleaned timestamps, in SI units."""
         values = self.channels[channel].values()
-        is_outlier = (
-            is_invalid_velocity(values, _MAX_FLOAT) if channel in _LINEAR else np.isinf(values)
-        )
-        if is_outlier.any():
-            values = np.where(is_outlier, np.nan, values)
+        is_velocity = channel in _LINEAR
+        invalid = is_invalid_velocity(values, _MAX_FLOAT) if is_velocity else np.isinf(values)
+        if invalid.any():
+            values = np.where(invalid, np.nan, values)
         if self.rows is not None:
             values = values[self.rows]
         return values if len(self.stamps.rows) == len(values) else values[self.stamps.rows]
@@ -84,7 +88,7 @@ def build_streams(
     streams: dict[object, Stream] = {}
     clocks: dict[str, Clock] = {}
     faults: list[str] = []
-    interleaved = find_interleaved([column for column in columns if column.topic is not None])
+    interleaved = find_interleaved(columns)
     for column in columns:
         if (topic := column.topic) is None:
             continue
@@ -94,22 +98,15 @@ def build_streams(
         try:
             if topic.name not in clocks:
                 clocks[topic.name] = Clock(topic.name, read_timestamps(topic, time))
-            stream = streams.get(key) or _make_stream(
-                topic, column.source, clocks[topic.name], segment, rows
-            )
+            if key not in streams:
+                clock = clocks[topic.name]
+                streams[key] = _make_stream(topic, column.source, clock, segment, rows)
+            streams[key].channels[column.entry.channel] = column
         except LogError as error:
             faults += error.faults
-        else:
-            streams[key] = stream
-            stream.channels[column.entry.channel] = column
-    if faults:
-        return [], list(dict.fromkeys(faults))
-    return [
-        stream
-        for stream in streams.values()
-        if len(stream.stamps.rows)
-        or not all(column.source.optional for column in stream.channels.values())
-    ], []
+    return [it for it in streams.values() if len(it.stamps.rows) or not it.is_optional], [
+        *dict.fromkeys(faults)
+    ]
 
 
 def _make_stream(
@@ -152,21 +149,13 @@ class Resampler:
         self.ticks = reference_ticks if rate is None else make_even_ticks(base.stamps, rate)
         if faults := [*_find_disjoint(streams, base)]:
             raise LogError(faults)
-        self.irregularities = list(
-            dict.fromkeys(
-                irregularity for stream in streams for irregularity in stream.stamps.irregularities
-            )
-        )
+        found = dict.fromkeys(it for stream in streams for it in stream.stamps.irregularities)
+        self.irregularities = [*found]
         for stream in streams:
             stream.stamps = align_runs(stream.stamps, base.stamps)
-        self.constants = {
-            column.entry.channel: float(column.values()[0])
-            for column in columns
-            if column.topic is None
-        }
-        self._streams_by_channel = {
-            channel: stream for stream in streams for channel in stream.channels
-        }
+        constants = (column for column in columns if column.topic is None)
+        self.constants = {it.entry.channel: float(it.values()[0]) for it in constants}
+        self._streams_by_channel = {name: stream for stream in streams for name in stream.channels}
         self._brackets: dict[tuple[int, bytes], Brackets] = {}
 
     @property
@@ -210,21 +199,16 @@ class Resampler:
         values, hold = stream.values(channel), stream.channels[channel].source.hold
         if self.is_direct(channel):
             return _forward_fill(values, self.ticks.run) if hold else values
-        if hold or (is_command and hold is None):
-            return self._resample(
-                values, channel, partial(sample_and_hold, until_next=hold is True)
-            )
-        return self._resample(values, channel, interpolate)
+        is_held = hold or (is_command and hold is None)
+        method = partial(sample_and_hold, until_next=hold is True) if is_held else interpolate
+        return self._resample(values, channel, method)
 
     def angle(self, channel: str) -> FloatArray:
         """Return an angle at the ticks, shape (n,), interpolated after unwrapping."""
         if channel in self.constants or self.is_direct(channel):
             return self.number(channel)
-        return self._resample(
-            self.raw(channel),
-            channel,
-            lambda angle, brackets: interpolate(np.unwrap(angle), brackets),
-        )
+        # Only valid angles are unwrapped.
+        return self._resample(self.raw(channel), channel, lambda a, b: interpolate(np.unwrap(a), b))
 
     def raw(self, channel: str) -> FloatArray:
         """Return a channel at its own timestamps."""
@@ -244,10 +228,8 @@ class Resampler:
         self, values: FloatArray, channel: str, method: Callable[[FloatArray, Brackets], FloatArray]
     ) -> FloatArray:
         """Resample the finite values of a channel to the ticks; report the others."""
-        stream, valid = (
-            self._streams_by_channel[channel],
-            np.isfinite(values if values.ndim == 1 else values[:, 0]),
-        )
+        stream = self._streams_by_channel[channel]
+        valid = np.isfinite(values if values.ndim == 1 else values[:, 0])
         if not valid.any():
             return np.full((self.n, *values.shape[1:]), np.nan)
         is_complete = bool(valid.all())
@@ -255,22 +237,18 @@ class Resampler:
         if key not in self._brackets:
             stamps, name = stream.stamps, stream.topic.name
             if not is_complete:
-                name_of_channel = channel.partition(".")[2] if values.ndim == 1 else "attitude"
+                label = channel.partition(".")[2] if values.ndim == 1 else "attitude"
                 first, count = float(stamps.time[np.argmin(valid)]), int(np.sum(~valid))
-                irregularity = Irregularity(
-                    name, IrregularityKind.INVALID, count, first, channel=name_of_channel
-                )
-                self.irregularities.append(irregularity)
+                kind = IrregularityKind.INVALID
+                self.irregularities.append(Irregularity(name, kind, count, first, channel=label))
             self._brackets[key] = bracket_ticks(stamps.select(valid), self.ticks)
         return method(values if is_complete else values[valid], self._brackets[key])
 
 
 def _choose_reference(streams: Sequence[Stream], topic: str | None) -> Stream:
     """Return the stream with the reference clock: the shortest step with a velocity."""
-    candidates = [stream for stream in streams if stream.has_velocity] or list(streams)
-    if topic is not None:
-        named = [stream for stream in streams if stream.topic.name == topic]
-        candidates = [stream for stream in named if stream.has_velocity] or named
+    named = [stream for stream in streams if topic in (None, stream.topic.name)]
+    candidates = [stream for stream in named if stream.has_velocity] or named
     if not candidates:
         names = dict.fromkeys(stream.topic.name for stream in streams)
         raise LogError(

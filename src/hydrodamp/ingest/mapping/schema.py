@@ -81,34 +81,28 @@ def _table_from_name(
     return BeforeValidator(expand, json_schema_input_type=str | kind)
 
 
+_FIELD_VALUES = _table_from_name(
+    lambda name: {name: None},
+    "be the name of a field, or a table of fields and values",
+    dict[str, float],
+)
+
+
 class Source(_Strict):
     """A column of a log and the conversion of its numbers; or a constant value."""
 
-    column: StrictStr = Field("", description="topic.field, or the column of a table")
-    value: FiniteFloat | None = Field(None, description="constant value, instead of a column")
-    rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
-        None, description="of `time`, instead of a column: sampling rate [Hz]"
-    )
-    unit: str | None = Field(None, description="unit after scale and offset")
-    sign: Literal[1, -1] = Field(1, description="applied before rotation of axes")
-    scale: FiniteFloat = Field(1.0, description="value = scale * number + offset")
+    column: StrictStr = ""
+    value: FiniteFloat | None = None
+    rate: Annotated[FiniteFloat, Field(gt=0)] | None = None
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+    scale: FiniteFloat = 1.0
     offset: FiniteFloat = 0.0
-    plus: dict[str, FiniteFloat] = Field(
-        {}, description="columns of the same topic to add, and weights"
-    )
-    hold: StrictBool | None = Field(
-        None, description="sample and hold; false interpolates a command"
-    )
-    delay: FiniteFloat = Field(0.0, description="from measurement to timestamp [s]")
-    where: Annotated[
-        dict[str, FiniteFloat | None],
-        _table_from_name(
-            lambda name: {name: None},
-            "be the name of a field, or a table of fields and values",
-            dict[str, float],
-        ),
-    ] = Field({}, description="use only rows where this field is nonzero, or has this value")
-    optional: StrictBool = Field(False, description="if true, the log may lack this column")
+    plus: dict[str, FiniteFloat] = Field({})
+    hold: StrictBool | None = None
+    delay: FiniteFloat = 0.0
+    where: Annotated[dict[str, FiniteFloat | None], _FIELD_VALUES] = Field({})
+    optional: StrictBool = False
 
     @model_validator(mode="after")
     def _check_source(self) -> Self:
@@ -169,10 +163,8 @@ class Entry(NamedTuple):
 class Quaternion(_Strict):
     """Quaternion of one message: an array, or four fields."""
 
-    column: StrictStr = Field(description="prefix of [0] ... [3], or of .w .x .y .z")
-    order: Literal["wxyz", "xyzw"] | None = Field(
-        None, description="of an array; without it, fields are named w x y z"
-    )
+    column: StrictStr
+    order: Literal["wxyz", "xyzw"] | None = None
 
     def components(self) -> Iterator[tuple[str, Source]]:
         """Yield name and source of each component."""
@@ -217,13 +209,9 @@ class Rotation(_Strict):
 class Sensor(_Strict):
     """Axes, mounting angles and position of a sensor in the vehicle."""
 
-    axes: Axes | None = Field(None, description="axes of the sensor; default: `frame`")
-    rotation: Rotation = Field(
-        Rotation(), description="body to sensor axes: yaw, then pitch, then roll"
-    )
-    position: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0], description="of the sensor from the reference point, body axes [m]"
-    )
+    axes: Axes | None = None
+    rotation: Rotation = Rotation()
+    position: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
 
 
 class Sensors(_Strict):
@@ -239,7 +227,7 @@ class Clock(_Strict):
     """Reference clock to which all channels are resampled."""
 
     topic: StrictStr | None = None
-    rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(None, description="[Hz]")
+    rate: Annotated[FiniteFloat, Field(gt=0)] | None = None
 
 
 def _check_command_name(name: str) -> str:
@@ -280,51 +268,36 @@ else:
     )
 
 
+_ALTERNATIVES = BeforeValidator(
+    lambda given: [given] if isinstance(given, str) else given,
+    json_schema_input_type=str | list[str],
+)
+_CLOCK_OF_TOPIC = _table_from_name(
+    lambda name: {"topic": name}, "be a topic, or a table of `topic` or `rate`", Clock
+)
+_COMMANDS_BY_NAME = BeforeValidator(
+    commands_by_name, json_schema_input_type=dict[str, Channel] | list[str]
+)
+_STEPS = BeforeValidator(_parse_steps, json_schema_input_type=list[str | dict[str, Any]])
+
+
 class MappingFile(_Channels):
     """Mapping file: assignment of columns to channels, with units, axes and clocks."""
 
-    extends: str | list[str] = Field(
-        [], description="presets or mapping files that this file overrides"
-    )
-    source: str | None = Field(None, description="origin of the mapping")
+    extends: str | list[str] = Field([])
+    source: str | None = None
     note: str | None = None
-    topics: dict[
-        str,
-        Annotated[
-            tuple[str, ...],
-            BeforeValidator(
-                lambda given: [given] if isinstance(given, str) else given,
-                json_schema_input_type=str | list[str],
-            ),
-        ],
-    ] = Field({}, description="names used in this file, and the alternative topics of each")
-    files: dict[str, StrictStr] = Field(
-        {}, description="file name of each topic; `*` is the name of the recording"
-    )
-    frame: Axes = Field(
-        "FRD", description="body axes; FRD: forward-starboard-down; FLU: forward-port-up"
-    )
-    world: Literal["NED", "NWU", "ENU"] = Field(
-        "NED", description="frame of attitude: NED for FRD; NWU (default) or ENU for FLU"
-    )
-    clock: Annotated[
-        Clock,
-        _table_from_name(
-            lambda name: {"topic": name}, "be a topic, or a table of `topic` or `rate`", Clock
-        ),
-    ] = Clock()
+    topics: dict[str, Annotated[tuple[str, ...], _ALTERNATIVES]] = Field({})
+    files: dict[str, StrictStr] = Field({})
+    frame: Axes = "FRD"
+    world: Literal["NED", "NWU", "ENU"] = "NED"
+    clock: Annotated[Clock, _CLOCK_OF_TOPIC] = Clock()
     segment: StrictStr | None = None
     commands: Annotated[
-        dict[Annotated[str, AfterValidator(_check_command_name)], Channel],
-        BeforeValidator(commands_by_name, json_schema_input_type=dict[str, Channel] | list[str]),
-    ] = Field({}, description="columns of the commands by name; a list if the names are equal")
+        dict[Annotated[str, AfterValidator(_check_command_name)], Channel], _COMMANDS_BY_NAME
+    ] = Field({})
     sensors: Sensors = Sensors()
-    steps: Annotated[
-        tuple[Step, ...],
-        BeforeValidator(_parse_steps, json_schema_input_type=list[str | dict[str, Any]]),
-    ] = Field(
-        (), description="conditioning steps in order; names as in hydrodamp.conditioning.pipeline"
-    )
+    steps: Annotated[tuple[Step, ...], _STEPS] = ()
 
     _name: str = PrivateAttr("mapping")
 
@@ -337,13 +310,9 @@ class MappingFile(_Channels):
     def entries(self) -> tuple[Entry, ...]:
         """All channels, one entry each."""
         entries = [
-            Entry(name, name, getattr(self, name), SINGLE_CHANNELS[name])
-            for name in SINGLE_CHANNELS
+            Entry(key, key, getattr(self, key), SINGLE_CHANNELS[key]) for key in SINGLE_CHANNELS
         ]
-        entries += [
-            entry
-            for group in CHANNEL_GROUPS
-            for entry in _entries(group, getattr(self, group) or ())
-        ]
+        for group in CHANNEL_GROUPS:
+            entries += _entries(group, getattr(self, group) or ())
         entries += [Entry("commands", name, choices) for name, choices in self.commands.items()]
         return tuple(entry for entry in entries if entry.choices)

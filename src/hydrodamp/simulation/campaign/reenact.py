@@ -17,33 +17,8 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.progress import count_items
-from hydrodamp.simulation.autopilot import Autopilot, AutopilotState
-from hydrodamp.simulation.campaign.conditions import (
-    COMMAND_PERIOD,
-    PUBLISHED_AUTOPILOT,
-    TEST_RUNS,
-    TRAINING_RUNS,
-    WHITE_NOISE,
-    Conditions,
-    Run,
-)
-from hydrodamp.simulation.campaign.truth import (
-    Truth,
-    crossflow_truth,
-    fin_position,
-    sname_truth,
-    true_damping,
-)
-from hydrodamp.simulation.closed_loop import (
-    DEPTH,
-    EULER,
-    MEASURED,
-    N_STATES,
-    VELOCITY,
-    EquationOfMotion,
-    integrate,
-    pose_rates,
-)
+from hydrodamp.simulation import closed_loop as dynamics
+from hydrodamp.simulation.campaign import conditions as paper
 from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.file import fleet
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -51,7 +26,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 MAX_STEP = 0.02
 """Longest step of the Runge-Kutta integration [s]."""
 
-FINS = slice(N_STATES, N_STATES + 2)
+FINS = slice(dynamics.N_STATES, dynamics.N_STATES + 2)
 """Columns of a state that are the angles of rudder and elevator [rad]."""
 
 INITIAL_DEPTH = 10.0
@@ -70,10 +45,10 @@ PAUSE = 60.0
 class Motion:
     """Motion of vehicles at propeller speeds ``rpm``, shape (n,), with the true hydrodynamics."""
 
-    def __init__(self, vehicle: Vehicle, truth: Truth, rpm: FloatArray) -> None:
+    def __init__(self, vehicle: Vehicle, truth: paper.Truth, rpm: FloatArray) -> None:
         damping = truth.damping
         self.truth, self.rpm = truth, rpm
-        self.equation = EquationOfMotion.of(vehicle, damping.model, [damping.coefficients])
+        self.equation = dynamics.EquationOfMotion.of(vehicle, damping.model, [damping.coefficients])
         actuators = vehicle.actuators
         self.propeller = next(item for item in actuators if isinstance(item, Propeller))
         fins = {item.command: item.channel for item in actuators if isinstance(item, Fin)}
@@ -90,7 +65,7 @@ class Motion:
 
     def acceleration(self, state: FloatArray, disturbance: FloatArray | float = 0.0) -> FloatArray:
         """Return the acceleration under a disturbance wrench, shape (n, 6)."""
-        velocity, channels = state[:, VELOCITY], self.channels.copy()
+        velocity, channels = state[:, dynamics.VELOCITY], self.channels.copy()
         channels[:, self.fin_columns] = self.truth.effective_fins(velocity, state[:, FINS])
         if self.truth.strips is not None:
             disturbance = disturbance + self.truth.strips.wrench(velocity)
@@ -116,10 +91,10 @@ class Motion:
 
         def rate(state: FloatArray, _: float) -> FloatArray:
             fin_rate = (commands - state[:, FINS]) / lag if lag else np.zeros_like(commands)
-            pose_rate = pose_rates(state[:, VELOCITY], state[:, EULER])
+            pose_rate = dynamics.pose_rates(state[:, dynamics.VELOCITY], state[:, dynamics.EULER])
             return np.hstack([self.acceleration(state, disturbance), pose_rate, fin_rate])
 
-        return integrate(rate, state, duration, MAX_STEP)
+        return dynamics.integrate(rate, state, duration, MAX_STEP)
 
 
 class _Record(NamedTuple):
@@ -166,22 +141,22 @@ class CampaignSetup:
     """A vehicle with rudder, elevator and propeller, its true hydrodynamics, and its runs."""
 
     vehicle: Vehicle
-    truth: Truth
-    autopilot: Autopilot = PUBLISHED_AUTOPILOT
-    training_runs: tuple[Run, ...] = TRAINING_RUNS
-    test_runs: tuple[Run, ...] = TEST_RUNS
-    period: float = COMMAND_PERIOD
+    truth: paper.Truth
+    autopilot: dynamics.Autopilot = paper.PUBLISHED_AUTOPILOT
+    training_runs: tuple[paper.Run, ...] = paper.TRAINING_RUNS
+    test_runs: tuple[paper.Run, ...] = paper.TEST_RUNS
+    period: float = paper.COMMAND_PERIOD
 
     @classmethod
     def of(cls, truth: str) -> CampaignSetup:
         """Return the campaign of the paper with one of the truths."""
-        vehicle, damping = fleet["vt690"], true_damping()
+        vehicle, damping = fleet["vt690"], paper.true_damping()
         if truth == "sname":
-            return cls(vehicle, sname_truth(damping))
-        return cls(vehicle, crossflow_truth(damping, fin_position(vehicle)))
+            return cls(vehicle, paper.sname_truth(damping))
+        return cls(vehicle, paper.crossflow_truth(damping, paper.fin_position(vehicle)))
 
     def simulate(
-        self, seeds: Sequence[int], duration: float, conditions: Conditions
+        self, seeds: Sequence[int], duration: float, conditions: paper.Conditions
     ) -> tuple[Campaign, ...]:
         """Return the campaign of each seed; all are simulated as one batch."""
         runs = self.training_runs + self.test_runs
@@ -195,7 +170,7 @@ class CampaignSetup:
         return tuple(self._campaign(record.select(slice(k, k + len(runs)))) for k in starts)
 
     def _simulate_runs(
-        self, runs: Sequence[Run], errors: FloatArray, disturbances: FloatArray
+        self, runs: Sequence[paper.Run], errors: FloatArray, disturbances: FloatArray
     ) -> _Record:
         n = len(runs)
         motion = Motion(self.vehicle, self.truth, np.array([run.rpm for run in runs]))
@@ -203,11 +178,11 @@ class CampaignSetup:
         setpoints = np.zeros((len(time), n, 3))
         setpoints[:, :, 1] = np.radians(np.transpose([run.heading.values(time) for run in runs]))
         setpoints[:, :, 2] = INITIAL_DEPTH + np.transpose([run.depth.values(time) for run in runs])
-        state, memory, samples = np.zeros((n, FINS.stop)), AutopilotState.initial(n), []
-        state[:, 0], state[:, DEPTH] = motion.steady_surge, INITIAL_DEPTH
+        state, memory, samples = np.zeros((n, FINS.stop)), dynamics.AutopilotState.initial(n), []
+        state[:, 0], state[:, dynamics.DEPTH] = motion.steady_surge, INITIAL_DEPTH
         inputs = zip(errors, disturbances, setpoints, strict=True)
         for error, disturbance, setpoint in count_items(inputs, "simulating runs", len(errors)):
-            measured = state[:, MEASURED] + error
+            measured = state[:, dynamics.MEASURED] + error
             commands, memory = self.autopilot.control(
                 measured, setpoint, np.zeros((n, 2)), memory, self.period
             )
@@ -224,20 +199,20 @@ class CampaignSetup:
             ("train", self.training_runs, record.select(slice(n))),
             ("test", self.test_runs, record.select(slice(n, None))),
         ):
-            acceleration = frozen(stack_runs(selected.accelerations))
+            acceleration = frozen(dynamics.stack_runs(selected.accelerations))
             exact = self._log(runs, selected, selected.states)
             logs[name] = self._log(runs, selected, selected.measured)
             logs[f"exact_{name}"] = replace(exact, acceleration=acceleration)
         return Campaign(**logs, vehicle=self.vehicle, truth=self.truth.name, note=self.truth.note)
 
-    def _log(self, runs: Sequence[Run], record: _Record, states: FloatArray) -> Log:
+    def _log(self, runs: Sequence[paper.Run], record: _Record, states: FloatArray) -> Log:
         n = len(states)
         time = np.arange(n) * self.period
-        rudder, elevator = stack_runs(record.commands).T
+        rudder, elevator = dynamics.stack_runs(record.commands).T
         return Log.from_arrays(
             np.concatenate([(time[-1] + PAUSE) * k + time for k in range(len(runs))]),
-            stack_runs(states[:, :, VELOCITY]),
-            attitude=stack_runs(states[:, :, EULER]),
+            dynamics.stack_runs(states[:, :, dynamics.VELOCITY]),
+            attitude=dynamics.stack_runs(states[:, :, dynamics.EULER]),
             commands={
                 "rudder": rudder,
                 "elevator": elevator,
@@ -252,7 +227,7 @@ def reenact(
     seed: int = 0,
     truth: str = "sname",
     duration: float = DURATION,
-    conditions: Conditions = WHITE_NOISE,
+    conditions: paper.Conditions = paper.WHITE_NOISE,
 ) -> Campaign:
     """Simulate the paper's campaign with a VT 690.
 
@@ -294,8 +269,3 @@ def reenact(
     demand(seed >= 0, "seed", "0 or more", seed)
     demand(1.0 <= duration < np.inf, "duration", "1 s or more", duration)
     return CampaignSetup.of(truth).simulate((seed,), duration, conditions)[0]
-
-
-def stack_runs(columns: FloatArray) -> FloatArray:
-    """Return an array of shape (n_samples, n_runs, k) as rows, one run after another."""
-    return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])

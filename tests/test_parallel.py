@@ -7,7 +7,7 @@ import time
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from hydrodamp.simulation.parallel import run_parallel
+from hydrodamp.progress import run_parallel
 
 
 def test_results_come_in_order_and_each_is_handed_out_once():
