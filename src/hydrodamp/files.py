@@ -7,7 +7,7 @@ import json
 import os
 import re
 from collections import Counter, UserDict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -101,12 +101,8 @@ def _is_too_deep(content: object) -> bool:
     level = [content]
     for _ in range(MAX_DEPTH + 1):
         containers = [value for value in level if isinstance(value, (dict, list))]
-        level = [x for values in containers for x in _children(values)]
+        level = [x for v in containers for x in (v.values() if isinstance(v, dict) else v)]
     return any(isinstance(value, (dict, list)) for value in level)
-
-
-def _children(values: dict[str, object] | list[object]) -> Iterable[object]:
-    return values.values() if isinstance(values, dict) else values
 
 
 def load_yaml(path: str | os.PathLike[str]) -> object:

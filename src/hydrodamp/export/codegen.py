@@ -77,10 +77,10 @@ def actuator_channels(plant: ExportedPlant, language: Language) -> Iterator[tupl
     for actuator in plant.vehicle.actuators:
         if isinstance(actuator, Limited) and actuator.derived:
             yield command(actuator.channel), _channel(actuator, language)
+    number = language.number
     known = [
-        f"({language.number(propeller.speed_slope or 0.0)} * {command(propeller.channel)} "
-        f"+ {language.number(propeller.speed_offset)})"
-        for propeller in plant.propellers
+        f"({number(x.speed_slope or 0.0)} * {command(x.channel)} + {number(x.speed_offset)})"
+        for x in plant.propellers
     ]
     if known and plant.uses_propulsion_speed:
         yield SPEED, known[0] if len(known) == 1 else f"({' + '.join(known)}) / {len(known)}"
@@ -139,10 +139,7 @@ def template_values(plant: ExportedPlant, language: Language = PYTHON) -> dict[s
             f"Coefficients: {damping.source}." if damping.source else "",
         ),
         "inputs": plant.inputs,
-        "variables": [
-            *map(command, plant.commands),
-            *([SPEED] if plant.needs_propulsion_speed else []),
-        ],
+        "variables": [*map(command, plant.commands), *[SPEED] * plant.needs_propulsion_speed],
         "channels": [*actuator_channels(plant, language)],
         "uses_propulsion_speed": plant.uses_propulsion_speed,
         "slowest": SLOWEST,
@@ -181,21 +178,18 @@ def identifier_values(plant: ExportedPlant) -> dict[str, object]:
         "holds_speed": plant.uses_propulsion_speed and not plant.needs_propulsion_speed,
         "needs_propulsion_speed": plant.needs_propulsion_speed,
         "has_wrench": not plant.vehicle.actuators,
-        "columns": [*_log_columns(plant)],
+        "columns": _log_columns(plant),
     }
 
 
-def _log_columns(plant: ExportedPlant) -> Iterator[tuple[str, int, float]]:
-    """Yield columns of the canonical log, whether each is required, and its default."""
-    yield "time", 1, 0.0
-    free = plant.vehicle.free.astype(int).tolist()
-    required = dict(zip(VELOCITIES, free, strict=True))
+def _log_columns(plant: ExportedPlant) -> list[tuple[str, int, float]]:
+    """Return columns of the canonical log, whether each is required, and its default."""
+    required = dict(zip(VELOCITIES, plant.vehicle.free.astype(int).tolist(), strict=True))
     required |= dict.fromkeys((*ATTITUDE.columns, *EULER[:2]), 0)
     required |= dict.fromkeys(plant.commands, 1)
     required |= {"eta": 1} if plant.needs_propulsion_speed else {}
     required |= {} if plant.vehicle.actuators else dict.fromkeys(AXES, 0)
-    for name, flag in required.items():
-        yield name, flag, 0.0
+    return [(name, flag, 0.0) for name, flag in {"time": 1, **required}.items()]
 
 
 def _plain_text(*sentences: str) -> str:

@@ -23,8 +23,7 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.export.codegen import parse_numbers, render_template, symmetric, template_values
 from hydrodamp.export.plant import Body, ExportedPlant, States, point_transform
-from hydrodamp.export.projection import LINEAR, drag_terms, with_damping
-from hydrodamp.export.target import Files, HydrodynamicTarget
+from hydrodamp.export.target import LINEAR, Files, HydrodynamicTarget, drag_terms, with_damping
 from hydrodamp.export.verification import Engine
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import DampingModel, read_label, spell_label

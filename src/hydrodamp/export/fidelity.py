@@ -218,6 +218,7 @@ def measure_fidelity(
         acceleration, slow = projected.acceleration(states), projected.acceleration(slow_states)
         not_run, run_error = ("", str(error)) if isinstance(error, RunError) else (str(error), "")
     box = OperatingBox(np.minimum(plant.box.low, 0.0), np.maximum(plant.box.high, 0.0))
+    dampings = {"source": plant.damping, "target": projected.damping}
     return Fidelity(
         target=form.key,
         description=form.description,
@@ -235,10 +236,7 @@ def measure_fidelity(
         slow_error=wrench_errors(plant, slow_at, slow),
         asked_at="velocities over the operating box" if run is None else "the log's samples",
         replays=replays,
-        power={
-            "source": max_damping_power(plant.damping, box).power,
-            "target": max_damping_power(projected.damping, box).power,
-        },
+        power={key: max_damping_power(damping, box).power for key, damping in dampings.items()},
         box=str(box),
         mass_ratio=mass_ratio(plant.vehicle),
     )

@@ -32,9 +32,7 @@ _TERMS = (
     *(Term((name, f"|{other}|")) for name, other in product(VELOCITIES, repeat=2)),
     *(Term(pair) for pair in combinations_with_replacement(VELOCITIES, 2)),
 )
-SYMMETRIC_TAGS = [
-    *map("".join, combinations_with_replacement("xyzpqr", 2))
-]  # of a symmetric matrix
+SYMMETRIC_TAGS = [*map("".join, combinations_with_replacement("xyzpqr", 2))]
 DRAG_TAGS = [axis.lower() + name.upper() for axis, name in zip(AXES, VELOCITIES, strict=True)]
 ADDED_MASS_TAGS = [f"{axis.lower()}Dot{name.upper()}" for axis, name in product(AXES, VELOCITIES)]
 
@@ -241,8 +239,6 @@ class _Link(Simulator):
         self._link.addExtForce(link_wrench[:3], origin, True, True)
         self._link.addExtTorque(link_wrench[3:], True)
         vehicle = self._file_plant.vehicle
-        for force, point in (
-            (-vehicle.weight, self._body.center),
-            (vehicle.buoyancy, self._body.buoyancy_center),
-        ):
+        points = self._body.center, self._body.buoyancy_center
+        for force, point in zip((-vehicle.weight, vehicle.buoyancy), points, strict=True):
             self._link.addExtForce([0.0, 0.0, force], point, False, True)

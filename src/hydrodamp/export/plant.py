@@ -100,11 +100,8 @@ class ExportedPlant:
     @property
     def propellers(self) -> tuple[Propeller, ...]:
         """Propellers with a known propulsion speed u_c."""
-        return tuple(
-            actuator
-            for actuator in self.vehicle.actuators
-            if isinstance(actuator, Propeller) and actuator.speed_slope is not None
-        )
+        propellers = (x for x in self.vehicle.actuators if isinstance(x, Propeller))
+        return tuple(x for x in propellers if x.speed_slope is not None)
 
     @property
     def uses_propulsion_speed(self) -> bool:
@@ -128,13 +125,9 @@ class ExportedPlant:
         if speed is None:
             speed = at.inputs[:, -1] if self.needs_propulsion_speed else np.zeros(len(at.velocity))
         velocity = np.ascontiguousarray(at.velocity * self.vehicle.free)
-        regressor = core.regressor(
-            self.columns.plant.factors,
-            velocity,
-            at.down,
-            held_channels(self.columns, named, len(velocity)),
-            speed,
-        )
+        channels = held_channels(self.columns, named, len(velocity))
+        factors = self.columns.plant.factors
+        regressor = core.regressor(factors, velocity, at.down, channels, speed)
         has_command = [bool(term.commands) for term in self.damping.model.basis]
         is_input = np.array([*[True] * self.columns.n_known, *has_command])
         applied = regressor[:, is_input] @ self.matrix[is_input] + at.wrench
@@ -205,9 +198,8 @@ class Body:
         check_body(plant, key)
         vehicle = plant.vehicle
         mass, center = vehicle.weight / STANDARD_GRAVITY, vehicle.center_of_gravity
-        inertia = vehicle.mass_matrix[3:, 3:] + mass * np.linalg.matrix_power(
-            cross_matrix(center), 2
-        )
+        offset = cross_matrix(center)
+        inertia = vehicle.mass_matrix[3:, 3:] + mass * (offset @ offset)
         if vehicle.added_mass is None:  # its split does not affect the motion
             inertia = 0.5 * np.linalg.eigvalsh(inertia)[0] * np.eye(3)
         else:

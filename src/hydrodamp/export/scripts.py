@@ -47,11 +47,8 @@ class Python(Target):
 
     def render_files(self, plant: ExportedPlant) -> Files:
         """Return the file."""
-        return {
-            f"{vehicle_identifier(plant)}.py": render_template(
-                "python.py.j2", **template_values(plant)
-            )
-        }
+        code = render_template("python.py.j2", **template_values(plant))
+        return {f"{vehicle_identifier(plant)}.py": code}
 
     @contextmanager
     def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:

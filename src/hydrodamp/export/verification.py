@@ -31,21 +31,17 @@ LEVEL_ATTITUDE = (1.0, 0.0, 0.0, 0.0)
 AccelerationFunction = Callable[[States], FloatArray]
 
 
+@dataclass(eq=False)
 class Engine:
     """What runs exported files: their accelerations, integrated by Runge-Kutta steps."""
 
-    step = "Runge-Kutta, at most {:g} s"
+    name: str
+    accelerations: AccelerationFunction
+    max_step: float = MAX_STEP
+    not_run: str = ""
 
-    def __init__(
-        self,
-        name: str,
-        accelerations: AccelerationFunction,
-        max_step: float = MAX_STEP,
-        not_run: str = "",
-    ) -> None:
-        self.name, self.accelerations = name, accelerations
-        self.max_step, self.not_run = max_step, not_run
-        self._state = np.zeros(10)
+    step = "Runge-Kutta, at most {:g} s"
+    _state = np.zeros(10)
 
     def set_state(self, attitude: FloatArray, velocity: FloatArray) -> None:
         """Set the quaternion (4,) from body to world and the velocity (6,)."""
@@ -82,10 +78,9 @@ class Simulator(Engine):
         super().__init__(name, self._evaluate_states, max_step)
 
     def _evaluate_states(self, at: States) -> FloatArray:
-        result = []
-        for attitude, velocity, inputs, wrench in zip(
-            attitude_quaternions(at.down), at.velocity, at.inputs, at.wrench, strict=True
-        ):
+        result, attitudes = [], attitude_quaternions(at.down)
+        states = zip(attitudes, at.velocity, at.inputs, at.wrench, strict=True)
+        for attitude, velocity, inputs, wrench in states:
             self.set_state(attitude, velocity)
             self.apply_inputs(inputs, wrench)
             result.append(self.compute_acceleration())
@@ -156,9 +151,8 @@ class VerificationRun:
             start, stop = segment.start, segment.stop
             velocity[start] = states.velocity[start]
             engine.set_state(self.attitude[start], states.velocity[start])
-            samples = count_items(
-                range(start, stop - 1), f"running the export in {engine.name}", stop - start
-            )
+            title, indices = f"running the export in {engine.name}", range(start, stop - 1)
+            samples = count_items(indices, title, stop - start)
             steps = (step for index in samples for step in self._steps(index, engine.max_step))
             for k, *step in steps:
                 velocity[k] = engine.advance(*step)

@@ -247,8 +247,8 @@ def read_content(home: Path, comparison: Comparison) -> ReportContent:
     row, grades, band = find_selected_row(comparison), None, None
     pictures: list[Picture] = []
     not_shown: list[str] = []
-    if (home / FIGURES / INDEX).is_file():
-        index = _read_index(home / FIGURES)
+    if (path := home / FIGURES / INDEX).is_file():
+        index = validate(_Index, load_json(path), str(path))
         not_shown += index.not_shown
         for picture in index.pictures:
             path = home / FIGURES / f"{picture.name}.svg"
@@ -264,10 +264,6 @@ def read_content(home: Path, comparison: Comparison) -> ReportContent:
         level = float(ends["level"])
         band = PredictionBand(run.log, run.velocity, ends["lower"], ends["upper"], level)
     return ReportContent(grades, band, tuple(pictures), tuple(not_shown))
-
-
-def _read_index(folder: Path) -> _Index:
-    return validate(_Index, load_json(folder / INDEX), str(folder / INDEX))
 
 
 def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:

@@ -241,15 +241,11 @@ class Bins:
     @classmethod
     def over(cls, bounds: IntArray, points: int) -> Bins:
         """Return intervals of equal length with a given number of points in total."""
-        n = int(np.diff(bounds).sum())
-        edges = [
-            np.arange(start, stop + 1)
-            if n <= points
-            else np.linspace(
-                start, stop, min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1
-            ).astype(np.intp)
-            for start, stop in bounds.tolist()
-        ]
+        n, edges = int(np.diff(bounds).sum()), []
+        for start, stop in bounds.tolist():
+            size = stop - start
+            count = size if n <= points else min(max(round(points / 2 * size / n), 1), size)
+            edges.append(np.linspace(start, stop, count + 1).astype(np.intp))
         return cls(
             starts=np.concatenate([edge[:-1] for edge in edges]),
             stops=np.concatenate([edge[1:] for edge in edges]),
