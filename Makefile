@@ -25,8 +25,8 @@ lint:
 types:
 	mypy
 
-test:
-	pytest -n auto --cov --cov-report=term-missing
+test:             ## all tests, slow ones too
+	pytest -n auto -m "slow or not slow" --cov --cov-report=term-missing
 
 bench:
 	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max \

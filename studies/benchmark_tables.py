@@ -158,10 +158,10 @@ def regret_table(rows: Sequence[Row], horizon: str, group: str) -> str:
         )
         for method, one in by_method(rows, horizon).items()
     ]
-    bar = ("bar", "", *(f"{one:g}" for one in BAR.values()), "0", "", "")
-    head = ("method", "rows", "median", "95 % within", "worst", "lost", "CPU [s]", "meets the bar")
+    criterion = ("criterion", "", *(f"{one:g}" for one in BAR.values()), "0", "", "")
+    head = ("method", "rows", "median", "95 % within", "worst", "failed", "CPU [s]", "passes")
     title = "whole runs" if horizon == "run" else f"restarts every {horizon}"
-    return _titled(f"Regret, {title}, campaigns {group}", head, [bar, *lines])
+    return _titled(f"Regret, {title}, campaigns {group}", head, [criterion, *lines])
 
 
 def median_table(rows: Sequence[Row], what: str, place: Callable[[Row], str]) -> str:
@@ -178,8 +178,8 @@ def median_table(rows: Sequence[Row], what: str, place: Callable[[Row], str]) ->
         (where, number(error), *(cell(found.get((where, method), [])) for method in methods))
         for where, error in least.items()
     ]
-    title = f"Median regret by {what}, whole runs, (how many were lost), and the least error of all"
-    return _titled(title, (what, "least", *(f"`{method}`" for method in methods)), lines)
+    title = f"Median regret by {what}, whole runs (number of failed rows), and lowest error"
+    return _titled(title, (what, "lowest", *(f"`{method}`" for method in methods)), lines)
 
 
 def cell(regrets: Sequence[float]) -> str:

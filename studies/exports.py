@@ -126,7 +126,7 @@ def tables(sailed: Sailed, models: list[hd.DampingModel], targets: list[str]) ->
     )
     for title, kind in (
         ("Wrench error, largest over the axes [% of the damping's rms]:", "wrench"),
-        ("Replay, source against target [eq. 24]:", "replay"),
+        ("Replay RMS, target against source [eq. 24]:", "replay"),
     ):
         yield f"{title}\n\n{head}"
         for target, row in cells.items():

@@ -23,6 +23,8 @@ from tables import replace_table
 MISTOLD = ("wrench", "fins")
 """What the names of campaigns have in them whose vehicle is told wrongly."""
 
+WRONG = "wrong vehicle data"
+
 PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "live" / "index.md"
 """Where the table stands, between these marks."""
 
@@ -56,11 +58,11 @@ def table(found: Iterable[tuple[str, np.ndarray]]) -> str:
     """Return coverage by vehicle and altogether, as Markdown."""
     families: dict[str, list[np.ndarray]] = {}
     for name, one in found:
-        right = not any(word in name for word in MISTOLD)
-        families.setdefault(name.partition("/")[0] if right else "told wrongly", []).append(one)
-    right = [one for name, some in families.items() if name != "told wrongly" for one in some]
+        wrong = any(word in name for word in MISTOLD)
+        families.setdefault(WRONG if wrong else name.partition("/")[0], []).append(one)
+    right = [one for name, some in families.items() if name != WRONG for one in some]
     lines = ["| vehicle | campaigns | determined | covered |", "|---|---|---|---|"]
-    for name, some in (*families.items(), ("all told rightly", right)):
+    for name, some in (*families.items(), ("all with correct vehicle data", right)):
         joined = np.concatenate(some)
         covered = f"{100.0 * np.mean(np.abs(joined) < WIDTH):.0f} %"
         lines.append(f"| {name} | {len(some)} | {len(joined)} | {covered} |")

@@ -196,7 +196,7 @@ def measure_identifiers(model: str, precision: str) -> list[str]:
 def main() -> None:
     """Measure, and write the table into its page."""
     head = (
-        "| model | method | numbers | state, bytes | stack, bytes | instructions a step | at most |"
+        "| model | method | precision | state [B] | stack [B] | instructions per step | maximum |"
     )
     models = [(key, real) for key in ("prestero", "pitch-yaw") for real in ("float", "double")]
     body = [line for key, real in models for line in measure_identifiers(key, real)]

@@ -40,7 +40,7 @@ DEGREE = 180.0 / math.pi
 MODELS = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
 
 Column = tuple[float, ...]
-"""The error of each model; infinite where the replay ran away."""
+"""The error of each model; infinite where the replay diverged."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class StartInDegrees(Adaptation):
 UNITS = {
     "rad/s": hd.AdaptiveIdentifier(),
     "deg/s": InDegrees(),
-    "deg/s, start too": InDegrees(starts_in_degrees=True),
+    "deg/s, initial values too": InDegrees(starts_in_degrees=True),
 }
 
 
@@ -123,7 +123,7 @@ def identifier(seeds: int, longer: float) -> Iterator[str]:
     yield from header("rates in", "", *(f"noise {noise}" for noise in NOISES))
     for names, values in cells.items():
         yield line(*names, *map(number, values))
-    yield f"\nOf these {len(settled)} fits {sum(settled)} had settled.\n"
+    yield f"\nOf these {len(settled)} fits, {sum(settled)} converged.\n"
 
 
 def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[str]:
@@ -143,7 +143,7 @@ def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[st
             values = [column[place] for column in columns.values()]
             yield line(model.title, f"{printed[place]:.2f}", *map(number, values))
         beside = [likeness(column, printed) for column in columns.values()]
-        words = ("ran away", "off by a factor of", "order")
+        words = ("diverged", "geometric mean error factor", "rank correlation")
         for word, said in zip(words, zip(*beside, strict=True), strict=True):
             yield line(f"*{word}*", "", *said)
         best = min(columns, key=lambda one: distance(columns[one], printed))
@@ -151,14 +151,14 @@ def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[st
 
 
 def distance(column: Column, printed: Column) -> tuple[int, float]:
-    """Return how many models ran away, and how far the others are off, as a logarithm."""
+    """Return how many models diverged, and how far the others are off, as a logarithm."""
     apart = [abs(math.log(ours / theirs)) for ours, theirs in zip(column, printed, strict=True)]
     near = [one for one in apart if math.isfinite(one)]
     return len(apart) - len(near), sum(near) / len(near) if near else math.inf
 
 
 def likeness(column: Column, printed: Column) -> tuple[str, str, str]:
-    """Return how many ran away, the mean factor of the others, and Spearman's correlation."""
+    """Return how many diverged, the mean factor of the others, and Spearman's correlation."""
     lost, apart = distance(column, printed)
     alike = len(set(column)) < 2
     order = "-" if alike else f"{float(spearmanr(column, printed).statistic):.2f}"

@@ -28,6 +28,13 @@ def pytest_configure():
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_modifyitems(items):
+    """Mark the tests of studies as slow: they test scripts, not the package."""
+    for item in items:
+        if "tests/studies/" in item.path.as_posix():
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session")
 def measured_logs():
     """The folder of a measured log by its name; the test is skipped where it is absent."""

@@ -8,17 +8,19 @@ from launch.actions import DeclareLaunchArgument, ExecuteProcess
 from launch.substitutions import LaunchConfiguration
 
 NEEDED = ("vehicle", "model", "mapping")
-DEFAULTS = {"method": "rls", "state": "", "every": "1.0"}
+DEFAULTS = {"method": "rls", "checkpoint": "", "output_interval": "1.0"}
 
 
 def generate_launch_description():
     """Start the node with its parameters."""
     arguments = [DeclareLaunchArgument(name) for name in NEEDED]
-    arguments += [DeclareLaunchArgument(name, default_value=one) for name, one in DEFAULTS.items()]
+    arguments += [
+        DeclareLaunchArgument(name, default_value=value) for name, value in DEFAULTS.items()
+    ]
     parameters = [
-        part
+        argument
         for name in (*NEEDED, *DEFAULTS)
-        for part in ("-p", [f"{name}:=", LaunchConfiguration(name)])
+        for argument in ("-p", [f"{name}:=", LaunchConfiguration(name)])
     ]
     node = [sys.executable, str(Path(__file__).with_name("node.py"))]
     process = ExecuteProcess(cmd=[*node, "--ros-args", *parameters], output="screen")

@@ -1,7 +1,7 @@
 """A ROS 2 node that identifies damping online: it maps topics to samples, publishes estimates.
 
 Parameters: ``vehicle``, ``model`` and ``mapping``, each a name or a file; ``method`` (rls or ai);
-``state``, the checkpoint file; ``every``, the sample time between two estimates [s]. It publishes
+``checkpoint``, a file; ``output_interval``, the sample time between two estimates [s]. It publishes
 each estimate on ``~/estimates``, as the JSON line of ``hydrodamp live``, and its status on
 ``/diagnostics``.
 """
@@ -29,7 +29,11 @@ from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
 DISCOVERY_INTERVAL = 0.5  # s, between two searches for new topics
-SETTINGS = {"vehicle": "", "model": "", "mapping": "", "method": "rls", "state": "", "every": 1.0}
+SETTINGS = {
+    **dict.fromkeys(("vehicle", "model", "mapping", "checkpoint"), ""),
+    "method": "rls",
+    "output_interval": 1.0,
+}
 
 
 class Live(Node):
@@ -49,12 +53,12 @@ class Live(Node):
         self.queue = BoundedQueue[Message]()
         self.run = LiveRun(
             resolve.find_vehicle(parameters["vehicle"]),
-            resolve.find_model(parameters["model"])[0],
+            resolve.find_model(parameters["model"]).models[0],
             parameters["method"],
             self.publish,
             self.log_message,
-            output_interval=parameters["every"],
-            checkpoint_path=Path(parameters["state"]) if parameters["state"] else None,
+            output_interval=parameters["output_interval"],
+            checkpoint_path=Path(parameters["checkpoint"]) if parameters["checkpoint"] else None,
             source_counts=self.counts,
         )
         self.has_failed = False

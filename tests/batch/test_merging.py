@@ -74,5 +74,5 @@ def test_folds_of_different_terms_are_refused(folds, fleet):
     linear = summarise_log(fleet.log, fleet.vehicle, [hd.catalog["linear"]], METHOD)
     with pytest.raises(hd.ProblemError, match="different terms"):
         merge_statistics([folds[0], linear])
-    with pytest.raises(hd.ProblemError, match="at least one fold"):
+    with pytest.raises(hd.ProblemError, match="at least one log"):
         merge_statistics([])

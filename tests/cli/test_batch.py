@@ -38,8 +38,8 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")
-    assert "2 logs were in the cache" in done.stderr  # each day has the same two
-    assert "2026-05-02_dive.csv has the content of logs/2026-05-01_dive.csv" in done.stderr
+    assert "2 logs were read from the cache" in done.stderr  # each day has the same two
+    assert "2026-05-02_dive.csv is a duplicate of logs/2026-05-01_dive.csv" in done.stderr
 
 
 def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):

@@ -17,7 +17,7 @@ ONE = "compare a.csv --vehicle planar.yaml"
 def test_the_papers_models_by_the_usual_method_without_the_papers_numbers(
     folder, call, monkeypatch
 ):
-    monkeypatch.setattr("hydrodamp.identification.methods.MethodEntry.value", usual)
+    monkeypatch.setattr("hydrodamp.identification.methods.MethodEntry.make", usual)
     done = call(f"{ONE} --train 0:20 --test 20:40")
     for model in hd.PAPER_MODELS:
         assert model in done.stdout
@@ -100,14 +100,14 @@ def test_a_command_that_nothing_uses_is_told_and_no_fault(folder, call):
     wide = replace(log, commands=np.column_stack(list(more.values())), command_names=tuple(more))
     hd.write_log(wide, folder / "wide.csv")
     done = call(f"{PARTS.replace('ab.csv', 'wide.csv')} --models linear --methods ls --out out")
-    (line,) = (line for line in done.stderr.splitlines() if "nothing uses" in line)
+    (line,) = (line for line in done.stderr.splitlines() if "not used by" in line)
     assert "'battery_V', 'turns'" in line
     assert "Did you mean" not in line
     assert line.removeprefix("warning: ") in hd.read_comparison("out").provenance["warnings"]
 
 
 def test_a_current_in_the_log_is_told_once_and_that_nothing_is_kept(folder, call, monkeypatch):
-    current = "hydrodamp.conditioning.current.carries"
+    current = "hydrodamp.conditioning.current.current_warning"
     monkeypatch.setattr(current, lambda log: f"a current for {log.duration:.0f} s.")
     done = call(f"{PARTS} --models linear --methods ls")
     (line,) = (line for line in done.stderr.splitlines() if "current" in line)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.gaps import remove_samples
+from hydrodamp.conditioning.dropouts import remove_samples
 from hydrodamp.data.attitude import quaternion_from_euler, rotation_vectors
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

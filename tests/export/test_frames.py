@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.plant import FLU, term_sign
+from hydrodamp.export.gazebo import term_sign
+from hydrodamp.export.plant import FLU
 from hydrodamp.kernels.core import coriolis
 
 MODELS = [hd.catalog[key] for key in hd.PAPER_MODELS]

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.mujoco import MuJoCo
 from hydrodamp.export.plant import ExportedPlant
-from hydrodamp.export.scripts import execute_module
+from hydrodamp.export.scripts import MuJoCo, execute_module
 
 from .conftest import (
     ALL_ATOMS,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.export.coefficients import Stonefish, box_wrenches
 from hydrodamp.export.plant import ExportedPlant, States
-from hydrodamp.export.stonefish import Stonefish, box_wrenches
 
 from .conftest import write_export
 

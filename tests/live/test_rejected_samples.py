@@ -147,7 +147,7 @@ def clean_rows(dive, rows):
 def drag_of(record):
     state, labels = record.run.state.rls, list(record.lines[-1]["coefficients"])
     value = record.lines[-1]["coefficients"]["X_u|u|"]["value"]
-    return value, estimate_uncertainty(state).covariance[(labels.index("X_u|u|"),) * 2] ** 0.5
+    return value, estimate_uncertainty(state).standard_errors[labels.index("X_u|u|")]
 
 
 @pytest.mark.parametrize("rpm", [65535, 1e9, 1e200, 12_000, 30_000])

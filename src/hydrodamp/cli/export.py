@@ -30,7 +30,7 @@ def export(
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
     from hydrodamp.export.export import check_export
-    from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
+    from hydrodamp.report.page import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
     from hydrodamp.text import first_few
 

@@ -22,8 +22,8 @@ def report(
 ) -> None:
     """Write the HTML report of a folder of results without fitting again."""
     from hydrodamp.cli.provenance import check_out_file
-    from hydrodamp.report.fidelity_page import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import REPORT
+    from hydrodamp.report.page import CARD, PAGE, write_fidelity_page
 
     if (folder / CARD).is_file():
         check_out_file(out or folder / PAGE, (str(folder / CARD),), force)

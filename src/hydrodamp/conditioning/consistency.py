@@ -16,8 +16,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derivatives import GRAVITY
-from hydrodamp.conditioning.dropouts import find_mocap_dropouts, varying_position
-from hydrodamp.conditioning.gaps import ATTITUDE
+from hydrodamp.conditioning.dropouts import ATTITUDE, find_mocap_dropouts, varying_position
 from hydrodamp.conditioning.outliers import find_attitude_outliers
 from hydrodamp.data.channel_regression import (
     ChannelRegression,
@@ -30,19 +29,15 @@ from hydrodamp.data.channels import POSITION
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 
-_SCALE_TOLERANCE, _SIGN_TOLERANCE = (
-    0.08,
-    0.3,
-)  # relative error of a scale around a unit factor, and around -1
+#: Relative error of a scale around a unit factor, and around -1.
+_SCALE_TOLERANCE, _SIGN_TOLERANCE = 0.08, 0.3
 _MAX_SCALE_ERROR = 1.5  # times too large or too small, without a unit that explains it
 _SURE_CORRELATION = 0.95  # correlation from which a scale without a unit is reported
 _MIN_CORRELATION = 0.5  # correlation below which two channels do not measure one motion
 _DEAD_SCALE = 0.2  # share of the reference motion; a smaller scale is a dead channel
 _DEAD_SCALE_ANY_UNIT = 1e-4  # smaller than the ratio of any two units of a rate or a speed
 _MIN_SIGNAL_TO_NOISE = 10.0  # motion over noise from which a channel is moving
-_MIN_COMPONENT_SHARE = (
-    0.2  # of the largest increment, from which a component is expected to be seen
-)
+_MIN_COMPONENT_SHARE = 0.2  # of the largest increment, from which a component must be seen
 _INLIER_SHARE = 0.95  # of the samples; the others are outliers
 _MIN_JITTER = 0.2  # of a step, from which the clock is checked
 _MIN_ROUGHNESS_RATIO = 3.0  # roughness by clock over roughness by row number
@@ -109,10 +104,9 @@ class VehicleScale:
 
     def negligible(self, unit: str) -> float:
         """Return the standard deviation below which a velocity is not excited."""
+        is_linear = unit == "m/s"
         return (
-            _NEGLIGIBLE_SPEED * self.time_scale
-            if unit == "m/s"
-            else _NEGLIGIBLE_RATE / self.time_scale
+            _NEGLIGIBLE_SPEED * self.time_scale if is_linear else _NEGLIGIBLE_RATE / self.time_scale
         )
 
     def largest_plausible(self, unit: str) -> float:
@@ -126,18 +120,16 @@ _MIN_LENGTH_M, _MAX_LENGTH_M = 0.3, 100.0  # m
 _REFERENCE_LENGTH_M, _NEGLIGIBLE_SPEED, _NEGLIGIBLE_RATE = 2.0, 0.02, 0.01  # m, m/s, rad/s
 
 
-def _unit_confusions(quantity: str, other: str) -> dict[float, str]:
+def _unit_confusions(quantity: str, reference: str) -> dict[float, str]:
     """Return the unit confusion or sign error that each scale of a channel indicates."""
     unit = si_unit(quantity)
     units = {factor: name for name, factor in reversed(UNITS[quantity].items()) if name != unit}
-    return {
-        -1.0: f"of opposite sign to, or in another frame than, the {other}",
-        **{
-            factor: f"{unit} taken for {name} and converted once too often"
-            for factor, name in units.items()
-        },
-        **{1 / factor: f"{name} taken for {unit}" for factor, name in units.items()},
+    twice = {
+        factor: f"{unit} taken for {name} and converted once too often"
+        for factor, name in units.items()
     }
+    once = {1 / factor: f"{name} taken for {unit}" for factor, name in units.items()}
+    return {-1.0: f"of opposite sign to, or in another frame than, the {reference}"} | twice | once
 
 
 _RATE_CONFUSIONS = _unit_confusions("angular rate", "attitude")
@@ -160,20 +152,19 @@ def find_inconsistencies(log: Log, size: VehicleScale) -> Iterator[QualityIssue]
     dropouts = find_mocap_dropouts(log)
     invalid = find_attitude_outliers(log) | dropouts.get(ATTITUDE, False)
     attitude = np.where(invalid[:, np.newaxis], np.nan, log.attitude)
-    yield from _velocity_issues(
-        log, 3, integrate_rotation(attitude, log.bounds), size.negligible("rad/s")
-    )
+    rotation = integrate_rotation(attitude, log.bounds)
+    yield from _velocity_issues(log, 3, rotation, size.negligible("rad/s"))
     if (measured := varying_position(log)) is not None:
         missing = dropouts[POSITION.columns[0]][:, np.newaxis]
         position = np.where(missing, np.nan, measured)
-        displacement = integrate_displacement(attitude, position, log.bounds)
         exchanged = position[:, (1, 0, 2)] * np.array([1.0, 1.0, -1.0])
-        issue = _frame_issue(
-            log, measured, integrate_displacement(attitude, exchanged, log.bounds), displacement
+        displacement, alternative = (
+            integrate_displacement(attitude, values, log.bounds) for values in (position, exchanged)
         )
-        yield from (
-            [issue] if issue else _velocity_issues(log, 0, displacement, size.negligible("m/s"))
-        )
+        if issue := _frame_issue(log, measured, alternative, displacement):
+            yield issue
+        else:
+            yield from _velocity_issues(log, 0, displacement, size.negligible("m/s"))
 
 
 def _velocity_issues(
@@ -181,65 +172,64 @@ def _velocity_issues(
 ) -> Iterator[QualityIssue]:
     """Yield the issues of three velocities; those with the same problem share one issue."""
     units, reference, step = _COMPARISONS[first]
-    names = VELOCITIES[first : first + 3]
-    regressions = {
-        name: regress_channel(
-            log.time, log.bounds, log.velocity[:, [first + k]], reference_values[:, [k]]
-        )
-        for k, name in enumerate(names)
+    columns = {
+        name: first + k
+        for k, name in enumerate(VELOCITIES[first : first + 3])
         if name in log.velocity_names
     }
+    regressions = {
+        name: _regress(log, [column], reference_values[:, [column - first]])
+        for name, column in columns.items()
+    }
     largest = max((regression.rms_increment for regression in regressions.values()), default=0.0)
+    least = _MIN_COMPONENT_SHARE * largest if first == 0 else 0.0
     names_by_problem: dict[str, list[str]] = {}
     for name, regression in regressions.items():
-        noise = _MIN_SIGNAL_TO_NOISE * noise_std(reference_values[:, names.index(name)], log.bounds)
-        threshold = max(
-            noise,
-            negligible * regression.window_s,
-            _MIN_COMPONENT_SHARE * largest if first == 0 else 0.0,
+        noise = noise_std(reference_values[:, columns[name] - first], log.bounds)
+        threshold = (
+            max(_MIN_SIGNAL_TO_NOISE * noise, negligible * regression.window_s, least)
+            if log.n >= _MIN_SAMPLES
+            else np.inf
         )
-        problem = _describe_problem(
-            regression, units, threshold if log.n >= _MIN_SAMPLES else np.inf
-        )
+        problem = _describe_problem(regression, units, threshold)
         names_by_problem.setdefault(problem, []).append(name)
-    for problem, affected in names_by_problem.items():
-        scales = ", ".join(f"{regressions[name].scale:.3g}" for name in affected)
-        correlations = ", ".join(f"{regressions[name].correlation:.2f}" for name in affected)
-        span = regressions[affected[0]].window_s
-        evidence = (
-            f"over {span:.3g} s it is {scales} times the {reference} (correlation {correlations})"
-        )
-        remedy = f"derive it: `steps: [{step}: {{names: [{', '.join(affected)}]}}]`"
+    names_by_problem.pop("", None)
+    for problem, names in names_by_problem.items():
+        scales = ", ".join(f"{regressions[name].scale:.3g}" for name in names)
+        correlations = ", ".join(f"{regressions[name].correlation:.2f}" for name in names)
+        comparison = f"{scales} times the {reference} (correlation {correlations})"
+        evidence = f"over {regressions[names[0]].window_s:.3g} s it is {comparison}"
+        remedy = f"derive it: `steps: [{step}: {{names: [{', '.join(names)}]}}]`"
         if "too often" in problem:
-            remedy = (
-                "state the units of the file in the mapping, for example `unit: deg` for an angle"
-            )
+            example = "for example `unit: deg` for an angle"
+            remedy = f"state the units of the file in the mapping, {example}"
         elif " taken for " in problem:
             remedy = f"write `unit: {problem.split()[1]}` for it in the mapping"
         elif "sign" in problem:
             remedy = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
-        if problem:
-            yield QualityIssue(" ".join(affected), problem, evidence, remedy=remedy)
+        yield QualityIssue(" ".join(names), problem, evidence, remedy=remedy)
+
+
+def _regress(log: Log, columns: list[int], reference: FloatArray) -> ChannelRegression:
+    return regress_channel(log.time, log.bounds, log.velocity[:, columns], reference)
 
 
 def _describe_problem(
     regression: ChannelRegression, units: dict[float, str], threshold: float
 ) -> str:
     """Return the problem that a regression on the reference channel reveals, or ""."""
-    if regression.is_consistent() and (unit := _unit_confusion(regression.scale, units)):
+    is_consistent, scale = regression.is_consistent(), regression.scale
+    if is_consistent and (unit := _unit_confusion(scale, units)):
         return f"is {unit}"
     is_moving = regression.rms_increment > threshold
-    if abs(regression.scale) < (_DEAD_SCALE if is_moving else _DEAD_SCALE_ANY_UNIT) and (
-        is_moving or regression.is_consistent()
-    ):
+    is_dead = abs(scale) < (_DEAD_SCALE if is_moving else _DEAD_SCALE_ANY_UNIT)
+    if is_dead and (is_moving or is_consistent):
         return "does not measure the motion"
-    if regression.is_consistent():
-        is_plausible = (
-            1 / _MAX_SCALE_ERROR < regression.scale < _MAX_SCALE_ERROR
-            or abs(regression.correlation) < _SURE_CORRELATION
-        )
-        return "" if is_plausible or not is_moving else "has a wrong scale"
-    is_uncorrelated = is_moving and abs(regression.correlation) < _MIN_CORRELATION
+    correlation = abs(regression.correlation)
+    is_plausible = 1 / _MAX_SCALE_ERROR < scale < _MAX_SCALE_ERROR
+    if is_moving and is_consistent and not is_plausible and correlation >= _SURE_CORRELATION:
+        return "has a wrong scale"
+    is_uncorrelated = is_moving and correlation < _MIN_CORRELATION
     return "is uncorrelated with the motion of the vehicle" if is_uncorrelated else ""
 
 
@@ -265,17 +255,15 @@ def _frame_issue(
         ),
     }
     names = " ".join(name for name in VELOCITIES[:3] if name in log.velocity_names)
-    expected = regress_channel(log.time, log.bounds, log.velocity[:, :3], displacement)
+    expected = _regress(log, [0, 1, 2], displacement)
     for problem, (alternative, remedy) in alternatives.items():
-        regression = regress_channel(log.time, log.bounds, log.velocity[:, :3], alternative)
+        regression = _regress(log, [0, 1, 2], alternative)
         if regression.correlation > _SURE_CORRELATION and regression.explains_more_than(expected):
-            evidence = f"its integral correlates with the position by {expected.correlation:.2f}"
-            return QualityIssue(
-                names,
-                problem,
-                f"{evidence}, in those axes by {regression.correlation:.2f}",
-                remedy=remedy,
+            evidence = (
+                f"its integral correlates with the position by {expected.correlation:.2f}, in "
+                f"those axes by {regression.correlation:.2f}"
             )
+            return QualityIssue(names, problem, evidence, remedy=remedy)
     return None
 
 
@@ -288,18 +276,16 @@ def _clock_issue(log: Log) -> Iterator[QualityIssue]:
     blocks += [] if log.attitude is None else [integrate_rotation(log.attitude, log.bounds)]
     ratios = _clock_roughness(log, np.column_stack(blocks))
     in_bursts = shortest < _BURST_STEP_SHARE * float(np.mean(log.steps))
-    if in_bursts or (
-        ratios.max() > _MIN_ROUGHNESS_RATIO and ratios.min() > 1 / _MIN_ROUGHNESS_RATIO
-    ):
-        evidence = f"by row number the motion is {ratios.max():.2g} times smoother"
-        yield QualityIssue(
-            "time",
-            "is not the sampling time",
-            f"its steps are from {low:.2g} to {high:.2g} s, "
-            + ("in bursts" if in_bursts else evidence),
-            remedy="use the sensor's time stamp (`time: header.stamp` in the mapping), not the "
-            "arrival time of the message",
+    is_rough = ratios.max() > _MIN_ROUGHNESS_RATIO and ratios.min() > 1 / _MIN_ROUGHNESS_RATIO
+    if in_bursts or is_rough:
+        smoothness = f"by row number the motion is {ratios.max():.2g} times smoother"
+        evidence = f"its steps are from {low:.2g} to {high:.2g} s, "
+        remedy = (
+            "use the sensor's time stamp (`time: header.stamp` in the mapping), not the arrival "
+            "time of the message"
         )
+        evidence += "in bursts" if in_bursts else smoothness
+        yield QualityIssue("time", "is not the sampling time", evidence, remedy=remedy)
 
 
 def _clock_roughness(log: Log, values: FloatArray) -> FloatArray:
@@ -311,9 +297,6 @@ def _clock_roughness(log: Log, values: FloatArray) -> FloatArray:
     rise, ahead = values[rows] - values[rows - 1], values[rows + 1] - values[rows - 1]
     by_clock, by_row = np.abs(rise - share[:, np.newaxis] * ahead), np.abs(rise - ahead / 2)
     inliers = by_row <= np.quantile(by_row, _INLIER_SHARE, axis=0)
-    clock_error, row_error = (
-        np.mean(errors, axis=0, where=inliers) for errors in (by_clock, by_row)
-    )
-    return np.asarray(
-        np.divide(clock_error, row_error, out=np.ones_like(clock_error), where=row_error > 0.0)
-    )
+    clock_error, row_error = (np.mean(error, axis=0, where=inliers) for error in (by_clock, by_row))
+    ratios = np.ones_like(clock_error)
+    return np.asarray(np.divide(clock_error, row_error, out=ratios, where=row_error > 0.0))

@@ -95,9 +95,9 @@ def _water_velocity_regressors(
     log: Log, rows: IntArray, commands: Sequence[str] | None
 ) -> tuple[FloatArray, FloatArray]:
     """Return the regressors of surge and sway through the water."""
-    names = log.command_names if commands is None else commands
     surge, drift = [np.ones(len(rows))], [np.ones(len(rows))]
-    for values in (log.command(name)[rows] for name in names):
+    for name in log.command_names if commands is None else commands:
+        values = log.command(name)[rows]
         if np.ptp(values) > 0:
             scaled = (values - values.mean()) / values.std()
             surge += [scaled, scaled**2]
@@ -114,12 +114,10 @@ def _current_regressors(log: Log, rows: IntArray, knots: FloatArray) -> sparse.s
     """Return the components of the current at each knot along surge and sway."""
     assert log.attitude is not None
     world = rotation_matrices(log.attitude[rows])  # world = R body
-    elapsed = log.elapsed[rows]
-    shares = [np.interp(elapsed, knots, unit) for unit in np.eye(len(knots))]
+    shares = [np.interp(log.elapsed[rows], knots, unit) for unit in np.eye(len(knots))]
     share = sparse.csr_array(np.column_stack(shares))
     blocks: Any = [
-        [share * world[:, direction, axis][:, np.newaxis] for direction in (0, 1)]
-        for axis in (0, 1)
+        [share * world[:, direction, axis, np.newaxis] for direction in (0, 1)] for axis in (0, 1)
     ]
     return sparse.block_array(blocks, format="csr")
 
@@ -129,14 +127,7 @@ _MIN_HEADING_DIVERSITY = 0.05  # less: all headings within about 20 degrees
 _HUBER_CONSTANT = 1.345  # robust standard deviations; 95 % efficient under normal noise
 _IRLS_ITERATIONS = 15
 _VELOCITY_RESOLUTION = 1e-4  # m/s; no Doppler log is more accurate
-_BLOCK_LENGTHS = (
-    7.5,
-    15.0,
-    30.0,
-    60.0,
-    120.0,
-    240.0,
-)  # s; the longest exceeds the correlation time
+_BLOCK_LENGTHS = (7.5, 15.0, 30.0, 60.0, 120.0, 240.0)  # s; beyond the correlation time
 _MIN_BLOCKS = 10
 
 
@@ -193,9 +184,7 @@ class Current:
             Towards north and east [m/s]; constant before the first knot and after the last.
         """
         times: FloatArray = np.asarray(elapsed, dtype=np.float64)
-        return np.column_stack(
-            [np.interp(times, self.time, component) for component in self.velocity.T]
-        )
+        return np.column_stack([np.interp(times, self.time, values) for values in self.velocity.T])
 
 
 def estimate_current(
@@ -342,10 +331,8 @@ def _check_inputs(log: Log, spacing: float, drift: float) -> None:
     reason = "a current is estimated from u and v on several headings"
     faults = [f"there is no {channel}; {reason}" for channel in lacking]
     if not (spacing > 0 and np.isfinite(drift) and drift >= 0):
-        faults.append(
-            f"`spacing` must be positive [s] and `drift` zero or positive [m/s]; got {spacing:g}"
-            f" and {drift:g}"
-        )
+        rule = "`spacing` must be positive [s] and `drift` zero or positive [m/s]"
+        faults.append(f"{rule}; got {spacing:g} and {drift:g}")
     if faults:
         raise LogError(faults, source=log.source)
 
@@ -353,14 +340,10 @@ def _check_inputs(log: Log, spacing: float, drift: float) -> None:
 def _robust_weights(residuals: FloatArray, elapsed: FloatArray) -> FloatArray:
     """Return Huber weights over the long-run variance of the residuals."""
     scale = max(float(mad_std(residuals)), _VELOCITY_RESOLUTION)
-    huber = np.minimum(
-        1.0, _HUBER_CONSTANT * scale / np.maximum(np.abs(residuals), _VELOCITY_RESOLUTION)
-    )
-    variance = (
-        max(_block_variance(huber * residuals, elapsed, block) for block in _BLOCK_LENGTHS)
-        / scale**2
-    )
-    return np.asarray(huber / (scale**2 * max(variance, 1.0)))
+    sizes = np.maximum(np.abs(residuals), _VELOCITY_RESOLUTION)
+    huber = np.minimum(1.0, _HUBER_CONSTANT * scale / sizes)
+    variances = [_block_variance(huber * residuals, elapsed, block) for block in _BLOCK_LENGTHS]
+    return np.asarray(huber / (scale**2 * max(max(variances) / scale**2, 1.0)))
 
 
 def _block_variance(residuals: FloatArray, elapsed: FloatArray, block: float) -> float:

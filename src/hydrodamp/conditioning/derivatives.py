@@ -257,10 +257,7 @@ GRAVITY = 9.80665
 
 
 def acceleration_from_accelerometer(
-    log: Log,
-    lever_arm: npt.ArrayLike = (0.0, 0.0, 0.0),
-    *,
-    seconds: float | None = None,
+    log: Log, lever_arm: npt.ArrayLike = (0.0, 0.0, 0.0), *, seconds: float | None = None
 ) -> Log:
     """Return a log whose accelerations come from its specific force.
 

@@ -1,14 +1,127 @@
-"""Sensor dropouts: frozen sensors, sample-and-hold, lost bottom lock (DVL), lost frames (mocap)."""
+"""Sensor dropouts (frozen, sample-and-hold, lost bottom lock or frames), and their removal.
+
+Short gaps are interpolated, linearly or by slerp; the log is cut at long gaps.
+"""
 
 from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, true_runs
-from hydrodamp.data.channels import POSITION
-from hydrodamp.data.log import Log, recorded_velocities
+from hydrodamp.data.attitude import slerp
+from hydrodamp.data.canonical import columns_of
+from hydrodamp.data.channels import BLOCKS, POSITION
+from hydrodamp.data.log import Log, extract_segments, recorded_velocities
+from hydrodamp.data.record import Segment, max_step
+from hydrodamp.errors import LogError
+
+#: Name of the quaternion channel.
+ATTITUDE = "attitude"
+
+_SENSOR_CHANNELS = [
+    (block.name, place, name)
+    for block in BLOCKS
+    if block.is_sensed
+    for place, name in enumerate(block.columns)
+]
+
+
+class _Gaps(NamedTuple):
+    """The valid samples before and after every sample of a channel."""
+
+    before: IntArray
+    after: IntArray
+    share: FloatArray  # interpolation weight of the sample after
+    bridged: BoolArray
+    cut: BoolArray
+
+    def ends(self, values: FloatArray) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
+        """Return the bridged rows, their values before and after, and the weights."""
+        rows = self.bridged
+        return rows, values[self.before[rows]], values[self.after[rows]], self.share[rows]
+
+
+def sensor_columns(log: Log) -> dict[str, FloatArray]:
+    """Return the columns of sensors, without attitude and commands."""
+    sensed = {name for _, _, name in _SENSOR_CHANNELS}
+    return {name: values for name, values in columns_of(log).items() if name in sensed}
+
+
+def remove_samples(
+    log: Log, masks: Mapping[str, BoolArray], reason: str, longest: float | None = None
+) -> Log:
+    """Return a log without the masked samples; its notes count them per channel."""
+    span = max_step(log.steps) if longest is None else longest
+    gaps = {name: _find_gaps(log, rows, span) for name, rows in masks.items() if rows.any()}
+    if not gaps:
+        return log
+    notes = [
+        f"{reason}: {n} of {log.n} samples of `{name}` ({100 * n / log.n:.2g} %) {done}"
+        for name, gap in gaps.items()
+        for rows, done in ((gap.bridged, "interpolated"), (gap.cut, "cut out"))
+        if (n := int(rows.sum()))
+    ]
+    cut = np.logical_or.reduce([gap.cut for gap in gaps.values()])
+    return _cut_rows(_interpolate_gaps(log, gaps), cut, reason).with_notes(*notes)
+
+
+def true_runs(mask: BoolArray) -> list[tuple[int, int]]:
+    """Return the half-open index ranges in which a mask is true."""
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False)).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _find_gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
+    index = np.arange(log.n)
+    before = np.maximum.accumulate(np.where(lost, -1, index))
+    after = np.minimum.accumulate(np.where(lost, log.n, index)[::-1])[::-1]
+    inside = (before >= 0) & (after < log.n)
+    before, after = np.maximum(before, 0), np.minimum(after, log.n - 1)
+    segment = np.repeat(np.arange(len(log.segments)), np.diff(log.bounds, axis=1).ravel())
+    near = inside & (segment[before] == segment) & (segment[after] == segment)
+    span = log.time[after] - log.time[before]
+    bridged = lost & near & (span <= longest * (1 + 1e-9))
+    share = np.divide(log.time - log.time[before], span, out=np.zeros(log.n), where=bridged)
+    return _Gaps(before, after, share, bridged, lost & ~bridged)
+
+
+def _interpolate_gaps(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
+    blocks: dict[str, Any] = {}
+    for block, column_index, name in _SENSOR_CHANNELS:
+        if name in gaps:
+            column = blocks.setdefault(block, getattr(log, block).copy())[:, column_index]
+            rows, first, last, share = gaps[name].ends(column)
+            column[rows] = first + share * (last - first)
+    if ATTITUDE in gaps and log.attitude is not None:
+        blocks[ATTITUDE] = log.attitude.copy()
+        rows, *ends = gaps[ATTITUDE].ends(log.attitude)
+        blocks[ATTITUDE][rows] = slerp(*ends)
+    return dataclasses.replace(log, **blocks)
+
+
+def _cut_rows(log: Log, cut: BoolArray, reason: str) -> Log:
+    """Remove samples and split segments there."""
+    if not cut.any():
+        return log
+    pieces = [piece for segment in log.segments for piece in _split_segment(segment, cut)]
+    if not pieces:
+        fault = f"{reason}: no two adjacent samples remain of {log.n}"
+        raise LogError(fault, source=log.source)
+    return extract_segments(log, pieces)
+
+
+def _split_segment(segment: Segment, cut: BoolArray) -> Iterator[Segment]:
+    """Yield the remaining parts of a segment, numbered if there are several."""
+    spans = [(a, b) for a, b in true_runs(~cut[segment.start : segment.stop]) if b - a >= 2]
+    for number, (start, stop) in enumerate(spans, start=1):
+        name = segment.name if len(spans) == 1 else f"{segment.name}.{number}"
+        yield Segment(name, segment.start + start, segment.start + stop)
+
 
 #: By channel, which samples to remove, shape (n,).
 Masks = dict[str, BoolArray]
@@ -55,8 +168,8 @@ def find_frozen(log: Log, seconds: float = 1.0) -> Masks:
     """Return the repeated samples of frozen velocities, attitude and position."""
     repeats, masks = _repeat_masks(log), Masks()
     for name, values in recorded_velocities(log).items():
-        others_repeat = [mask for channel, mask in repeats.items() if channel != name]
-        moving = ~np.logical_and.reduce(others_repeat or [np.ones(log.n, dtype=np.bool_)])
+        others = [mask for channel, mask in repeats.items() if channel != name]
+        moving = ~np.logical_and.reduce(others or [np.ones(log.n, dtype=np.bool_)])
         masks[name] = _frozen_mask(log, values, repeats[name], moving, seconds)
     turning = None if log.attitude is None else log.attitude[:, 1:]
     poses = (((ATTITUDE,), turning, 3), (POSITION.columns, varying_position(log), 0))
@@ -121,13 +234,11 @@ def interpolate_sample_and_hold(log: Log) -> Log:
 def find_sample_and_hold(log: Log) -> Masks:
     """Return the repeated samples of velocities recorded by sample and hold."""
     repeats, masks = _repeat_masks(log), Masks()
-    min_share = min((float(same.mean()) for same in repeats.values()), default=0.0)
+    least = min((float(same.mean()) for same in repeats.values()), default=0.0)
+    min_share = max(_MIN_REPEATED_SHARE, _FROZEN_FACTOR * least)
     for name in log.velocity_names:
         first, last, _ = _constant_runs(log, same := repeats[name])
-        if (
-            same.mean() < max(_MIN_REPEATED_SHARE, _FROZEN_FACTOR * min_share)
-            or len(first) < _MIN_UPDATES
-        ):
+        if same.mean() < min_share or len(first) < _MIN_UPDATES:
             continue
         short, median, long = np.quantile(last - first + 1, (0.1, 0.5, 0.75)).tolist()
         if median > 1.0 and short > _MIN_REGULARITY * median and long < median / _MIN_REGULARITY:
@@ -158,15 +269,11 @@ def _frozen_mask(
     if len(first) <= len(log.segments):  # a constant channel
         return mask
     limit = max(seconds, _FROZEN_FACTOR * float(np.quantile(durations, _RUN_QUANTILE)))
-    steps = last - first
+    steps, is_nonzero = last - first, values[first].reshape(len(first), -1).any(axis=1)
     count = np.concatenate(([0], np.cumsum(moving)))
-    n_moving = count[last + 1] - count[first + 1]
-    long = (
-        (durations > limit)
-        & (steps >= _MIN_FROZEN_STEPS)
-        & values[first].reshape(len(first), -1).any(axis=1)
-    )
-    for run in np.flatnonzero(long & (n_moving >= _MIN_MOVING_SHARE * steps)).tolist():
+    is_moving = count[last + 1] - count[first + 1] >= _MIN_MOVING_SHARE * steps
+    frozen = (durations > limit) & (steps >= _MIN_FROZEN_STEPS) & is_nonzero & is_moving
+    for run in np.flatnonzero(frozen).tolist():
         mask[first[run] + 1 : last[run] + 1] = True
     return mask
 
@@ -214,18 +321,13 @@ def mask_dvl_dropouts(log: Log, *, flag: str | None = None) -> Log:
 
 def find_dvl_dropouts(log: Log, flag: str | None = None) -> Masks:
     """Return the linear velocities written without bottom lock."""
-    linear = {
-        name: component
-        for name, component in recorded_velocities(log).items()
-        if name in VELOCITIES[:3]
-    }
+    linear = [name for name in VELOCITIES[:3] if name in log.velocity_names]
     if not linear:
         return {}
-    values = np.column_stack([*linear.values()])
+    values = log.velocity[:, [VELOCITIES.index(name) for name in linear]]
     median_speed = float(np.median(np.abs(values).max(axis=1)))
-    mask = is_invalid_velocity(values, MAX_SPEED if median_speed <= MAX_SPEED / 2 else np.inf).any(
-        axis=1
-    )
+    fastest = MAX_SPEED if median_speed <= MAX_SPEED / 2 else np.inf
+    mask = is_invalid_velocity(values, fastest).any(axis=1)
     mask |= _zero_dropouts(values, log.bounds, _MIN_DROPOUT_SPEED)
     if flag is not None:
         mask |= log.command(flag) == 0.0
@@ -234,10 +336,8 @@ def find_dvl_dropouts(log: Log, flag: str | None = None) -> Masks:
 
 def is_invalid_velocity(values: FloatArray, fastest: float) -> BoolArray:
     """Return which values of a velocity sensor are invalid."""
-    sentinel = (
-        np.abs(values[..., np.newaxis] - np.array(DVL_SENTINELS)).min(axis=-1) < _SENTINEL_TOLERANCE
-    )
-    return np.asarray(sentinel | ~(np.abs(values) <= fastest))
+    distance = np.abs(values[..., np.newaxis] - np.array(DVL_SENTINELS)).min(axis=-1)
+    return np.asarray((distance < _SENTINEL_TOLERANCE) | ~(np.abs(values) <= fastest))
 
 
 def _zero_dropouts(values: FloatArray, bounds: IntArray, threshold: float) -> BoolArray:

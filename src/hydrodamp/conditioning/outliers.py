@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, mad_std
-from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, sensor_columns
+from hydrodamp.conditioning.dropouts import ATTITUDE, remove_samples, sensor_columns
 from hydrodamp.data.attitude import rotation_vectors
 from hydrodamp.data.channels import ACCELERATION
 from hydrodamp.data.log import Log
@@ -76,21 +76,27 @@ def find_outliers(log: Log, values: FloatArray, threshold: float = 6.0) -> BoolA
     from scipy.ndimage import median_filter  # takes long to import
 
     # The segment is mirrored at its ends.
-    medians = [
-        median_filter(values[a:b], size=_WINDOW_SAMPLES, mode="mirror")
-        for a, b in log.bounds.tolist()
-    ]
+    segments = [values[a:b] for a, b in log.bounds.tolist()]
+    medians = [median_filter(part, size=_WINDOW_SAMPLES, mode="mirror") for part in segments]
     distance = np.abs(values - np.concatenate(medians))
     low, high = np.quantile(values, (0.05, 0.95))
-    negligible = _NEGLIGIBLE_SHARE * float(high - low)  # too small to matter
-    min_deviation = max(
-        threshold * _typical_deviation(log, values), negligible, _rounding_error(values)
-    )
+    negligible = max(_NEGLIGIBLE_SHARE * float(high - low), _rounding_error(values))
+    limit = max(threshold * _typical_deviation(log, values), negligible)
+    return _outlying(log, values, distance > limit, _deviation_from_line, (threshold, limit))
+
+
+def _outlying(
+    log: Log,
+    values: FloatArray,
+    candidates: BoolArray,
+    deviation_of: DeviationFunction,
+    limits: tuple[float, float],
+) -> BoolArray:
+    """Return which candidates deviate by more than a relative and an absolute limit."""
     mask = np.zeros(log.n, dtype=np.bool_)
-    for rows, deviation, spread in _window_deviations(
-        log, values, distance > min_deviation, _deviation_from_line
-    ):
-        mask[rows] = deviation > np.maximum(threshold * spread, min_deviation)
+    windows = _window_deviations(log, values, candidates, deviation_of)
+    for rows, deviation, spread in windows:
+        mask[rows] = deviation > np.maximum(limits[0] * spread, limits[1])
     return mask
 
 
@@ -106,11 +112,8 @@ def _window_deviations(
             first = np.clip(centres - width // 2, start, stop - width)
             window = first[:, np.newaxis] + np.arange(width)
             deviations = deviation_of(log.time[window], values[window])
-            yield (
-                centres,
-                deviations[np.arange(len(centres)), centres - first],
-                mad_std(deviations, axis=1),
-            )
+            at_centre = deviations[np.arange(len(centres)), centres - first]
+            yield centres, at_centre, mad_std(deviations, axis=1)
 
 
 def _deviation_from_line(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -129,17 +132,13 @@ def _typical_deviation(log: Log, values: FloatArray) -> float:
     sampled = np.zeros(log.n, dtype=np.bool_)
     for start, stop in log.bounds.tolist():
         sampled[start : stop : -(-log.n // _MAX_SPREAD_SAMPLES)] = True
-    deviations = [
-        deviation
-        for _, deviation, _ in _window_deviations(log, values, sampled, _deviation_from_line)
-    ]
-    all_deviations = np.concatenate(deviations) if deviations else np.zeros(1)
-    nonzero = all_deviations > _rounding_error(values)
-    flickers = (
-        np.median(all_deviations) <= _rounding_error(values)
-        and np.mean(nonzero) > _MIN_FLICKER_SHARE
-    )
-    return float(mad_std(all_deviations[nonzero] if flickers else all_deviations))
+    windows = _window_deviations(log, values, sampled, _deviation_from_line)
+    deviations = np.concatenate([np.empty(0), *(deviation for _, deviation, _ in windows)])
+    if not len(deviations):
+        return 0.0
+    nonzero = deviations > (rounding := _rounding_error(values))
+    flickers = np.median(deviations) <= rounding and np.mean(nonzero) > _MIN_FLICKER_SHARE
+    return float(mad_std(deviations[nonzero] if flickers else deviations))
 
 
 def _rounding_error(values: FloatArray) -> float:
@@ -180,18 +179,14 @@ def remove_attitude_outliers(log: Log, *, threshold: float = 6.0) -> Log:
 
 def find_attitude_outliers(log: Log, threshold: float = 6.0) -> BoolArray:
     """Return which attitude samples jump away and back."""
-    candidates, mask = np.zeros((2, log.n), dtype=np.bool_)
+    candidates = np.zeros(log.n, dtype=np.bool_)
     if log.attitude is None:
-        return mask
+        return candidates
     for start, stop in log.bounds.tolist():
-        candidates[start:stop] = (
-            _rotation_changes(log.attitude[start:stop]) > _MIN_ATTITUDE_JUMP / 2
-        )
-    for rows, deviation, spread in _window_deviations(
-        log, log.attitude, candidates, _deviation_from_rotation
-    ):
-        mask[rows] = deviation > np.maximum(threshold * spread, _MIN_ATTITUDE_JUMP)
-    return mask
+        changes = _rotation_changes(log.attitude[start:stop])
+        candidates[start:stop] = changes > _MIN_ATTITUDE_JUMP / 2
+    limits = threshold, _MIN_ATTITUDE_JUMP
+    return _outlying(log, log.attitude, candidates, _deviation_from_rotation, limits)
 
 
 def _rotation_changes(attitude: FloatArray) -> FloatArray:

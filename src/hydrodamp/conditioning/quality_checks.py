@@ -16,14 +16,15 @@ from hydrodamp.conditioning.consistency import (
     find_inconsistencies,
 )
 from hydrodamp.conditioning.dropouts import (
+    ATTITUDE,
     MAX_SPEED,
     Masks,
     find_dvl_dropouts,
     find_frozen,
     find_mocap_dropouts,
     find_sample_and_hold,
+    true_runs,
 )
-from hydrodamp.conditioning.gaps import ATTITUDE, true_runs
 from hydrodamp.conditioning.outliers import find_attitude_outliers, find_outliers
 from hydrodamp.conditioning.vertical_axis import vertical_tests
 from hydrodamp.data.attitude import euler_from_quaternion
@@ -37,10 +38,7 @@ _SENSOR_OF |= dict.fromkeys(EULER, ATTITUDE)
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL_RANGE_US = (1300.0, 1700.0)  # us
 _MAX_STEP_S = 20.0  # s; a longer median step indicates milliseconds
-_JUMP_FACTOR, _JUMP_LENGTH_SHARE = (
-    10.0,
-    0.1,
-)  # times the median position step; share of the vehicle length
+_JUMP_FACTOR, _JUMP_LENGTH_SHARE = 10.0, 0.1  # times the median position step; of the length
 _MINOR_SHARE = 0.05  # of the samples; fewer make an issue minor
 _OUTLIER_RANGE_FACTOR = 2.0  # times the 5-95 % range
 _ANGLE_NAMES = ("rudder", "fin", "elevator", "delta", "stern", "plane", "aileron")
@@ -110,37 +108,30 @@ def _clock_unit_issue(log: Log) -> Iterator[QualityIssue]:
 def _speed_unit_issue(log: Log) -> Iterator[QualityIssue]:
     # Velocities not recorded are zero.
     if (usual := float(np.median(np.linalg.norm(log.velocity[:, :3], axis=1)))) > MAX_SPEED / 2:
-        listed = " ".join(name for name in log.velocity_names if name in VELOCITIES[:3])
-        evidence = f"{usual:.3g} m/s"
-        yield QualityIssue(
-            listed, "may be cm/s or mm/s, not m/s", f"the median speed is {evidence}"
-        )
+        names = " ".join(name for name in log.velocity_names if name in VELOCITIES[:3])
+        evidence = f"the median speed is {usual:.3g} m/s"
+        yield QualityIssue(names, "may be cm/s or mm/s, not m/s", evidence)
 
 
 def _sample_issues(
     log: Log, size: VehicleScale, reported: Container[str]
 ) -> Iterator[QualityIssue]:
     """Yield issues of single samples; each sample is reported once per sensor."""
-    speeds = {
-        name: np.abs(values)
-        for name, values in recorded_velocities(log).items()
-        if name not in reported
-    }
-    position_speed = (
-        {} if log.position is None else {"position": _position_speed(log, log.position, size)}
-    )
-    reported_rows: defaultdict[str, BoolArray] = defaultdict(
-        lambda: np.zeros(log.n, dtype=np.bool_)
-    )
-    for issue, rows in (
+    velocities = recorded_velocities(log).items()
+    speeds = {name: np.abs(values) for name, values in velocities if name not in reported}
+    position = log.position
+    jumps = {} if position is None else {"position": _position_speed(log, position, size)}
+    issues = (
         *_excessive_speeds(size, speeds),
         *_detected_faults(log),
-        *_excessive_speeds(size, position_speed),
-    ):
+        *_excessive_speeds(size, jumps),
+    )
+    reported_rows = defaultdict[str, BoolArray](lambda: np.zeros(log.n, dtype=np.bool_))
+    for issue, rows in issues:
         kinds = {_SENSOR_OF.get(name, name) for name in issue.channel.split()}
         new = rows & ~np.logical_and.reduce([reported_rows[kind] for kind in kinds])
+        padded = np.pad(rows, 1)
         for kind in kinds:
-            padded = np.pad(rows, 1)
             reported_rows[kind] = reported_rows[kind] | rows | padded[2:] | padded[:-2]
         if new.any():
             yield replace(issue, where=_format_times(log, new))
@@ -156,14 +147,13 @@ def _excessive_speeds(size: VehicleScale, speeds: dict[str, FloatArray]) -> _Loc
         unit = unit_of(name) if name in VELOCITIES else "m/s"
         rows = values > (limit := size.largest_plausible(unit))
         if rows.any() and np.median(values) < limit:
-            issue = QualityIssue(
-                name,
-                f"exceeds the plausible speed of a vehicle of {size.length:.2g} m",
-                f"its maximum is {values.max():.3g} {unit}, the limit {limit:.2g} {unit}",
-                remedy="check its unit; if positions jump, start the `steps` of the mapping with "
-                "`clean`, or split the log there by `segment`",
+            problem = f"exceeds the plausible speed of a vehicle of {size.length:.2g} m"
+            evidence = f"its maximum is {values.max():.3g} {unit}, the limit {limit:.2g} {unit}"
+            remedy = (
+                "check its unit; if positions jump, start the `steps` of the mapping with "
+                "`clean`, or split the log there by `segment`"
             )
-            yield issue, rows
+            yield QualityIssue(name, problem, evidence, remedy=remedy), rows
 
 
 def _position_speed(log: Log, position: FloatArray, size: VehicleScale) -> FloatArray:
@@ -196,10 +186,7 @@ def _attitude_outlier_masks(log: Log) -> Masks:
 
 
 _DETECTORS: dict[str, tuple[Callable[[Log], Masks], str]] = {
-    "mask_dvl_dropouts": (
-        find_dvl_dropouts,
-        "drops to zero or to an invalid value",
-    ),
+    "mask_dvl_dropouts": (find_dvl_dropouts, "drops to zero or to an invalid value"),
     "mask_mocap_dropouts": (
         find_mocap_dropouts,
         "is zero in all components, as when motion capture loses the vehicle",
@@ -220,10 +207,7 @@ def _detected_faults(log: Log) -> _LocatedIssues:
             evidence = f"{rows.sum()} of {log.n} samples"
             remedy = f"add `steps: [{step}]` to the mapping"
             is_minor = float(rows.mean()) < _MINOR_SHARE
-            yield (
-                QualityIssue(" ".join(masks), problem, evidence, remedy=remedy, is_minor=is_minor),
-                rows,
-            )
+            yield QualityIssue(" ".join(masks), problem, evidence, "", remedy, is_minor), rows
 
 
 def _format_times(log: Log, rows: BoolArray) -> str:
@@ -240,20 +224,18 @@ def _accelerometer_issues(log: Log) -> Iterator[QualityIssue]:
         return
     size = float(np.median(np.linalg.norm(log.specific_force, axis=1)))
     if abs(size - 1.0) < _GRAVITY_TOLERANCE:
-        yield QualityIssue(
-            "specific_force", "is g taken for m/s^2", f"its median size is {size:.3g}"
-        )
+        evidence = f"its median size is {size:.3g}"
+        yield QualityIssue("specific_force", "is g taken for m/s^2", evidence)
     for test in vertical_tests(replace(log, position=None)):
         if test.log_odds < 0.0:
-            remedy = "if the whole log has z up, write `frame: FLU` in a mapping, else `sign: -1`"
             problem = "has the opposite sign, or the log has z up"
-            yield QualityIssue(
-                "specific_force", problem, f"{test.message}, but z must be down", remedy=remedy
-            )
+            evidence = f"{test.message}, but z must be down"
+            remedy = "if the whole log has z up, write `frame: FLU` in a mapping, else `sign: -1`"
+            yield QualityIssue("specific_force", problem, evidence, remedy=remedy)
 
 
 def _pulse_width_issues(log: Log) -> Iterator[QualityIssue]:
-    channels = {name: log.command(name) for name in log.command_names}
+    channels = dict(zip(log.command_names, log.commands.T, strict=True))
     if log.wrench is not None:
         channels |= dict(zip(AXES, log.wrench.T, strict=True))
     for name, values in channels.items():

@@ -7,7 +7,7 @@ into a confidence by the logistic function.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,8 @@ PRIOR_LOG_ODDS = 0.6
 #: Confidence [%] from which the axes count as known.
 SURE_CONFIDENCE = 90
 
+UNDECIDED = "The direction of z is undetermined"
+_INDISTINGUISHABLE = "motion alone cannot distinguish FRD over NED from FLU over a world with z up"
 _GRAVITY_LOG_ODDS, _DEPTH_LOG_ODDS, _SURFACE_LOG_ODDS = 4.0, 4.0, 0.8  # log-odds of full agreement
 _MIN_VERTICAL_SHARE = 0.8  # vertical share of a specific force from which it is gravity
 _MIN_DEPTH_CORRELATION = 0.3  # correlation from which depth and vertical velocity agree
@@ -46,11 +48,12 @@ class VerticalAxis:
     evidence: tuple[AxisEvidence, ...]
 
     @classmethod
-    def combine(cls, signs: tuple[AxisEvidence, ...]) -> VerticalAxis:
+    def combine(cls, tests: Iterable[AxisEvidence]) -> VerticalAxis:
         """Add the log-odds of all tests to the prior."""
-        total = PRIOR_LOG_ODDS + sum(test.log_odds for test in signs)
-        confidence_ = 100 / (1 + math.exp(-abs(total)))
-        return cls("FRD" if total > 0 else "FLU", min(_MAX_CONFIDENCE, round(confidence_)), signs)
+        evidence = tuple(tests)
+        total = PRIOR_LOG_ODDS + sum(test.log_odds for test in evidence)
+        confidence = round(100 / (1 + math.exp(-abs(total))))
+        return cls("FRD" if total > 0 else "FLU", min(_MAX_CONFIDENCE, confidence), evidence)
 
     @property
     def is_sure(self) -> bool:
@@ -61,11 +64,22 @@ class VerticalAxis:
     def warnings(self) -> tuple[str, ...]:
         """A warning if the axes are not known, with what to write once they are."""
         message = (
-            f"motion alone cannot distinguish FRD over NED from FLU over a world with z up: "
-            f"{self.body} has a confidence of {self.confidence} %. Use an accelerometer, a depth "
-            "or documentation, then write `frame: FRD`, or `frame: FLU` with `world: NWU` (`ENU`)."
+            f"{_INDISTINGUISHABLE}: {self.body} has a confidence of {self.confidence} %. Use an "
+            "accelerometer, a depth or documentation, then write `frame: FRD`, or `frame: FLU` "
+            "with `world: NWU` (`ENU`)."
         )
         return () if self.is_sure else (message,)
+
+    def describe(self, responses: Sequence[str]) -> str:
+        """Return the evidence for the direction of z, or what would determine it."""
+        evidence = "; ".join(test.message for test in self.evidence)
+        if self.is_sure:
+            return f"{self.body} by {self.confidence} %: {evidence}."
+        observed = f" Responses: {'; '.join(responses)}." if responses else ""
+        return (
+            f"{UNDECIDED}: {_INDISTINGUISHABLE}{f'; {evidence}' if evidence else ''}.{observed}"
+            " Compare with the actual motion, or record a specific force or a depth."
+        )
 
 
 def gravity_test(force: FloatArray, down: FloatArray) -> Iterator[AxisEvidence]:
@@ -86,34 +100,27 @@ def depth_test(
 ) -> Iterator[AxisEvidence]:
     """Depth test: a depth grows with the velocity along the world's z if z is down."""
     columns = rise[:, np.newaxis], depth[:, np.newaxis]
-    increments, depth_changes = window_increments(elapsed, bounds, *columns, _DEPTH_WINDOW_S)
-    if not len(increments):
+    pairs = window_increments(elapsed, bounds, *columns, _DEPTH_WINDOW_S)
+    if not len(pairs[0]):
         return
     # A tilted Doppler log adds a constant.
-    correlation = regress_increments(
-        increments - np.median(increments), depth_changes - np.median(depth_changes)
-    ).correlation
+    correlation = regress_increments(*(pair - np.median(pair) for pair in pairs)).correlation
     if abs(correlation) > _MIN_DEPTH_CORRELATION:
-        message = (
-            f"depth changes with the velocity along the world's z (correlation {correlation:+.2f})"
-        )
-        yield AxisEvidence(math.copysign(_DEPTH_LOG_ODDS * abs(correlation), correlation), message)
+        evidence = f"correlation {correlation:+.2f}"
+        message = f"depth changes with the velocity along the world's z ({evidence})"
+        yield AxisEvidence(_DEPTH_LOG_ODDS * correlation, message)
 
 
 def surface_test(position: FloatArray) -> Iterator[AxisEvidence]:
     """Surface test: a vehicle starts near the surface, so it moves down from its start."""
     position = position[np.isfinite(position)]
-    low, high = (
-        np.quantile(position - position[0], (0.02, 0.98)).tolist() if len(position) else (0.0, 0.0)
-    )
+    if not len(position):
+        return
+    low, high = np.quantile(position - position[0], (0.02, 0.98)).tolist()
     if high - low > _MIN_DIVE_M and abs(high + low) > 0.4 * (high - low):
-        message = (
-            f"from its start it moves {-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
-        )
-        yield AxisEvidence(
-            math.copysign(_SURFACE_LOG_ODDS, high + low),
-            f"{message}: vehicles start near the surface",
-        )
+        span = f"{-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
+        message = f"from its start it moves {span}: vehicles start near the surface"
+        yield AxisEvidence(math.copysign(_SURFACE_LOG_ODDS, high + low), message)
 
 
 def vertical_tests(log: Log, depth: FloatArray | None = None) -> Iterator[AxisEvidence]:

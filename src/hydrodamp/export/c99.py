@@ -31,6 +31,7 @@ from hydrodamp.export.codegen import (
     C99,
     command,
     identifier_values,
+    render_template,
     template_values,
     vehicle_identifier,
 )
@@ -41,7 +42,6 @@ from hydrodamp.export.target import (
     RunError,
     Target,
     program_version,
-    render_template,
     require_package,
 )
 from hydrodamp.export.verification import MAX_STEP, Engine, attitude_quaternions
@@ -50,16 +50,8 @@ from hydrodamp.files import save_all
 #: C files of equation 1, their headers, and C files of the embedded estimators.
 SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
 HEADERS = ("batch.h", "onboard.h")
-IDENTIFIER_SOURCES = (
-    *(
-        "adaptive.c",
-        "blocks.c",
-        "identifiers.c",
-        "instrumental_variables.c",
-        "recursive.c",
-        "steps.c",
-    ),
-)
+_IDENTIFIERS = "adaptive", "blocks", "identifiers", "instrumental_variables", "recursive", "steps"
+IDENTIFIER_SOURCES = tuple(f"{name}.c" for name in _IDENTIFIERS)
 
 #: Bit-identical results on every machine: no fused multiply-add, no reordered sums.
 STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

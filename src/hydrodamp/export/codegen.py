@@ -1,30 +1,36 @@
-"""Code generation: terms, actuators and template values of a plant in a programming language."""
+"""Code generation: terms, actuators and template values of a plant in a programming language.
+
+Templates are of jinja2; numbers of XML files are read back.
+"""
 
 from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 import numpy as np
 
-from hydrodamp.basis.atoms import (
-    ABSOLUTES,
-    ATOM_PLACE,
-    AXES,
-    PROPULSION,
-    VELOCITIES,
-    is_absolute,
-)
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, AXES, PROPULSION, VELOCITIES, is_absolute
 from hydrodamp.basis.basis import SLOWEST
 from hydrodamp.basis.term import Term
 from hydrodamp.data.channels import ATTITUDE, EULER
+from hydrodamp.errors import MethodError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY, RecursiveLeastSquares
 from hydrodamp.kernels import core
 from hydrodamp.vehicle.actuators import Limited, Thruster
+from hydrodamp.vehicle.mass import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 #: Identifiers of u_c and of the propulsion ratio minus one in every language.
 SPEED, RATIO = "u_c", "eta_1"
@@ -86,14 +92,12 @@ def _channel(actuator: Limited, language: Language) -> str:
     if actuator.limit is not None:
         value = f"{language.prefix}limited({value}, {language.number(actuator.limit)})"
     acting = value
-    if isinstance(actuator, Thruster) and actuator.curve is None:
-        acting = f"{language.number(actuator.gain or 0.0)} * {value}"
-    elif isinstance(actuator, Thruster) and actuator.curve is not None:
-        at, values = (
-            ", ".join(map(number, points)) for points in zip(*actuator.curve, strict=True)
-        )
-        table = language.table.format(n=len(actuator.curve), at=at, values=values)
+    if isinstance(actuator, Thruster) and (curve := actuator.curve) is not None:
+        at, values = (", ".join(map(number, points)) for points in zip(*curve, strict=True))
+        table = language.table.format(n=len(curve), at=at, values=values)
         acting = f"{language.prefix}along({value}, {table})"
+    elif isinstance(actuator, Thruster):
+        acting = f"{language.number(actuator.gain or 0.0)} * {value}"
     if actuator.dead_zone is None:
         return acting
     low, high = map(language.number, actuator.dead_zone)
@@ -199,3 +203,53 @@ def _plain_text(*sentences: str) -> str:
     text = " ".join(" ".join(sentences).split())
     text = text.replace("\\", "/").replace('"""', "'''")
     return text.replace("*/", "* /").replace("/*", "/ *")
+
+
+def render_template(template: str, /, **values: object) -> str:
+    """Return the text of a template."""
+    return _environment().get_template(template).render(values, gravity=STANDARD_GRAVITY)
+
+
+def _format_value(value: object) -> object:
+    """Return floats as their shortest exact decimals; those of an array separated by spaces."""
+    if isinstance(value, np.ndarray):
+        return " ".join(map(number, value.ravel().tolist()))
+    return number(value) if isinstance(value, float) else value
+
+
+@cache
+def _environment() -> Environment:
+    try:
+        from jinja2 import Environment, PackageLoader, StrictUndefined
+    except ImportError as error:
+        raise MethodError(
+            'export needs the package jinja2: pip install "hydrodamp[export]"'
+        ) from error
+    return Environment(
+        loader=PackageLoader("hydrodamp.export", "assets"),
+        undefined=StrictUndefined,
+        finalize=_format_value,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def parse_numbers(text: str) -> dict[str, FloatArray]:
+    """Return the numbers in text and attributes of XML elements, by ``tag`` and ``parent/tag``."""
+    numbers: dict[str, FloatArray] = {}
+    for parent in ElementTree.fromstring(text).iter():
+        for child in parent:
+            texts = " ".join((child.text or "", *child.attrib.values())).split()
+            with suppress(ValueError):
+                values = np.array(texts, dtype=float)
+                numbers |= {child.tag: values, f"{parent.tag}/{child.tag}": values}
+    return numbers
+
+
+def symmetric(values: Sequence[float] | FloatArray) -> FloatArray:
+    """Return the symmetric matrix of an upper triangle."""
+    matrix = np.zeros((3, 3) if len(values) == 6 else (6, 6))
+    rows, columns = np.triu_indices(len(matrix))
+    matrix[rows, columns] = matrix[columns, rows] = values
+    return matrix

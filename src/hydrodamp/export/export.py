@@ -18,13 +18,11 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError, ModelError, demand, no_such
 from hydrodamp.export.c99 import FMU, C
-from hydrodamp.export.coefficients import URDF, UUV, MarineGym
+from hydrodamp.export.coefficients import URDF, UUV, MarineGym, Stonefish
 from hydrodamp.export.fidelity import Fidelity, first_labels, measure_fidelity
 from hydrodamp.export.gazebo import VRX, GzSim
-from hydrodamp.export.mujoco import MuJoCo
 from hydrodamp.export.plant import UNIT_BOX, ExportedPlant
-from hydrodamp.export.scripts import CasADi, Octave, Python
-from hydrodamp.export.stonefish import Stonefish
+from hydrodamp.export.scripts import CasADi, MuJoCo, Octave, Python
 from hydrodamp.export.target import Files, Target, save_files
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.files import as_json, load_json, load_text
@@ -184,9 +182,8 @@ def _check_replay(card: Fidelity) -> None:
         )
 
 
-_SINGLE_TARGETS = (
-    *(Python, C, Octave, CasADi, FMU, GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish),
-)
+_ROBOTS = GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish
+_SINGLE_TARGETS = Python, C, Octave, CasADi, FMU, *_ROBOTS
 SINGLE_TARGETS: dict[str, Target] = {target.key: target() for target in _SINGLE_TARGETS}
 """The targets that write one plant, by their keys, with default settings."""
 

@@ -20,24 +20,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.export.codegen import template_values
-from hydrodamp.export.plant import (
-    FLU,
-    Body,
-    ExportedPlant,
-    States,
-    mass_ratio,
-    parse_numbers,
-    symmetric,
-    term_sign,
-)
-from hydrodamp.export.target import (
-    Files,
-    HydrodynamicTarget,
-    NotRun,
-    render_template,
-    require_package,
-)
+from hydrodamp.export.codegen import parse_numbers, render_template, symmetric, template_values
+from hydrodamp.export.plant import FLU, Body, ExportedPlant, States, mass_ratio
+from hydrodamp.export.target import Files, HydrodynamicTarget, NotRun, require_package
 from hydrodamp.export.verification import Engine, Simulator
 from hydrodamp.files import load_text
 from hydrodamp.models.model import spell_label
@@ -177,6 +162,12 @@ class VRX(Gazebo):
     sign: ClassVar[float] = -1.0
     absolute_prefix: ClassVar[str] = ""
     required_tags: ClassVar[tuple[str, ...]] = (*ADDED_MASS_TAGS[::7], *DRAG_TAGS)
+
+
+def term_sign(term: Term) -> float:
+    """Return the sign of a product of velocities in FLU."""
+    names = (factor.removeprefix("V_") for factor in term.factors)
+    return float(FLU[[VELOCITIES.index(name) for name in names if name in VELOCITIES]].prod())
 
 
 def _check_explicit(plant: ExportedPlant) -> None:

@@ -7,17 +7,14 @@ Simulators take it as a rigid body with added mass, displaced volume and drag, s
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError, VehicleError
 from hydrodamp.identification.dissipativity import OperatingBox
@@ -176,12 +173,6 @@ def _export_faults(values: dict[str, float]) -> Iterator[str]:
 FLU = frozen([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
 
 
-def term_sign(term: Term) -> float:
-    """Return the sign of a product of velocities in FLU."""
-    names = (factor.removeprefix("V_") for factor in term.factors)
-    return float(FLU[[VELOCITIES.index(name) for name in names if name in VELOCITIES]].prod())
-
-
 def point_transform(point: FloatArray) -> FloatArray:
     """Return the 6 x 6 matrix T from the velocity of the origin to that of a point of the body.
 
@@ -301,27 +292,6 @@ def check_body(plant: ExportedPlant, key: str) -> None:
             f"'{vehicle.name}' must be positive [N]; got {vehicle.weight:g} and "
             f"{vehicle.buoyancy:g}."
         )
-
-
-def parse_numbers(text: str) -> dict[str, FloatArray]:
-    """Return the numbers of an XML document by ``tag``, ``parent/tag`` and ``tag.attribute``."""
-    numbers = {}
-    for parent in ElementTree.fromstring(text).iter():
-        for child in parent:
-            texts = dict.fromkeys((child.tag, f"{parent.tag}/{child.tag}"), child.text or "")
-            texts |= {f"{child.tag}.{name}": value for name, value in child.attrib.items()}
-            for name, value in texts.items():
-                with suppress(ValueError):
-                    numbers[name] = np.array(value.split(), dtype=float)
-    return numbers
-
-
-def symmetric(values: list[float]) -> FloatArray:
-    """Return the symmetric matrix of an upper triangle."""
-    matrix = np.zeros((3, 3) if len(values) == 6 else (6, 6))
-    rows, columns = np.triu_indices(len(matrix))
-    matrix[rows, columns] = matrix[columns, rows] = values
-    return matrix
 
 
 def mass_ratio(vehicle: Vehicle) -> dict[str, float]:

@@ -26,6 +26,9 @@ from hydrodamp.models.model import DampingModel, spell_label
 #: samples do not determine them, and elsewhere they would make the motion diverge.
 MIN_SINGULAR_RATIO = 1e-2
 
+#: Labels of linear terms, (6, 6).
+LINEAR = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
+
 POWER_ROUNDING = 1e-12  # of the sum of absolute powers
 MAX_BISECTIONS = 40  # of the factor of linear couplings
 
@@ -72,9 +75,15 @@ def project_damping(
             change = _constrain_power(free, axes, initial, change, plant.box)
         change = _limit_couplings(free, initial, change, limit, extent)
     fitted = dict(zip(free.labels, (initial + change).tolist(), strict=True))
-    values = plant.damping.as_dict() | fitted
-    coefficients = np.array([values[label] for label in model.labels])
-    damping = replace(plant.damping, model=model, coefficients=coefficients, covariance=None)
+    return with_damping(plant, model, plant.damping.as_dict() | fitted)
+
+
+def with_damping(
+    plant: ExportedPlant, model: DampingModel, values: dict[str, float]
+) -> ExportedPlant:
+    """Return a plant with coefficients of another model by their labels, without covariance."""
+    numbers = np.array([values[label] for label in model.labels])
+    damping = replace(plant.damping, model=model, coefficients=numbers, covariance=None)
     return replace(plant, damping=damping)
 
 
@@ -179,8 +188,7 @@ def _is_coupling(axis: str, term: Term) -> bool:
 def _linear_matrix(damping: Damping) -> FloatArray:
     """Return the matrix of linear damping, shape (6, 6)."""
     values = damping.as_dict()
-    labels = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
-    return np.array([[values.get(label, 0.0) for label in row] for row in labels])
+    return np.array([[values.get(label, 0.0) for label in row] for row in LINEAR])
 
 
 def _max_power(matrix: FloatArray, extent: FloatArray) -> float:

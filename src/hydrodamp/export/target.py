@@ -7,27 +7,21 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, fields, replace
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError, ModelError, demand
-from hydrodamp.export.codegen import number
+from hydrodamp.errors import ModelError, demand
 from hydrodamp.export.plant import ExportedPlant, States, check_body
 from hydrodamp.export.projection import drag_terms, project_damping
 from hydrodamp.export.verification import Engine
 from hydrodamp.files import save_all
 from hydrodamp.models.model import DampingModel, read_label
-from hydrodamp.vehicle.mass import STANDARD_GRAVITY
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 #: The files of an export by their paths in its folder.
 Files = Mapping[str, str | bytes]
@@ -154,36 +148,6 @@ def save_files(files: Files, folder: Path) -> dict[str, bytes]:
     }
     save_all({folder / path: content for path, content in contents.items()})
     return contents
-
-
-def render_template(template: str, /, **values: object) -> str:
-    """Return the text of a template."""
-    return _environment().get_template(template).render(values, gravity=STANDARD_GRAVITY)
-
-
-def _format_value(value: object) -> object:
-    """Return floats as their shortest exact decimals; those of an array separated by spaces."""
-    if isinstance(value, np.ndarray):
-        return " ".join(map(number, value.ravel().tolist()))
-    return number(value) if isinstance(value, float) else value
-
-
-@cache
-def _environment() -> Environment:
-    try:
-        from jinja2 import Environment, PackageLoader, StrictUndefined
-    except ImportError as error:
-        raise MethodError(
-            'export needs the package jinja2: pip install "hydrodamp[export]"'
-        ) from error
-    return Environment(
-        loader=PackageLoader("hydrodamp.export", "assets"),
-        undefined=StrictUndefined,
-        finalize=_format_value,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
 
 
 def select_terms(

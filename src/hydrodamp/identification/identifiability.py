@@ -404,13 +404,13 @@ def grade_coefficients(
     sound: FloatArray,
     aliased: BoolArray,
     *,
-    response: float,
-    excited: bool,
+    response: float | FloatArray,
+    excited: bool | BoolArray,
 ) -> tuple[tuple[Grade, ...], tuple[Cause | None, ...]]:
-    """Grade the coefficients of one axis, with the cause of each that is not determined.
+    """Grade coefficients, with the cause of each that is not determined.
 
     ``half`` is half the 95 % interval, ``size`` the RMS of the regressor, ``sound`` the share of
-    its leverage from excited velocities; ``response`` is the RMS of the predicted wrench.
+    its leverage from excited velocities; ``response`` is the RMS of its predicted wrench.
     """
     value = np.abs(coefficient)
     criteria = np.array(
@@ -420,7 +420,7 @@ def grade_coefficients(
             half < value,
         ]
     )
-    conditions = [aliased | (size == 0.0), np.full(half.shape, not excited)]
+    conditions = [aliased | (size == 0.0), np.broadcast_to(np.logical_not(excited), half.shape)]
     failed = np.array([*conditions, sound < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
     grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()
     first = np.where(failed.any(axis=0), failed.argmax(axis=0), -1).tolist()

@@ -224,70 +224,76 @@ class RecursiveLeastSquares:
         estimate = core.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
-        axes = [_axis_estimate(bound, estimate, axis) for axis in range(6)]
-        rank = sum(int(axis.exceeds_prior.sum()) for axis in axes)
+        axes = _estimate_axes(bound, estimate)
+        exceeds_prior = axes.values >= 1.0  # along these eigenvectors, the data do
+        aliased: list[tuple[str, ...]] = []
+        for axis, first in enumerate(bound.recursion.starts[:-1].tolist()):
+            labels = bound.model.labels[first : bound.recursion.starts[axis + 1]]
+            directions = axes.vectors[axis][: len(labels), exceeds_prior[axis]].T
+            design = directions if len(directions) else np.zeros((1, len(labels)))
+            aliased += column_span(design, labels, np.ones(len(labels))).aliased
+        rank = int(exceeds_prior.sum())
         return make_fit(
             problem,
             bound.model,
             self,
             estimate.coefficients,
             uncertainty=Uncertainty(
-                block_diag(*(axis.covariance for axis in axes)),
+                block_diag(*map(_unpad, axes.covariance, np.diff(bound.recursion.starts))),
                 degrees_of_freedom=np.inf,
                 method=_METHOD,
                 bias_allowance=_ALLOWANCE,
             ),
             rank=rank,
-            aliased=tuple(group for axis in axes for group in axis.aliased),
+            aliased=tuple(aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
 
 
 class EstimateUncertainty(NamedTuple):
-    """Covariance and excitation of an estimate of recursive least squares."""
+    """Standard errors and excitation of an estimate of recursive least squares."""
 
-    covariance: FloatArray  # of all coefficients
-    is_estimated: BoolArray  # by coefficient: the data halve the variance of the prior at least
+    standard_errors: FloatArray  # by coefficient, as all but the last
+    is_estimated: BoolArray  # the data halve the variance of the prior at least
+    persistent_leverage_share: FloatArray  # from regressors correlated over three rows
     excitation: FloatArray  # by axis: least eigenvalue of the information over that of the prior
 
 
 def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
-    """Return covariance and excitation of the estimate of a state."""
-    axes = [_axis_estimate(state.adaptation, state.estimate, axis) for axis in range(6)]
-    return EstimateUncertainty(
-        block_diag(*(axis.covariance for axis in axes)),
-        np.concatenate([axis.inverse.diagonal() for axis in axes]) <= _MAX_PRIOR_SHARE,
-        np.array([max(0.0, axis.values.min(initial=np.inf)) for axis in axes]),
-    )
+    """Return standard errors and excitation of the estimate of a state.
 
-
-def persistent_leverage_share(state: RecursiveState) -> FloatArray:
-    """Return the share of each coefficient's leverage from regressors correlated over three rows.
-
-    Noise is uncorrelated over three rows, so the remainder may be noise.
+    Noise is uncorrelated over three rows, so leverage that does not persist may be noise.
     """
-    recursion, estimate, shares = state.adaptation.recursion, state.estimate, []
-    for axis in range(6):
-        _, information = recursion.axis_block(axis, estimate.information)
-        moments = recursion.iv_statistics(axis, estimate.iv_state).moments
-        inverse = np.linalg.inv(np.eye(len(information)) + information)
-        persistent = inverse @ (0.25 * (moments + moments.T)) @ inverse
-        shares.append(persistent.diagonal() / inverse.diagonal())
-    return np.concatenate(shares)
+    (mask, _), axes = (
+        _masks(state.adaptation.recursion),
+        _estimate_axes(state.adaptation, state.estimate),
+    )
+    inverse, moments = axes.inverse, axes.iv_moments
+    symmetric = 0.25 * (moments + moments.swapaxes(1, 2))
+    prior_share = _diagonals(inverse)
+    persistent = np.sum(inverse @ symmetric * inverse, axis=2) / prior_share
+    n = mask.sum(axis=1)
+    smallest = axes.values[range(6), mask.shape[1] - np.maximum(n, 1)]  # zeros of padding first
+    return EstimateUncertainty(
+        np.sqrt(_diagonals(axes.covariance)[mask]),
+        prior_share[mask] <= _MAX_PRIOR_SHARE,
+        persistent[mask],
+        np.where(n > 0, np.maximum(0.0, smallest), np.inf),
+    )
 
 
 def missing_wrench_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench by which other coefficients differ."""
-    recursion, estimate, share = state.adaptation.recursion, state.estimate, np.zeros(6)
-    unit = recursion.unit
+    recursion, estimate = state.adaptation.recursion, state.estimate
+    mask, block_mask = _masks(recursion)
+    information, unit = _pad(estimate.information, block_mask), recursion.unit
     scale = np.divide(1.0, unit, out=np.zeros(len(unit)), where=unit > 0.0)
-    for axis in range(6):
-        block, information = recursion.axis_block(axis, estimate.information)
-        scaled = scale[block] * coefficients[block]
-        difference = scale[block] * estimate.coefficients[block] - scaled
-        missing, size = difference @ information @ difference, scaled @ information @ scaled
-        share[axis] = np.sqrt(missing / size) if size > 0.0 else np.inf
-    return share
+    pair = [scale * (estimate.coefficients - coefficients), scale * coefficients]
+    missing, size = (
+        np.einsum("ai,aij,aj->a", x, information, x) for x in (_pad(x, mask) for x in pair)
+    )
+    share = np.divide(missing, size, out=np.full(6, np.inf), where=size > 0.0)
+    return np.asarray(np.sqrt(share))
 
 
 _METHOD = "residuals with correlation over four blocks of time"
@@ -320,54 +326,72 @@ def _typical_square(equations: EquationTable, velocity: tuple[float, ...]) -> Fl
     return np.asarray(terms[0, equations.n_known :] ** 2)
 
 
-class _AxisEstimate(NamedTuple):
-    """Eigenvalues of the information S of an axis, (I + S)⁻¹, and the covariance."""
+class _AxisEstimates(NamedTuple):
+    """Eigenvalues of the information S of each axis, (I + S)⁻¹, and the covariance.
 
-    labels: tuple[str, ...]
+    Vectors and matrices of an axis are padded with zeros to the largest number of terms.
+    """
+
     values: FloatArray
     vectors: FloatArray
     inverse: FloatArray
     covariance: FloatArray
+    iv_moments: FloatArray
 
-    @property
-    def exceeds_prior(self) -> BoolArray:
-        """Eigenvectors along which the data have more information than the prior, which has 1."""
-        return np.asarray(self.values >= 1.0)
 
-    @property
-    def aliased(self) -> tuple[tuple[str, ...], ...]:
-        """Groups of labels that are aliased in these directions."""
-        n, mask = len(self.labels), self.exceeds_prior
-        directions = self.vectors[:, mask].T if mask.any() else np.zeros((1, n))
-        return column_span(directions, self.labels, np.ones(n)).aliased
+def _masks(recursion: Recursion) -> tuple[BoolArray, BoolArray]:
+    """Return which elements of padded vectors and matrices belong to coefficients."""
+    sizes = np.diff(recursion.starts)
+    mask = np.arange(sizes.max(initial=1)) < sizes[:, None]
+    return mask, mask[:, :, None] & mask[:, None]
+
+
+def _pad(packed: FloatArray, mask: BoolArray) -> FloatArray:
+    padded = np.zeros(mask.shape)
+    padded[mask] = packed
+    return padded
+
+
+def _unpad(matrix: FloatArray, n: int) -> FloatArray:
+    return matrix[:n, :n]
+
+
+def _diagonals(matrices: FloatArray) -> FloatArray:
+    return np.diagonal(matrices, axis1=1, axis2=2)
 
 
 @factorisation("information matrix")
-def _axis_estimate(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -> _AxisEstimate:
-    """Return information and covariance of one axis, including bias terms."""
+def _estimate_axes(bound: RecursiveAdaptation, estimate: Estimate) -> _AxisEstimates:
+    """Return information and covariance of all axes, including bias terms."""
     recursion = bound.recursion
-    block, information = recursion.axis_block(axis, estimate.information)
-    unit = recursion.unit[block]
+    mask, block_mask = _masks(recursion)
+    information, unit = _pad(estimate.information, block_mask), _pad(recursion.unit, mask)
     values, vectors = np.linalg.eigh(information)
-    inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
-    instruments = recursion.iv_statistics(axis, estimate.iv_state)
-    noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ instruments.lag_products))
-    coefficients = estimate.coefficients[block]
-    change = coefficients - bound.start.coefficients[block]
-    change = np.divide(change, unit, out=np.zeros(len(unit)), where=unit > 0.0)
-    iv_bias = coefficients - unit * instruments.estimate
-    prior_bias = unit * (inverse @ change)
-    covariance = noise * np.outer(unit, unit) * inverse
+    inverse = (vectors / (1.0 + np.maximum(values, 0.0))[:, None]) @ vectors.swapaxes(1, 2)
+    instruments = [recursion.iv_statistics(axis, estimate.iv_state) for axis in range(6)]
+    iv_estimate = _pad(np.concatenate([each.estimate for each in instruments]), mask)
+    iv_moments = _pad(np.concatenate([each.moments.ravel() for each in instruments]), block_mask)
+    correlated = np.array([each.lag_products for each in instruments]) @ _TAPER
+    noise = (estimate.noise + 2.0 * np.maximum(0.0, correlated))[:, None]
+    coefficients = _pad(estimate.coefficients, mask)
+    change = coefficients - _pad(bound.start.coefficients, mask)
+    change = np.divide(change, unit, out=np.zeros(unit.shape), where=unit > 0.0)
+    iv_bias = coefficients - unit * iv_estimate
+    prior_bias = unit * np.einsum("aij,aj->ai", inverse, change)
+    covariance = (noise * unit)[:, :, None] * unit[:, None] * inverse
     # A bias estimate may be small by chance: all coefficients of an axis get at least the mean
     # ratio of squared bias to variance (R. Birge, Physical Review 40 (1932) 207).
-    variance = covariance.diagonal()
+    variance = _diagonals(covariance).copy()
     free = variance > 0.0
-    birge = np.mean(iv_bias[free] ** 2 / variance[free]) if free.any() else 0.0
-    covariance += np.diag(np.maximum(0.0, birge * variance - iv_bias**2))
-    covariance += np.outer(iv_bias, iv_bias) + np.outer(prior_bias, prior_bias)
+    ratio = np.divide(iv_bias**2, variance, out=np.zeros(unit.shape), where=free)
+    birge = ratio.sum(axis=1, keepdims=True) / np.maximum(free.sum(axis=1, keepdims=True), 1)
+    bias = np.maximum(0.0, birge * variance - iv_bias**2)
     # Variance of the difference of both estimates: agreement by chance proves nothing. The
     # correlation of a regressor over six blocks is taken as the square of that over three.
-    moments = np.linalg.inv(np.eye(len(unit)) + instruments.moments)
-    difference = 2.0 * moments @ information @ moments.T - 0.5 * inverse
-    covariance += np.diag(noise * unit**2 * np.maximum(0.0, difference.diagonal()))
-    return _AxisEstimate(bound.model.labels[block], values, vectors, inverse, covariance)
+    moments = np.linalg.inv(np.eye(unit.shape[1]) + iv_moments)
+    difference = 2.0 * np.sum(moments @ information * moments, 2) - 0.5 * _diagonals(inverse)
+    diagonal = bias + noise * unit**2 * np.maximum(0.0, difference)
+    covariance += iv_bias[:, :, None] * iv_bias[:, None]
+    covariance += prior_bias[:, :, None] * prior_bias[:, None]
+    covariance += diagonal[:, :, None] * np.eye(unit.shape[1])
+    return _AxisEstimates(values, vectors, inverse, covariance, iv_moments)

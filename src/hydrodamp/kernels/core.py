@@ -195,15 +195,15 @@ class Recursion:
         n = int(self.starts[axis + 1] - self.starts[axis])
         state = packed[self.iv_offsets[axis] : self.iv_offsets[axis + 1]]
         products, first = C.HD_IV_PRODUCTS, C.HD_IV_ESTIMATE
-        estimate, moments, rows = np.split(state[first:], [n, n + n * n])
+        moments, rows = first + n, first + n + n * n
         count = int(state[0])
         return IVStatistics(
             count,
             state[1 : 1 + min(count, N_LAGS)],
             state[products : products + N_LAGS],
-            estimate,
-            moments.reshape(n, n),
-            rows[: n + 1],
+            state[first:moments],
+            state[moments:rows].reshape(n, n),
+            state[rows : rows + n + 1],
         )
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -124,41 +125,39 @@ def grade_axes(
     whether it has a model-form error; shape (6,).
     """
     current = recursive.estimate_uncertainty(state)
-    errors = np.sqrt(current.covariance.diagonal())
-    sound = recursive.persistent_leverage_share(state)
     model, recursion = state.adaptation.model, state.adaptation.recursion
-    grades, causes = list[Grade](), list[Cause | None]()
+    axes, unit = recursion.axes, recursion.unit
+    excited = np.array([moments.is_excited for moments in evidence])
     quiet = {
-        velocity
-        for velocity, moments, terms in zip("uvwpqr", evidence, model.terms, strict=True)
-        if terms and not moments.is_excited
+        v for v, terms, x in zip("uvwpqr", model.terms, excited, strict=True) if terms and not x
     }
-    for axis, terms in enumerate(model.terms):
-        columns = slice(*recursion.starts[axis : axis + 2].tolist())
-        moments, unit = evidence[axis], recursion.unit[columns]
-        squares = np.zeros(len(unit)) if moments.columns is None else moments.columns
-        axis_grades, axis_causes = grade_coefficients(
-            coefficients[columns],
-            CRITICAL_VALUE * errors[columns],
-            np.sqrt(squares) / np.where(unit > 0.0, unit, np.inf),
-            np.array([not quiet & _velocities(term) for term in terms], dtype=np.float64),
-            ~current.is_estimated[columns],
-            response=moments.response,
-            excited=moments.is_excited and bool(converged[axis]),
-        )
-        # A leverage that does not last may be noise: such a coefficient is weak at best.
-        axis_grades = tuple(
-            Grade.WEAK if grade is Grade.DETERMINED and share < MIN_MOTION_LEVERAGE else grade
-            for grade, share in zip(axis_grades, sound[columns], strict=True)
-        )
-        if model_form[axis]:
-            errors[columns] = np.nan
-            axis_grades = (Grade.NOT_DETERMINED,) * len(terms)
-            axis_causes = (Cause.MODEL_FORM,) * len(terms)
-        grades += axis_grades
-        causes += axis_causes
-    return Grading(tuple(grades), tuple(causes), errors, current.excitation)
+    squares = [
+        np.zeros(len(terms)) if moments.columns is None else moments.columns
+        for moments, terms in zip(evidence, model.terms, strict=True)
+    ]
+    grades, causes = grade_coefficients(
+        coefficients,
+        CRITICAL_VALUE * current.standard_errors,
+        np.sqrt(np.concatenate(squares)) / np.where(unit > 0.0, unit, np.inf),
+        np.array([not quiet & _velocities(term) for terms in model.terms for term in terms], float),
+        ~current.is_estimated,
+        response=np.array([moments.response for moments in evidence])[axes],
+        excited=(excited & converged)[axes],
+    )
+    # A leverage that does not last may be noise: such a coefficient is weak at best.
+    is_noise = (current.persistent_leverage_share < MIN_MOTION_LEVERAGE).tolist()
+    has_model_form = model_form[axes].tolist()
+    grades = tuple(
+        Grade.NOT_DETERMINED if k else Grade.WEAK if grade is Grade.DETERMINED and weak else grade
+        for grade, weak, k in zip(grades, is_noise, has_model_form, strict=True)
+    )
+    causes = tuple(
+        Cause.MODEL_FORM if k else cause for cause, k in zip(causes, has_model_form, strict=True)
+    )
+    errors = np.where(model_form[axes], np.nan, current.standard_errors)
+    return Grading(grades, causes, errors, current.excitation)
 
 
+@lru_cache
 def _velocities(term: Term) -> set[str]:
     return {factor.strip("|") for factor in term.factors}

@@ -19,8 +19,13 @@ from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.documents import fit_document
-from hydrodamp.report.figures.axes import coefficient_symbol
-from hydrodamp.report.figures.style import colour_of, figure_bytes, stacked_panels, with_style
+from hydrodamp.report.figures.style import (
+    coefficient_symbol,
+    colour_of,
+    figure_bytes,
+    stacked_panels,
+    with_style,
+)
 from hydrodamp.report.fit_tables import half_widths, standard_errors
 from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv

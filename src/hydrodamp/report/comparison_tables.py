@@ -35,6 +35,7 @@ _ROW = (
     Column("model", number=False, meaning="damping model"),
     Column("method", number=False, meaning="identification method"),
 )
+_paper_error = partial(error_size, decimals=2)
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
@@ -45,21 +46,16 @@ def detail_tables(comparison: Comparison) -> tuple[Table, ...]:
 
 def segment_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the errors by test segment, if there are several and they fit in a table."""
-    segments = list(
-        next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {})
-    )
+    replayed = [row for row in comparison.rows if row.trajectory]
+    segments = list(replayed[0].score.rms_by_segment) if replayed else []
     if not 1 < len(segments) <= MAX_SEGMENTS:
         return ()
     cells = tuple(
-        (row.model, row.method, *(row.score.rms_by_segment.get(segment) for segment in segments))
-        for row in comparison.rows
-        if row.trajectory
+        (row.model, row.method, *map(row.score.rms_by_segment.get, segments)) for row in replayed
     )
     shared = commonprefix(segments).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
-    columns = (
-        *_ROW,
-        *(Column(segment.removeprefix(shared), form=error_size) for segment in segments),
-    )
+    names = [segment.removeprefix(shared) for segment in segments]
+    columns = *_ROW, *(Column(name, form=error_size) for name in names)
     of = f", {shared}…" if shared else ""
     return (Table(f"RMS velocity error by test segment{of}", columns, cells),)
 
@@ -72,13 +68,8 @@ def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
     names = list(scored[0][1].score.fit_by_axis)
     errors = Column("RMS", form=error_size), *(Column(name, form=percent) for name in names)
     cells = tuple(
-        (
-            row.model,
-            row.method,
-            format_horizon_error(windows),
-            *map(windows.score.fit_by_axis.get, names),
-        )
-        for row, windows in scored
+        (row.model, row.method, format_horizon_error(at), *map(at.score.fit_by_axis.get, names))
+        for row, at in scored
     )
     note = (
         'Fit is 100 (1 - rmse / std of the log). Windows start at measured states; "% off" is the '
@@ -106,9 +97,7 @@ def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
     paper_names = list(dict.fromkeys(paper_columns)) if is_paper_campaign(comparison) else []
     columns = [Column("model", number=False), Column("n"), Column("rank")]
     columns += [Column(method, form=error_size) for method in methods]
-    columns += [
-        Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in paper_names
-    ]
+    columns += [Column(_PRINTED[name], form=_paper_error) for name in paper_names]
     rows = []
     for model, n in sizes.items():
         model_rows = [by_key.get((model, method)) for method in methods]
@@ -120,12 +109,8 @@ def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
         scored = [row for row in comparison.rows if row.method == method and row.converged]
         if scored:
             best.add(([*sizes].index(min(scored, key=rms_or_infinity).model), column))
-    return Table(
-        title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
-        columns=tuple(columns),
-        rows=tuple(rows),
-        best=frozenset(best),
-    )
+    title = f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed"
+    return Table(title, tuple(columns), tuple(rows), best=frozenset(best))
 
 
 def _error(row: Row | None) -> float | str | None:
@@ -155,17 +140,16 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
     ]
     if has_paper:
         meaning = "RMS error in Table I of the paper"
-        form = partial(error_size, decimals=2)
-        columns.append(Column("paper", form=form, meaning=meaning, key="paper_rms"))
+        columns.append(Column("paper", form=_paper_error, meaning=meaning, key="paper_rms"))
     for name in names:
         columns += _axis_columns(name, unit)
     return Table(title, tuple(columns), tuple(score_row(row, names, has_paper) for row in rows))
 
 
-def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
-    linear = name in VELOCITIES[:3]
-    form = partial(error_size, decimals=4 if unit == "rad/s" and not linear else 3)
-    error = f"RMS error of {name}, {'m/s' if linear else unit}"
+def _axis_columns(name: str, rate: str) -> tuple[Column, Column]:
+    unit = "m/s" if name in VELOCITIES[:3] else rate
+    form = partial(error_size, decimals=4 if unit == "rad/s" else 3)
+    error = f"RMS error of {name}, {unit}"
     share = f"fit of {name}: 100 % is exact, 0 % is no better than the mean of the log"
     return (
         Column(name, form=form, meaning=error, key=f"rms_{name}"),
@@ -175,11 +159,8 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
 
 def score_row(row: Row, names: Sequence[str], has_paper: bool) -> tuple[object, ...]:
     paper = getattr(PAPER_TABLE_I.get(row.model), PAPER_COLUMN.get(row.method, ""), None)
-    return (
-        *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
-        *((paper,) if has_paper else ()),
-        *_by_axis(row, names),
-    )
+    values = row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word
+    return *values, *((paper,) if has_paper else ()), *_by_axis(row, names)
 
 
 def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:
@@ -221,17 +202,11 @@ def fold_table(table: CrossValidation) -> Table:
     notes = [
         "RMS is the mean over folds whose replay did not diverge. A row with a lost fold is never "
         "selected.",
-        *(
-            f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}."
-            for row in table.rows
-            if row.failed_folds
-        ),
     ]
+    lost = [row for row in table.rows if row.failed_folds]
+    notes += [f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in lost]
     if best:
-        notes += [
-            str(table.select()),
-            f"Pareto front (error, coefficients): {', '.join(best)}.",
-        ]
+        notes += [str(table.select()), f"Pareto front (error, coefficients): {', '.join(best)}."]
     else:
         notes.append("No row has an error on every fold: none is selected.")
     columns = {
@@ -249,22 +224,17 @@ def fold_table(table: CrossValidation) -> Table:
 def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Table:
     """Return the errors by prediction horizon of fits to the entire log."""
     names = next(([score.name for score in horizons] for horizons in scores if horizons), [])
-    rows = []
+    note = (
+        "Errors on the training data; the cross-validation above estimates the prediction error. "
+        '"% off" is the share of windows that diverged.'
+    )
+    rows, notes = [], [note]
     for fit, horizons in zip(fits, scores, strict=True):
         errors = [None] * len(names) if horizons is None else map(format_horizon_error, horizons)
         rows.append((fit.model.key, fit.method, *errors))
-    notes = (
-        "Errors on the training data; the cross-validation above estimates the prediction error. "
-        '"% off" is the share of windows that diverged.',
-        *(
-            warning
-            for fit, horizons in zip(fits, scores, strict=True)
-            if horizons and any(score.n_diverged for score in horizons)
-            for warning in energy_injection_warnings(
-                fit.damping, fit.training_range, f"{fit.model.key} by {fit.method}: its"
-            )
-        ),
-    )
+        if horizons and any(score.n_diverged for score in horizons):
+            subject = f"{fit.model.key} by {fit.method}: its"
+            notes += energy_injection_warnings(fit.damping, fit.training_range, subject)
     title = "RMS error of fits to the entire log by prediction horizon"
     return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
@@ -291,9 +261,7 @@ def validation_document(
             {
                 "model": fit.model.key,
                 "method": fit.method,
-                "rms_by_horizon": {score.name: score.score.rms for score in horizons}
-                if horizons
-                else {},
+                "rms_by_horizon": {score.name: score.score.rms for score in horizons or ()},
             }
             for fit, horizons in zip(fits, scores, strict=True)
         ],

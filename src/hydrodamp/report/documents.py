@@ -8,14 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-)
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
 
 from hydrodamp.faults import validate
 from hydrodamp.files import load_json
@@ -87,9 +80,7 @@ class RowDocument(BaseModel):
 
     def score(self, rate_unit: RateUnit) -> Score:
         """Return the score of the row."""
-        diverged = tuple(
-            (divergence.segment, divergence.time) for divergence in self.diverged_at or ()
-        )
+        diverged = tuple((at.segment, at.time) for at in self.diverged_at or ())
         errors = self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit
         return Score(*errors, diverged, self.rms_by_segment)
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import (
     MAX_RELATIVE_HALF_WIDTH,
@@ -17,7 +19,6 @@ from hydrodamp.identification.identifiability import (
     Grade,
     Identifiability,
 )
-from hydrodamp.identification.stepwise import SPARSE_KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
 from hydrodamp.text import first_few
@@ -31,48 +32,27 @@ GRADE_DEFINITIONS = (
 )
 MIN_CORRELATION = 0.9  # of two coefficients that are listed as known in combination only
 #: Document of the model whose terms are selected from a log.
-SPARSE: dict[str, Any] = {
-    "model": SPARSE_KEY,
-    "title": "Selected from a log",
-    "n_coefficients": None,
-    "terms": None,
-    "commands": [],
-    "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419",
-    "note": f"{SPARSE_KEY}: stepwise selection of terms from the training data by simulation "
-    "error. Candidates are the terms of the paper's models, of the other models requested, and of "
-    f"commands without an actuator. Use `hydrodamp identify LOG --model {SPARSE_KEY}`, or "
-    f"`--models {SPARSE_KEY}` of `compare` and `validate`.",
-}
+SPARSE: Any = load_json(Path(__file__).with_name("sparse.json"))
 
 
 def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     """Return the coefficients of a fit with their uncertainty, grades and aliases."""
     model, grade_column = fit.model, grade_words(fit, grades)
-    columns = [
-        Column("coefficient", number=False),
-        Column("value", form=coefficient),
-        Column("std. error", form=coefficient),
-        Column("± 95 %", form=coefficient),
-        Column("unit", number=False),
-    ]
+    numeric = (Column(name, form=coefficient) for name in ("value", "std. error", "± 95 %"))
+    columns = [Column("coefficient", number=False), *numeric, Column("unit", number=False)]
     if grade_column:
         columns.append(Column("aliased" if grades is None else "grade", number=False))
     units = [coefficient_unit(*read_label(label)) for label in model.labels]
     numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
-    rows = zip(
-        model.labels, *numbers, units, *([grade_column] if grade_column else []), strict=True
-    )
+    texts = [units, grade_column] if grade_column else [units]
+    rows = zip(model.labels, *numbers, *texts, strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     graded = (
         () if grades is None else (grades.summary + ".", GRADE_DEFINITIONS, *_causes(fit, grades))
     )
-    return Table(
-        title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
-        f"{fit.n_samples} samples",
-        columns=tuple(columns),
-        rows=tuple(rows),
-        notes=(*fit.summary_lines, *_aliased(fit), *graded),
-    )
+    title = f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
+    notes = *fit.summary_lines, *_aliased(fit), *graded
+    return Table(f"{title}{fit.n_samples} samples", tuple(columns), tuple(rows), notes)
 
 
 def standard_errors(fit: Fit) -> FloatArray:
@@ -142,12 +122,10 @@ def model_table(models: Iterable[Mapping[str, Any]], command: str) -> Table:
     """Return documents of models with how many terms they have on which axis."""
     rows, notes = [], [f"`{command}` shows the terms of a model."]
     for document in models:
+        counts: Iterable[int | None] = [None] * len(AXES)
         if document["terms"] is None:
             notes.insert(0, document["note"])
-        counts = (
-            [None] * len(AXES)
-            if document["terms"] is None
-            else map(len, document["terms"].values())
-        )
+        else:
+            counts = map(len, document["terms"].values())
         rows.append((document["model"], document["n_coefficients"], *counts, document["title"]))
     return Table.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)

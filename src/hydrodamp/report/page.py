@@ -1,4 +1,4 @@
-"""HTML pages, one self-contained file each; among them the report of a comparison."""
+"""HTML pages, one self-contained file each: report of a comparison, fidelity of an export."""
 
 from __future__ import annotations
 
@@ -6,29 +6,25 @@ import base64
 import hashlib
 import os
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import FileError, MethodError
+from hydrodamp.files import load_json
 from hydrodamp.report.comparison_tables import score_table
 from hydrodamp.report.documents import provenance_of
-from hydrodamp.report.figures.axes import Bins, clock, shown_velocities, velocity_unit
-from hydrodamp.report.figures.style import colour_of, line_styles
+from hydrodamp.report.figures.style import colour_of
 from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.narrative import remarks, verdict
-from hydrodamp.report.pictures import band_caption
-from hydrodamp.report.table import Table
+from hydrodamp.report.pictures import series
+from hydrodamp.report.table import NOTHING, Table
 from hydrodamp.results import save_result
-from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import find_selected_row
 from hydrodamp.validation.selection import rms_or_infinity
 
@@ -37,12 +33,10 @@ if TYPE_CHECKING:
 
 NEEDS_JINJA = 'HTML reports need the package jinja2: pip install "hydrodamp[report]"'
 
-MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
-MAX_VALUES = 750_000  # values of all series together, 2 MB as text
-MAX_POINTS = 20_000  # points of one series
-QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16
-MISSING_STEP = 65_535  # step of a missing value
-LINE_WIDTH = 1.5  # px
+CARD, PAGE = "fidelity.json", "fidelity.html"
+"""The card in the folder of an export, and its page."""
+
+_FORMAT = "hydrodamp-fidelity"
 
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
@@ -94,38 +88,31 @@ def comparison_page(comparison: Comparison, content: ReportContent | None = None
 
 def _variables(comparison: Comparison, content: ReportContent) -> dict[str, object]:
     """Return the variables of the template."""
-    selected, grades, unit = (
-        find_selected_row(comparison),
-        content.identifiability,
-        comparison.rate_unit,
-    )
+    selected, grades = find_selected_row(comparison), content.identifiability
+    unit, provenance = comparison.rate_unit, comparison.provenance
     by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
     order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
     plots = series(comparison, order, content.band)
-    warnings = comparison.provenance.get("warnings", "").splitlines()
-    segments = comparison.provenance.get("test_segments")
+    warnings, segments = (
+        provenance.get("warnings", "").splitlines(),
+        provenance.get("test_segments"),
+    )
+    usable = [row for row in order if row.fit.status.usable]
+    methods = enumerate(comparison.methods)
+    scores = f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %"
     return {
         "comparison": comparison,
         "subtitle": f"Replayed on {segments}" if segments else "",
-        "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
-        "methods": {
-            method: (f"m{index}", colour_of(method))
-            for index, method in enumerate(comparison.methods)
-        },
+        "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
+        "methods": {method: (f"m{index}", colour_of(method)) for index, method in methods},
         "verdict": verdict(comparison, grades),
         "warnings": [*map(str.strip, warnings), *remarks(comparison)],
-        "scores": score_table(
-            comparison,
-            by_error,
-            f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
-        ),
+        "scores": score_table(comparison, by_error, scores),
         "sorted_rows": by_error,
         "selected": selected,
         "series": plots,
         "coefficients": [
-            (row, fit_table(row.fit, grades if row is selected else None))
-            for row in order
-            if row.fit.status.usable
+            (row, fit_table(row.fit, grades if row is selected else None)) for row in usable
         ],
         "pictures": content.pictures,
         "not_shown": content.not_shown,
@@ -206,67 +193,75 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     }
 
 
-def series(
-    comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
-) -> dict[str, Any] | None:
-    """Return the data and captions of the time-series plots, rows in order of preference."""
-    runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
-    if not runs:
-        return None
-    shown_runs, log, selected = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
-    names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
-    n_series = len(names) * (1 + len(shown_runs) + 2 * (band is not None))
-    bins, time = Bins.over(log.bounds, min(MAX_VALUES // n_series, MAX_POINTS)), clock(log)
+def read_card(folder: Path) -> dict[str, Any]:
+    """Return the card in the folder of an export."""
+    document = load_json(folder / CARD)
+    if not isinstance(document, dict) or document.get("format") != _FORMAT:
+        raise FileError(
+            f"{folder / CARD}: `format` must be '{_FORMAT}': export again with `hydrodamp export`."
+        )
+    return document
 
-    def packed(velocity: FloatArray) -> list[dict[str, object]]:
-        return [_pack(bins.values(shown_velocities(velocity, name, unit))) for name in names]
 
-    styles = line_styles([(row.model, row.method) for row, _ in shown_runs])
-    band_entry, caption, edges = None, "", []
-    if band is not None and selected is not None:
-        band_entry = {
-            "name": f"{100.0 * band.level:.0f} % band of {selected.model} by {selected.method}",
-            "method": selected.method,
-            "colour": colour_of(selected.method),
-        }
-        caption = band_caption(selected)
-        edges = [packed(band.lower), packed(band.upper)]
-    document = {
-        "velocities": [{"name": name, "unit": velocity_unit(name, unit)} for name in names],
-        "segments": [
-            {"name": segment.name, "start": time[segment.start], "stop": time[segment.stop - 1]}
-            for segment in log.segments
-        ],
-        "replays": [
-            {
-                "name": f"{row.model} by {row.method}",
-                "method": row.method,
-                "colour": style.colour,
-                "dashes": [round(LINE_WIDTH * length, 1) for length in style.dashes],
-            }
-            for (row, _), style in zip(shown_runs, styles, strict=True)
-        ],
-        "band": band_entry,
-        "time": _base64(bins.times(time).astype("<f8")),
-        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in shown_runs)],
-        "edges": edges,
+def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
+    """Write the page of an export's card, by default into its folder."""
+    document, page_path = read_card(folder), path or folder / PAGE
+    html = render_page(
+        f"{document['vehicle']} for {document['target']}",
+        "Fidelity of the export",
+        [document["text"]],
+        [*_card_tables(document)],
+        facts=_card_facts(document),
+    )
+    save_result(html, page_path)
+    return page_path
+
+
+def _card_tables(card: dict[str, Any]) -> Iterator[Table]:
+    errors = {
+        "wrench error [% of rms]": card["wrench_error"],
+        "at a tenth of the velocities": card.get("slow_error", {}),
+        "added mass / rigid-body mass": card["mass_ratio"],
     }
-    return {
-        "document": document,
-        "band_caption": caption,
-        "left_out": len(runs) - len(shown_runs),
-        "is_thinned": not bins.is_exact,
+    yield _merge_columns(f"By axis, at {card['asked_at']}", "axis", errors)
+    if replays := card["replays"]:
+        pairs = ("source", "target"), ("source", "log"), ("target", "log")
+        scores = {f"{a} and {b}": replays[f"{a}_to_{b}"] for a, b in pairs}
+        rms = {key: {"all": score["rms"], **score["rms_by_axis"]} for key, score in scores.items()}
+        title = f"Replay RMS in m/s and deg/s. {replays['step']}."
+        yield _merge_columns(title, "", rms)
+    power = {f"of the {key}": value for key, value in card["power"].items()}
+    title = f"Greatest power of the damping within {card['box']}"
+    yield _merge_columns(title, "", {"[W]": power})
+
+
+def _merge_columns(
+    title: str, first: str, columns: Mapping[str, Mapping[str, float | None]]
+) -> Table:
+    """Return a table of numbers by name, one column each."""
+    names = dict.fromkeys(name for values in columns.values() for name in values)
+    rows = (
+        (name, *(_format_number(values.get(name)) for values in columns.values())) for name in names
+    )
+    return Table.of_words(title, (first, *columns), "l" + "r" * len(columns), rows)
+
+
+def _card_facts(card: dict[str, Any]) -> dict[str, str]:
+    facts = {
+        "written for": card["description"],
+        "model": card["model"],
+        "inputs": card["inputs"],
+        "projected terms": card["projected"],
+        "unrepresented effects": card["ignores"],
+        "run by": card["run_by"],
+        "not run": card["not_run"],
+        "failed": card.get("run_error", ""),
+        **card["settings"],
+        "hydrodamp": card["hydrodamp"],
     }
+    texts = {key: [fact] if isinstance(fact, str) else fact for key, fact in facts.items()}
+    return {key: ", ".join(text) for key, text in texts.items() if any(text)}
 
 
-def _pack(values: FloatArray) -> dict[str, object]:
-    """Return a series quantised to uint16 steps of its range."""
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    step = (high - low) / QUANTISATION_STEPS or 1.0
-    counts = np.where(np.isfinite(values), np.rint((values - low) / step), MISSING_STEP)
-    return {"low": low, "step": step, "steps": _base64(counts.astype("<u2"))}
-
-
-def _base64(array: np.ndarray) -> str:
-    return base64.b64encode(array.tobytes()).decode("ascii")
+def _format_number(value: float | None) -> str:
+    return NOTHING if value is None else format(value, ".3g")

@@ -1,31 +1,28 @@
-"""Pictures of a comparison: each figure of its diagnostics with a caption, drawn as SVG."""
+"""Pictures of a comparison: figures with captions as SVG, and data of interactive plots."""
 
 from __future__ import annotations
 
+import base64
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from importlib.resources import files
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
-from hydrodamp.report.figures.diagnostics import (
-    correlation_figure,
-    excitation_figure,
-    front_figure,
-    horizons_figure,
-    power_figure,
-    residuals_figure,
-)
+from hydrodamp.report.figures import diagnostics, style
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
-from hydrodamp.report.figures.style import figure_bytes
 from hydrodamp.report.files import Picture, ReportContent
+from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.diagnostics import Findings, diagnose_comparison
+from hydrodamp.validation.diagnostics import Findings, diagnose_comparison, find_selected_row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -35,6 +32,13 @@ NEEDS_MATPLOTLIB = (
     'Pictures need the package matplotlib: pip install "hydrodamp[report]", then run the command '
     "again."
 )
+
+MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
+MAX_VALUES = 750_000  # values of all series together, 2 MB as text
+MAX_POINTS = 20_000  # points of one series
+QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16
+MISSING_STEP = 65_535  # step of a missing value
+LINE_WIDTH = 1.5  # px
 
 #: Name, caption and drawing function of a picture.
 Sketch = tuple[str, str, "Callable[[], Figure]"]
@@ -67,7 +71,9 @@ def draw_pictures(
             missing.append(_sentence(name.capitalize(), str(error)))
         else:
             width, height = (round(96 * inches) for inches in figure.get_size_inches())
-            pictures.append(Picture(name, caption, width, height, figure_bytes(figure, "svg")))
+            pictures.append(
+                Picture(name, caption, width, height, style.figure_bytes(figure, "svg"))
+            )
     return tuple(pictures), missing
 
 
@@ -79,21 +85,25 @@ def _sketches(comparison: Comparison, findings: Findings, train: Log) -> Iterato
     """Yield the pictures of the selected row, then those of the training data."""
     unit, row, text = comparison.rate_unit, findings.row, captions()
     if row is not None and len(comparison.rows) > 1:
-        yield "front", text["front"], partial(front_figure, comparison)
+        yield "front", text["front"], partial(diagnostics.front_figure, comparison)
     if row is not None and row.trajectory is not None:
-        yield "horizons", text["horizons"], partial(horizons_figure, findings.horizons)
+        yield "horizons", text["horizons"], partial(diagnostics.horizons_figure, findings.horizons)
         band = f" {band_caption(row)}" if findings.band else ""
         caption = f"{text['replays']}{band}"
         yield "replays", caption, partial(replays_figure, findings.rows, findings.band)
     if findings.identifiability is not None:
-        yield "excitation", text["excitation"], partial(excitation_figure, findings.identifiability)
+        yield (
+            "excitation",
+            text["excitation"],
+            partial(diagnostics.excitation_figure, findings.identifiability),
+        )
     if row is not None and findings.problem is not None and findings.box is not None:
         fit, tests = row.fit, findings.residual_tests
-        yield "correlation", text["correlation"], partial(correlation_figure, fit)
-        draw_residuals = partial(residuals_figure, findings.problem, fit)
+        yield "correlation", text["correlation"], partial(diagnostics.correlation_figure, fit)
+        draw_residuals = partial(diagnostics.residuals_figure, findings.problem, fit)
         yield "residuals", residual_caption(tests), draw_residuals
         caption = power_caption(findings.power) if findings.power else ""
-        yield "power", caption, partial(power_figure, fit, findings.box, unit)
+        yield "power", caption, partial(diagnostics.power_figure, fit, findings.box, unit)
     name = "estimation-velocities"
     yield name, text[name], partial(velocities_figure, train, unit)
     name = "estimation-actuation"
@@ -126,3 +136,72 @@ def power_caption(maximum: PowerMaximum) -> str:
 def band_caption(row: Row) -> str:
     """Return what the prediction band of a row contains."""
     return captions()["band"].format(row=f"{row.model} by {row.method}")
+
+
+def series(
+    comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
+) -> dict[str, Any] | None:
+    """Return the data and captions of the time-series plots, rows in order of preference."""
+    runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
+    if not runs:
+        return None
+    shown_runs, log, selected = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
+    names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
+    n_series = len(names) * (1 + len(shown_runs) + 2 * (band is not None))
+    bins, time = (
+        style.Bins.over(log.bounds, min(MAX_VALUES // n_series, MAX_POINTS)),
+        style.clock(log),
+    )
+
+    def packed(velocity: FloatArray) -> list[dict[str, object]]:
+        return [_pack(bins.values(style.shown_velocities(velocity, name, unit))) for name in names]
+
+    looks = style.line_styles([(row.model, row.method) for row, _ in shown_runs])
+    band_entry, caption, edges = None, "", []
+    if band is not None and selected is not None:
+        band_entry = {
+            "name": f"{100.0 * band.level:.0f} % band of {selected.model} by {selected.method}",
+            "method": selected.method,
+            "colour": style.colour_of(selected.method),
+        }
+        caption = band_caption(selected)
+        edges = [packed(band.lower), packed(band.upper)]
+    document = {
+        "velocities": [{"name": name, "unit": style.velocity_unit(name, unit)} for name in names],
+        "segments": [
+            {"name": segment.name, "start": time[segment.start], "stop": time[segment.stop - 1]}
+            for segment in log.segments
+        ],
+        "replays": [
+            {
+                "name": f"{row.model} by {row.method}",
+                "method": row.method,
+                "colour": look.colour,
+                "dashes": [round(LINE_WIDTH * length, 1) for length in look.dashes],
+            }
+            for (row, _), look in zip(shown_runs, looks, strict=True)
+        ],
+        "band": band_entry,
+        "time": _base64(bins.times(time).astype("<f8")),
+        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in shown_runs)],
+        "edges": edges,
+    }
+    return {
+        "document": document,
+        "band_caption": caption,
+        "left_out": len(runs) - len(shown_runs),
+        "is_thinned": not bins.is_exact,
+    }
+
+
+def _pack(values: FloatArray) -> dict[str, object]:
+    """Return a series quantised to uint16 steps of its range."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    step = (high - low) / QUANTISATION_STEPS or 1.0
+    counts = np.where(np.isfinite(values), np.rint((values - low) / step), MISSING_STEP)
+    return {"low": low, "step": step, "steps": _base64(counts.astype("<u2"))}
+
+
+def _base64(array: np.ndarray) -> str:
+    return base64.b64encode(array.tobytes()).decode("ascii")

@@ -8,14 +8,13 @@ from typing import Any
 
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Inspection, Probe
-from hydrodamp.ingest.inspection.quality_report import QualityReport
+from hydrodamp.ingest.inspection.quality_report import UNUSABLE, QualityReport
 from hydrodamp.report.table import Table
 
 #: Listed topics and segments.
 MAX_LISTED = 25
 
 _MIN_LEAD_S = -0.05  # s; a response this early precedes its command
-_UNUSABLE = "Not suitable for identification: see what is missing."
 _DRAFT_HEADER = "draft with the confidence of each line (--draft FILE saves it)"
 _WORLD_NAMES = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
@@ -29,7 +28,7 @@ def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
     if judged.report is None:
         notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
         notes += [f"remark: {each}" for each in found.roles.vertical_axis.warnings]
-        yield Table("No log", (), (), (*notes, f"Verdict: {_UNUSABLE}"))
+        yield Table("No log", (), (), (*notes, f"Verdict: {UNUSABLE}"))
         return
     notes_made = (f"Made {judged.mapping}.",) if judged.mapping else ()
     yield _segment_table(judged.report, (*notes_made, *judged.notes))
@@ -42,7 +41,7 @@ def probe_document(found: Probe, judged: Inspection) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.report
     absent = ("delays", "issues", "warnings", "remarks", "identifiable")
-    facts: dict[str, Any] = {**dict.fromkeys(absent, ()), "verdict": _UNUSABLE, "fit": False}
+    facts: dict[str, Any] = {**dict.fromkeys(absent, ()), "verdict": UNUSABLE, "fit": False}
     if verdict is not None:
         facts = {**asdict(verdict), "warnings": verdict.warnings, "frame": verdict.frame}
         facts |= {"verdict": verdict.verdict, "fit": verdict.is_usable}

@@ -18,7 +18,7 @@ OF_LOGS = ["estimation-velocities", "estimation-actuation"]
 @pytest.fixture
 def undrawn(monkeypatch):
     """Make figures, but spend no time on drawing them."""
-    monkeypatch.setattr(drawing, "figure_bytes", lambda *_: b"<svg>")
+    monkeypatch.setattr(drawing.style, "figure_bytes", lambda *_: b"<svg>")
 
 
 def names(found):

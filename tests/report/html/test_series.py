@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.report.figures.axes import Bins
-from hydrodamp.report.page import series
+from hydrodamp.report.figures.style import Bins
+from hydrodamp.report.pictures import series
 
 from .conftest import make_comparison, make_log
 

@@ -7,12 +7,14 @@ deviation is taken over five blocks of the log.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.progress import count_items
 
@@ -90,8 +92,8 @@ def estimate_delays(log: Log) -> tuple[Delay, ...]:
         return ()
     step, velocity, commands = _resample(log, inputs)
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
-    columns = count_items(enumerate(names), "comparing delays", len(names))
-    delays = [_estimate_delay(name, commands[:, k], step, velocity, axes) for k, name in columns]
+    columns = count_items(zip(names, commands.T, strict=True), "comparing delays", len(names))
+    delays = [_estimate_delay(name, command, step, velocity, axes) for name, command in columns]
     return tuple(delay for delay in delays if delay is not None)
 
 
@@ -131,55 +133,43 @@ def _estimate_delay(
     valid = np.isfinite(np.column_stack((acceleration, shifted, state))).all(axis=1)
     if len(lags) < 4 or np.count_nonzero(valid) < _MIN_SAMPLES:
         return None
-    basis = np.linalg.qr(state[valid])[0]
+    acceleration, basis = acceleration[valid], np.linalg.qr(state[valid])[0]
     inputs, targets = (
-        columns - basis @ (basis.T @ columns) for columns in (shifted[valid], acceleration[valid])
+        columns - basis @ (basis.T @ columns) for columns in (shifted[valid], acceleration)
     )
-    sums_of_squares = np.sum((acceleration[valid] - acceleration[valid].mean(axis=0)) ** 2, axis=0)
-    projections = (
-        _projections(targets, inputs) / np.sqrt(np.maximum(sums_of_squares, 1e-30))[:, np.newaxis]
-    )
+    sums = np.maximum(np.sum((acceleration - acceleration.mean(axis=0)) ** 2, axis=0), 1e-30)
+    projections = _projections(targets, inputs) / np.sqrt(sums)[:, np.newaxis]
     axis, lag = np.unravel_index(int(np.argmax(projections**2)), projections.shape)
     share = float(projections[axis, lag] ** 2)
     if share < _MIN_SHARE:
         return None
     seconds = step * _interpolate_peak(projections[axis] ** 2, lags)
-    block_delays = []
+    delays = []
     for block in np.array_split(np.arange(len(targets)), _N_BLOCKS):
-        variance = sums_of_squares[axis] * len(block) / len(targets)
-        shares = _projections(targets[block][:, [axis]], inputs[block])[0] ** 2 / max(
-            variance, 1e-30
-        )
+        variance = max(sums[axis] * len(block) / len(targets), 1e-30)
+        shares = _projections(targets[block][:, [axis]], inputs[block])[0] ** 2 / variance
         if shares.max() > _MIN_SHARE:
-            block_delays.append(step * _interpolate_peak(shares, lags))
-    tolerance = max(2 * step, _BLOCK_TOLERANCE_S)
-    agreement = (
-        float(np.mean(np.abs(np.array(block_delays) - seconds) <= tolerance))
-        if len(block_delays) > 1
-        else 0.5
-    )
+            delays.append(step * _interpolate_peak(shares, lags))
+    differences = np.abs(np.array(delays) - seconds)
+    has_blocks = len(delays) > 1
+    agreeing = differences <= max(2 * step, _BLOCK_TOLERANCE_S)
+    agreement = float(np.mean(agreeing)) if has_blocks else 0.5
     confidence = agreement * min(1.0, share / _SURE_SHARE) if 0 < lag < len(lags) - 1 else 0.0
     if seconds < -max(step, _MIN_LEAD_S):
         confidence = min(confidence, _MAX_LEAD_CONFIDENCE)
-    return Delay(
-        command=name,
-        velocity=VELOCITIES[axes[axis]],
-        seconds=seconds,
-        standard_deviation=float(np.std(block_delays)) if len(block_delays) > 1 else None,
-        share=share,
-        sign=int(np.sign(projections[axis, lag])),
-        confidence=round(99 * confidence),
-    )
+    deviation = float(np.std(delays)) if has_blocks else None
+    sign = int(np.sign(projections[axis, lag]))
+    velocity_name = VELOCITIES[axes[axis]]
+    return Delay(name, velocity_name, seconds, deviation, share, sign, round(99 * confidence))
 
 
 def _state_regressors(velocity: FloatArray, axes: list[int]) -> FloatArray:
     """Return the state regressors (1, v, v|v|, u v)."""
     values = velocity[:, axes]
-    constant = np.ones((len(velocity), 1))
-    with_speed = [values * velocity[:, [0]]] if 0 in axes else []
-    regressors = np.column_stack((constant, values, values * np.abs(values), *with_speed))
-    size = np.nanstd(regressors, axis=0)
-    return regressors[:, (size > 0.0) | (np.arange(len(size)) == 0)]
+    with_speed = values * velocity[:, :1] if 0 in axes else values[:, :0]
+    regressors = np.column_stack((values, values * np.abs(values), with_speed))
+    varying = regressors[:, np.nanstd(regressors, axis=0) > 0.0]
+    return np.column_stack((np.ones(len(values)), varying))
 
 
 def _projections(targets: FloatArray, inputs: FloatArray) -> FloatArray:
@@ -194,8 +184,43 @@ def _interpolate_peak(shares: FloatArray, lags: IntArray) -> float:
     index = int(np.argmax(shares))
     if not 0 < index < len(lags) - 1:
         return float(lags[index])
-    before, top, after = shares[index - 1 : index + 2]
-    curvature = float(before - 2 * top + after)
-    return float(lags[index]) + (
-        0.5 * float(before - after) / curvature if curvature < 0.0 else 0.0
+    before, top, after = shares[index - 1 : index + 2].tolist()
+    curvature = before - 2 * top + after
+    return float(lags[index]) + (0.5 * (before - after) / curvature if curvature < 0.0 else 0.0)
+
+
+#: Share of the variance of an acceleration from which a command has an effect.
+MIN_RESPONSE_SHARE = 0.05
+_MIN_SIGN_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
+#: Motion of the vehicle when a velocity increases, and decreases, that changes sign with the axes.
+_MOTIONS = {
+    "v": ("to starboard", "to port"),
+    "w": ("down", "up"),
+    "q": ("bow up", "bow down"),
+    "r": ("to starboard", "to port"),
+}
+
+
+def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
+    """Yield axes of a recorded wrench that accelerate the vehicle against their sign."""
+    against = {
+        delay.command: f"{delay.velocity} decreases when {delay.command} increases"
+        for delay in delays
+        if VELOCITY_OF.get(delay.command) == delay.velocity
+        and delay.sign < 0
+        and delay.share >= MIN_RESPONSE_SHARE
+        and delay.confidence >= _MIN_SIGN_CONFIDENCE
+    }
+    if against:
+        remedy = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
+        evidence = ", ".join(against.values())
+        yield QualityIssue(" ".join(against), "acts against its sign", evidence, remedy=remedy)
+
+
+def list_responses(delays: Sequence[Delay]) -> tuple[str, ...]:
+    """Return the motion of the vehicle when a command increases, in the axes of the log."""
+    return tuple(
+        f"increasing {delay.command} moves the vehicle {_MOTIONS[delay.velocity][delay.sign < 0]}"
+        for delay in delays
+        if delay.velocity in _MOTIONS and delay.share >= MIN_RESPONSE_SHARE
     )

@@ -23,6 +23,8 @@ MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70
 _PLAIN_REASONS = ("name", "name and unit")  # not printed
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
 _SPEEDS = (*"uvw", *WORLD_DIRECTIONS)
+_LEVEL = "not recorded: assumed level"
+_HORIZONTAL = frozenset(("position.north", "position.east"))
 _VERTICAL = frozenset(f"position.{name}" for name in ("up", "down", "depth"))
 _MAX_NAMES = 12  # columns listed per message and reason
 _NO_VELOCITY = (
@@ -47,9 +49,8 @@ class Draft:
 def write_draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses, with a list of omitted columns."""
     used = select_channels(roles)
-    commands = [guess for guess in roles.all_of("commands") if guess.confidence >= MIN_CONFIDENCE][
-        :_MAX_COMMANDS
-    ]
+    commands = [item for item in roles.all_of("commands") if item.confidence >= MIN_CONFIDENCE]
+    commands = commands[:_MAX_COMMANDS]
     motion = [guess for guess in used if guess.role.startswith(("velocity.", "attitude."))]
     groups = {guess.role.partition(".")[0] for guess in used}
     is_complete = "velocity" in groups or {"attitude", "position"} <= groups
@@ -57,7 +58,7 @@ def write_draft(recording: Recording, roles: Roles) -> Draft:
         *_header(recording),
         *_file_lines(recording),
         *_frame_lines(roles),
-        *_time_line(recording, roles, (*used, *commands)),
+        _time_line(recording, roles, (*used, *commands)),
         *(line for group in _GROUPS for line in _group_lines(used, group, roles)),
         *_command_lines(commands),
         *_sensor_lines(roles),
@@ -93,10 +94,11 @@ def _confidence_comment(guess: Guess) -> str:
 
 def select_channels(roles: Roles) -> list[Guess]:
     """Return the channels of the draft, without redundant ones."""
-    sure = [
-        guess for guess in roles.guesses if guess.is_best and guess.confidence >= MIN_CONFIDENCE
+    candidates = [
+        guess
+        for guess in roles.guesses
+        if guess.is_best and guess.confidence >= MIN_CONFIDENCE and "." in guess.role
     ]
-    candidates = [guess for guess in sure if "." in guess.role]
     names = {guess.role for guess in candidates}
     quaternion = {f"attitude.{name}" for name in ATTITUDE.columns}
     angles = {f"attitude.{name}" for name in (*EULER, "heading")}
@@ -105,13 +107,10 @@ def select_channels(roles: Roles) -> list[Guess]:
     body, world = (
         {f"velocity.{name}" for name in channels} for channels in ("uvw", WORLD_DIRECTIONS)
     )
-    omitted |= (
-        _roles_to_omit(candidates, body, world)
-        if {"velocity.north", "velocity.east"} <= names
-        else world
-    )
-    if len(names & {"position.north", "position.east"}) == 1:
-        omitted |= {"position.north", "position.east"}
+    has_world = {"velocity.north", "velocity.east"} <= names
+    omitted |= _roles_to_omit(candidates, body, world) if has_world else world
+    if len(names & _HORIZONTAL) == 1:
+        omitted |= _HORIZONTAL
     if names & {"position.up", "position.down"}:
         omitted.add("position.depth")
     by_confidence = sorted(candidates, key=lambda guess: guess.confidence)
@@ -146,29 +145,27 @@ def _frame_lines(roles: Roles) -> Iterator[str]:
         yield f"world: {roles.world}"
 
 
-def _time_line(recording: Recording, roles: Roles, used: Sequence[Guess]) -> Iterator[str]:
-    """Yield the clocks of the topics in use, sensor stamps before arrival times."""
+def _time_line(recording: Recording, roles: Roles, used: Sequence[Guess]) -> str:
+    """Return the clocks of the topics in use, sensor stamps before arrival times."""
     if not roles.clocks:
-        yield "time: {rate: HERTZ}    # no column is a clock: enter the sampling rate"
-        return
-    clocks = {
-        guess.topic: roles.clocks[guess.topic] for guess in used if guess.topic in roles.clocks
-    }
-    clocks = clocks or dict(roles.clocks)
+        return "time: {rate: HERTZ}    # no column is a clock: enter the sampling rate"
+    topics = [guess.topic for guess in used if guess.topic in roles.clocks] or roles.clocks
+    clocks = {name: roles.clocks[name] for name in topics}
     choices: dict[str, str] = {}
     for topic, clock in sorted(clocks.items(), key=lambda pair: pair[1].column is None):
         is_shared = any(
             clock.column in recording.topic(name).fields and candidate.column != clock.column
             for name, candidate in clocks.items()
         )
-        choices.setdefault(_format_clock(topic if is_shared else "", clock), _clock_comment(clock))
-    if any(
-        clock.column and recording.topic(name).time is not None for name, clock in clocks.items()
-    ):
+        is_stated = clock.column is not None or clock.rate is not None
+        remark = f"    # {clock.confidence} %: {clock.evidence}" if is_stated else ""
+        choices.setdefault(_format_clock(topic if is_shared else "", clock), remark)
+    stamped = [name for name, clock in clocks.items() if clock.column]
+    if any(recording.topic(name).time is not None for name in stamped):
         choices.setdefault("recorded", "")
     first, *alternatives = choices
     text = f"[{', '.join(choices)}]" if alternatives else first
-    yield f"time: {text}{choices[first]}"
+    return f"time: {text}{choices[first]}"
 
 
 def _format_clock(topic: str, clock: TopicClock) -> str:
@@ -184,37 +181,30 @@ def _format_clock(topic: str, clock: TopicClock) -> str:
     return column if clock.unit == "s" else f"{{column: {column}, unit: {clock.unit}}}"
 
 
-def _clock_comment(clock: TopicClock) -> str:
-    is_said = clock.column is not None or clock.rate is not None
-    return f"    # {clock.confidence} %: {clock.evidence}" if is_said else ""
-
-
 def _group_lines(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
-    guesses = [guess for guess in used if guess.role.startswith(f"{group}.")]
+    guesses = {
+        guess.role.partition(".")[2]: guess for guess in used if guess.role.startswith(f"{group}.")
+    }
     if not guesses:
         return
     yield f"{group}:"
-    names = [guess.role.partition(".")[2] for guess in guesses]
-    for guess, name in zip(guesses, names, strict=True):
+    for name, guess in guesses.items():
         flag = roles.flags.get(guess.topic) if group == "velocity" else None
         yield f"  {name}: {_format_entry(guess, flag)}{_confidence_comment(guess)}"
     roles_used = {guess.role for guess in used}
     is_level = "velocity.w" in roles_used and roles_used.isdisjoint(("velocity.p", "velocity.q"))
-    if group == "attitude" and ({"roll", "pitch"} & set(names) or (is_level and "qw" not in names)):
-        for name in ("roll", "pitch", "yaw"):
-            if name not in names and not (name == "yaw" and "heading" in names):
-                yield f"  {name}: {{value: 0.0}}    # not recorded: assumed level"
-    if group == "velocity" and "north" in names and not {"down", "up"} & set(names):
-        yield "  down: {value: 0.0}    # not recorded: assumed level"
-    if group == WRENCH.name:
-        absent = (name for name in WRENCH.columns if name not in names)
-        for name in absent:
-            similar = [
-                guess for guess in roles.without_role if re.search(rf"(^|[^A-Za-z]){name}$", guess)
-            ]
-            reason = (
-                f"`{similar[0]}` is omitted, see below" if similar else "not recorded: assumed zero"
-            )
+    absent: dict[str, str] = {}
+    if {"roll", "pitch"} & {*guesses} or (is_level and "qw" not in guesses):
+        angles = EULER[:2] if "heading" in guesses else EULER
+        absent = dict.fromkeys(angles if group == "attitude" else (), _LEVEL)
+    if group == "velocity" and "north" in guesses and "up" not in guesses:
+        absent = {"down": _LEVEL}
+    for name in WRENCH.columns if group == WRENCH.name else ():
+        similar = [item for item in roles.without_role if re.search(rf"(^|[^A-Za-z]){name}$", item)]
+        omitted = f"`{similar[0]}` is omitted, see below" if similar else ""
+        absent[name] = omitted or "not recorded: assumed zero"
+    for name, reason in absent.items():
+        if name not in guesses:
             yield f"  {name}: {{value: 0.0}}    # {reason}"
 
 
@@ -232,30 +222,24 @@ def _format_entry(guess: Guess, flag: str | None = None) -> str:
 
 
 def _command_lines(guesses: Sequence[Guess]) -> Iterator[str]:
-    if not guesses:
-        return
-    yield "commands:"
-    for name, guess in zip(
-        command_names([guess.column for guess in guesses]), guesses, strict=True
-    ):
-        if guess.unit not in (None, "deg", "cdeg"):
-            guess = replace(guess, unit=None)
-        yield f"  {name}: {_format_entry(guess)}{_confidence_comment(guess)}"
+    names = command_names([guess.column for guess in guesses])
+    yield from ("commands:",) if guesses else ()
+    for name, guess in zip(names, guesses, strict=True):
+        unit = guess.unit if guess.unit in ("deg", "cdeg") else None
+        yield f"  {name}: {_format_entry(replace(guess, unit=unit))}{_confidence_comment(guess)}"
 
 
 def command_names(columns: Sequence[str]) -> list[str]:
     """Return short names of commands that are valid in terms."""
-    names: list[str] = []
+    names: dict[str, str] = {}
     for column in columns:
         topic, _, last = column.rpartition(".")
         is_generic = last.partition("[")[0].lower() in _GENERIC
         short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
         short = short.removesuffix(".data") if topic else short
-        candidates = (short, column, *(f"{column}_{k}" for k in range(2, 99)))
-        names.append(
-            next(name for candidate in candidates if (name := _valid_name(candidate)) not in names)
-        )
-    return names
+        candidates = map(_valid_name, (short, column, *(f"{column}_{k}" for k in range(2, 99))))
+        names[next(name for name in candidates if name not in names)] = column
+    return [*names]
 
 
 def _valid_name(text: str) -> str:
@@ -279,11 +263,10 @@ def _sensor_lines(roles: Roles) -> Iterator[str]:
 def _step_line(used: Sequence[Guess]) -> Iterator[str]:
     """Yield the steps that derive velocities and rates from the pose."""
     names, steps = {guess.role for guess in used}, list[str]()
-    has_position = bool({"position.north", "position.east"} <= names or names & _VERTICAL)
+    has_position = names >= _HORIZONTAL or names & _VERTICAL
     if has_position and names.isdisjoint(f"velocity.{speed}" for speed in _SPEEDS):
         steps.append("velocity_from_position")
-    angles = {"attitude.roll", "attitude.pitch", "attitude.qw"}
-    rates = {"r", "p", "q"} if names & angles else {"r"}
+    rates = "pqr" if names & {"attitude.roll", "attitude.pitch", "attitude.qw"} else "r"
     has_attitude = any(name.startswith("attitude.") for name in names)
     if has_attitude and not {f"velocity.{rate}" for rate in rates} <= names:
         steps.append("rates_from_attitude")
@@ -312,11 +295,9 @@ def _omitted_columns(recording: Recording, roles: Roles, used: Collection[str]) 
             elif field not in (*topic.fields, *topic.faults):
                 reason = "words"
             message, _, last = field.rpartition("[" if field.endswith("]") else ".")
-            reasons.setdefault((f"{stem}{message}".rstrip("."), reason), []).append(
-                last.rstrip("]")
-            )
-    if reasons:
-        yield "# Omitted:"
+            group = f"{stem}{message}".rstrip("."), reason
+            reasons.setdefault(group, []).append(last.rstrip("]"))
+    yield from ("# Omitted:",) if reasons else ()
     for (message, reason), names in reasons.items():
         more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
         listed = f"{' '.join(names[:_MAX_NAMES])}{more} - {reason}"
@@ -325,19 +306,15 @@ def _omitted_columns(recording: Recording, roles: Roles, used: Collection[str]) 
 
 def _omission_reason(guess: Guess, roles: Roles) -> str:
     """Return why a guess is omitted."""
-    best = roles.best(guess.role)
     if guess.role == "flag":
         return "marks valid rows"
     if guess.confidence < MIN_CONFIDENCE:
         return f"possibly {guess.role}, {guess.confidence} %"
     if guess.role == "commands":
         return "too many commands"
-    alternative = (
-        best.column
-        if best is not None and best.column != guess.column
-        else "given by other columns"
-    )
-    return f"{guess.role} is {alternative}"
+    best = roles.best(guess.role)
+    is_other = best is not None and best.column != guess.column
+    return f"{guess.role} is {best.column if best and is_other else 'given by other columns'}"
 
 
 def _quote(text: str) -> str:

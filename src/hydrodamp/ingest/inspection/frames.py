@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.conditioning.consistency import QualityIssue
-from hydrodamp.conditioning.gaps import true_runs
+from hydrodamp.conditioning.dropouts import true_runs
 from hydrodamp.conditioning.vertical_axis import (
     AxisEvidence,
     VerticalAxis,
@@ -29,8 +29,18 @@ from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import Series, synchronise
-from hydrodamp.ingest.inspection.delay import Delay
+from hydrodamp.ingest.inspection.names import split_index
 
+#: Largest value of an angle in radians; larger values are in degrees.
+MAX_ANGLE_RAD = {
+    "attitude.roll": 3.3,
+    "attitude.pitch": 1.65,
+    "attitude.yaw": 6.5,
+    "attitude.heading": 6.5,
+}
+_MAX_RATE_RAD_S = 3.5  # rad/s; faster rotations are rare
+_RATES = ("velocity.p", "velocity.q", "velocity.r")
+_POSITIONS = ("position.x", "position.y", "position.z", "position.depth")
 _MIRROR = np.array([1.0, -1.0, -1.0])  # converts FRD to FLU components and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
 _SCALE_TOLERANCE = 0.25  # relative error of a scale around a unit factor
@@ -38,6 +48,42 @@ _NORM_TOLERANCE = 0.1
 
 #: The series of every role.
 RoleSeries = Mapping[str, Series]
+
+
+def infer_units(role_series: RoleSeries) -> dict[str, Series]:
+    """Return angles of a topic and rates of an array in one unit, and positions in metres."""
+    inferred = dict(role_series)
+    angles = {
+        role: series
+        for role, series in inferred.items()
+        if role in MAX_ANGLE_RAD and series.unit not in UNITS["angle"]
+    }
+    in_degrees = {
+        series.topic
+        for role, series in angles.items()
+        if float(np.nanmax(np.abs(series.values))) > MAX_ANGLE_RAD[role]
+    }
+    for role, series in angles.items():
+        inferred[role] = replace(series, unit="deg" if series.topic in in_degrees else "rad")
+    rates = {
+        role: series for role, series in inferred.items() if role in _RATES and series.unit is None
+    }
+    fast = {
+        _array_of(series)
+        for series in rates.values()
+        if float(np.nanquantile(np.abs(series.values), 0.99)) > _MAX_RATE_RAD_S
+    }
+    for role, series in rates.items():
+        inferred[role] = replace(series, unit="deg/s" if _array_of(series) in fast else "rad/s")
+    for role in {*_POSITIONS} & inferred.keys():
+        scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
+        inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
+    return inferred
+
+
+def _array_of(series: Series) -> tuple[str, str]:
+    """Return the array of a series; columns of a topic also form one."""
+    return series.topic, split_index(series.field)[0] if series.field.endswith((")", "]")) else ""
 
 
 @dataclass(frozen=True)
@@ -63,9 +109,8 @@ def _attitude_roles(roles: RoleSeries) -> list[str]:
     """Return the roles of the attitude: the quaternion, or the available angles."""
     quaternion = [f"attitude.{name}" for name in ATTITUDE.columns]
     angles = [f"attitude.{name}" for name in (*EULER, "heading")]
-    return (
-        quaternion if set(quaternion) <= set(roles) else [role for role in angles if role in roles]
-    )
+    has_quaternion = {*quaternion} <= roles.keys()
+    return quaternion if has_quaternion else [role for role in angles if role in roles]
 
 
 def _with_attitude(
@@ -95,17 +140,14 @@ def match_rates(roles: RoleSeries) -> RateMatch:
     elapsed, columns, attitudes = _with_attitude(roles, rates)
     rotation = integrate_rotation(attitudes, _complete_runs(attitudes))
     rotation[np.isnan(attitudes).any(axis=1)] = np.nan
-    consistent = {}
-    for column, name in enumerate(names):
-        axis = "pqr".index(name)
-        result = _regress(elapsed, columns[:, [column]], rotation[:, [axis]])
-        if result.is_consistent():
-            consistent[name] = result
-    unit = (
-        _rate_unit(float(np.median([abs(result.scale) for result in consistent.values()])))
-        if consistent
-        else None
-    )
+    results = {
+        name: _regress(elapsed, column[:, np.newaxis], rotation[:, ["pqr".index(name)]])
+        for name, column in zip(names, columns.T, strict=True)
+    }
+    consistent = {name: result for name, result in results.items() if result.is_consistent()}
+    if not consistent:
+        return RateMatch()
+    unit = _rate_unit(float(np.median([abs(result.scale) for result in consistent.values()])))
     flipped = [result.scale < 0.0 for name, result in consistent.items() if name != "p"]
     axes = tuple((name, round(abs(result.correlation), 3)) for name, result in consistent.items())
     return RateMatch(unit, bool(flipped) and all(flipped), axes)
@@ -121,37 +163,27 @@ def _rate_unit(ratio: float) -> str | None:
 def match_velocity(roles: RoleSeries) -> VelocityMatch:
     """Compare velocity with position: body-fixed, mirrored (FLU), or earth-fixed."""
     is_body = any(f"velocity.{name}" in roles for name in "uvw")
-    names = (
-        "uvw" if is_body else "xyz"
-    )  # of the world by its words, which the motion may contradict
+    names = "uvw" if is_body else "xyz"  # x y z: of the world by its words; the motion decides
     pairs = [(f"velocity.{names[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
-    axes = [axis for axis, pair in enumerate(pairs) if set(pair) <= set(roles)]
+    axes = [axis for axis, pair in enumerate(pairs) if {*pair} <= roles.keys()]
     if not _attitude_roles(roles) or len(axes) < 2:
         return VelocityMatch()
     paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
     elapsed, columns, attitudes = _with_attitude(roles, paired)
-    n = len(axes)
+    velocity, position = np.hsplit(columns, 2)
     body = np.zeros((len(elapsed), 3))
-    body[:, axes] = columns[:, :n]
+    body[:, axes] = velocity
     matrices = rotation_matrices(attitudes)
-    candidates = [
-        body,
-        *(np.einsum("nij,nj->ni", matrices, vectors) for vectors in (body, body * _MIRROR)),
-    ]
-    position = columns[:, n:]
+    rotated = (np.einsum("nij,nj->ni", matrices, vectors) for vectors in (body, body * _MIRROR))
     earth_fixed, plain, mirrored = (
-        _regress(elapsed, candidate[:, axes], position) for candidate in candidates
+        _regress(elapsed, candidate[:, axes], position) for candidate in (body, *rotated)
     )
     is_mirrored = mirrored.explains_more_than(plain)
     body_fixed = mirrored if is_mirrored else plain
     if earth_fixed.explains_more_than(body_fixed):
         return VelocityMatch(True, False, earth_fixed, body_fixed)
-    return VelocityMatch(
-        False if body_fixed.explains_more_than(earth_fixed) else None,
-        is_mirrored,
-        body_fixed,
-        earth_fixed,
-    )
+    is_earth_fixed = False if body_fixed.explains_more_than(earth_fixed) else None
+    return VelocityMatch(is_earth_fixed, is_mirrored, body_fixed, earth_fixed)
 
 
 def _regress(elapsed: FloatArray, rate: FloatArray, value: FloatArray) -> ChannelRegression:
@@ -170,46 +202,37 @@ _ROS_LOG_ODDS, _AUTOPILOT_LOG_ODDS, _POSE_LOG_ODDS = 2.5, 4.0, 0.7  # log-odds
 
 def find_vertical_axis(form: str, roles: RoleSeries) -> VerticalAxis:
     """Return the axes of body and attitude from all evidence."""
-    return VerticalAxis.combine(
-        (
-            *format_convention(form),
-            *_gravity_evidence(roles),
-            *_depth_evidence(roles),
-            *_surface_evidence(roles),
-        )
-    )
+    evidence = (_gravity_evidence, _depth_evidence, _surface_evidence)
+    tests = itertools.chain.from_iterable(test(roles) for test in evidence)
+    return VerticalAxis.combine((*format_convention(form), *tests))
 
 
 def format_convention(form: str) -> Iterator[AxisEvidence]:
     """Yield the conventional axes of a format."""
     axes = conventional_axes(form)
     if axes == "FLU over ENU":
-        yield AxisEvidence(
-            -_ROS_LOG_ODDS, f"{form}: forward-port-up over east-north-up by convention (REP 103)"
-        )
+        message = f"{form}: forward-port-up over east-north-up by convention (REP 103)"
+        yield AxisEvidence(-_ROS_LOG_ODDS, message)
     elif axes:
-        yield AxisEvidence(
-            _AUTOPILOT_LOG_ODDS,
-            f"{form}: forward-starboard-down over north-east-down by convention",
-        )
+        message = f"{form}: forward-starboard-down over north-east-down by convention"
+        yield AxisEvidence(_AUTOPILOT_LOG_ODDS, message)
 
 
 def _gravity_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
     names = [f"specific_force.{name}" for name in SPECIFIC_FORCE.columns]
-    if set(names) <= set(roles):
+    if {*names} <= roles.keys():
         _, force, attitudes = _with_attitude(roles, [roles[name] for name in names])
         yield from gravity_test(force, down_vectors(attitudes))
 
 
 def _depth_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
     """Compare the change of depth with the vertical velocity."""
-    names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
-    if not _attitude_roles(roles) or "position.depth" not in roles or not {*names} - {"velocity.v"}:
+    axes = [axis for axis, name in enumerate("uvw") if f"velocity.{name}" in roles]
+    if not _attitude_roles(roles) or "position.depth" not in roles or not {*axes} - {1}:
         return
-    series = [roles[name] for name in ("position.depth", *names)]
-    elapsed, values, attitudes = _with_attitude(roles, series)
-    columns = ["uvw".index(name[-1]) for name in names]
-    rise = np.sum(down_vectors(attitudes)[:, columns] * values[:, 1:], axis=1)
+    names = ("position.depth", *(f"velocity.{'uvw'[axis]}" for axis in axes))
+    elapsed, values, attitudes = _with_attitude(roles, [roles[name] for name in names])
+    rise = np.sum(down_vectors(attitudes)[:, axes] * values[:, 1:], axis=1)
     bounds = _complete_runs(rise, values[:, :1])
     yield from depth_test(elapsed, bounds, np.nan_to_num(rise), values[:, 0])
 
@@ -219,86 +242,26 @@ def _surface_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
     if "position.z" not in roles:
         return
     if "position.depth" not in roles:
-        yield AxisEvidence(
-            -_POSE_LOG_ODDS, "a pose named x y z, as of motion capture, usually has z up"
-        )
+        message = "a pose named x y z, as of motion capture, usually has z up"
+        yield AxisEvidence(-_POSE_LOG_ODDS, message)
     yield from surface_test(roles["position.z"].values)
-
-
-#: Share of the variance of an acceleration from which a command has an effect.
-MIN_RESPONSE_SHARE = 0.05
-_MIN_DELAY_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
-UNDECIDED = "The direction of z is undetermined"
-#: Motion of the vehicle when a velocity increases that changes sign with the axes.
-_MOVES = {"v": "to starboard", "w": "down", "q": "bow up", "r": "to starboard"}
-_OPPOSITE_MOVES = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
-
-
-def describe_frame(upright: VerticalAxis, responses: Sequence[str]) -> str:
-    """Return the evidence for the direction of z, or what would determine it."""
-    evidence = "; ".join(test.message for test in upright.evidence)
-    if upright.is_sure:
-        return f"{upright.body} by {upright.confidence} %: {evidence}."
-    observed = f" Responses: {'; '.join(responses)}." if responses else ""
-    return (
-        f"{UNDECIDED}: motion alone cannot distinguish FRD over NED from FLU over a world with z up"
-        f"{f'; {evidence}' if evidence else ''}.{observed} Compare with the actual motion, or "
-        "record a specific force or a depth."
-    )
 
 
 def misread_positions(measured: Mapping[str, str]) -> Iterator[QualityIssue]:
     """Yield commands whose names are those of positions."""
     names = [name for name, role in measured.items() if not role.endswith("depth")]
     if names:
-        yield QualityIssue(
-            " ".join(names),
-            "has the name of a position but was read as a command",
-            "the canonical form calls a position x y z, in metres",
-            remedy="rename it, or name it under `position` in a mapping (`--draft`)",
-        )
+        problem = "has the name of a position but was read as a command"
+        evidence = "the canonical form calls a position x y z, in metres"
+        remedy = "rename it, or name it under `position` in a mapping (`--draft`)"
+        yield QualityIssue(" ".join(names), problem, evidence, remedy=remedy)
 
 
 def wrong_frame(upright: VerticalAxis, issues: Sequence[QualityIssue]) -> Iterator[QualityIssue]:
     """Yield that z is up, unless an issue of the specific force reports it."""
-    if (
-        upright.body == "FLU"
-        and upright.is_sure
-        and all(issue.channel != "specific_force" for issue in issues)
-    ):
-        yield QualityIssue(
-            "frame",
-            "is forward-port-up, not forward-starboard-down",
-            "; ".join(test.message for test in upright.evidence if test.log_odds < 0.0),
-            remedy="write `frame: FLU` in a mapping, and list deviating sensors under `sensors`",
-        )
-
-
-def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
-    """Yield axes of a recorded wrench that accelerate the vehicle against their sign."""
-    reversed_delays = [
-        delay
-        for delay in delays
-        if VELOCITY_OF.get(delay.command) == delay.velocity
-        and delay.sign < 0
-        and delay.share >= MIN_RESPONSE_SHARE
-        and delay.confidence >= _MIN_DELAY_CONFIDENCE
-    ]
-    if reversed_delays:
-        yield QualityIssue(
-            " ".join(delay.command for delay in reversed_delays),
-            "acts against its sign",
-            ", ".join(
-                f"{delay.velocity} decreases when {delay.command} increases"
-                for delay in reversed_delays
-            ),
-            remedy="write `sign: -1` for it, or other axes under `sensors`, in the mapping",
-        )
-
-
-def list_responses(delays: Sequence[Delay]) -> Iterator[str]:
-    """Yield the motion of the vehicle when a command increases, in the axes of the log."""
-    for delay in delays:
-        if delay.velocity in _MOVES and delay.share >= MIN_RESPONSE_SHARE:
-            motion = (_MOVES if delay.sign > 0 else _OPPOSITE_MOVES)[delay.velocity]
-            yield f"increasing {delay.command} moves the vehicle {motion}"
+    is_reported = any(issue.channel == "specific_force" for issue in issues)
+    if upright.body == "FLU" and upright.is_sure and not is_reported:
+        problem = "is forward-port-up, not forward-starboard-down"
+        evidence = "; ".join(test.message for test in upright.evidence if test.log_odds < 0.0)
+        remedy = "write `frame: FLU` in a mapping, and list deviating sensors under `sensors`"
+        yield QualityIssue("frame", problem, evidence, remedy=remedy)

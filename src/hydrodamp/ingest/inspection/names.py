@@ -3,84 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection
 from pathlib import Path
 
 import yaml
 
-from hydrodamp.data.channels import WRENCH
+from hydrodamp.data.channels import EULER, WRENCH
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, parse_unit, trailing_unit
 from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 from hydrodamp.ingest.mapping.schema import quantity_of
 
-_WAYS = ("north", "east", "down")
-
-
+_TABLES = yaml.safe_load(Path(__file__).with_name("words.yaml").read_text("utf-8"))
 #: Words in names by their meaning.
-_WORDS = {
-    meaning: frozenset(listed.split())
-    for meaning, listed in yaml.safe_load(
-        Path(__file__).with_name("words.yaml").read_text("utf-8")
-    ).items()
-}
+_WORDS = {meaning: frozenset(text.split()) for meaning, text in _TABLES["words"].items()}
 _LOADS = _WORDS["wrench"] | _WORDS["force"] | _WORDS["moment"]
-_NAMED_WORLDS = {
-    world: {f"velocity.{speed}": f"velocity.{way}" for speed, way in zip("uvw", ways, strict=True)}
-    for world, ways in {"ned": _WAYS, "enu": ("east", "north", "up")}.items()
-}
-_MOTIONS = {"surge": "u", "sway": "v", "heave": "w"}
-_ANGLES = {name: name for name in ("roll", "pitch", "yaw", "heading")}
-_ANGLES |= {"phi": "roll", "theta": "pitch", "psi": "yaw", "hdg": "heading", "compass": "heading"}
-_ANGLES |= {"heel": "roll", "trim": "pitch"}
-_RATE_OF = {"roll": "p", "pitch": "q", "yaw": "r", "heading": "r"}
-_LETTERS = {"n": "north", "e": "east", "d": "down"}
-_COMPASS = {word: word for word in ("north", "east", "down", "up")} | _LETTERS
-_AXES = {"x": 0, "y": 1, "z": 2} | {str(place): place for place in range(6)}
+_ANGLES, _MOTIONS, _DIRECTIONS = (_TABLES[name] for name in ("angles", "motions", "directions"))
+_COMPOUNDS = {word: role for role, text in _TABLES["compounds"].items() for word in text.split()}
+_AXES = {"x": 0, "y": 1, "z": 2} | {str(index): index for index in range(6)}
 _WRENCH_OF = dict(zip("uvwpqrxyzkmn", 2 * WRENCH.columns, strict=True))
-_TURN = ("attitude.roll", "attitude.pitch", "attitude.yaw")
-
-
-def _roles_of(group: str, names: str) -> tuple[str, ...]:
-    return tuple(f"{group}.{name}" for name in names.split())
-
-
-# Vectors of surface ships, planar if they have three components.
-_PLANAR = {
-    "nu": _roles_of("velocity", "u v r"),
-    "eta": ("position.x", "position.y", "attitude.yaw"),
-    "tau": _roles_of("wrench", "X Y N"),
-}
-
-# Words, roles and confidence [%] of vectors of three or six components, the likeliest first.
-_VECTORS = (
-    (_WORDS["specific_force"], _roles_of("specific_force", "fx fy fz"), 85),
-    (_WORDS["force"], _roles_of("wrench", "X Y Z"), 80),
-    (_WORDS["moment"], _roles_of("wrench", "K M N"), 80),
-    (_WORDS["wrench"], _roles_of("wrench", "X Y Z K M N"), 85),
-    (_WORDS["angular_rate"], _roles_of("velocity", "p q r"), 85),
-    (_WORDS["velocity"], _roles_of("velocity", "u v w p q r"), 80),
-    (_WORDS["attitude_vector"], _TURN, 80),
-    (_WORDS["position"], (*_roles_of("position", "x y z"), *_TURN), 75),
-)
-
-
-def _compound_names() -> Iterator[tuple[str, str]]:
-    """Yield compound names such as `vx` and their roles."""
-    for axis, speed, rate in zip("xyz", "uvw", "pqr", strict=True):
-        yield f"v{axis}", f"velocity.{speed}"
-        yield from ((f"{kind}{axis}", f"velocity.{rate}") for kind in ("w", "g", "gyr"))
-        yield from ((f"{kind}{axis}", f"specific_force.f{axis}") for kind in ("a", "acc"))
-    yield from ((f"q{component}", f"attitude.q{component}") for component in "wxyz")
-    for turn, rate in zip(("roll", "pitch", "yaw"), "pqr", strict=True):
-        yield from ((f"{turn}{kind}", f"velocity.{rate}") for kind in ("rate", "speed"))
-    for letter, direction in _LETTERS.items():
-        yield f"v{letter}", f"velocity.{direction}"
-        yield f"p{letter}", f"position.{direction}"
-
-
-_FUSED = dict(_compound_names())
 
 _PATH = re.compile(r"[./]")  # separates nested messages
 
@@ -99,24 +40,14 @@ def split_index(name: str) -> tuple[str, str]:
     return (match["stem"], match["index"]) if match else (name, "")
 
 
-@dataclass(frozen=True)
-class Element:
-    """Index of an element in its array, from zero, and the number of elements."""
-
-    index: int
-    size: int
-
-
-def element_of(field: str, beside: Collection[str]) -> Element | None:
-    """Return the array element that a field is, from the indices of its siblings; or None.
+def element_of(field: str, siblings: Collection[str]) -> tuple[int, int] | None:
+    """Return the index of a field in its array, from zero, and the size of the array; or None.
 
     A MATLAB row or column, `(3,1)`, is a vector; elements of a matrix have no single index.
     """
     stem, index = split_index(field)
-    indices = [index_ for each, index_ in map(split_index, {*beside, field}) if each == stem]
-    subscripts = [
-        tuple(map(int, re.findall(r"\d+", subscript))) for subscript in indices if subscript
-    ]
+    indices = [other for name, other in map(split_index, {*siblings, field}) if name == stem]
+    subscripts = [tuple(map(int, re.findall(r"\d+", other))) for other in indices if other]
     if not index or len({*map(len, subscripts)}) != 1:
         return None
     moving = [k for k, column in enumerate(zip(*subscripts, strict=True)) if len({*column}) > 1]
@@ -124,7 +55,7 @@ def element_of(field: str, beside: Collection[str]) -> Element | None:
         return None
     axis = moving[0] if moving else 0
     first = min(subscript[axis] for subscript in subscripts) if moving and "[" not in index else 0
-    return Element(int(re.findall(r"\d+", index)[axis]) - min(first, 1), len(subscripts))
+    return int(re.findall(r"\d+", index)[axis]) - min(first, 1), len(subscripts)
 
 
 def words(name: str) -> tuple[str, ...]:
@@ -151,8 +82,8 @@ def guess_role(
     topic: str, field: str, unit: str | None, siblings: Collection[str] = (), stated: str = ""
 ) -> Hint:
     """Return the role that name and unit suggest, or the reason why none."""
-    name = split_unit(field)[0]
-    context = {*words(topic), *name}
+    name, topic_words = split_unit(field)[0], {*words(topic)}
+    context = {*topic_words, *name}
     if excluded := context & _WORDS["not_measured"] | {*name} & _WORDS["not_measured_in_field"]:
         return f"not a measurement: {min(excluded)}", 0
     is_wrench = {"K", "M", "N"} <= {*siblings} or {"X", "Y", "N"} <= {*siblings}
@@ -162,46 +93,41 @@ def guess_role(
     setpoint = {*name} & _WORDS["setpoint"] or _setpoint_suffix(stem, siblings)
     if setpoint and not {*name} & _WORDS["commands"]:
         return f"a setpoint, not a measurement: {min(setpoint)}", 0
-    bare = tuple(word for word in name if word not in _WORDS["qualifier"]) or name
+    bare, size = _without_qualifiers(name), 0
     is_alone = len({*split_unit(_PATH.split(field)[-1])[0]} - _WORDS["qualifier"]) == 1
-    size = 0
     if element := element_of(field, siblings):
-        words_of_stem = split_unit(stem)[0]
-        bare = (
-            tuple(word for word in words_of_stem if word not in _WORDS["qualifier"])
-            or words_of_stem
-        )
-        bare = (*bare, str(element.index))
-        size = element.size if element.size > 1 else 0
+        index, n_elements = element
+        bare = (*_without_qualifiers(split_unit(stem)[0]), str(index))
+        size = n_elements if n_elements > 1 else 0
     elif stem != field:
         return "an element of a matrix", 0
-    guess = _role_of_words(bare, context, size, is_alone=is_alone, beside=siblings, field=field)
+    guess = _role_of_words(bare, context, size, is_alone, siblings, field)
     if guess is None and split_unit(field)[1] == "rpm":
         guess = "commands", 80
     if guess is None:
-        setpoint_words = sorted({*words(topic)} & _WORDS["setpoint"])
-        return (
-            f"a setpoint, not a measurement: {setpoint_words[0]}" if setpoint_words else NO_ROLE,
-            0,
-        )
-    topic_status = set() if context & {"output", "outputs"} else {*words(topic)} & _WORDS["status"]
+        setpoint = topic_words & _WORDS["setpoint"]
+        return f"a setpoint, not a measurement: {min(setpoint)}" if setpoint else NO_ROLE, 0
+    topic_status = set() if context & {"output", "outputs"} else topic_words & _WORDS["status"]
     if guess[0] == "commands" and (status := {*name} & _WORDS["status"] | topic_status):
         return f"state of an actuator, not a command: {min(status)}", 0
-    guess = _velocity_axes(guess, context)
-    quantity = quantity_of_role(guess[0])
+    role, confidence = _velocity_axes(guess, context)
+    quantity = quantity_of_role(role)
     if unit is None and quantity is not None and stated.casefold() not in NON_UNIT_WORDS:
         return f"in {stated}", 0
     if unit is None or quantity is None:
-        return guess
-    return (guess[0], min(95, guess[1] + 10)) if unit in UNITS[quantity] else (f"in {unit}", 0)
+        return role, confidence
+    return (role, min(95, confidence + 10)) if unit in UNITS[quantity] else (f"in {unit}", 0)
+
+
+def _without_qualifiers(name: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(word for word in name if word not in _WORDS["qualifier"]) or name
 
 
 def _setpoint_suffix(stem: str, siblings: Collection[str]) -> set[str]:
     """Return the suffix of a setpoint (`psi_d`, `pd`), unless it means down next to north."""
     stem_words = words(stem)
-    stem_words = (
-        stem_words[:-1] if len(stem_words) > 1 and stem_words[-1] in tuple("xyz") else stem_words
-    )
+    if len(stem_words) > 1 and stem_words[-1] in tuple("xyz"):
+        stem_words = stem_words[:-1]
     last = stem_words[-1] if stem_words else ""
     is_desired = last in ("pd", "vd") or (last == "d" and len(stem_words) > 1)
     stems = {split_index(name)[0].casefold() for name in siblings}
@@ -215,18 +141,15 @@ def _velocity_axes(guess: Hint, context: set[str]) -> Hint:
     A world velocity without named axes has the role velocity.x, y or z.
     """
     role, confidence = guess
-    axis = role.removeprefix("velocity.")
-    if role == axis or axis not in tuple("uvw"):
+    group, _, axis = role.partition(".")
+    if group != "velocity" or axis not in tuple("uvw"):
         return guess
+    index = "uvw".index(axis)
     if context & _WORDS["body_axes"]:
         return role, confidence + 5 * ("body" in context)
-    if worlds := context & _NAMED_WORLDS.keys():
-        return _NAMED_WORLDS[min(worlds)][role], confidence
-    return (
-        (f"velocity.{'xyz'['uvw'.index(axis)]}", confidence)
-        if context & _WORDS["earth_axes"]
-        else guess
-    )
+    if worlds := context & _TABLES["worlds"].keys():
+        return f"velocity.{_TABLES['worlds'][min(worlds)][index]}", confidence
+    return (f"velocity.{'xyz'[index]}", confidence) if context & _WORDS["earth_axes"] else guess
 
 
 def quantity_of_role(role: str) -> str | None:
@@ -243,67 +166,58 @@ def _role_of_words(
     name: tuple[str, ...],
     context: set[str],
     size: int,
-    *,
     is_alone: bool,
-    beside: Collection[str],
+    siblings: Collection[str],
     field: str,
 ) -> Hint | None:
     """Return the role of a field from its words and the size of its array."""
     name_words, last = set(name), name[-1] if name else ""
-    has_w = f"{field[:-1]}w" in beside
     numbered = name_words | {word.rstrip("0123456789") for word in name}
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
     if name_words & _WORDS["flag"] and angle is None:
         return "flag", 80
-    if name_words & _WORDS["wrench"] and (of := _wrench_component(name)):
-        return f"wrench.{of}", 85
+    if name_words & _WORDS["wrench"] and (component := _wrench_component(name)):
+        return f"wrench.{component}", 85
     loading = context if last in tuple("xyz") else name_words | context & _WORDS["wrench"]
     is_load = last in _AXES and not context & _WORDS["setpoint"] and loading & _LOADS
     if is_load and (guess := _vector_component(context - _WORDS["velocity"], _AXES[last], size)):
         return guess
     if numbered & _WORDS["commands"]:
         return "commands", 85
-    if (
-        context & (_WORDS["commands"] - {"control"})
-        and angle is None
-        and not name_words & _WORDS["setpoint"]
-    ):
+    is_setpoint = name_words & _WORDS["setpoint"]
+    if context & (_WORDS["commands"] - {"control"}) and angle is None and not is_setpoint:
         return "commands", 75
     if context & _WORDS["setpoint"]:
         return None
-    if angle is not None and name_words & _WORDS["specific_force"]:
-        return None  # an angular acceleration
-    is_angle = name_words & _WORDS["angle_vector"] and not name_words & _WORDS["rate_of_angle"]
-    if angle is None and is_angle and last in tuple("xyz012") and size in (0, 3):
-        return _TURN[_AXES[last]], 80
     if angle is not None:
-        is_rate = bool(name_words & (_WORDS["angular_rate"] | {"speed"}))
-        return (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
+        if name_words & _WORDS["specific_force"]:
+            return None  # an angular acceleration
+        is_rate = name_words & (_WORDS["angular_rate"] | {"speed"})
+        return (f"velocity.{_TABLES['rates'][angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
+    is_angle = name_words & _WORDS["angle_vector"] and not name_words & _WORDS["rate_of_angle"]
+    if is_angle and last in tuple("xyz012") and size in (0, 3):
+        return f"attitude.{EULER[_AXES[last]]}", 80
     if name_words & _MOTIONS.keys() and not name_words & _WORDS["position"]:
         return f"velocity.{next(_MOTIONS[word] for word in name if word in _MOTIONS)}", 80
-    if "rate" in context and is_alone and last in "rpy" and f"{field[:-1]}x" not in beside:
+    if "rate" in context and is_alone and last in "rpy" and f"{field[:-1]}x" not in siblings:
         return f"velocity.{'pqr'['rpy'.index(last)]}", 75
-    if context & _WORDS["quaternion"] and last in ("w", "x", "y", "z") and has_w:
-        return f"attitude.q{last}", 85
-    if context & _WORDS["quaternion"] and size == 4 and last in ("0", "1", "2", "3"):
-        return f"attitude.q[{last}]", 60
-    if (
-        last in _AXES
-        and len(context) > 1
-        and (guess := _vector_component(context, _AXES[last], size))
-    ):
+    if context & _WORDS["quaternion"]:
+        if last in tuple("wxyz") and f"{field[:-1]}w" in siblings:
+            return f"attitude.q{last}", 85
+        if size == 4 and last in tuple("0123"):
+            return f"attitude.q[{last}]", 60
+    is_vector = last in _AXES and len(context) > 1
+    if is_vector and (guess := _vector_component(context, _AXES[last], size)):
         return guess
-    if last in _COMPASS and not is_alone:
-        return (
-            f"{'velocity' if name_words & _WORDS['velocity'] else 'position'}.{_COMPASS[last]}",
-            80,
-        )
+    if last in _DIRECTIONS and not is_alone:
+        group = "velocity" if name_words & _WORDS["velocity"] else "position"
+        return f"{group}.{_DIRECTIONS[last]}", 80
     if "depth" in name_words and not name_words & (_WORDS["angular_rate"] | _WORDS["velocity"]):
         return "position.depth", 75 if name_words & {"raw", "sensor"} else 85
     if is_alone and last in "uvwpqr" and not context & _WORDS["quaternion"] - {"q"}:
         return f"velocity.{last}", 85
-    if last in _FUSED and not (last[0] == "a" and context & _WORDS["position"]):
-        return _FUSED[last], 80  # not the world acceleration of a position
+    if last in _COMPOUNDS and not (last[0] == "a" and context & _WORDS["position"]):
+        return _COMPOUNDS[last], 80  # not the world acceleration of a position
     if len(name) == 1 and last in "xyz":
         return f"position.{last}", 60
     if is_alone and last == "n":  # propeller speed of ships
@@ -314,16 +228,16 @@ def _role_of_words(
 def _wrench_component(name: tuple[str, ...]) -> str | None:
     """Return the component of a wrench from a name such as `tau_N` or `tau_surge`."""
     last = next((word for word in name[::-1] if word not in ("cmd", "command", "total")), "")
-    axis = _MOTIONS.get(last) or _RATE_OF.get(last, last)
+    axis = _MOTIONS.get(last) or _TABLES["rates"].get(last, last)
     return _WRENCH_OF.get(axis) if axis not in tuple("xyz") else None
 
 
 def _vector_component(context: set[str], index: int, size: int) -> Hint | None:
     """Return the role of a component of a vector."""
-    for kind, roles, confidence in _VECTORS:
-        if size == 3 and context & kind & _PLANAR.keys():
-            return _PLANAR[min(context & kind & _PLANAR.keys())][index], 65
-        if context & kind:
+    for kind, (confidence, roles) in _TABLES["vectors"].items():
+        if matches := context & _WORDS[kind]:
+            if size == 3 and (planar := matches & _TABLES["planar"].keys()):
+                return _TABLES["planar"][min(planar)][index], 65
             is_component = index < min(len(roles), size or 3)
             return (roles[index], confidence) if is_component and size in (0, 2, 3, 6) else None
     return None

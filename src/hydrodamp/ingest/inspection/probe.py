@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.conditioning.pipeline import Step
-from hydrodamp.conditioning.quality_checks import QualityIssue
-from hydrodamp.conditioning.vertical_axis import AxisEvidence, VerticalAxis, vertical_tests
+from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
 from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
@@ -58,23 +57,16 @@ def topic_facts(topic: Topic, clock: TopicClock | None) -> TopicFacts:
     """Return number, rate and gaps of the messages of a topic."""
     times = np.empty(0) if clock is None else clock.seconds[np.isfinite(clock.seconds)]
     steps = np.diff(times)
-    pace: tuple[float | None, float | None, float | None] = (None, None, None)
-    ends: tuple[float | None, float | None] = (None, None)
-    if len(times):
-        ends = float(times[0]), float(times[-1])
+    rate, jitter, longest_gap = None, None, None
     if len(positive := steps[steps > 0.0]):
-        low, step, high, longest = np.quantile(positive, (0.05, 0.5, 0.95, 1.0)).tolist()
-        pace = 1 / step, (high - low) / 2 / step, longest
-    return TopicFacts(
-        topic.name,
-        topic.n,
-        len(topic.fields),
-        *pace,
-        *ends,
-        int(np.count_nonzero(steps <= 0.0)),
-        tuple((name, unit) for name, unit in topic.units.items() if unit),
-        tuple(topic.faults.values()),
-    )
+        low, step, high, longest_gap = np.quantile(positive, (0.05, 0.5, 0.95, 1.0)).tolist()
+        rate, jitter = 1 / step, (high - low) / 2 / step
+    start, end = (float(times[0]), float(times[-1])) if len(times) else (None, None)
+    backward = int(np.count_nonzero(steps <= 0.0))
+    units = tuple((name, unit) for name, unit in topic.units.items() if unit)
+    faults = tuple(topic.faults.values())
+    span = rate, jitter, longest_gap, start, end, backward
+    return TopicFacts(topic.name, topic.n, len(topic.fields), *span, units, faults)
 
 
 @dataclass(frozen=True)
@@ -164,18 +156,14 @@ def probe(recording: Recording, *others: Recording) -> Probe:
     if draft.confidence < MIN_DRAFT_CONFIDENCE and presets:
         draft = draft_from_preset(recording, presets[0].name)
     return Probe(
-        source=recording.source,
-        format=recording.format,
-        notes=recording.notes,
-        topics=tuple(
-            topic_facts(topic, roles.clocks.get(topic.name)) for topic in recording.topics
-        ),
-        roles=roles,
-        without_role=tuple(
-            name for name, reason in roles.without_role.items() if reason == NO_ROLE
-        ),
-        presets=presets,
-        draft=draft,
+        recording.source,
+        recording.format,
+        recording.notes,
+        tuple(topic_facts(topic, roles.clocks.get(topic.name)) for topic in recording.topics),
+        roles,
+        tuple(name for name, reason in roles.without_role.items() if reason == NO_ROLE),
+        presets,
+        draft,
     )
 
 
@@ -189,15 +177,11 @@ def _match_preset(name: str, recording: Recording) -> Iterator[PresetMatch]:
     mapping = read_mapping(name)
     timeless = [entry for entry in mapping.entries if entry.group != "time"]
     columns, faults = find_columns(timeless, recording, name, mapping.topics)
-    velocity_fields = [
-        column.field for column in columns if column.entry.group == "velocity" and column.topic
-    ]
-    is_named = any(not field.startswith("column ") for field in velocity_fields)
-    if (
-        not faults
-        and velocity_fields
-        and (is_named or _velocity_matches_position(mapping, recording))
-    ):
+    fields = [item.field for item in columns if item.entry.group == "velocity" and item.topic]
+    if faults or not fields:
+        return
+    is_named = any(not field.startswith("column ") for field in fields)
+    if is_named or _velocity_matches_position(mapping, recording):
         yield PresetMatch(name, len(columns))
 
 
@@ -241,30 +225,26 @@ def inspect(
 ) -> Inspection:
     """Make a log of probed recordings and report its quality."""
 
-    def make_report(made: str, mapping: LogMapping | str | None = None) -> Inspection:
+    def make_report(origin: str, mapping: LogMapping | str | None = None) -> Inspection:
         log = combine_recordings(recordings, mapping)
         read = read_mapping(mapping) if isinstance(mapping, str) else mapping
-        roles = found.roles
-        upright, measured = _vertical_axis(log, roles, recordings[0].format, read), dict[str, str]()
+        roles, measured = found.roles, dict[str, str]()
+        upright = _vertical_axis(log, roles, recordings[0].format, read)
         if read is None:
             positions = (guess for guess in roles.guesses if guess.role.startswith("position."))
             measured = {
                 guess.column: guess.role for guess in positions if guess.column in log.command_names
             }
-        topic = report_quality(log, None if needs is None else needs(log), upright, measured)
+        report = report_quality(log, None if needs is None else needs(log), upright, measured)
         unsure = roles.vertical_axis.warnings if isinstance(mapping, LogMapping) else ()
-        topic = replace(topic, remarks=(*unsure, *topic.remarks))
-        topic = omit_applied_steps(topic, () if read is None else read.steps)
-        return Inspection(made, topic, log.notes)
+        report = replace(report, remarks=(*unsure, *report.remarks))
+        report = omit_applied_steps(report, () if read is None else read.steps)
+        return Inspection(origin, report, log.notes)
 
     if mapping is not None:
         return make_report(f"by the mapping {mapping}", mapping)
-    tables = [
-        recording.topics[0]
-        for recording in recordings
-        if [topic.name for topic in recording.topics] == [""]
-    ]
-    if len(tables) == len(recordings) and all(map(is_canonical, tables)):
+    topics = [item.topics[0] if len(item.topics) == 1 else None for item in recordings]
+    if all(topic and not topic.name and is_canonical(topic) for topic in topics):
         return make_report("")
     reason = "the confidence in the roles of its columns is too low"
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
@@ -278,22 +258,21 @@ def inspect(
 
 def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityReport:
     """Do not recommend steps that the mapping contains."""
-    names = [str(getattr(getattr(step, "func", step), "__name__", "")) for step in steps]
-
-    def revise(issue: QualityIssue) -> QualityIssue:
-        step = next((name for name in names if f"steps: [{name}" in issue.remedy), None)
+    issues, missing = report.issues, report.missing
+    for step in steps:
+        name = str(getattr(getattr(step, "func", step), "__name__", ""))
         remedy = (
-            f"`{step}` of the mapping does not remove it: split the log there by `segment`, or "
+            f"`{name}` of the mapping does not remove it: split the log there by `segment`, or "
             "accept it"
         )
-        return issue if step is None else replace(issue, remedy=remedy)
-
-    missing = report.missing
-    for name in names:
-        missing = tuple(
-            issue.replace(f"`{name}`", f"`{name}` (already applied)") for issue in missing
+        issues = tuple(
+            replace(issue, remedy=remedy) if f"steps: [{name}" in issue.remedy else issue
+            for issue in issues
         )
-    return replace(report, issues=tuple(map(revise, report.issues)), missing=missing)
+        missing = tuple(
+            item.replace(f"`{name}`", f"`{name}` (already applied)") for item in missing
+        )
+    return replace(report, issues=issues, missing=missing)
 
 
 def _vertical_axis(
@@ -309,34 +288,30 @@ def _vertical_axis(
     if mapping.name == DRAFT_NAME:
         return replace(roles.vertical_axis, body="FRD")
     factor = 1.0 if mapping.frame == "FRD" else -1.0
-    convention = (
-        AxisEvidence(factor * test.log_odds, test.message)
-        for test in format_convention(format_name)
-    )
-    has_depth = any(
-        "depth" in words(entry.column) for entry in mapping.entries if entry.group == "position"
-    )
+    convention = [
+        replace(test, log_odds=factor * test.log_odds) for test in format_convention(format_name)
+    ]
+    positions = [words(entry.column) for entry in mapping.entries if entry.group == "position"]
+    has_depth = any("depth" in names for names in positions) and log.position is not None
     depth = log.position[:, 2] if has_depth and log.position is not None else None
     return VerticalAxis.combine((*convention, *vertical_tests(log, depth)))
 
 
 def describe_join(recordings: Sequence[Recording]) -> str:
     """Suggest to join recordings whose clocks overlap and whose columns differ."""
-    clocks = [
-        [clock for clock in find_clocks(recording).values() if np.isfinite(clock.seconds).any()]
-        for recording in recordings
-    ]
-    if len(clocks) < 2 or not all(clocks):
-        return ""
-    first = max(min(float(np.nanmin(clock.seconds)) for clock in group) for group in clocks)
-    last = min(max(float(np.nanmax(clock.seconds)) for clock in group) for group in clocks)
-    columns = [{name for topic in item.topics for name in topic.fields} for item in recordings]
-    columns = [
-        names - {clock.column for clock in group}
-        for names, group in zip(columns, clocks, strict=True)
-    ]
+    starts, ends, columns = [], [], []
+    for recording in recordings:
+        clocks = find_clocks(recording).values()
+        times = [clock.seconds for clock in clocks if np.isfinite(clock.seconds).any()]
+        if not times:
+            return ""
+        starts.append(min(float(np.nanmin(time)) for time in times))
+        ends.append(max(float(np.nanmax(time)) for time in times))
+        names = {name for topic in recording.topics for name in topic.fields}
+        columns.append(names - {clock.column for clock in clocks})
     repeated = sum(map(len, columns)) - len(set().union(*columns))
-    if first >= last or 2 * repeated >= min(map(len, columns)):
+    is_overlapping = len(columns) > 1 and max(starts) < min(ends)
+    if not is_overlapping or 2 * repeated >= min(map(len, columns)):
         return ""
     return (
         f"`{'+'.join(item.source for item in recordings)}` reads these files as one recording: "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -15,21 +14,21 @@ from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.quality_checks import QualityIssue, check_quality
-from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
+from hydrodamp.conditioning.vertical_axis import UNDECIDED, VerticalAxis, vertical_tests
 from hydrodamp.data.channel_regression import noise_std
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
-from hydrodamp.ingest.inspection.delay import Delay, estimate_delays
-from hydrodamp.ingest.inspection.frames import (
+from hydrodamp.ingest.inspection.delay import (
     MIN_RESPONSE_SHARE,
-    UNDECIDED,
-    describe_frame,
+    Delay,
+    estimate_delays,
     list_responses,
-    misread_positions,
     reversed_wrench,
-    wrong_frame,
 )
+from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
 
+#: Verdict on a log that lacks a required channel.
+UNUSABLE = "Not suitable for identification: see what is missing."
 _MIN_EXCITATION = 2.0  # times the negligible standard deviation: sufficiently excited
 _NOISE_FACTOR = 2.0  # times the noise of a channel: negligible variation
 _MIN_SAMPLES = 60  # samples; fewer do not determine coefficients
@@ -101,57 +100,49 @@ class QualityReport:
     @property
     def warnings(self) -> tuple[str, ...]:
         """The quality issues, one message each."""
-        return tuple(f"{each}." for each in self.issues)
+        return tuple(f"{issue}." for issue in self.issues)
 
     @property
     def is_usable(self) -> bool:
         """Whether the log can be used unchanged."""
-        grave = [one for one in self.issues if not one.is_minor]
-        return not (self.missing or grave)
+        return not self.missing and all(issue.is_minor for issue in self.issues)
+
+    @property
+    def _required_channels(self) -> list[Channel]:
+        return [channel for channel in self.velocities if channel.name in self.required]
 
     @property
     def is_poorly_excited(self) -> bool:
         """Whether a required velocity is not sufficiently excited."""
-        return any(
-            c.excitation < _MIN_EXCITATION for c in self.velocities if c.name in self.required
-        )
+        return any(channel.excitation < _MIN_EXCITATION for channel in self._required_channels)
 
     @property
     def verdict(self) -> str:
         """The verdict in one sentence."""
         if self.missing:
-            return "Not suitable for identification: see what is missing."
+            return UNUSABLE
         if not self.is_usable:
             return "Not yet suitable for identification: correct the quality issues first."
-        grades = {c.name: c.excitation for c in self.velocities if c.name in self.required}
-        well = [name for name, much in grades.items() if much >= _MIN_EXCITATION]
-        little = [name for name, much in grades.items() if 1.0 <= much < _MIN_EXCITATION]
-        poor = [name for name, much in grades.items() if much < 1.0]
-        fit = (
-            "Suitable for identification"
-            if len(well) == len(grades)
-            else f"Suitable for {_motion_names(well)}"
-        )
-        parts = [
-            fit
-            if well
-            else "Hardly suitable for identification"
-            if little
-            else "Not suitable for identification"
-        ]
-        parts += [f"little variation in {_motion_names(little)}"] if little else []
-        parts += [f"hardly any variation in {_motion_names(poor)}"] if poor else []
+        required = self._required_channels
+        well = [channel for channel in required if channel.excitation >= _MIN_EXCITATION]
+        poor = [channel for channel in required if channel.excitation < 1.0]
+        little = [channel for channel in required if channel not in (*well, *poor)]
+        purpose = _motion_names(well) if little or poor else "identification"
+        unsuitable = f"{'Hardly' if little else 'Not'} suitable for identification"
+        clauses = [f"Suitable for {purpose}" if well else unsuitable]
+        clauses += [f"little variation in {_motion_names(little)}"] if little else []
+        clauses += [f"hardly any variation in {_motion_names(poor)}"] if poor else []
         known = "" if self.vertical_axis.is_sure else f" {UNDECIDED}."
-        return f"{'; '.join(parts)}.{' Clean it first.' if self.issues else ''}{known}"
+        return f"{'; '.join(clauses)}.{' Clean it first.' if self.issues else ''}{known}"
 
     @property
     def frame(self) -> str:
         """The evidence for the direction of z, or what would determine it."""
-        return describe_frame(self.vertical_axis, self.responses)
+        return self.vertical_axis.describe(self.responses)
 
 
-def _motion_names(velocities: Sequence[str]) -> str:
-    return ", ".join(f"{_MOTIONS[name]} ({name})" for name in velocities)
+def _motion_names(channels: Iterable[Channel]) -> str:
+    return ", ".join(f"{_MOTIONS[channel.name]} ({channel.name})" for channel in channels)
 
 
 def report_quality(
@@ -168,24 +159,26 @@ def report_quality(
     needs = needs or Requirements(VELOCITIES, tuple(_missing_channels(log)))
     log_with_rates = log if log.attitude is None else rates_from_attitude(log)
     size = VehicleScale.from_log(log) if needs.length is None else VehicleScale(needs.length)
-    delays = tuple(
-        delay for delay in estimate_delays(log_with_rates) if delay.command not in measured
-    )
+    delays = tuple(item for item in estimate_delays(log_with_rates) if item.command not in measured)
     channels, segments = _velocity_channels(log, size), tuple(_segment_facts(log))
-    depth = next(
-        (log.command(channel) for channel, role in measured.items() if role.endswith("depth")), None
-    )
-    upright = upright or VerticalAxis.combine(tuple(vertical_tests(log, depth)))
+    depths = [log.command(name) for name, role in measured.items() if role.endswith("depth")]
+    tests = vertical_tests(log, depths[0] if depths else None)
+    upright = upright or VerticalAxis.combine(tests)
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
-    wanted = tuple(channel for channel in channels if channel.name in needs.velocities)
     issues = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
     issues = (*issues, *wrong_frame(upright, issues), *reversed_wrench(delays))
-    too_few = (
-        f"samples: {log.n} are too few to determine coefficients; record minutes at several hertz."
-    )
-    reservations = _remarks(log, size, segments, wanted, commands)
-    if all(channel.channel != "time" for channel in issues):
-        reservations = itertools.chain(_jitter_remark(log), reservations)
+    missing = needs.missing
+    if log.n < _MIN_SAMPLES:
+        few = f"samples: {log.n} are too few to determine coefficients"
+        missing = (*missing, f"{few}; record minutes at several hertz.")
+    required = [channel for channel in channels if channel.name in needs.velocities]
+    remarks = [
+        *(() if any(issue.channel == "time" for issue in issues) else _jitter_remark(log)),
+        *_remarks(log, size, segments, required, commands),
+        *_wrench_remark(log, delays),
+        *needs.reservations,
+    ]
+    derived = _velocity_channels(log_with_rates, size)
     return QualityReport(
         source=log.source or "in memory",
         n_samples=log.n,
@@ -197,15 +190,13 @@ def report_quality(
             name for name in recorded_arrays(log) if name not in ("time", "velocity", "commands")
         ),
         delays=delays,
-        missing=(*needs.missing, *([too_few] if log.n < _MIN_SAMPLES else [])),
+        missing=missing,
         issues=issues,
-        remarks=(*reservations, *_wrench_remark(log, delays), *needs.reservations),
-        identifiable=tuple(
-            _identifiable(_velocity_channels(log_with_rates, size), needs.velocities, delays)
-        ),
+        remarks=tuple(remarks),
+        identifiable=tuple(_identifiable(derived, needs.velocities, delays)),
         required=needs.velocities,
         vertical_axis=upright,
-        responses=tuple(list_responses(delays)),
+        responses=list_responses(delays),
     )
 
 
@@ -221,9 +212,9 @@ def _segment_facts(log: Log) -> Iterator[SegmentFacts]:
 def _velocity_channels(log: Log, size: VehicleScale) -> tuple[Channel, ...]:
     channels = []
     for name, values in recorded_velocities(log).items():
-        unit = unit_of(name)
-        negligible = max(size.negligible(unit), _NOISE_FACTOR * noise_std(values, log.bounds))
-        channel = _channel(log, name, unit, values)
+        channel = _channel(log, name, unit_of(name), values)
+        noise = _NOISE_FACTOR * noise_std(values, log.bounds)
+        negligible = max(size.negligible(channel.unit), noise)
         channels.append(replace(channel, excitation=channel.std / negligible))
     return tuple(channels)
 
@@ -275,20 +266,17 @@ def _remarks(
 ) -> Iterator[str]:
     if log.duration < size.time_scale * _MIN_DURATION_S:
         yield f"only {log.duration:.3g} s were recorded; record minutes of manoeuvres."
-    if max(segment.step for segment in segments) > (
-        max_step := max(1.0, size.time_scale) * _MAX_STEP_S
-    ):
+    max_step = max(1.0, size.time_scale) * _MAX_STEP_S
+    if max(segment.step for segment in segments) > max_step:
         rate = f"{2.5 / max_step:.2g} Hz"
         yield f"the sampling interval exceeds {max_step:.2g} s; sample at {rate} or more."
     for channel in channels:
         if channel.excitation < _MIN_EXCITATION:
-            variation = ("varies little", "uncertain")
-            varies, consequence = (
-                ("hardly varies", "not determined") if channel.excitation < 1.0 else variation
-            )
+            is_poor = channel.excitation < 1.0
+            varies = f"{'hardly varies' if is_poor else 'varies little'} (std {channel.std:.2g}"
             yield (
-                f"{channel.name} {varies} (std {channel.std:.2g} {channel.unit}): "
-                f"coefficients with {channel.name} will be {consequence}."
+                f"{channel.name} {varies} {channel.unit}): coefficients with {channel.name} will "
+                f"be {'not determined' if is_poor else 'uncertain'}."
             )
     for name in (channel.name for channel in channels if channel.low * channel.high > 0.0):
         yield (
@@ -317,7 +305,6 @@ def _jitter_remark(log: Log) -> Iterator[str]:
 def _wrench_remark(log: Log, delays: Sequence[Delay]) -> Iterator[str]:
     """Yield a remark if no velocity responds to a recorded wrench."""
     driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
-    if driven and not any(
-        delay.command in AXES and delay.share >= MIN_RESPONSE_SHARE for delay in delays
-    ):
+    responses = [item for item in delays if item.share >= MIN_RESPONSE_SHARE]
+    if driven and not any(item.command in AXES for item in responses):
         yield "the motion responds to no axis of the recorded wrench."

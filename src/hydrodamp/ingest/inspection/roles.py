@@ -11,7 +11,6 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.vertical_axis import VerticalAxis
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import conventional_axes
 from hydrodamp.ingest.inspection.columns import (
     Series,
@@ -21,41 +20,33 @@ from hydrodamp.ingest.inspection.columns import (
     topic_series,
 )
 from hydrodamp.ingest.inspection.frames import (
+    MAX_ANGLE_RAD,
     RateMatch,
     VelocityMatch,
     find_vertical_axis,
+    infer_units,
     match_rates,
     match_velocity,
 )
-from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, split_index, words
+from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
 from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo
-_SERVO_WORDS = frozenset(
-    ("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc")
-)
+_SERVO_WORDS = {*["pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"]}
+_SHARED_ROLES = ("commands", "flag")  # of several columns each
 _UNIT_FROM_SIZE_CONFIDENCE = 68  # %, if only the magnitude indicates the unit
-_MAX_RATE_RAD_S = 3.5  # rad/s; faster rotations are rare
 _IDLE_VALUES = (0.0, 1500.0, 65535.0)  # of a servo that is absent or unused
 _GYRO_RESOLUTION = 1e-5  # rad/s or deg/s; less than the noise of any gyro
-_MIN_RANGE = {"commands": 0.0, "flag": 0.0} | dict.fromkeys(
-    (f"velocity.{one}" for one in "pqr"), _GYRO_RESOLUTION
-)
-_MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in ("xyzuvw")), 0.0)
-_MIN_RANGE |= dict.fromkeys((f"velocity.{one}" for one in WORLD_DIRECTIONS), 0.0)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
-#: Largest value of an angle in radians; larger values are in degrees.
-_MAX_ANGLE_RAD = {
-    "attitude.roll": 3.3,
-    "attitude.pitch": 1.65,
-    "attitude.yaw": 6.5,
-    "attitude.heading": 6.5,
-}
-_SPEEDS = tuple(f"velocity.{name}" for name in "uvw")
-_RATES = tuple(f"velocity.{name}" for name in "pqr")
-_EARTH_FIXED = tuple(f"velocity.{name}" for name in "xyz")
+_SPEEDS, _RATES, _EARTH_FIXED = (
+    tuple(f"velocity.{name}" for name in names) for names in ("uvw", "pqr", "xyz")
+)
 _PLACES = tuple(f"position.{name}" for name in "xyz")
+_DIRECTIONS = tuple(f"velocity.{name}" for name in WORLD_DIRECTIONS)
+#: Range up to which a column is constant; that of other roles may be.
+_CONSTANT_RANGE = dict.fromkeys(("commands", "flag", *_SPEEDS, *_EARTH_FIXED, *_DIRECTIONS), 0.0)
+_CONSTANT_RANGE |= dict.fromkeys(_RATES, _GYRO_RESOLUTION)
 _AXES_OF = {
     "NED": (("north", 1), ("east", 1), ("down", 1)),
     "NWU": (("north", 1), ("east", -1), ("up", 1)),
@@ -108,43 +99,27 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     series = {
         item.column: item
         for topic in recording.topics
-        if topic.name in (clocks or rows)
-        for item in topic_series(topic, (clocks or rows)[topic.name])
+        if (clock := (clocks or rows).get(topic.name))
+        for item in topic_series(topic, clock)
     }
     named, without_role = _guess_from_names(recording, series, others)
     guesses = _mark_best(named, series)
-    role_series = _infer_units(
-        {guess.role: series[guess.column] for guess in guesses if guess.is_best}
-    )
+    best = {guess.role: series[guess.column] for guess in guesses if guess.is_best}
+    role_series = infer_units(best)
     rates = match_rates(role_series) if clocks else RateMatch()
     velocity = match_velocity(role_series) if clocks else VelocityMatch()
-    units = {guess.column: guess.unit for guess in role_series.values()}
-    weighed = [
-        _add_motion_evidence(
-            replace(guess, unit=units.get(guess.column, guess.unit)),
-            series[guess.column],
-            rates,
-            velocity,
-        )
-        for guess in guesses
-    ]
+    units = {item.column: item.unit for item in role_series.values()}
     format_name = _message_format(recording)
     upright = find_vertical_axis(format_name, role_series)
-    world = _world_frame(format_name, upright.body)
-    all_guesses = (
-        *_clock_guesses(clocks),
-        *(_name_world_axes(guess, world, velocity) for guess in weighed),
-    )
-    return Roles(
-        all_guesses,
-        clocks,
-        _flag_fields(series, guesses),
-        rates,
-        velocity,
-        upright,
-        world,
-        without_role,
-    )
+    is_enu = conventional_axes(format_name).endswith("ENU")
+    world = "NED" if upright.body == "FRD" else "ENU" if is_enu else "NWU"
+    all_guesses = list(_clock_guesses(clocks))
+    for guess in guesses:
+        guess = replace(guess, unit=units.get(guess.column, guess.unit))
+        guess = _add_motion_evidence(guess, series[guess.column], rates, velocity)
+        all_guesses.append(_name_world_axes(guess, world, velocity))
+    flags = _flag_fields(series, guesses)
+    return Roles(tuple(all_guesses), clocks, flags, rates, velocity, upright, world, without_role)
 
 
 def _message_format(recording: Recording) -> str:
@@ -153,45 +128,6 @@ def _message_format(recording: Recording) -> str:
     if "ROS" not in recording.format and any(map(_ROS_FIELD.search, names)):
         return f"{recording.format} of ROS messages"
     return recording.format
-
-
-def _has_stated_unit(series: Series) -> bool:
-    return series.unit in UNITS["angle"]
-
-
-def _infer_units(role_series: Mapping[str, Series]) -> dict[str, Series]:
-    """Return angles of a topic and rates of an array in one unit, and positions in metres."""
-    inferred = dict(role_series)
-    unstated = {
-        role: series
-        for role in _MAX_ANGLE_RAD
-        if (series := inferred.get(role)) and not _has_stated_unit(series)
-    }
-    in_degrees = {
-        series.topic
-        for role, series in unstated.items()
-        if float(np.nanmax(np.abs(series.values))) > _MAX_ANGLE_RAD[role]
-    }
-    for role, series in unstated.items():
-        inferred[role] = replace(series, unit="deg" if series.topic in in_degrees else "rad")
-    unstated = {
-        role: series for role in _RATES if (series := inferred.get(role)) and series.unit is None
-    }
-    size = {
-        role: float(np.nanquantile(np.abs(series.values), 0.99))
-        for role, series in unstated.items()
-    }
-    fast = {array_of(series) for role, series in unstated.items() if size[role] > _MAX_RATE_RAD_S}
-    for role, series in unstated.items():
-        inferred[role] = replace(series, unit="deg/s" if array_of(series) in fast else "rad/s")
-    for role in {*_PLACES, "position.depth"} & inferred.keys():
-        scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
-        inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
-    return inferred
-
-
-def _world_frame(form: str, body: str) -> str:
-    return "NED" if body == "FRD" else "ENU" if conventional_axes(form).endswith("ENU") else "NWU"
 
 
 def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess:
@@ -207,11 +143,6 @@ def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess
         return guess
     name, sign = _AXES_OF[world]["uvwxyz".index(channel) % 3]
     return replace(guess, role=f"{group}.{name}", sign=sign)
-
-
-def array_of(series: Series) -> tuple[str, str]:
-    """Return the array of a series; columns of a topic also form one."""
-    return series.topic, split_index(series.field)[0] if series.field.endswith((")", "]")) else ""
 
 
 def _flag_fields(series: Mapping[str, Series], guesses: Iterable[Guess]) -> dict[str, str]:
@@ -231,57 +162,41 @@ def _guess_from_names(
     recording: Recording, series: Mapping[str, Series], others: Sequence[Recording]
 ) -> tuple[list[Guess], dict[str, str]]:
     """Return guesses from names, and reasons for columns without a role."""
-    topics = {topic.name: (topic, frozenset(topic.fields)) for topic in recording.topics}
-    more_values: dict[str, list[FloatArray]] = {}
-    for topic in (topic for recording_ in others for topic in recording_.topics):
-        for more in topic_series(topic, None):
-            more_values.setdefault(more.column, []).append(more.values)
+    values_by_column: dict[str, list[FloatArray]] = {}
+    for topic in (topic for other in others for topic in other.topics):
+        for item in topic_series(topic, None):
+            values_by_column.setdefault(item.column, []).append(item.values)
     guesses: list[Guess] = []
     without_role: dict[str, str] = {}
     for column, item in series.items():
-        topic, siblings = topics[item.topic]
-        role, confidence = guess_role(
-            item.topic, item.field, item.unit, siblings, topic.units.get(item.field, "")
-        )
-        values = np.concatenate([item.values, *more_values.get(column, ())])
-        values = values[np.isfinite(values)]
-        low, high = float(values.min()), float(values.max())
+        topic = recording.topic(item.topic)
+        unit_text = topic.units.get(item.field, "")
+        role, confidence = guess_role(topic.name, item.field, item.unit, topic.fields, unit_text)
+        values = np.concatenate([item.values, *values_by_column.get(column, ())])
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
         is_pulse = item.unit is None and _PULSE_RANGE_US[0] <= low and high <= _PULSE_RANGE_US[1]
-        if is_stick := is_pulse and low < high and role in _MAX_ANGLE_RAD:
+        if is_stick := is_pulse and low < high and role in MAX_ANGLE_RAD:
             role, confidence = "commands", 60
         if confidence == 0:
             without_role[column] = role
             continue
-        is_still, is_driven = (
-            high - low <= _MIN_RANGE.get(role, -1.0),
-            {*words(column)} & _SERVO_WORDS,
-        )
-        if is_still and (role != "commands" or (low in _IDLE_VALUES and (low or is_driven))):
+        is_constant = high - low <= _CONSTANT_RANGE.get(role, -1.0)
+        is_servo = bool({*words(column)} & _SERVO_WORDS)
+        is_idle = role != "commands" or (low in _IDLE_VALUES and (low or is_servo))
+        if is_constant and is_idle:
             without_role[column] = f"never changes from {low:.3g}"
             continue
-        evidence: tuple[str, ...] = (
-            "name and unit" if item.unit and quantity_of_role(role) else "name",
-        )
+        evidence = ["name and unit" if item.unit and quantity_of_role(role) else "name"]
         if role.startswith("attitude.q["):  # an element of an array
             order = _quaternion_order(column, series)
-            role, evidence = (
-                f"attitude.q{order[int(role[-2])]}",
-                (*evidence, f"{order[0]} first, by magnitude"),
-            )
-        is_pulse = is_pulse and role == "commands" and (is_stick or bool(is_driven))
-        evidence = (*evidence, "constant in this run") if is_still else evidence
-        evidence = (*evidence, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else evidence
+            role = f"attitude.q{order[int(role[-2])]}"
+            evidence.append(f"{order[0]} first, by magnitude")
+        if is_constant:
+            evidence.append("constant in this run")
+        if is_pulse := is_pulse and role == "commands" and (is_stick or is_servo):
+            evidence.append("a pulse width: -1 at 1100, 1 at 1900 us")
         guesses.append(
-            Guess(
-                column,
-                role,
-                confidence,
-                item.unit,
-                1,
-                evidence,
-                topic=item.topic,
-                is_pulse=is_pulse,
-            )
+            Guess(column, role, confidence, item.unit, 1, (*evidence,), True, topic.name, is_pulse)
         )
     return _reclassify_normalised_wrench(guesses, series), without_role
 
@@ -296,21 +211,18 @@ def _reclassify_normalised_wrench(
         for guess in wrench
         if guess.unit is not None or float(np.nanmax(np.abs(series[guess.column].values))) > 1.0
     }
+    normalised = [guess for guess in wrench if guess.topic not in large]
     evidence = "at most one: normalised, not newtons"
     return [
-        replace(_add_evidence(guess, evidence), role="commands")
-        if guess.role.startswith("wrench.") and guess.topic not in large
-        else guess
+        replace(_add_evidence(guess, evidence), role="commands") if guess in normalised else guess
         for guess in guesses
     ]
 
 
 def _quaternion_order(column: str, series: Mapping[str, Series]) -> str:
     """Return the order of a quaternion: tilts are small, so x and y are small."""
-    elements = (series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02")
-    first, third = (
-        0.0 if element is None else float(np.nanmean(element.values**2)) for element in elements
-    )
+    elements = [series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02"]
+    first, third = (0.0 if item is None else np.nanmean(item.values**2) for item in elements)
     return "xyzw" if first < third else "wxyz"
 
 
@@ -323,9 +235,8 @@ def _mark_best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess
     best: dict[str, Guess] = {}
     for guess in sorted(guesses, key=merit, reverse=True):
         best.setdefault(_competing_role(guess), guess)
-    shared_roles = {"commands", "flag"}
     return [
-        replace(guess, is_best=guess.role in shared_roles or best[_competing_role(guess)] is guess)
+        replace(guess, is_best=guess.role in _SHARED_ROLES or best[_competing_role(guess)] is guess)
         for guess in guesses
     ]
 
@@ -342,33 +253,25 @@ def _add_motion_evidence(
     group, _, channel = guess.role.partition(".")
     if not guess.is_best:
         return guess
-    if guess.role in _MAX_ANGLE_RAD and not series.unit:
+    if guess.role in MAX_ANGLE_RAD and not series.unit:
         guess = _add_evidence(guess, f"{guess.unit} by its magnitude")
-    if group == "attitude" and not rates.unit and not series.unit and guess.unit == "rad":
-        guess = replace(guess, confidence=min(guess.confidence, _UNIT_FROM_SIZE_CONFIDENCE))
     if group == "attitude" and rates.unit:
-        return _raise_confidence(
-            _add_evidence(guess, "consistent with the rates"), min(dict(rates.axes).values())
-        )
+        guess = _add_evidence(guess, "consistent with the rates")
+        return _raise_confidence(guess, min(dict(rates.axes).values()))
+    if group == "attitude" and not series.unit and guess.unit == "rad":
+        return replace(guess, confidence=min(guess.confidence, _UNIT_FROM_SIZE_CONFIDENCE))
     if guess.role in _RATES and rates.unit:
         correlation = dict(rates.axes).get(channel, 0.0)
-        message = (
-            f"consistent with the attitude ({correlation:.2f})"
-            if correlation
-            else "as the other rates"
-        )
-        return _raise_confidence(
-            _add_evidence(guess, f"{message}, in {rates.unit}", rates.unit), correlation
-        )
+        comparison = f"consistent with the attitude ({correlation:.2f})"
+        message = f"{comparison if correlation else 'as the other rates'}, in {rates.unit}"
+        return _raise_confidence(_add_evidence(guess, message, rates.unit), correlation)
     if guess.role in _RATES and series.unit is None:
-        message = f"{guess.unit} by the magnitude of its array"
-        guess = replace(_add_evidence(guess, message), confidence=_UNIT_FROM_SIZE_CONFIDENCE)
+        guess = _add_evidence(guess, f"{guess.unit} by the magnitude of its array")
+        return replace(guess, confidence=_UNIT_FROM_SIZE_CONFIDENCE)
     if velocity.regression.is_consistent() and guess.role in (*_SPEEDS, *_EARTH_FIXED, *_PLACES):
         correlation = velocity.regression.correlation
-        return _raise_confidence(
-            _add_evidence(guess, f"consistent velocity and position ({correlation:.2f})"),
-            correlation,
-        )
+        message = f"consistent velocity and position ({correlation:.2f})"
+        return _raise_confidence(_add_evidence(guess, message), correlation)
     return guess
 
 

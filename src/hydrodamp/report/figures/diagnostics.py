@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,26 +14,7 @@ from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import MIN_R_SQUARED, Grade, Identifiability
 from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.figures.axes import (
-    coefficient_symbol,
-    error_scale,
-    velocity_label,
-    velocity_unit,
-)
-from hydrodamp.report.figures.style import (
-    BAND,
-    COLUMN,
-    FAINT,
-    PAGE,
-    SHADE,
-    escape_text,
-    legend,
-    line_styles,
-    named_style,
-    new_figure,
-    panel_grid,
-    with_style,
-)
+from hydrodamp.report.figures import style
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.compare import Comparison
@@ -46,7 +27,7 @@ if TYPE_CHECKING:
 MAX_COLUMN_MODELS = 14  # models in a figure of one journal column
 
 
-@with_style
+@style.with_style
 def front_figure(comparison: Comparison) -> Figure:
     """Draw RMS error against the number of coefficients, with the Pareto front.
 
@@ -71,42 +52,40 @@ def front_figure(comparison: Comparison) -> Figure:
         raise MethodError("no row with coefficients has an error, so there is no Pareto front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
-    styles = dict(zip(methods, line_styles([("", method) for method in methods]), strict=True))
+    looks = style.line_styles([("", method) for method in methods])
+    styles = dict(zip(methods, looks, strict=True))
     step = min(0.7 / len(methods), 0.2)
 
     def position(model: str, method: str) -> float:
         return models.index(model) + step * (methods.index(method) - 0.5 * (len(methods) - 1))
 
-    figure = new_figure(
-        COLUMN if len(models) <= MAX_COLUMN_MODELS else PAGE, 3.3 + 0.05 * len(methods)
-    )
+    width = style.COLUMN if len(models) <= MAX_COLUMN_MODELS else style.PAGE
+    figure = style.new_figure(width, 3.3 + 0.05 * len(methods))
     panel = figure.subplots()
     best = [row for row in pareto_front(comparison) if row.n_coefficients]
     across = [position(row.model, row.method) for row in best]
-    panel.plot(
-        across, [*map(rms_or_infinity, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2
-    )
+    line: dict[str, Any] = {"color": style.FAINT, "linewidth": 1.2}
+    panel.plot(across, [*map(rms_or_infinity, best)], drawstyle="steps-post", **line)
     for row in rows:
         look = styles[row.method]
-        (point,) = panel.plot(
-            [position(row.model, row.method)], [rms_or_infinity(row)], **look.points
-        )
+        at = position(row.model, row.method)
+        (point,) = panel.plot([at], [rms_or_infinity(row)], **look.points)
         point.set_markerfacecolor(look.colour if row.converged else "white")
-    error_scale(panel)
-    names = [f"{escape_text(model, 22)}, {sizes[model]}" for model in models]
+    style.error_scale(panel)
+    names = [f"{style.escape_text(model, 22)}, {sizes[model]}" for model in models]
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
     panel.set_xlabel("model and number of its coefficients")
     panel.set_ylabel(_error_label(comparison.rate_unit))
     entries = [(method, look.points) for method, look in styles.items()]
-    entries.append(("Pareto front", {"color": FAINT, "linewidth": 1.2}))
-    hollow = {"color": FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
+    entries.append(("Pareto front", line))
+    hollow = {"color": style.FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
     if not all(row.converged for row in rows):
         entries.append(("not converged", hollow))
-    legend(figure, entries, columns=3)
+    style.legend(figure, entries, columns=3)
     return figure
 
 
-@with_style
+@style.with_style
 def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) -> Figure:
     """Draw the RMS error at each horizon.
 
@@ -132,20 +111,20 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
         raise MethodError("there is no score at any horizon to draw")
     if len({score.score.rate_unit for score in all_scores}) > 1:
         raise MethodError("all scores of one figure must have the same `rate_unit`")
-    figure = new_figure(COLUMN, 2.4 + 0.13 * len(scores))
+    figure = style.new_figure(style.COLUMN, 2.4 + 0.13 * len(scores))
     panel = figure.subplots()
     entries = []
-    for (pair, horizons), look in zip(scores.items(), line_styles(list(scores)), strict=True):
+    for (pair, horizons), look in zip(scores.items(), style.line_styles(list(scores)), strict=True):
         errors = [score.score.rms or np.nan for score in horizons]
-        style = {**look.line, "marker": look.marker}
-        panel.plot([score.name for score in horizons], errors, **style)
+        line = {**look.line, "marker": look.marker}
+        panel.plot([score.name for score in horizons], errors, **line)
         share = max(score.diverged_share for score in horizons)
         suffix = f", up to {100.0 * share:.2g} % of windows diverged" if share else ""
-        entries.append((f"{' by '.join(pair)}{suffix}", style))
-    error_scale(panel)
+        entries.append((f"{' by '.join(pair)}{suffix}", line))
+    style.error_scale(panel)
     panel.set_xlabel("prediction horizon")
     panel.set_ylabel(_error_label(all_scores[0].score.rate_unit))
-    legend(figure, entries)
+    style.legend(figure, entries)
     return figure
 
 
@@ -163,7 +142,7 @@ _GRADES = {
 _BAR = {"height": 0.62, "edgecolor": "#4d4d4d"}
 
 
-@with_style
+@style.with_style
 def excitation_figure(identifiability: Identifiability) -> Figure:
     """Draw how far each axis is excited, and how well its coefficients are determined.
 
@@ -184,38 +163,31 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
     MethodError
         If the model has no coefficient, or matplotlib is not installed.
     """
-    if not identifiability.axes:
-        raise MethodError(
-            f"model '{identifiability.model.key}' has no coefficient: there is nothing to draw"
-        )
-    axes = [f"${axis.axis}$" for axis in identifiability.axes]
-    figure = new_figure(COLUMN, 0.28 * len(axes) + 1.0)
+    rows, key = identifiability.axes, identifiability.model.key
+    if not rows:
+        raise MethodError(f"model '{key}' has no coefficient: there is nothing to draw")
+    axes = [f"${axis.axis}$" for axis in rows]
+    figure = style.new_figure(style.COLUMN, 0.28 * len(axes) + 1.0)
     excited_panel, grade_panel = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
-    colours = ["#8c8c8c" if axis.excited else "#ffffff" for axis in identifiability.axes]
-    bars = excited_panel.barh(
-        axes, [axis.r_squared for axis in identifiability.axes], color=colours, **_BAR
-    )
-    labels = [
-        f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}"
-        for axis in identifiability.axes
-    ]
-    for bar, label in zip(bars, labels, strict=True):
+    colours = ["#8c8c8c" if axis.excited else "#ffffff" for axis in rows]
+    bars = excited_panel.barh(axes, [axis.r_squared for axis in rows], color=colours, **_BAR)
+    for bar, axis in zip(bars, rows, strict=True):
+        label = f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}"
         excited_panel.text(0.03, bar.get_y() + 0.31, label, va="center", fontsize=6.5)
-    excited_panel.axvline(MIN_R_SQUARED, color=FAINT, linewidth=0.9, linestyle="--")
+    excited_panel.axvline(MIN_R_SQUARED, color=style.FAINT, linewidth=0.9, linestyle="--")
     excited_panel.set_xlim(0.0, 1.0)
     excited_panel.set_xlabel("predicted share of\nthe response [1]")
     start = np.zeros(len(axes))
     for grade, (colour, hatch) in _GRADES.items():
-        counts = np.array([axis.count(grade) for axis in identifiability.axes], dtype=float)
+        counts = np.array([axis.count(grade) for axis in rows], dtype=float)
         bars = grade_panel.barh(axes, counts, left=start, color=colour, hatch=hatch, **_BAR)
         bars.set_label(grade.word)
         start += counts
-    grade_panel.bar_label(
-        bars, [f"rank {axis.rank}" for axis in identifiability.axes], padding=2.0, fontsize=6.5
-    )
+    ranks = [f"rank {axis.rank}" for axis in rows]
+    grade_panel.bar_label(bars, ranks, padding=2.0, fontsize=6.5)
     grade_panel.set_xlim(0.0, 1.32 * start.max())
     grade_panel.locator_params(axis="x", integer=True, nbins=5)
-    grade_panel.set_xlabel(f"coefficients by grade,\n{escape_text(identifiability.model.key, 24)}")
+    grade_panel.set_xlabel(f"coefficients by grade,\n{style.escape_text(key, 24)}")
     grade_panel.invert_yaxis()
     for panel in (excited_panel, grade_panel):
         panel.grid(visible=False, axis="y")
@@ -224,7 +196,7 @@ def excitation_figure(identifiability: Identifiability) -> Figure:
     return figure
 
 
-@with_style
+@style.with_style
 def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     """Draw the autocorrelation of the residuals of a fit by axis.
 
@@ -249,22 +221,22 @@ def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     MethodError
         If the fit has no numbers, the log is too short, or matplotlib is not installed.
     """
-    name, look = named_style(fit)
+    name, look = style.named_style(fit)
     lag, white, (by_axis,) = autocorrelations(problem, [fit.damping])
-    figure = new_figure(COLUMN, 1.05 * -(-len(by_axis) // 2) + 0.63)
-    panels = panel_grid(figure, len(by_axis), min(2, len(by_axis)), sharey=True)
+    figure = style.new_figure(style.COLUMN, 1.05 * -(-len(by_axis) // 2) + 0.63)
+    panels = style.panel_grid(figure, len(by_axis), min(2, len(by_axis)), sharey=True)
     for (axis, series), panel in zip(by_axis.items(), panels, strict=True):
         panel.plot(lag, series, **look.line)
-        panel.axhspan(-white, white, color=SHADE, linewidth=0.0)
+        panel.axhspan(-white, white, color=style.SHADE, linewidth=0.0)
         panel.set(xlim=(0.0, None), ylim=(-1.05, 1.05), xlabel="lag [s]")
         panel.set_ylabel(f"${axis}$", rotation=0, va="center", labelpad=8.0)
     figure.supylabel("autocorrelation [1]", fontsize=7.5)
-    shade = {"color": SHADE, "linewidth": 5.0}
-    legend(figure, [(name, look.line), ("white residuals, 95 %", shade)])
+    shade = {"color": style.SHADE, "linewidth": 5.0}
+    style.legend(figure, [(name, look.line), ("white residuals, 95 %", shade)])
     return figure
 
 
-@with_style
+@style.with_style
 def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Figure:
     """Draw the power that damping puts into the motion over an operating box.
 
@@ -290,33 +262,32 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     MethodError
         If the fit has no numbers, the box has no extent, or matplotlib is not installed.
     """
-    title, look = named_style(fit)
-    names = [
-        name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
-    ]
+    title, look = style.named_style(fit)
+    names = np.array(VELOCITIES)[box.low < box.high].tolist()
     if not names:
         raise MethodError("power is drawn on a box with an extent; got a box of one point")
-    figure = new_figure(COLUMN, 1.05 * -(-len(names) // 2) + 0.63)
-    panels = panel_grid(figure, len(names), min(2, len(names)), sharey=True)
+    figure = style.new_figure(style.COLUMN, 1.05 * -(-len(names) // 2) + 0.63)
+    panels = style.panel_grid(figure, len(names), min(2, len(names)), sharey=True)
     for name, panel in zip(names, panels, strict=True):
         velocity, power = power_range(fit.damping, box, name)
-        if velocity_unit(name, rate_unit) == "deg/s":
+        if style.velocity_unit(name, rate_unit) == "deg/s":
             velocity = np.degrees(velocity)
         least, greatest = power.min(axis=1), power.max(axis=1)
-        panel.fill_between(velocity, least, greatest, color=(look.colour, BAND), linewidth=0.0)
+        colour = look.colour, style.BAND
+        panel.fill_between(velocity, least, greatest, color=colour, linewidth=0.0)
         panel.plot(velocity, greatest, linewidth=0.6, **look.line)
         panel.plot(velocity, np.median(power, axis=1), linewidth=1.1, **look.line)
-        panel.axhline(0.0, color=FAINT)
+        panel.axhline(0.0, color=style.FAINT)
         panel.margins(x=0.0)
-        panel.set_xlabel(velocity_label(name, rate_unit))
+        panel.set_xlabel(style.velocity_label(name, rate_unit))
     low, high = panels[0].get_ylim()
     high = max(high, 0.12 * (high - low))
     for panel in panels:
-        panel.axhspan(0.0, high, color=SHADE, linewidth=0.0, zorder=0.5)
+        panel.axhspan(0.0, high, color=style.SHADE, linewidth=0.0, zorder=0.5)
     panels[0].set_ylim(low, high)
     figure.supylabel("power into the motion [W]", fontsize=7.5)
     most = max_damping_power(fit.damping, box).power
-    legend(figure, [(f"{title}: at most {most:.3g} W", look.line)])
+    style.legend(figure, [(f"{title}: at most {most:.3g} W", look.line)])
     return figure
 
 
@@ -324,10 +295,10 @@ CELL_SIZE = 0.125  # in; side of a square with a readable label
 LABEL_WIDTH = 0.75  # in; width of the labels
 
 # Coefficients whose names fit the page.
-MAX_NAMED = int((PAGE - LABEL_WIDTH) / CELL_SIZE)
+MAX_NAMED = int((style.PAGE - LABEL_WIDTH) / CELL_SIZE)
 
 
-@with_style
+@style.with_style
 def correlation_figure(fit: Fit) -> Figure:
     """Draw the correlation of the errors of coefficients.
 
@@ -356,8 +327,8 @@ def correlation_figure(fit: Fit) -> Figure:
             "drawn: use a method that gives one"
         )
     n = model.n_coefficients
-    width = min(max(n * CELL_SIZE + LABEL_WIDTH, COLUMN), PAGE)
-    figure = new_figure(width, 1.06 * width)
+    width = min(max(n * CELL_SIZE + LABEL_WIDTH, style.COLUMN), style.PAGE)
+    figure = style.new_figure(width, 1.06 * width)
     panel = figure.subplots()
     below = np.tri(n, k=-1, dtype=bool)
     panel.imshow(np.ma.masked_array(np.full((n, n), 0.35), ~below), cmap="Greys", vmin=0, vmax=1)
@@ -368,13 +339,13 @@ def correlation_figure(fit: Fit) -> Figure:
     panel.tick_params(length=0.0, pad=1.5)
     _divide(panel, model)
     if n <= MAX_NAMED:
-        symbols = [coefficient_symbol(label) for label in model.labels]
+        symbols = [style.coefficient_symbol(label) for label in model.labels]
         panel.set_xticks(range(n), symbols, rotation=90.0)
         panel.set_yticks(range(n), symbols)
     bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
     bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     bar.set_label("correlation of errors [1]")
-    panel.set_title(escape_text(f"{model.key} by {fit.method}", int(14 * width)))
+    panel.set_title(style.escape_text(f"{model.key} by {fit.method}", int(14 * width)))
     return figure
 
 

@@ -1,29 +1,22 @@
-"""Time series, figures 2 to 5 of the paper: recorded channels, and replays of test data."""
+"""Time series: recorded channels and replays, figures 2 to 5 of the paper, and dive plans."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import cycle
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.axes import mark_segments, shown_velocities, trace, velocity_label
-from hydrodamp.report.figures.style import (
-    BAND,
-    MEASURED,
-    SERIES,
-    escape_text,
-    legend,
-    line_styles,
-    stacked_panels,
-    with_style,
-)
+from hydrodamp.experiment_design.result import DivePlan
+from hydrodamp.identification.fit import critical_value
+from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
+from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.validation.bands import PredictionBand
@@ -42,7 +35,7 @@ class _Panel(NamedTuple):
     downward: bool = False
 
 
-@with_style
+@style.with_style
 def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
     """Draw the recorded velocities, a panel each: figure 2 of the paper.
 
@@ -68,16 +61,13 @@ def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
         raise MethodError(
             f"{log.source or 'log'}: no velocity was recorded, so there is nothing to draw"
         )
-    panels = [
-        _Panel(
-            velocity_label(name, rate_unit), {name: shown_velocities(log.velocity, name, rate_unit)}
-        )
-        for name in names
-    ]
+    labels = {name: style.velocity_label(name, rate_unit) for name in names}
+    velocities = {name: style.shown_velocities(log.velocity, name, rate_unit) for name in names}
+    panels = [_Panel(labels[name], {name: velocities[name]}) for name in names]
     return draw_panels(log, panels, 0.72)
 
 
-@with_style
+@style.with_style
 def commands_figure(log: Log) -> Figure:
     """Draw actuation, attitude and depth: figure 3 of the paper.
 
@@ -113,9 +103,9 @@ def _actuation(log: Log) -> Iterator[_Panel]:
         values = log.command(name)
         size = int(np.floor(np.log10(np.abs(values).max(initial=0.0) or 1.0)))
         full = sum(len(group) for (size_class, _), group in groups.items() if size_class == size)
-        groups.setdefault((size, full // len(SERIES)), {})[name] = values
+        groups.setdefault((size, full // len(style.SERIES)), {})[name] = values
     for group in groups.values():
-        label = escape_text(next(iter(group)), 16) if len(group) == 1 else "commands"
+        label = style.escape_text(next(iter(group)), 16) if len(group) == 1 else "commands"
         yield _Panel(f"{label}\n[as recorded]", group, "steps-post")
     if log.propulsion_ratio is not None:
         yield _Panel(r"$\bar\eta$ [1]", {"eta": log.propulsion_ratio})
@@ -136,18 +126,20 @@ def _pose(log: Log) -> Iterator[_Panel]:
 
 def draw_panels(log: Log, contents: list[_Panel], each: float) -> Figure:
     """Draw stacked panels, with a legend for panels of several channels."""
-    figure, panels = stacked_panels(len(contents), each=each)
+    figure, panels = style.stacked_panels(len(contents), each=each)
     for panel, content in zip(panels, contents, strict=True):
         several = len(content.channels) > 1
-        for (name, values), colour in zip(content.channels.items(), cycle(SERIES), strict=False):
-            (line,) = panel.plot(*trace(log, values), drawstyle=content.drawstyle, linewidth=0.7)
-            line.set(color=colour if several else MEASURED, label=escape_text(name, 14))
+        channels = content.channels.items()
+        for (name, values), colour in zip(channels, cycle(style.SERIES), strict=False):
+            points = style.trace(log, values)
+            (line,) = panel.plot(*points, drawstyle=content.drawstyle, linewidth=0.7)
+            line.set(color=colour if several else style.MEASURED, label=style.escape_text(name, 14))
         panel.set_ylabel(content.label)
         if several:
             panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.0)
         if content.downward:
             panel.invert_yaxis()
-    mark_segments(panels, log)
+    style.mark_segments(panels, log)
     figure.align_ylabels(panels)
     return figure
 
@@ -155,7 +147,7 @@ def draw_panels(log: Log, contents: list[_Panel], each: float) -> Figure:
 MAX_MARGIN = 0.4  # of a panel beyond the measurements, as a share of their range
 
 
-@with_style
+@style.with_style
 def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> Figure:
     """Draw measured velocities and replays of chosen rows: figures 4 and 5 of the paper.
 
@@ -194,30 +186,31 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
                 f"all replays and bands in one figure must be of the same log; got {log.n} and "
                 f"{replayed_log.n} samples"
             )
-    looks = line_styles([(row.model, row.method) for row, _ in replayed])
+    looks = style.line_styles([(row.model, row.method) for row, _ in replayed])
     entries = [
         (legend_label(row, band if row is replayed[0][0] else None), look.line)
         for (row, _), look in zip(replayed, looks, strict=True)
     ]
-    figure, panels = stacked_panels(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
+    extra = 0.75 + 0.13 * len(replayed)
+    figure, panels = style.stacked_panels(len(first.axes), each=0.78, extra=extra)
     for panel, axis in zip(panels, first.axes, strict=True):
         name = VELOCITY_OF[axis]
-        measured = shown_velocities(log.velocity, name, unit)
-        panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
-        replays = [shown_velocities(run.velocity, name, unit) for _, run in replayed]
+        measured = style.shown_velocities(log.velocity, name, unit)
+        panel.plot(*style.trace(log, measured), color=style.MEASURED, linewidth=1.1, zorder=2.5)
+        replays = [style.shown_velocities(run.velocity, name, unit) for _, run in replayed]
         panel.set_ylim(*_limits(measured, np.concatenate(replays)))
         if band is not None:
-            ends = (shown_velocities(end, name, unit) for end in (band.lower, band.upper))
-            time, lower, upper = trace(log, *ends)
-            area = panel.fill_between(time, lower, upper, facecolor=(looks[0].colour, BAND))
+            ends = (style.shown_velocities(end, name, unit) for end in (band.lower, band.upper))
+            time, lower, upper = style.trace(log, *ends)
+            area = panel.fill_between(time, lower, upper, facecolor=(looks[0].colour, style.BAND))
             area.set(edgecolor=(looks[0].colour, 0.6), linewidth=0.4, zorder=2.9)
         # The first lies on top.
         for values, look in [*zip(replays, looks, strict=True)][::-1]:
-            panel.plot(*trace(log, values), linewidth=0.8, zorder=3.0, **look.line)
-        panel.set_ylabel(velocity_label(name, unit))
-    mark_segments(panels, log)
+            panel.plot(*style.trace(log, values), linewidth=0.8, zorder=3.0, **look.line)
+        panel.set_ylabel(style.velocity_label(name, unit))
+    style.mark_segments(panels, log)
     figure.align_ylabels(panels)
-    legend(figure, [("measured", {"color": MEASURED, "linewidth": 1.1}), *entries])
+    style.legend(figure, [("measured", {"color": style.MEASURED, "linewidth": 1.1}), *entries])
     return figure
 
 
@@ -238,3 +231,138 @@ def legend_label(row: Row, band: PredictionBand | None) -> str:
         return f"{name}: diverged in {', '.join(segment for segment, _ in row.score.diverged)}"
     band_label = f", {100.0 * band.level:.0f} % band" if band is not None else ""
     return f"{name}, RMS {error_size(row.rms)}{band_label}"
+
+
+@style.with_style
+def setpoint_figure(plan: DivePlan) -> Figure:
+    """Draw setpoints and overlays, one panel each, with lines between segments.
+
+    Parameters
+    ----------
+    plan : DivePlan
+        From :func:`hydrodamp.plan`.
+
+    Returns
+    -------
+    figure : Figure
+        Heading in degrees, commands in the unit of the vehicle file.
+
+    Raises
+    ------
+    MethodError
+        If matplotlib is not installed.
+    """
+    figure, panels = style.stacked_panels(len(plan.setpoints), each=0.75)
+    units = {"speed": " [m/s]", "heading": " [deg]", "depth": " [m]"}
+    for panel, (name, values) in zip(panels, plan.setpoints.items(), strict=True):
+        plotted = np.degrees(np.unwrap(values)) if name == "heading" else values
+        panel.plot(plan.time, plotted, color=style.SERIES[0], drawstyle="steps-post", linewidth=0.6)
+        panel.set_ylabel(name.replace("_", "\n") + units.get(name, ""))
+        for segment in plan.segments[1:]:
+            panel.axvline(segment.start, color=style.FAINT, linewidth=0.4)
+        if name == "depth":
+            panel.invert_yaxis()
+    panels[-1].set_xlabel("time [s]")
+    figure.align_ylabels(panels)
+    return figure
+
+
+@style.with_style
+def track_figure(plan: DivePlan) -> Figure:
+    """Draw the predicted track from above and in depth, and the velocities.
+
+    Parameters
+    ----------
+    plan : DivePlan
+        From :func:`hydrodamp.plan`.
+
+    Returns
+    -------
+    figure : Figure
+        Limits are dashed; the depth band contains 90 % of the ensemble.
+
+    Raises
+    ------
+    MethodError
+        If matplotlib is not installed.
+    """
+    assert plan.track.position is not None
+    north, east, depth = plan.track.position.T
+    figure = style.new_figure(style.PAGE, 4.4)
+    horizontal, vertical, linear, angular = style.panel_grid(figure, 4, 2)
+    horizontal.plot(east, north, color=style.SERIES[0])
+    horizontal.plot(east[0], north[0], "o", color=style.MEASURED)
+    if plan.waypoints is not None:
+        _, points_north, points_east = plan.waypoints[:, :3].T
+        horizontal.plot(points_east, points_north, ".", color=style.MEASURED, markersize=3)
+    horizontal.set_aspect("equal", adjustable="datalim")
+    horizontal.set(xlabel="east [m]", ylabel="north [m]", title="Horizontal track, dot: start")
+    if (area := plan.envelope.area) is not None:
+        (west, east_end), (south, north_end) = area.east, area.north
+        corners = (
+            [west, east_end, east_end, west, west],
+            [south, south, north_end, north_end, south],
+        )
+        horizontal.plot(*corners, color=style.FAINT, linestyle="--")
+    vertical.fill_between(
+        plan.time, *plan.depth_band.T, color=style.SERIES[0], alpha=style.BAND, linewidth=0.0
+    )
+    vertical.plot(plan.time, depth, color=style.SERIES[0])
+    for limit in (plan.envelope.depth[0], plan.envelope.max_depth):
+        vertical.axhline(limit, color=style.FAINT, linestyle="--")
+    vertical.invert_yaxis()
+    vertical.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, band: 90 % of the ensemble")
+    for panel, names in (linear, VELOCITIES[:3]), (angular, VELOCITIES[3:]):
+        for name, colour in zip(VELOCITIES, style.SERIES, strict=True):
+            if name in names:
+                values = style.shown_velocities(plan.track.velocity, name)
+                panel.plot(plan.time, values, color=colour, linewidth=0.5, label=name)
+        panel.set(xlabel="time [s]", ylabel=f"velocity [{style.velocity_unit(names[0])}]")
+        panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
+    return figure
+
+
+@style.with_style
+def prediction_figure(plan: DivePlan) -> Figure:
+    """Draw standard errors relative to the coefficients: prior, baseline, this dive.
+
+    Parameters
+    ----------
+    plan : DivePlan
+        From :func:`hydrodamp.plan`.
+
+    Returns
+    -------
+    figure : Figure
+        One row per nonzero coefficient; left of the dashed line it is determined.
+
+    Raises
+    ------
+    MethodError
+        If matplotlib is not installed.
+    """
+    items = [item for item in plan.predictions if item.value != 0.0]
+    figure = style.new_figure(style.PAGE / 2, 0.9 + 0.16 * len(items))
+    (panel,) = style.panel_grid(figure, 1, 1)
+    rows, entries = np.arange(len(items)), []
+    for name, values, marker, colour in (
+        ("prior", [item.prior_std_error for item in items], "s", style.FAINT),
+        ("baseline of steps", [item.baseline_std_error for item in items], "d", style.SERIES[1]),
+        ("this dive", [item.std_error for item in items], "o", style.SERIES[0]),
+    ):
+        points = [
+            (value / abs(item.value), row)
+            for value, item, row in zip(values, items, rows, strict=True)
+            if value is not None
+        ]
+        if points:
+            line: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none"}
+            panel.plot(*zip(*points, strict=True), **line)
+            entries.append((name, line))
+    panel.axvline(MAX_RELATIVE_HALF_WIDTH / critical_value(), color=style.FAINT, linestyle="--")
+    panel.set_xscale("log")
+    panel.set_yticks(rows, [style.coefficient_symbol(item.label) for item in items])
+    panel.invert_yaxis()
+    panel.set_xlabel("standard error / coefficient")
+    style.legend(figure, entries, columns=3)
+    return figure

@@ -1,18 +1,28 @@
-"""Style of all figures: fonts, sizes, colours of methods, dashes of models; saving."""
+"""Style of figures: sizes, colours, dashes, axes, min-max decimation of series; saving."""
 
 from __future__ import annotations
 
 import functools
 import io
 import os
+import re
+import tomllib
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import save_bytes
 from hydrodamp.identification.fit import Fit
+from hydrodamp.models.model import read_label
+from hydrodamp.simulation.replay import RateUnit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,33 +45,8 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 BAND = 0.22
 SHADE = "#e2e2e2"
 
-# Colour and marker of each method, and those that all other methods share.
-_METHODS = {
-    "recommended": ("#D55E00", "o"),
-    "ls": ("#0072B2", "s"),
-    "weak": ("#56B4E9", "P"),
-    "ridge": ("#999933", "<"),
-    "dissipative": ("#882255", ">"),
-    "oe": ("#009E73", "D"),
-    "ai": ("#E69F00", "^"),
-    "ai-scaled": ("#CC79A7", "v"),
-    "rls": ("#8C510A", "8"),
-}
-_OTHERS = ("#4D4D4D", "d")
-
-# Dashes of each model: lengths on and off, in widths of the line; solid for the first.
-_DASHES: tuple[tuple[float, ...], ...] = (
-    (),
-    (5.0, 2.0),
-    (1.2, 1.6),
-    (6.0, 1.6, 1.2, 1.6),
-    (11.0, 2.5),
-    (6.0, 1.6, 1.2, 1.6, 1.2, 1.6),
-    (10.0, 2.0, 3.0, 2.0),
-    (2.6, 1.2, 2.6, 4.5),
-    (1.2, 4.0),
-    (1.2, 1.4, 1.2, 5.0),
-)
+# Colour and marker of each method, those that all other methods share, and dashes of each model.
+_LINES: dict[str, Any] = tomllib.loads(Path(__file__).with_name("lines.toml").read_text("utf-8"))
 
 STYLE_FILE = Path(__file__).with_name("hydrodamp.mplstyle")
 _TICKS: dict[str, Any] = {"labelsize": 7.0, "width": 0.6, "color": "#555555"}
@@ -95,8 +80,12 @@ class LineStyle(NamedTuple):
 def line_styles(rows: Sequence[tuple[str, str]]) -> list[LineStyle]:
     """Return the line styles of rows of (model, method); dashes in order of the models."""
     models = list(dict.fromkeys(model for model, _ in rows))
-    dashes = dict(zip(models, cycle(_DASHES), strict=False))
-    return [LineStyle(*_METHODS.get(method, _OTHERS), dashes[model]) for model, method in rows]
+    dashes = dict(zip(models, cycle(map(tuple, _LINES["dashes"])), strict=False))
+    looks = (_LINES["methods"].get(method, _LINES["others"]) for _, method in rows)
+    return [
+        LineStyle(colour, marker, dashes[model])
+        for (model, _), (colour, marker) in zip(rows, looks, strict=True)
+    ]
 
 
 def colour_of(method: str) -> str:
@@ -199,3 +188,126 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     with style_context():
         figure.savefig(stream, format=kind, metadata=_METADATA[kind])
     return stream.getvalue()
+
+
+def velocity_unit(name: str, rate_unit: RateUnit = "deg") -> str:
+    """Return the display unit of a velocity."""
+    return "m/s" if name in VELOCITIES[:3] else f"{rate_unit}/s"
+
+
+def velocity_label(name: str, rate_unit: RateUnit = "deg") -> str:
+    """Return the axis label of a velocity."""
+    return f"${name}$ [{velocity_unit(name, rate_unit)}]"
+
+
+def shown_velocities(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> FloatArray:
+    """Return one velocity in its display unit."""
+    column = velocity[:, VELOCITIES.index(name)]
+    return np.degrees(column) if velocity_unit(name, rate_unit) == "deg/s" else column
+
+
+def coefficient_symbol(label: str) -> str:
+    r"""Return the symbol of a coefficient in matplotlib's math text."""
+    axis, term = read_label(label)
+    latex = re.sub(r"\\[lr]vert ?", "|", term.latex())
+    return f"${axis}_{{{latex}}}$"
+
+
+def error_scale(panel: Axes) -> None:
+    """Make the vertical axis logarithmic with plain numbers; after drawing."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    panel.set_yscale("log")
+    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=9))
+    panel.yaxis.set_minor_locator(NullLocator())
+    panel.yaxis.set_major_formatter("{x:g}")
+
+
+# Points of a line: more than twice the number of pixels of a column.
+POINTS = 1600
+
+MAX_SEGMENT_NAMES = 8  # segments whose names are written
+PANEL_LETTERS = 56  # letters that fit above a panel
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Min-max decimation: intervals of samples, drawn by their minimum and maximum."""
+
+    starts: IntArray
+    stops: IntArray
+    joins: IntArray  # intervals that start a segment, without the first
+
+    @classmethod
+    def over(cls, bounds: IntArray, points: int) -> Bins:
+        """Return intervals of equal length with a given number of points in total."""
+        n = int(np.diff(bounds).sum())
+        edges = [
+            np.arange(start, stop + 1)
+            if n <= points
+            else np.linspace(
+                start, stop, min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1
+            ).astype(np.intp)
+            for start, stop in bounds.tolist()
+        ]
+        return cls(
+            starts=np.concatenate([edge[:-1] for edge in edges]),
+            stops=np.concatenate([edge[1:] for edge in edges]),
+            joins=np.cumsum([len(edge) - 1 for edge in edges])[:-1],
+        )
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether every interval is one sample."""
+        return bool(np.all(self.stops - self.starts == 1))
+
+    def times(self, time: FloatArray) -> FloatArray:
+        """Return the first and last time of each interval, and one between segments."""
+        between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
+        return self._interleave(time[self.starts], time[self.stops - 1], between)
+
+    def values(self, series: FloatArray) -> FloatArray:
+        """Return the extremes of each interval, in order of time."""
+        ends = np.column_stack([self.starts, self.stops]).ravel()
+        extended = np.append(series, np.nan)  # an index one past the end must be there
+        low, high = (extreme.reduceat(extended, ends)[0::2] for extreme in (np.fmin, np.fmax))
+        falling = series[self.starts] > series[self.stops - 1]
+        gaps = np.full(len(self.joins), np.nan)
+        first, second = np.where(falling, high, low), np.where(falling, low, high)
+        return self._interleave(first, second, gaps)
+
+    def _interleave(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
+        pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
+        series: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
+        return series
+
+
+def clock(log: Log) -> FloatArray:
+    """Return recorded time with segments end to end."""
+    steps = np.diff(log.time, prepend=log.time[0])
+    steps[[segment.start for segment in log.segments]] = 0.0
+    return np.cumsum(steps)
+
+
+def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
+    """Return decimated time and channels, with gaps between segments."""
+    bins = Bins.over(log.bounds, POINTS)
+    return bins.times(clock(log)), *map(bins.values, channels)
+
+
+def mark_segments(panels: Sequence[Axes], log: Log) -> None:
+    """Mark segment boundaries in all panels, with names above the first panel."""
+    time, segments = clock(log), log.segments
+    end = max(float(time[-1]), 1e-9)
+    panels[-1].set_xlim(0.0, end)
+    label = f"recorded time, {len(segments)} segments end to end [s]"
+    panels[-1].set_xlabel(label if len(segments) > 1 else "time [s]")
+    for segment in segments[1:]:
+        for panel in panels:
+            panel.axvline(float(time[segment.start]), color=FAINT, linewidth=0.6, linestyle=":")
+    for segment in segments if 1 < len(segments) <= MAX_SEGMENT_NAMES else ():
+        start, stop = float(time[segment.start]), float(time[segment.stop - 1])
+        n_letters = int(PANEL_LETTERS * (stop - start) / end)
+        text = escape_text(segment.name, n_letters) if n_letters > 2 else ""
+        name = panels[0].text(0.5 * (start + stop), 1.02, text, ha="center", color=FAINT)
+        name.set(transform=panels[0].get_xaxis_transform(), fontsize=6.5)
