@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import sys
-from dataclasses import dataclass
+import io
+from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -16,7 +15,7 @@ import hydrodamp
 from hydrodamp.basis.basis import Basis
 from hydrodamp.batch.discovery import ResolvedMapping, digest_of_recording
 from hydrodamp.batch.sufficient_statistics import LogStatistics, summarise_address
-from hydrodamp.files import open_atomic
+from hydrodamp.files import save_bytes
 from hydrodamp.identification.qr_factor import Triangle
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -26,6 +25,8 @@ SOURCES = (
     *("arrays.py", "batch", "basis", "conditioning", "data", "identification", "ingest"),
     *("kernels", "models", "simulation", "vehicle"),
 )
+
+DIGEST_SIZE = hashlib.sha256().digest_size  # bytes
 
 
 @dataclass(frozen=True)
@@ -40,15 +41,17 @@ class StatisticsCache:
 
     def summarise(self, address: str) -> tuple[LogStatistics, str, bool]:
         """Return the statistics of a log, the digest of its files, and whether they were cached."""
-        free = (model.restricted_to(self.vehicle.axes) for model in self.models)
-        basis = Basis.union(*(model.basis for model in free))
+        basis = Basis.union(
+            *(model.restricted_to(self.vehicle.axes).basis for model in self.models)
+        )
         digest = digest_of_recording(address, self.mapping)
-        path = None if self.folder is None else self.folder / f"{self._key(digest)}.npz"
+        path = None if self.folder is None else self.folder / f"{self._key(digest)}.stats"
         cached = None if path is None else _load(path)
         if cached is not None and set(basis) <= set(cached.blocks[0].basis):
             return cached.select_terms(basis), digest, True
-        settings = self.vehicle, self.models, self.method, self.mapping
-        statistics = summarise_address(address, *settings)
+        statistics = summarise_address(
+            address, self.vehicle, self.models, self.method, self.mapping
+        )
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
             _save(statistics, path)
@@ -56,9 +59,22 @@ class StatisticsCache:
 
     def _key(self, digest: str) -> str:
         mapping = None if self.mapping is None else self.mapping.text
-        with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # all elements and digits
-            key = repr((digest, self.vehicle, self.method, mapping, _code_digest()))
-        return hashlib.sha256(key.encode()).hexdigest()[:32]
+        key = (digest, _content(self.vehicle), _content(self.method), mapping, _code_digest())
+        return hashlib.sha256(repr(key).encode()).hexdigest()[:32]
+
+
+def _content(value: Any) -> Any:
+    """Return the content of a value in a form whose ``repr`` is complete."""
+    if is_dataclass(value) and not isinstance(value, type):
+        name = f"{type(value).__module__}.{type(value).__qualname__}"
+        return name, [(each.name, _content(getattr(value, each.name))) for each in fields(value)]
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
+    if isinstance(value, dict):
+        return [(key, _content(each)) for key, each in value.items()]
+    if isinstance(value, tuple | list):
+        return [_content(each) for each in value]
+    return repr(value)
 
 
 @lru_cache
@@ -72,29 +88,34 @@ def _code_digest() -> str:
 
 
 def _load(path: Path) -> LogStatistics | None:
-    """Return an entry; None where it is absent or damaged: an archive has checksums."""
+    """Return an entry; None where it is absent or damaged."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        content = path.read_bytes()
+        digest, body = content[:DIGEST_SIZE], content[DIGEST_SIZE:]
+        if hashlib.sha256(body).digest() != digest:
+            return None
+        with np.load(io.BytesIO(body), allow_pickle=False) as stored:
             basis = Basis.of(*str(stored["terms"]).split())
             rows = zip(stored["r"], stored["rows"].tolist(), strict=True)
             pairs = zip(stored["training_range"].tolist(), stored["ranges"].tolist(), strict=True)
             start, duration, n = stored["log"].tolist()
-    except (OSError, EOFError, ValueError, BadZipFile):
+            blocks = tuple(Triangle(basis, r, n_rows) for r, n_rows in rows)
+            ranges = {name: (low, high) for name, (low, high) in pairs}
+    except OSError:
         return None
-    blocks = tuple(Triangle(basis, r, n_rows) for r, n_rows in rows)
-    return LogStatistics(
-        blocks, start, duration, int(n), 1, {name: (low, high) for name, (low, high) in pairs}
-    )
+    return LogStatistics(blocks, start, duration, int(n), 1, ranges)
 
 
 def _save(statistics: LogStatistics, path: Path) -> None:
-    with open_atomic(path, binary=True) as stream:
-        np.savez(
-            stream,
-            terms=" ".join(map(str, statistics.blocks[0].basis)),
-            r=np.array([block.r for block in statistics.blocks]),
-            rows=[block.n_samples for block in statistics.blocks],
-            log=[statistics.start, statistics.duration, statistics.n_samples],
-            training_range=list(statistics.training_range),
-            ranges=list(statistics.training_range.values()),
-        )
+    body = io.BytesIO()
+    np.savez(
+        body,
+        terms=" ".join(map(str, statistics.blocks[0].basis)),
+        r=np.array([block.r for block in statistics.blocks]),
+        rows=[block.n_samples for block in statistics.blocks],
+        log=[statistics.start, statistics.duration, statistics.n_samples],
+        training_range=list(statistics.training_range),
+        ranges=list(statistics.training_range.values()),
+    )
+    content = body.getvalue()
+    save_bytes(hashlib.sha256(content).digest() + content, path)
