@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -47,19 +47,9 @@ class LiveRun:
         Raises ``FileError`` where the checkpoint is in use or has other content, and any error
         of the source.
         """
-        saved_at, index, n_skipped = monotonic(), 0, 0
         with locked(self.checkpoint_path), np.errstate(all="ignore"):
             try:
-                for row in itertools.takewhile(lambda _: not self.is_stopped, rows):
-                    if row is not None:
-                        if self.state is None:
-                            n_skipped = self._try_start(row)
-                        if self.state is not None and index >= n_skipped:
-                            self._process(self.state, row)
-                        index += 1
-                    if monotonic() - saved_at >= self.checkpoint_interval:
-                        self.save_checkpoint()
-                        saved_at = monotonic()
+                self._process_all(rows)
             finally:
                 self.save_checkpoint()
             if self.state is None and not self.is_stopped:
@@ -67,6 +57,21 @@ class LiveRun:
                     f"there was no sample to begin with. {self._first_error}".strip()
                 )
             self.emit_estimate()
+
+    def _process_all(self, rows: Iterable[Row | None]) -> None:
+        saved_at, index, n_skipped = monotonic(), 0, 0
+        for row in rows:
+            if self.is_stopped:
+                break
+            if row is not None:
+                if self.state is None:
+                    n_skipped = self._try_start(row)
+                if self.state is not None and index >= n_skipped:
+                    self._process(self.state, row)
+                index += 1
+            if monotonic() - saved_at >= self.checkpoint_interval:
+                self.save_checkpoint()
+                saved_at = monotonic()
 
     def emit_estimate(self) -> None:
         """Emit an estimate line."""
@@ -119,7 +124,7 @@ class LiveRun:
 
     def _move_aside(self, path: Path, reason: str) -> None:
         """Rename an unusable checkpoint."""
-        names = (path.with_name(f"{path.name}.other{number or ''}") for number in itertools.count())
+        names = (path.with_name(f"{path.name}.other{number or ''}") for number in count())
         target = next(name for name in names if not name.exists())
         self.on_message(f"{reason} It is renamed to {target.name}; the estimate starts anew.")
         try:
@@ -135,15 +140,8 @@ class LiveRun:
             self.state, kind = before.reject("failed"), "failed"
             if self.state.counts[kind] == 1:
                 self.on_message(_describe(error))
-        n = self.state.counts[kind]
-        if kind not in (ACCEPTED, "first") and 10 ** round(math.log10(n)) == n:
-            times = f"{n} {'time' if n == 1 else 'times'} so far"
-            reason = (
-                f"a sample {REJECTED[kind]} is rejected"
-                if kind in REJECTED
-                else f"the estimator restarts after {RESTARTS[kind]}"
-            )
-            self.on_message(f"{reason} ({times}).")
+        if kind != ACCEPTED:
+            self._report(kind, self.state.counts[kind])
         change = self.state.alarm.last
         if change and self.state.alarm.changes > before.alarm.changes:
             self.on_message(
@@ -153,6 +151,16 @@ class LiveRun:
         now, previous = self.state.validator.time, before.validator.time
         if kind not in RESTARTS and now // self.output_interval != previous // self.output_interval:
             self.emit_estimate()
+
+    def _report(self, kind: str, n: int) -> None:
+        """Report the first sample of a class, the tenth, the hundredth and so on."""
+        if kind == "first" or 10 ** round(math.log10(n)) != n:
+            return
+        times = f"{n} {'time' if n == 1 else 'times'} so far"
+        if kind in REJECTED:
+            self.on_message(f"a sample {REJECTED[kind]} is rejected ({times}).")
+        else:
+            self.on_message(f"the estimator restarts after {RESTARTS[kind]} ({times}).")
 
 
 def _describe(error: Exception) -> str:
