@@ -122,11 +122,10 @@ def _scan_messages(
                     formats[form.type], lengths[form.type] = form, form.length
             offset += length
             continue
-        next_header = data.find(_HEADER, offset + 1)
-        next_header = end if next_header < 0 else next_header
-        first_skipped = first_skipped if n_skipped else offset
-        n_skipped += next_header - offset
-        offset = next_header
+        start = offset
+        offset = data.find(_HEADER, start + 1) % (end + 1)  # the end if there is none
+        first_skipped = first_skipped if n_skipped else start
+        n_skipped += offset - start
     if not offsets:
         raise LogError(
             "expected the FMT messages of an ArduPilot log (0xA3 0x95 0x80), found none. If the"

@@ -345,7 +345,10 @@ def _merge_extended(
 ) -> dict[Any, Any]:
     """Overlay a mapping on those it extends: groups by channel, other keys by replacement."""
     merged: dict[Any, Any] = {}
-    for name in _extended_names(content):
+    extends = content.get("extends") or []
+    for name in [extends] if isinstance(extends, str) else extends:
+        if not isinstance(name, str):
+            raise LogError(f"`extends` must be the name of a preset or a path; got {name!r}")
         if name in chain:
             raise LogError(f"`extends` is circular: {' -> '.join((*chain, name))}")
         extended, extended_path = load_content(name, path.parent if path else None)
@@ -353,14 +356,6 @@ def _merge_extended(
             raise LogError(f"`extends: {name}` must hold a mapping table")
         merged = _overlay(merged, _merge_extended(extended, extended_path, (*chain, name)))
     return _overlay(merged, {key: value for key, value in content.items() if key != "extends"})
-
-
-def _extended_names(content: dict[Any, Any]) -> Iterator[str]:
-    extends = content.get("extends") or []
-    for name in [extends] if isinstance(extends, str) else extends:
-        if not isinstance(name, str):
-            raise LogError(f"`extends` must be the name of a preset or a path; got {name!r}")
-        yield name
 
 
 def _overlay(below: dict[Any, Any], above: dict[Any, Any]) -> dict[Any, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
@@ -128,14 +128,11 @@ def _as_choices(given: object) -> object:
     return given if isinstance(given, list) else [given]
 
 
-def _unit_check(quantity: str | None) -> Callable[[tuple[Source, ...]], tuple[Source, ...]]:
-    def check(choices: tuple[Source, ...]) -> tuple[Source, ...]:
-        for source in choices:
-            if source.unit is not None:
-                unit_factor(source.unit, quantity)
-        return choices
-
-    return check
+def _check_units(choices: tuple[Source, ...], quantity: str) -> tuple[Source, ...]:
+    for source in choices:
+        if source.unit is not None:
+            unit_factor(source.unit, quantity)
+    return choices
 
 
 _SourceInput = str | Source
@@ -173,18 +170,14 @@ class Quaternion(_Strict):
     column: StrictStr
     order: Literal["wxyz", "xyzw"] | None = None
 
-    def components(self) -> Iterator[tuple[str, Source]]:
-        """Yield name and source of each component."""
-        for component in "wxyz":
-            suffix = f".{component}" if self.order is None else f"[{self.order.index(component)}]"
-            yield f"q{component}", Source(column=f"{self.column}{suffix}")
-
 
 def _entries(group: str, channels: Iterable[tuple[str, Any]]) -> Iterator[Entry]:
     for name, channel in channels:
         if isinstance(channel, Quaternion):
-            for component, source in channel.components():
-                yield Entry(group, component, (source,), "ratio")
+            for axis in "wxyz":
+                suffix = f".{axis}" if channel.order is None else f"[{channel.order.index(axis)}]"
+                source = Source(column=f"{channel.column}{suffix}")
+                yield Entry(group, f"q{axis}", (source,), "ratio")
         else:
             axis, sign = VERTICAL_ALIASES.get(name, (name, 1.0))
             yield Entry(group, axis, channel, quantity_of(group, name), sign)
@@ -192,7 +185,7 @@ def _entries(group: str, channels: Iterable[tuple[str, Any]]) -> Iterator[Entry]
 
 def _channel_field(quantity: str) -> tuple[Any, Any]:
     """Return the model field of an optional channel with a check of its unit."""
-    kind = Annotated[Channel, AfterValidator(_unit_check(quantity))] | None
+    kind = Annotated[Channel, AfterValidator(partial(_check_units, quantity=quantity))] | None
     return kind, Field(None, description=quantity)
 
 
@@ -316,9 +309,8 @@ class MappingFile(_Channels):
     @cached_property
     def entries(self) -> tuple[Entry, ...]:
         """All channels, one entry each."""
-        entries = [
-            Entry(key, key, getattr(self, key), SINGLE_CHANNELS[key]) for key in SINGLE_CHANNELS
-        ]
+        channels = SINGLE_CHANNELS.items()
+        entries = [Entry(name, name, getattr(self, name), what) for name, what in channels]
         for group in CHANNEL_GROUPS:
             entries += _entries(group, getattr(self, group) or ())
         entries += [Entry("commands", name, choices) for name, choices in self.commands.items()]
