@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import hydrodamp as hd
-from hydrodamp.basis.atoms import VELOCITY_OF
+from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, print_results
 from hydrodamp.progress import progress

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.gaps import ATTITUDE, remove_samples, true_runs
 from hydrodamp.data.channels import POSITION
 from hydrodamp.data.log import Log, recorded_velocities

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.basis.atoms import (
+from hydrodamp.basis.basis import SLOWEST
+from hydrodamp.basis.term import (
     ABSOLUTES,
     ATOM_PLACE,
     AXES,
     PROPULSION,
     VELOCITIES,
+    Term,
     is_absolute,
 )
-from hydrodamp.basis.basis import SLOWEST
-from hydrodamp.basis.term import Term
 from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.identification.adaptive import AdaptiveIdentifier

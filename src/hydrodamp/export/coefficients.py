@@ -15,8 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.export.codegen import template_values
 from hydrodamp.export.plant import (
     Body,

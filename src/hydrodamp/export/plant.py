@@ -16,8 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError, VehicleError
 from hydrodamp.identification.dissipativity import OperatingBox

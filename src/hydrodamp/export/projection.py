@@ -14,8 +14,7 @@ from scipy.linalg import block_diag, svd
 from scipy.optimize import lsq_linear
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.export.plant import ExportedPlant, States, point_transform
 from hydrodamp.identification.dissipative import project_dissipative
 from hydrodamp.identification.dissipativity import OperatingBox, PowerRows

@@ -14,8 +14,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITY_OF, Term
 from hydrodamp.export.coefficients import Coefficients, ParsedFile
 from hydrodamp.export.plant import Body, ExportedPlant, States, parse_numbers, point_transform
 from hydrodamp.models.model import DampingModel, read_label, spell_label

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITY_OF, Term
 from hydrodamp.errors import MethodError, ModelError, demand
 from hydrodamp.export.codegen import number
 from hydrodamp.export.plant import ExportedPlant, States, check_body

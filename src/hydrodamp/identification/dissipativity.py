@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, freeze
-from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import VELOCITIES, Term
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import guarded_speed
+from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, did_you_mean
 from hydrodamp.kernels.plant import Sample

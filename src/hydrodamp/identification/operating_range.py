@@ -13,8 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.basis.term import MAX_FACTORS, Term
+from hydrodamp.basis.term import AXES, MAX_FACTORS, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.identification.dissipativity import is_damping_term, velocity_box
 from hydrodamp.models.damping import Damping
 

@@ -16,9 +16,8 @@ from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components
 
 from hydrodamp.arrays import FloatArray, factorisation, frozen
-from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import ProblemError
 
 # Rows factorised together: they fit the cache, where powers of two would cause conflicts.

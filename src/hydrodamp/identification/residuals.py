@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, mad_std
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.regression_rows import Rows, residuals
 from hydrodamp.identification.weak_form import WeakRegression, select_support

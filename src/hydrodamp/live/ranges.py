@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Plant

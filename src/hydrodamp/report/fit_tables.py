@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.identification.fit import Fit, critical_value
 from hydrodamp.identification.identifiability import (
     MAX_RELATIVE_HALF_WIDTH,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.fit import identify_or_refuse

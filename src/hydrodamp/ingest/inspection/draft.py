@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hydrodamp.basis.atoms import check_command_name
+from hydrodamp.basis.term import check_command_name
 from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, WRENCH
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError

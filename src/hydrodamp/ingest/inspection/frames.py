@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITY_OF
+from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.conditioning.gaps import true_runs
 from hydrodamp.conditioning.vertical_axis import (

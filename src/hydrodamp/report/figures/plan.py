@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.experiment_design.result import DivePlan
 from hydrodamp.report.figures import style as style
 from hydrodamp.report.figures.axes import coefficient_symbol
