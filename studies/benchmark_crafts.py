@@ -13,7 +13,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import VELOCITY_OF
+from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.simulation.campaign.conditions import Conditions
 from hydrodamp.simulation.closed_loop import down_direction, integrate, pose_rates
 

@@ -1,8 +1,7 @@
 """The public names and where they live; loaded when first used."""
 
-from .basis.atoms import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
-from .basis.term import Term as Term
+from .basis.term import AXES as AXES, VELOCITIES as VELOCITIES, Term as Term
 from .batch.batch import BatchResult as BatchResult, GroupFit as GroupFit, batch as batch
 from .batch.groups import ChangePoint as ChangePoint
 from .conditioning.actuator_response import (

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from hydrodamp.basis.atoms import ATOMS, RESERVED, atom_index, check_command_name
 from hydrodamp.basis.basis import UNION, Basis
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import ATOMS, RESERVED, Term, atom_index, check_command_name
 from hydrodamp.errors import TermError
 
 COMMANDED = (

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrodamp.basis.atoms import AXES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray
-from hydrodamp.basis.atoms import VELOCITIES, atom_index
-from hydrodamp.basis.term import MAX_FACTORS, Term, atom_key
+from hydrodamp.basis.term import MAX_FACTORS, VELOCITIES, Term, atom_index, atom_key
 from hydrodamp.errors import TermError, did_you_mean
 
 #: Speed [m/s] below which the propulsion ratio is taken at this speed.

@@ -73,7 +73,7 @@ def simulate(
 
 def simulated_log(trajectory: hd.Trajectory) -> hd.Log:
     """Return the log with simulated instead of measured velocities."""
-    from hydrodamp.basis.atoms import VELOCITY_OF
+    from hydrodamp.basis.term import VELOCITY_OF
 
     log = trajectory.log
     return replace(

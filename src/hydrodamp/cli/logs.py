@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.basis.atoms import VELOCITY_OF
+from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.cli.inputs import read_logs, warn_quality_issues
 from hydrodamp.cli.output import check_out_log, note, print_output, print_results
 from hydrodamp.files import save_text

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.conditioning.dropouts import ATTITUDE, find_mocap_dropouts, varying_position
 from hydrodamp.conditioning.outliers import find_attitude_outliers

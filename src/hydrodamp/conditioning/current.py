@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from hydrodamp.arrays import FloatArray, IntArray, freeze, mad_std
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.derivatives import required_blocks
 from hydrodamp.data.attitude import euler_from_quaternion, rotate_to_body, rotation_matrices
 from hydrodamp.data.log import Log

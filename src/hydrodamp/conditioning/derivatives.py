@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import down_vectors, rotate_to_body, rotation_vectors
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean

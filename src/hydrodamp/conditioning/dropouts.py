@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import slerp
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import BLOCKS, POSITION

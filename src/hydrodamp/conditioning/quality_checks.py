@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.conditioning.consistency import (
     QualityIssue as QualityIssue,
     VehicleScale,

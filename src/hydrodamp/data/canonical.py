@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import (
     ACCELERATION,

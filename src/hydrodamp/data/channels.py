@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.errors import LogError, did_you_mean
 
 _TABLES = tomllib.loads(Path(__file__).with_name("units.toml").read_text("utf-8"))

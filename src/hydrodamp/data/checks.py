@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.channel_regression import integrate_rotation, regress_channel
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copy_arrays, split_segments, unrecorded_columns

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data import attitude as attitudes
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.checks import check_blocks, name_faults, record_faults, segment_faults

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import VELOCITIES, check_command_name
+from hydrodamp.basis.term import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, BLOCKS
 from hydrodamp.errors import LogError, TermError, did_you_mean, first_few, format_time, unique_names

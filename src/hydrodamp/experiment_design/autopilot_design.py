@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ProblemError, list_faults
 from hydrodamp.experiment_design.envelope import Envelope, Gains, LoopGains
 from hydrodamp.models.damping import Damping

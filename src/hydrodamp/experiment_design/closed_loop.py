@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, bisect
 from hydrodamp.experiment_design.ensemble import DampingEnsemble

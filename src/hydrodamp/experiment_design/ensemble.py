@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ModelError
 from hydrodamp.identification.har_covariance import reference_model
 from hydrodamp.models.catalog import published

@@ -17,9 +17,16 @@ from xml.etree import ElementTree
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, AXES, PROPULSION, VELOCITIES, is_absolute
 from hydrodamp.basis.basis import SLOWEST
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import (
+    ABSOLUTES,
+    ATOM_PLACE,
+    AXES,
+    PROPULSION,
+    VELOCITIES,
+    Term,
+    is_absolute,
+)
 from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.errors import MethodError
 from hydrodamp.export.plant import ExportedPlant

@@ -19,8 +19,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.export.codegen import parse_numbers, render_template, symmetric, template_values
 from hydrodamp.export.plant import Body, ExportedPlant, States, point_transform
 from hydrodamp.export.target import LINEAR, Files, HydrodynamicTarget, drag_terms, with_damping

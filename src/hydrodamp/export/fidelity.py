@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import first_few
 from hydrodamp.export.plant import ExportedPlant, States, mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target

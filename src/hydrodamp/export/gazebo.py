@@ -17,8 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.errors import MethodError
 from hydrodamp.export.codegen import parse_numbers, render_template, symmetric, template_values
 from hydrodamp.export.plant import FLU, Body, ExportedPlant, States, mass_ratio

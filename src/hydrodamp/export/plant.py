@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError, VehicleError
 from hydrodamp.identification.dissipativity import OperatingBox

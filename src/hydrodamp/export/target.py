@@ -20,8 +20,7 @@ from scipy.linalg import block_diag, svd
 from scipy.optimize import lsq_linear
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.errors import ModelError, demand
 from hydrodamp.export.plant import ExportedPlant, States, check_body, point_transform
 from hydrodamp.export.verification import Engine

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.basis.basis import guarded_speed
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, demand, did_you_mean
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise

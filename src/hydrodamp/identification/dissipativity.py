@@ -17,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, freeze
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.term import MAX_FACTORS, Term
+from hydrodamp.basis.term import AXES, MAX_FACTORS, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model

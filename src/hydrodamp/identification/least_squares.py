@@ -14,8 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, make_fit

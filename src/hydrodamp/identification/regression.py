@@ -17,9 +17,8 @@ from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation, frozen
-from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import MethodError, ProblemError, demand
 from hydrodamp.identification.differentiation import Derivative, default_derivative
 from hydrodamp.kernels import core

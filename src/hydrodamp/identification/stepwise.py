@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.backward_elimination import (

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import (
     SMOOTHING_WINDOWS,

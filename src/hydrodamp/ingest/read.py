@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.canonical import record_of_columns
 from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT

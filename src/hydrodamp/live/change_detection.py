@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.identification.identifiability import MIN_R_SQUARED
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import N_LAGS, Estimate, Recursion

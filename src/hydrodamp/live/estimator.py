@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.atoms import AXES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, Term
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, SEGMENT
 from hydrodamp.data.checks import MAX_NORM_ERROR, MAX_VELOCITY, NORM_ROUNDING

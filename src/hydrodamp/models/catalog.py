@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.errors import ModelError, no_such
 from hydrodamp.files import PackageData, load_yaml, parse_yaml
 from hydrodamp.models.damping import Damping, VehicleStamp

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, freeze, frozen
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label, table_of
 

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator
 
 from hydrodamp.arrays import MAX_MAGNITUDE, FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in, validate
 from hydrodamp.files import load_json, load_yaml, save_json, save_text, wrong_kind_message

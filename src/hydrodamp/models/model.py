@@ -13,9 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, SPEEDS, VELOCITY_OF
 from hydrodamp.basis.basis import Basis, canonical_key
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, SPEEDS, VELOCITY_OF, Term
 from hydrodamp.errors import ModelError, TermError, did_you_mean
 
 _UNITS = {**dict.fromkeys((*"uvw", *SPEEDS), "(m/s)"), **dict.fromkeys("pqr", "(rad/s)")}

@@ -12,7 +12,7 @@ from os.path import commonprefix
 
 import numpy as np
 
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.narrative import remarks

@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
 from hydrodamp.faults import validate

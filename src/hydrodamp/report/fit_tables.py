@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import first_few
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, critical_value

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.identification.identifiability import Grade, Identifiability
 from hydrodamp.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign

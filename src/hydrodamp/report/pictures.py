@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum

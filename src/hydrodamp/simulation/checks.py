@@ -12,7 +12,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, RESERVED, VELOCITY_OF
+from hydrodamp.basis.term import AXES, RESERVED, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import FIRST_CHANNEL
 from hydrodamp.basis.basis import Basis, guarded_speed
+from hydrodamp.basis.term import FIRST_CHANNEL
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError, PropulsionWarning
 from hydrodamp.kernels import core

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import demand
 from hydrodamp.kernels import core

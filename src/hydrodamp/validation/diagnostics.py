@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation, freeze, mad_std
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification.dissipativity import (

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import AXES
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError

@@ -11,8 +11,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, check_command_name
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, Term, check_command_name
 from hydrodamp.errors import TermError, VehicleError, did_you_mean
 from hydrodamp.vehicle.mass import checked_array
 

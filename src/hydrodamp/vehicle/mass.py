@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.errors import VehicleError
 
 SYMMETRY_TOLERANCE = 1e-9

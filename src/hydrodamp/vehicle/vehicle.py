@@ -13,9 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, DOWN, VELOCITIES
 from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.term import Term
+from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, Term
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle import mass as masses
 from hydrodamp.vehicle.actuators import Actuator, Propeller, checked_number

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, rotation_vectors
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError

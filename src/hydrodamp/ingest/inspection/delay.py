@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.progress import count_items

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from hydrodamp.basis.atoms import check_command_name
+from hydrodamp.basis.term import check_command_name
 from hydrodamp.data.channels import EULER, RESERVED, UNITS, WRENCH, parse_unit, trailing_unit
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import HydrodampError

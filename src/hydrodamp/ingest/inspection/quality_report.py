@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude

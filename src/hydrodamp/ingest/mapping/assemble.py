@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import (
     quaternion_from_euler,
     quaternion_product,

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log

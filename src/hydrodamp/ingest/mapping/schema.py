@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrodamp.basis.atoms import check_command_name
+from hydrodamp.basis.term import check_command_name
 from hydrodamp.conditioning.pipeline import Step, parse_steps
 from hydrodamp.data.channels import (
     ATTITUDE,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, power_range
 from hydrodamp.identification.fit import Fit, correlation

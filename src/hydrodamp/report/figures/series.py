@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError

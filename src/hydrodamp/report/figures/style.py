@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import save_bytes
