@@ -1,8 +1,10 @@
-"""Control allocation and autopilot gains by pole placement on the nominal vehicle.
+"""PID autopilot by pole placement on a double integrator, each axis paired with one command.
 
 With b = (d wrench / d command) / inertia of a command on an axis, a loop of natural frequency w
-and damping ratio z has K_P = w^2 / |b|, K_D = 2 z w / |b|; each axis is driven by the command of
-the largest authority. Propeller commands solve equation 1 for steady speeds straight ahead.
+and damping ratio z has K_P = w^2 / |b|, K_D = 2 z w / |b| and an integral gain of a fixed ratio;
+each axis is driven by the command of the largest authority. The depth loop of a vehicle that does
+not hover has the published gains of the VT 690, scaled. Propeller commands solve equation 1 for
+steady speeds.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Closed-loop simulation of a dive for every member of an ensemble, and constraint violations.
 
-Vehicle k of a batch has the damping of member k mod n_members. A constraint violation is
-g = (x - limit) / range, feasible where g <= 0 at every sample.
+Vehicle k of a batch has the damping of member k mod n_members. A constraint violation is g = (x -
+limit) / range for depth and area and g = |x| / limit - 1 for angles and speed, feasible where g <=
+0 at every sample.
 """
 
 from __future__ import annotations

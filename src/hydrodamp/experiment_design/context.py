@@ -1,4 +1,9 @@
-"""The design problem of a dive: prior, autopilot, ensemble, baseline campaign and objective."""
+"""Assembly of the design problem: prior, autopilot, ensemble, baseline campaign and objective.
+
+Members of the ensemble that violate the envelope in a plain turn are rejected; the baseline is a
+campaign of steps of the same duration; a model whose scaled Fisher information is singular is
+refused.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Guidance: a course for each segment that keeps to the area, and line-of-sight path following.
+"""Manoeuvres, the course of each segment within the area, and line-of-sight waypoint following.
 
-Line of sight: heading = bearing of the leg - atan(cross-track error / lookahead distance), and the
-next leg within a radius of acceptance. T. I. Fossen, Handbook of Marine Craft Hydrodynamics and
-Motion Control (2011), section 10.3.
+Manoeuvres are interleaved orthogonal multisines with phases of low crest factor (Schroeder 1970),
+steps, doublets and zigzags. Line of sight: heading = bearing of the leg - atan(cross-track error /
+lookahead distance), and the next leg within a radius of acceptance. T. I. Fossen, Handbook of
+Marine Craft Hydrodynamics and Motion Control (2011), section 10.3.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sequential optimal design: manoeuvres added one after another by differential evolution.
+"""Greedy optimal design: manoeuvres added one after another by differential evolution.
 
 With I(m) the Fisher information of manoeuvre m, P the inverse prior covariance and w the ratio of
 the standard errors of fits to the Cramer-Rao bound, the dive m_1 ... m_n has the covariance
@@ -10,9 +10,9 @@ and manoeuvre n minimises, over m_n and averaged over the ensemble of damping co
     J(m_n) = phi(C) + a max(v(m_n) + f, 0) + b s(m_n).
 
 phi is the criterion of :class:`Objective`, a logarithm of standard errors; v the largest violation
-of a limit of the envelope as a share of that limit, with the share f left free; s the largest share
-of time for which an actuator is at its limit or rate limit. All terms are dimensionless: 1/b less
-time at limits is worth a factor e in all standard errors.
+of a limit of the envelope by any member, relative to that limit, and f a margin; s the largest
+share of time for which an actuator is at its limit or rate limit. All terms are dimensionless: a
+share 1/b of time at limits costs as much as a factor e in all standard errors.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""Plan of the next dive: Bayesian-robust optimal experiment design with a chance constraint.
+"""Plan of the next dive: greedy pseudo-Bayesian optimal experiment design with a chance constraint.
 
-The manoeuvres minimise an optimality criterion of the expected covariance (D-optimal, minimax or
-I-optimal), averaged over a Monte Carlo ensemble of damping, subject to the envelope with a
-feasibility rate of 95 %. Predicted standard errors are those of simulated and identified logs.
+The manoeuvres minimise a criterion of the expected covariance over a Monte Carlo ensemble of
+damping: D-optimal (determinant), the largest standard error relative to its target (an 8-norm), or
+I-optimal (expected replay error). The dive is then attenuated until 95 % of the members keep the
+envelope. Predicted standard errors are those of simulated and identified logs.
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@ estimated by the share of ensemble members that satisfy it, the feasibility rate
 infeasible dive are attenuated or slowed down.
 
 Simulated logs of some members are identified: the predicted standard error of a coefficient is the
-geometric mean of those that the recommended method reports, the predicted grade their median.
+geometric mean of those that the recommended method reports, the predicted grade the median of the
+grades. The members that steer the attenuation also give the reported feasibility rate.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Adaptive identifier (section IV of the paper): estimation without acceleration.
 
-The state estimate follows ``M Δν̇ = −a Δν + (K̂ − K) ξ(ν)`` with the velocity error Δν = ν̂ − ν, and
-the coefficients the gradient law ``dK̂_ij/dt = −γ_ij Δν_i ξ_j``. The error gains a scale with the
-signal-to-noise ratio of each velocity, the adaptation gains γ with the mean square of each term.
+The error dynamics are ``M Δν̇ = −a Δν + (K̂ − K) ξ(ν)`` with the velocity error Δν = ν̂ − ν; the
+coefficients follow the gradient law ``dK̂_ij/dt = −γ_ij Δν_i ξ_j``. The error gains a scale with
+the signal-to-noise ratio of each velocity, the adaptation gains γ with the mean square of each
+term.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Damping power ``ν·τ(ν)`` over an operating box: its maximum, its rows, where it is positive.
+"""Damping power ``ν·τ(ν)`` over an operating box: maximum, regressors, intervals of injection.
 
-The power is linear in the coefficients. Along one velocity x it is x times a polynomial in |x|, for
-a fixed surge; the damping injects energy (νᵀτ(ν) > 0) on the intervals between the roots where the
-polynomial is positive. The operating range of test data may exceed that of the training data.
+The power is linear in the coefficients. Along one velocity x it is x times a polynomial in |x|,
+for a fixed surge; the damping injects energy (νᵀτ(ν) > 0) on the intervals between the roots where
+the polynomial is positive. The operating range of test data may exceed that of the training data.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""HAR covariance: standard errors of linear estimates under autocorrelated residuals.
+"""HAR covariance of linear estimates, with leverage correction and a bias allowance.
 
-The scores ``z = Φᵀε`` are summed over bins of time. Their long-run covariance is the sum of
-outer products over overlapping blocks weighted by a half sine, Σ_b (zᵀw_b)(zᵀw_b)ᵀ, with a block
-length from the integrated autocorrelation time (heteroskedasticity and autocorrelation robust;
-Lazarus et al. 2018). Instrumental variables, means of the regressors at a time lag, correct for
-noise in the regressors (errors-in-variables bias). Regressors are made orthonormal first, so Gram
-matrices keep their digits; they serve covariances only and are never solved from.
+The scores ``z = Φᵀε`` are summed over bins of time. Their long-run covariance is the sum of outer
+products over overlapping blocks weighted by a half sine, Σ_b (zᵀw_b)(zᵀw_b)ᵀ, with a block length
+from the integrated autocorrelation time (heteroskedasticity and autocorrelation robust; Lazarus et
+al. 2018), with effective degrees of freedom. The difference to an instrumental-variables estimate
+(instruments: means of the regressors at a time lag) enters as an allowance for errors-in-variables
+bias; the estimate itself does not change. Regressors are orthonormalised first, so that their Gram
+matrices are well conditioned.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Practical identifiability: excitation of each axis, rank and condition, grade per coefficient.
 
 An axis is excited where the cross-validated R² of its wrench is at least 0.25; a coefficient is
-graded by the half-width of its 95 % confidence interval and the share of its leverage that stems
-from excited velocities.
+graded by the half-width of its 95 % confidence interval and by its reliability ratio: the share of
+its regressor that excited velocities produce.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Multiple shooting: simulation errors of windows of a log with estimated initial states.
+"""Multiple shooting without matching constraints: simulation errors of independent windows.
 
 With residuals ε (measured minus simulated velocity) and their Jacobians A on the coefficients and
-B on the initial state, all over the residual standard deviations, a window contributes
-``|ε − A Δκ − B δ|² + |P^(−1/2) δ|²`` with the prior covariance P of its initial state. The initial
-state correction δ is eliminated window by window (Schur complement).
+B on the initial state, all over the residual standard deviations, a window contributes ``|ε − A Δκ
+− B δ|² + |P^(−1/2) δ|²`` with the prior covariance P of its initial state. The initial state of
+each window is estimated; its correction δ is eliminated by a Schur complement.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
-"""Recursive least squares with directional forgetting, without wind-up or bursting.
+"""Recursive least squares with directional forgetting in information form, without wind-up.
 
-Each row y = κ·φ, a momentum balance over two blocks of time, updates the information S and κ;
-the equations are in ``kernels/csrc/recursive.c``. Covariances include a bias term from
-instrumental variables (``instrumental_variables.c``).
+A row y = κ·φ, a momentum balance over two blocks of time, removes the share r of the information S
+along φ and adds its own, S ← S − r Sφφᵀ S / (φᵀSφ) + φφᵀ, κ ← κ + (I + S)⁻¹ φ (y − κ·φ)
+(decomposition of the information matrix of Cao and Schwartz, Automatica 36, 2000; r is bounded by
+the information that the row adds, ``kernels/csrc/recursive.c``). Standard errors follow the
+autocorrelation of the innovations and include a bias allowance from instrumental variables.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Weak-form regression: integrals of equation 3 against test functions replace derivatives.
 
 With bump functions ``φ(s) = (1 − s²)²`` of one support, each row is the weighted mean of the
-equation of motion from sample to sample, ``∫φ (Mν̇ − known) dt = K ∫φ ξ(ν) dt``. The shortest
+equation of motion, ``∫φ (Mν̇ − known) dt = K ∫φ ξ(ν) dt`` with ``∫φ ν̇ = −∫φ̇ ν``. The shortest
 support for which white noise is a small share of the weighted acceleration is selected.
 """
 
