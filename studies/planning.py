@@ -34,7 +34,11 @@ from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Traject
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.plan import VERIFIED_MEMBERS, optimise
-from hydrodamp.experiment_design.verification import CandidateDive, enforce_envelope, verify
+from hydrodamp.experiment_design.verification import (
+    FeasibleDive,
+    enforce_envelope,
+    identify_simulated_logs,
+)
 from hydrodamp.files import save_json, save_text
 from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.campaign.conditions import Truth
@@ -110,7 +114,7 @@ def _unmodelled_wrench(
 
 
 def simulate_dives(
-    simulator: ClosedLoopSimulator, candidate: CandidateDive, test: hd.Log, dives: int
+    simulator: ClosedLoopSimulator, candidate: FeasibleDive, test: hd.Log, dives: int
 ) -> DiveStatistics:
     """Simulate a dive with different noise, identify each, and replay the test runs."""
     setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
@@ -143,9 +147,11 @@ def study_model(key: str, duration: float, dives: int) -> dict[str, Any]:
         hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
     )
     steps = enforce_envelope(context, context.baseline)
-    known = verify(context.simulator, steps.trajectories.select(VERIFIED_MEMBERS), grading=False)
+    known = identify_simulated_logs(
+        context.simulator, steps.trajectories.select(VERIFIED_MEMBERS), grading=False
+    )
     candidate = optimise(context, "determinant", known, steps)
-    predicted = verify(
+    predicted = identify_simulated_logs(
         context.simulator, candidate.trajectories.select(VERIFIED_MEMBERS), grading=False
     ).std_errors
     took = time.process_time() - begin[0], time.perf_counter() - begin[1]

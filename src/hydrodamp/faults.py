@@ -53,7 +53,7 @@ def faults_in(error: ValidationError, content: object, form: type[BaseModel]) ->
 def _sentences(
     fault: dict[str, Any], location: list[str | int], form: type[BaseModel]
 ) -> Iterator[str]:
-    path, kind, given = format_path(location), fault["type"], fault.get("input")
+    path, kind, value = format_path(location), fault["type"], fault.get("input")
     subject = f"`{path}`" if path else "it"
     cause = fault.get("ctx", {}).get("error")
     if isinstance(cause, HydrodampError):
@@ -65,10 +65,10 @@ def _sentences(
         yield _unknown_key(location, form)
     elif kind == "missing":
         yield f"`{path}` is missing"
-    elif given is None:
+    elif value is None:
         yield f"{subject} is still empty: fill it in"
     else:
-        yield f"{subject} must be {_expected_value(kind, fault)}; got {reprlib.repr(given)}"
+        yield f"{subject} must be {_expected_value(kind, fault)}; got {reprlib.repr(value)}"
 
 
 def _location(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:

@@ -26,6 +26,7 @@ def client():
         yield one
 
 
+@pytest.mark.slow
 def test_a_killed_worker_changes_nothing(fleet, season, client):
     workers = client.run(os.getpid)
     expected = hd.batch(season, fleet.vehicle, MODEL, workers=2, by=["month"]).fits[0]
@@ -40,6 +41,7 @@ def test_a_killed_worker_changes_nothing(fleet, season, client):
     assert one.tobytes() == other.tobytes()
 
 
+@pytest.mark.slow
 def test_a_node_that_hangs_and_a_scheduler_that_is_lost_cost_their_work_alone():
     with distributed.LocalCluster(**SETTINGS) as cluster, distributed.Client(cluster) as one:
         with open_pool(one, None, 2.0) as pool:

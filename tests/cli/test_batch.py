@@ -5,6 +5,8 @@ import json
 import shutil
 from dataclasses import replace
 
+import pytest
+
 import hydrodamp as hd
 
 LINE = (
@@ -61,6 +63,7 @@ def test_groups_of_too_little_are_named(folder, call):
     assert "too short for standard errors" in told
 
 
+@pytest.mark.slow
 def test_wrong_calls_are_refused(folder, call):
     for line, says in (
         (LINE.format("nothing*.csv", "day"), "no log matches"),

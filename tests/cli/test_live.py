@@ -85,6 +85,7 @@ def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
     assert json.loads((folder / "s.json").read_text())["state"]["counts"]["taken"] == taken
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
 def test_a_run_that_is_killed_goes_on_bit_for_bit(folder, call):
     """Killed at random moments: no state is half, and the last line is the same."""

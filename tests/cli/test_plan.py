@@ -30,6 +30,7 @@ def home(folder, monkeypatch):
     return folder
 
 
+@pytest.mark.slow
 def test_a_plan_is_printed_and_written(home, call):
     known = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
     hd.write_damping(hd.Damping.from_dict(None, known), home / "known.json")

@@ -71,7 +71,11 @@ def test_completion_continues_a_list():
         ("identify", f"identify {DATA} --model linear --method weak"),
         ("validate", f"validate {DATA} --models linear --methods ls"),
         ("probe", f"probe {DATA}"),
-        ("plan", "plan --vehicle vt690 --model linear --duration 60 --out next --seed 1"),
+        pytest.param(
+            "plan",
+            "plan --vehicle vt690 --model linear --duration 60 --out next --seed 1",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_output(folder, call, name, line, snapshot, monkeypatch):

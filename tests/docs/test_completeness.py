@@ -11,6 +11,8 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.channels import RESERVED
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 

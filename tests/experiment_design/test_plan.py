@@ -13,7 +13,7 @@ from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
 from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.optimise import Optimiser
 from hydrodamp.experiment_design.verification import (
-    MonteCarloVerification,
+    SimulatedEstimates,
     _explain,
     enforce_envelope,
 )
@@ -67,7 +67,7 @@ def test_the_grade_is_that_of_half_of_the_members():
     good, bad = hd.Grade.DETERMINED, hd.Grade.NOT_DETERMINED
     ones = np.ones((4, 1))
     for grades, grade in (([good, good, good, bad], good), ([good, bad, bad, bad], bad)):
-        result = MonteCarloVerification(ones, ones[:, None], tuple(map(GradesStub, grades)))
+        result = SimulatedEstimates(ones, ones[:, None], tuple(map(GradesStub, grades)))
         assert result.grades(["X_u"]) == [grade]
 
 

@@ -91,6 +91,7 @@ def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, tm
     assert again.projected == card.projected
 
 
+@pytest.mark.slow
 def test_a_projection_that_diverges_is_refused_unless_forced(campaign, tmp_path):
     wild, out = Linear(factor=-5.0), tmp_path / "a"
     with pytest.raises(hd.MethodError, match=r"replay diverges \d"):
@@ -258,6 +259,7 @@ def test_linear_couplings_of_a_projection_feed_no_slow_motion():
     assert linear.power(nu).max() <= 1e-12 * np.abs(linear.power(nu)).max()
 
 
+@pytest.mark.slow
 def test_the_card_looks_at_low_speeds(campaign, tmp_path):
     card = hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "a", log=campaign.test)
     assert card.slow_error["X"] > 2.0 * card.wrench_error["X"]  # linear drag is no quadratic one
@@ -267,6 +269,7 @@ def test_the_card_looks_at_low_speeds(campaign, tmp_path):
     assert "at a tenth" not in str(exact)
 
 
+@pytest.mark.slow
 def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(campaign, tmp_path):
     doubled = Linear(factor=3.0)
     with pytest.raises(
@@ -285,6 +288,7 @@ def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(campai
     assert card.wrench_error["X"] == pytest.approx(100.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["fossen", "prestero"])
 def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(model, campaign, tmp_path):
     """A diagonal mass matrix is no fault of the model, and no other model would mend it."""

@@ -100,6 +100,7 @@ def dive(campaign, tmp_path_factory):
     return folder, in_text(campaign.train, tmp_path_factory.mktemp("log"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", [str, damage_log], ids=["whole", "damaged"])
 def test_estimates_have_the_bits_of_a_live_run(compile_program, dive, campaign, what):
     folder, text = dive[0], what(dive[1])

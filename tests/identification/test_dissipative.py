@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import dissipative
-from hydrodamp.identification.dissipativity import PowerRows
+from hydrodamp.identification.dissipativity import PowerRegressor
 
 EXACT = hd.PointwiseRegression(hd.RecordedAcceleration())
 UNIT = hd.OperatingBox([-1] * 6, [1] * 6)
@@ -45,7 +45,7 @@ def nearest(damping, box, root=None):
     """Return the nearest coefficients that dissipate, by default in the plain norm."""
     root = np.eye(damping.model.n_coefficients) if root is None else root
     return dissipative.project_dissipative(
-        PowerRows(damping.model), box, root, damping.coefficients
+        PowerRegressor(damping.model), box, root, damping.coefficients
     )[0]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.dissipativity import PowerRows, is_damping_term
+from hydrodamp.identification.dissipativity import PowerRegressor, is_damping_term
 
 UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
 LINEAR = hd.catalog["linear"]
@@ -19,7 +19,7 @@ def velocities(box, n=500, seed=3):
 @pytest.mark.parametrize("key", list(hd.catalog))
 def test_rows_times_coefficients_is_the_power(key, true_damping):
     damping = true_damping(hd.catalog[key])
-    rows, nu = PowerRows(damping.model), velocities(UNDER_WAY)
+    rows, nu = PowerRegressor(damping.model), velocities(UNDER_WAY)
     expected = damping.power(nu)  # at a propulsion ratio of one
     scale = np.abs(expected).max()
     np.testing.assert_allclose(rows.rows(nu) @ damping.coefficients, expected, atol=1e-12 * scale)

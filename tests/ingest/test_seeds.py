@@ -186,6 +186,7 @@ def amiss(found: Probe, log: Log, known: Log) -> list[str]:
     return messages
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(10))
 def test_seeds(part: int, tmp_path: Path, measured_logs: Callable[[str], Path]) -> None:
     data_folder = measured_logs("campaigns").parent

@@ -68,6 +68,7 @@ def test_noise_at_the_port_of_mavlink_is_counted():
     assert len(rows) >= 6000
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow(dive):
     vehicle, log = dive
     row, tops = next(iter(rows_of(log))), []

@@ -87,6 +87,7 @@ def test_samples_are_those_of_the_recording_bit_for_bit():
     assert list(rows[0]) == ["time", "qw", "qx", "qy", "qz", "u", "v", "w", "r", "fin", "lamp"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("each", [5, 1000])
 def test_pauses_of_the_receiver_change_nothing(each):
     stream = [*messages()]
@@ -119,6 +120,7 @@ def test_a_sample_waits_a_second_for_a_topic_that_fell_silent():
     assert 109.8 < known[-1]["time"] < 110.1
 
 
+@pytest.mark.slow
 def test_a_topic_that_stays_silent_is_told_once_and_comes_back():
     stream = [one for one in messages(60.0) if one.topic != "fin" or not 110 < one.received < 140]
     rows, reports, _ = synchronise(stream)

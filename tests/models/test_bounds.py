@@ -52,6 +52,7 @@ def test_a_weight_that_is_none_is_refused(tmp_path, weight, words):
         hd.read_vehicle(tmp_path / "v.yaml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["yaml", "json"])
 def test_deep_nesting_is_refused(tmp_path, form):
     path = tmp_path / f"d.{form}"

@@ -202,15 +202,15 @@ class Basis:
                 "Rows are samples: did you pass it transposed?"
             )
         n = len(nu)
-        given = commands or {}
+        command_values = commands or {}
         channels = self.commands
-        missing = [name for name in channels if name not in given]
+        missing = [name for name in channels if name not in command_values]
         if missing:
             raise TermError(
                 f"`commands` must hold {', '.join(missing)}, which the terms contain; "
-                f"got {', '.join(given) or 'none'}."
+                f"got {', '.join(command_values) or 'none'}."
             )
-        columns = [_spread(given[name], (n,), f"commands[{name!r}]") for name in channels]
+        columns = [_spread(command_values[name], (n,), f"commands[{name!r}]") for name in channels]
         ratio = _spread(propulsion_ratio, (n,), "propulsion_ratio")
         values = regressor(
             self.atom_table(channels),
@@ -259,12 +259,12 @@ def canonical_key(term: Term) -> tuple[object, ...]:
 
 def _spread(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
     """Return one value, or one a sample, for every sample."""
-    given = np.asarray(values, dtype=np.float64)
+    array = np.asarray(values, dtype=np.float64)
     try:
-        return np.broadcast_to(given, shape)
+        return np.broadcast_to(array, shape)
     except ValueError as error:
         raise TermError(
-            f"`{name}` must have shape {shape} or {shape[1:]}; got {given.shape}."
+            f"`{name}` must have shape {shape} or {shape[1:]}; got {array.shape}."
         ) from error
 
 

@@ -36,7 +36,7 @@ DOWN = ("down_x", "down_y", "down_z")
 ATOMS = ("1", *VELOCITIES, *ABSOLUTES, *SPEEDS, PROPULSION, *DOWN)
 
 #: The place of each reserved atom in :data:`ATOMS`.
-ATOM_PLACE = {atom: place for place, atom in enumerate(ATOMS)}
+ATOM_PLACE = {atom: index for index, atom in enumerate(ATOMS)}
 
 #: The place of the first command channel; the absolute values follow the channels.
 FIRST_CHANNEL = len(ATOMS)
@@ -165,7 +165,7 @@ class Term:
         Parameters
         ----------
         text : str
-            Reserved symbols stand side by side, commands are joined by ``*``:
+            Reserved symbols are juxtaposed, commands are joined by ``*``:
             ``v|r|``, ``u^2(eta-1)``, ``u|u|*rudder``, ``rpm*|rpm|``, ``down_y``, ``1``.
 
         Returns
@@ -176,7 +176,7 @@ class Term:
         Raises
         ------
         TermError
-            Telling where the spelling is stuck.
+            If the spelling is wrong; the message gives the place.
 
         Examples
         --------
@@ -306,7 +306,11 @@ def _read_piece(piece: str, text: str) -> list[str]:
         command = _COMMAND.fullmatch(piece)
         if command is None or (name := command[2]) == "eta":
             hint = "; the propulsion ratio enters as '(eta-1)'" if "eta" in piece else ""
-            stuck = f"stuck at '{piece[read:]}'{hint}." if piece else "nothing stands beside a '*'."
+            stuck = (
+                f"stuck at '{piece[read:]}'{hint}."
+                if piece
+                else "a '*' needs a factor on either side."
+            )
             raise TermError(f"{stuck} {_ADVICE}")
         check_command_name(name)
     except TermError as error:

@@ -121,7 +121,7 @@ def merge_statistics(statistics: Iterable[LogStatistics]) -> LogStatistics:
     -------
     merged : LogStatistics
         Of all logs, blocks in the order of time. More than 128 blocks are merged with their
-        neighbours into 64 or fewer of nearly equal numbers of rows.
+        adjacent blocks into 64 or fewer of nearly equal numbers of rows.
 
     Raises
     ------

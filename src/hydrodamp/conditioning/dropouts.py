@@ -24,10 +24,10 @@ from hydrodamp.errors import LogError
 ATTITUDE = "attitude"
 
 _SENSOR_CHANNELS = [
-    (block.name, place, name)
+    (block.name, index, name)
     for block in BLOCKS
     if block.is_sensed
-    for place, name in enumerate(block.columns)
+    for index, name in enumerate(block.columns)
 ]
 
 

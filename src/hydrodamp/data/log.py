@@ -180,8 +180,8 @@ class Log:
         """
         optional_blocks = (acceleration, propulsion_ratio, wrench, position, specific_force)
         names = (block.name for block in BLOCKS)
-        given = dict(zip(names, (time, attitude, velocity, *optional_blocks), strict=True))
-        return cls.from_record(record_of_arrays(given, commands or {}, segment, source))
+        arrays = dict(zip(names, (time, attitude, velocity, *optional_blocks), strict=True))
+        return cls.from_record(record_of_arrays(arrays, commands or {}, segment, source))
 
     @classmethod
     def from_record(cls, record: Record) -> Log:

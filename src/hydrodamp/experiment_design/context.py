@@ -122,7 +122,7 @@ class PlanningContext:
         return context
 
     @property
-    def acceptance(self) -> float:
+    def acceptance_radius(self) -> float:
         """Lookahead distance and radius of acceptance of waypoints [m]."""
         return ACCEPTANCE_LENGTHS * (estimate_length(self.simulator.vehicle) or 1.0)
 

@@ -183,19 +183,19 @@ class Optimiser:
     error_model: ErrorModel
     objective: Objective
     samples: int
-    acceptance: float | None = None
+    acceptance_radius: float | None = None
 
     def evaluate(
         self, candidates: Sequence[Manoeuvre]
     ) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
         """Return Fisher information (n, members, p, p), violations and saturation (n, members)."""
         simulator = self.simulator
-        if self.acceptance is None:
+        if self.acceptance_radius is None:
             trajectories = simulate_candidates(simulator, candidates, self.samples)
         else:
             nominal = simulator.with_members([0])
             planned = simulate_candidates(nominal, candidates, self.samples)
-            trajectories, _ = follow_tracks(simulator, planned, self.acceptance)
+            trajectories, _ = follow_tracks(simulator, planned, self.acceptance_radius)
         information = fisher_information(simulator, trajectories, self.error_model)
         shape = len(candidates), simulator.n_members
         shares = trajectories.saturation(simulator.autopilot)

@@ -24,12 +24,12 @@ from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
 from hydrodamp.experiment_design.guidance import candidate_manoeuvres
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
 from hydrodamp.experiment_design.verification import (
-    CandidateDive,
-    MonteCarloVerification,
+    FeasibleDive,
+    SimulatedEstimates,
     enforce_envelope,
     expected_coefficients,
+    identify_simulated_logs,
     shortest_duration,
-    verify,
 )
 from hydrodamp.identification.differentiation import noise_variance
 from hydrodamp.identification.fit import Fit, critical_value
@@ -150,9 +150,9 @@ def plan(
         vehicle, model, duration, damping, envelope or Envelope(), seed, mode
     )
 
-    def verify_dive(dive: CandidateDive, *, grading: bool = True) -> MonteCarloVerification:
+    def verify_dive(dive: FeasibleDive, *, grading: bool = True) -> SimulatedEstimates:
         trajectories = dive.trajectories.select(VERIFIED_MEMBERS)
-        return verify(context.simulator, trajectories, grading=grading)
+        return identify_simulated_logs(context.simulator, trajectories, grading=grading)
 
     baseline_dive = enforce_envelope(context, context.baseline, baseline=True)
     baseline = verify_dive(baseline_dive, grading=False)
@@ -179,9 +179,9 @@ def plan(
 def optimise(
     context: PlanningContext,
     criterion: design.Criterion,
-    baseline: MonteCarloVerification,
-    baseline_dive: CandidateDive,
-) -> CandidateDive:
+    baseline: SimulatedEstimates,
+    baseline_dive: FeasibleDive,
+) -> FeasibleDive:
     """Optimise manoeuvres; the second half of a long dive mirrors the first."""
     is_long = context.n_segments > MAX_DISTINCT_SEGMENTS
     n = -(-context.n_segments // 2) if is_long else context.n_segments
@@ -191,7 +191,7 @@ def optimise(
         context.error_model,
         context.objective(criterion, inflation),
         context.samples,
-        context.acceptance if context.mode == "waypoints" else None,
+        context.acceptance_radius if context.mode == "waypoints" else None,
     )
     with progress("optimising manoeuvres", n) as step:
         manoeuvres = optimiser.optimise_dive(n, context.seed, step)
@@ -202,9 +202,9 @@ def optimise(
 
 def _make_plan(
     context: PlanningContext,
-    dive: CandidateDive,
-    result: MonteCarloVerification,
-    baseline: MonteCarloVerification,
+    dive: FeasibleDive,
+    result: SimulatedEstimates,
+    baseline: SimulatedEstimates,
 ) -> DivePlan:
     simulator, length = context.simulator, context.segment_duration
     vehicle, envelope, autopilot = simulator.vehicle, simulator.envelope, simulator.autopilot
@@ -232,7 +232,7 @@ def _make_plan(
     )
 
 
-def _setpoints(context: PlanningContext, dive: CandidateDive) -> dict[str, FloatArray]:
+def _setpoints(context: PlanningContext, dive: FeasibleDive) -> dict[str, FloatArray]:
     """Return setpoints of loops, the propeller's command, and overlays, by name."""
     autopilot, setpoints = context.simulator.autopilot, dive.trajectories.setpoints[:, 0]
     columns: dict[str, FloatArray] = {}
@@ -253,8 +253,8 @@ def _setpoints(context: PlanningContext, dive: CandidateDive) -> dict[str, Float
 def _predictions(
     context: PlanningContext,
     trajectories: Trajectories,
-    result: MonteCarloVerification,
-    baseline: MonteCarloVerification,
+    result: SimulatedEstimates,
+    baseline: SimulatedEstimates,
 ) -> tuple[Prediction, ...]:
     labels, prior, std_errors = context.model.labels, context.prior_std_errors, result.std_errors
     values, bounds = expected_coefficients(context, result), context.cramer_rao_bound(trajectories)

@@ -60,7 +60,7 @@ MAX_HOURS = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class CandidateDive:
+class FeasibleDive:
     """A dive simulated for the whole ensemble.
 
     ``feasibility_rate`` is the share of members that satisfy all constraints, ``saturation`` the
@@ -75,7 +75,7 @@ class CandidateDive:
     saturation: dict[str, float]
     waypoints: FloatArray | None = None
 
-    def until(self, n_segments: int, samples: int) -> CandidateDive:
+    def until(self, n_segments: int, samples: int) -> FeasibleDive:
         """Return the first segments."""
         n, waypoints = n_segments * samples, self.waypoints
         if waypoints is not None:
@@ -92,7 +92,7 @@ class CandidateDive:
 
 def enforce_envelope(
     context: PlanningContext, manoeuvres: list[Manoeuvre], *, baseline: bool = False
-) -> CandidateDive:
+) -> FeasibleDive:
     """Attenuate manoeuvres until the ensemble satisfies the chance constraint.
 
     The baseline is executed by setpoints in every mode.
@@ -111,7 +111,7 @@ def enforce_envelope(
             excitation = _repeat(setpoints, overlays, 1)
             planned = simulator.with_members([0]).simulate(excitation, None, course)
             trajectories, (waypoints, *_) = follow_tracks(
-                simulator, planned, context.acceptance, context.seed
+                simulator, planned, context.acceptance_radius, context.seed
             )
         else:
             excitation = _repeat(setpoints, overlays, n)
@@ -121,7 +121,7 @@ def enforce_envelope(
         feasibility_rate = 1.0 - float(np.mean(np.any([*violated.values()], axis=0)))
         if feasibility_rate >= MIN_FEASIBILITY_RATE:
             shares = trajectories.saturation(autopilot).items()
-            return CandidateDive(
+            return FeasibleDive(
                 *(manoeuvres, overlays, np.array(course.courses), trajectories),
                 *(feasibility_rate, {name: float(np.mean(share)) for name, share in shares}),
                 waypoints,
@@ -178,7 +178,7 @@ def _repeat(setpoints: FloatArray, overlays: FloatArray, n: int) -> Excitation:
 
 
 @dataclass(frozen=True, eq=False)
-class MonteCarloVerification:
+class SimulatedEstimates:
     """Estimates of the recommended method from simulated dives, one for each member.
 
     ``coefficients`` (n, p) and ``covariances`` (n, p, p) are as ``identify`` reports them.
@@ -214,16 +214,16 @@ class MonteCarloVerification:
         return [next((item[label] for item in causes if label in item), None) for label in labels]
 
 
-def verify(
+def identify_simulated_logs(
     simulator: ClosedLoopSimulator, trajectories: Trajectories, *, grading: bool = True
-) -> MonteCarloVerification:
+) -> SimulatedEstimates:
     """Identify the model from the log of each vehicle by the recommended method."""
     n = trajectories.states.shape[1]
     calls = [(simulator, trajectories.select([index]), grading) for index in range(n)]
     fits, grades = zip(*run_parallel(_identify, calls), strict=True)
     covariances = [fit.damping.covariance for fit in fits if fit.damping.covariance is not None]
     coefficients = np.array([fit.damping.coefficients for fit in fits])
-    return MonteCarloVerification(coefficients, np.array(covariances), grades)
+    return SimulatedEstimates(coefficients, np.array(covariances), grades)
 
 
 def _identify(
@@ -235,9 +235,7 @@ def _identify(
     return fit, grade_fit(problem, fit) if grading and fit.status.usable else None
 
 
-def expected_coefficients(
-    context: PlanningContext, verification: MonteCarloVerification
-) -> FloatArray:
+def expected_coefficients(context: PlanningContext, verification: SimulatedEstimates) -> FloatArray:
     """Return the prior's coefficients; where it has none, the estimate for the nominal member."""
     known = [label in context.prior.model.labels for label in context.model.labels]
     return np.where(known, context.prior_coefficients, verification.coefficients[0])
@@ -248,14 +246,14 @@ def shortest_duration(
     goal: str,
     n_segments: int,
     trajectories: Trajectories,
-    full: MonteCarloVerification,
-) -> tuple[GoalDuration, int, MonteCarloVerification]:
+    full: SimulatedEstimates,
+) -> tuple[GoalDuration, int, SimulatedEstimates]:
     """Return the shortest duration by axis for a grade; number of segments and verification."""
     grade = next(item for item in Grade if item.word == goal)
     order, labels = list(Grade), context.model.labels
     lengths = {max(2, -(-n_segments * k // N_DURATIONS)) for k in range(1, N_DURATIONS)}
     verifications = {
-        n: verify(context.simulator, trajectories.until(n * context.samples))
+        n: identify_simulated_logs(context.simulator, trajectories.until(n * context.samples))
         for n in sorted(lengths - {n_segments})
     } | {n_segments: full}
     reached = {

@@ -28,7 +28,7 @@ from hydrodamp.models.model import spell_label
 
 _TERMS = (
     *(Term((name,)) for name in VELOCITIES),
-    *(Term((name, f"|{other}|")) for name, other in product(VELOCITIES, repeat=2)),
+    *(Term((name, f"|{absolute}|")) for name, absolute in product(VELOCITIES, repeat=2)),
     *(Term(pair) for pair in combinations_with_replacement(VELOCITIES, 2)),
 )
 SYMMETRIC_TAGS = [*map("".join, combinations_with_replacement("xyzpqr", 2))]

@@ -26,7 +26,7 @@ from hydrodamp.export.plant import ExportedPlant, States, check_body, point_tran
 from hydrodamp.export.verification import Engine
 from hydrodamp.files import save_all
 from hydrodamp.identification.dissipative import project_dissipative
-from hydrodamp.identification.dissipativity import OperatingBox, PowerRows
+from hydrodamp.identification.dissipativity import OperatingBox, PowerRegressor
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel, read_label, spell_label
 
@@ -314,7 +314,7 @@ def _constrain_power(
             n = int(mask.sum())
             roots.append(np.linalg.qr(ordered)[1][-n:, -n:])
     symmetric_box = OperatingBox(-box.max_abs, box.max_abs)
-    power = PowerRows(replace(model, terms=rows))
+    power = PowerRegressor(replace(model, terms=rows))
     linear, _ = project_dissipative(
         power, symmetric_box, block_diag(*roots), (initial + change)[is_linear]
     )

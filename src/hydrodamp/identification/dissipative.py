@@ -14,7 +14,7 @@ from scipy.optimize import nnls
 from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.identification.dissipativity import (
     OperatingBox,
-    PowerRows,
+    PowerRegressor,
     local_maxima,
     max_damping_power,
     operating_box,
@@ -101,7 +101,7 @@ class Dissipative:
         deviation = np.maximum([solution.residual for solution in solutions], floor)
         deviation[deviation == 0.0] = 1.0
         root, point = _quadratic_form(triangle, model, deviation)
-        power = PowerRows(model)
+        power = PowerRegressor(model)
         box = self.box or operating_box(problem)
         box = box.restrict(problem.vehicle.free & power.velocities)
         coefficients, iterations = project_dissipative(power, box, root, point)
@@ -130,7 +130,7 @@ class Dissipative:
 
 
 def project_dissipative(
-    power: PowerRows, box: OperatingBox, root: FloatArray, target: FloatArray
+    power: PowerRegressor, box: OperatingBox, root: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, int]:
     """Minimise ``|root (κ − target)|`` over dissipative κ; return κ and the iterations."""
     if not power.counted.any():
@@ -158,7 +158,7 @@ def project_dissipative(
 
 
 def _worst_planes(
-    power: PowerRows, box: OperatingBox, x: FloatArray, scale: FloatArray
+    power: PowerRegressor, box: OperatingBox, x: FloatArray, scale: FloatArray
 ) -> tuple[FloatArray, float]:
     """Return planes at the local maxima of power over the box, and the greatest power."""
 

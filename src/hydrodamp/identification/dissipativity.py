@@ -149,7 +149,7 @@ def is_damping_term(term: Term) -> bool:
 
 
 @dataclass(frozen=True)
-class PowerRows:
+class PowerRegressor:
     """Power as a linear function of the coefficients: ``ν·τ(ν) = row(ν)·κ``.
 
     In products of a velocity and an absolute value, such as v|r|, the absolute values may be
@@ -266,7 +266,7 @@ def max_damping_power(damping: Damping, box: OperatingBox) -> PowerMaximum:
     >>> round(max_damping_power(damping, box).power, 6)
     7.0
     """
-    rows = PowerRows(damping.model)
+    rows = PowerRegressor(damping.model)
 
     def power(velocity: FloatArray) -> FloatArray:
         return rows.power(damping.coefficients, velocity)
@@ -317,7 +317,7 @@ def local_maxima(value: Callable[[FloatArray], FloatArray], box: OperatingBox) -
 
 def power_range(damping: Damping, box: OperatingBox, name: str) -> tuple[FloatArray, FloatArray]:
     """Return a grid of one velocity (n,), and the power at samples of the others, shape (n, m)."""
-    axis, rows = VELOCITIES.index(name), PowerRows(damping.model)
+    axis, rows = VELOCITIES.index(name), PowerRegressor(damping.model)
     values = np.linspace(box.low[axis], box.high[axis], _N_GRID)
     is_axis = np.arange(6) == axis
     low, high = (np.where(is_axis, 0.0, bound) for bound in (box.low, box.high))

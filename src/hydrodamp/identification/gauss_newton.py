@@ -32,7 +32,7 @@ from hydrodamp.identification.differentiation import (
     regressor_mean_square,
     smooth_velocity,
 )
-from hydrodamp.identification.dissipativity import PowerRows, sample_box, velocity_box
+from hydrodamp.identification.dissipativity import PowerRegressor, sample_box, velocity_box
 from hydrodamp.identification.har_covariance import Bins
 from hydrodamp.identification.multiple_shooting import (
     Windows,
@@ -219,7 +219,7 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     scale = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
     box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
     usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
-    power_rows = PowerRows(model).rows(sample_box(box)) * scale / usual_power
+    power_rows = PowerRegressor(model).rows(sample_box(box)) * scale / usual_power
     return ShootingObjective(
         problem, entries, velocity, initial_state_std, noise_std, scale, power_rows
     )

@@ -201,13 +201,17 @@ class HarCovariance:
         return cls(triangle, span, bins, gram, cross, moments, n)
 
     def uncertainty(
-        self, solved: Sequence[AxisSolution], rich: DampingModel, *, noisy_terms: bool = False
+        self,
+        solved: Sequence[AxisSolution],
+        noise_reference_model: DampingModel,
+        *,
+        errors_in_variables: bool = False,
     ) -> Uncertainty | None:
         """Return the joint covariance of a linear estimate of all axes; None for too few rows.
 
         ``covariance`` is from the residuals of the model, ``noise`` from those of the model
-        augmented by the terms of ``rich``. With ``noisy_terms``, both are inflated by the
-        difference between the instrumental-variables and the least-squares estimate.
+        augmented by the terms of ``noise_reference_model``. With ``errors_in_variables``, both are
+        inflated by the difference of the instrumental-variables to the least-squares estimate.
         """
         if not self.span.rank or not any(solution.span.rank for solution in solved):
             raise MethodError(
@@ -220,7 +224,8 @@ class HarCovariance:
         basis_of = {key: self.span.directions.T @ span.directions for key, span in spans.items()}
         bases = [basis_of[key] for key in keys]
         augmented = [
-            self._augment(basis_of[k], rich.terms[axis]) for k, axis in zip(keys, axes, strict=True)
+            self._augment(basis_of[k], noise_reference_model.terms[axis])
+            for k, axis in zip(keys, axes, strict=True)
         ]
         if self.triangle.n_samples <= max(basis.shape[1] for basis in augmented):
             return None
@@ -232,7 +237,7 @@ class HarCovariance:
         total = self._covariance(scores[0], bases, maps, grams, stride)
         noise = self._covariance(scores[1], augmented, maps, grams, stride)
         uncertainty = replace(total, noise=noise.covariance)
-        if not noisy_terms:
+        if not errors_in_variables:
             return uncertainty
         two_stage = {key: self._two_stage(basis) for key, basis in basis_of.items()}
         shifts = {key: span.coefficients @ two_stage[key] for key, span in spans.items()}

@@ -336,7 +336,9 @@ def _grade_by_weak_form(excitation: Excitation) -> Identifiability:
     rows, triangle = excitation.rows, excitation.rows.triangle()
     solutions = [solve_axis(triangle, terms, i) for i, terms in enumerate(excitation.model.terms)]
     covariance = HarCovariance.of(rows, triangle)
-    known = covariance.uncertainty(solutions, reference_model(excitation.axes), noisy_terms=True)
+    known = covariance.uncertainty(
+        solutions, reference_model(excitation.axes), errors_in_variables=True
+    )
     if known is None:
         raise MethodError(
             f"{rows.n} rows are too few to separate noise from model-form error: use a longer log"
@@ -377,9 +379,9 @@ def grade_by_excitation(
 
 def grade_coefficients(
     coefficient: FloatArray,
-    half: FloatArray,
+    half_width: FloatArray,
     size: FloatArray,
-    sound: FloatArray,
+    reliability: FloatArray,
     aliased: BoolArray,
     *,
     response: float | FloatArray,
@@ -387,15 +389,18 @@ def grade_coefficients(
 ) -> tuple[tuple[Grade, ...], tuple[Cause | None, ...]]:
     """Grade coefficients, with the cause of each that is not determined.
 
-    ``half`` is half the 95 % interval, ``size`` the RMS of the regressor, ``sound`` the share of
-    its leverage from excited velocities; ``response`` is the RMS of its predicted wrench.
+    ``half_width`` is half the 95 % interval, ``size`` the RMS of the regressor, ``reliability`` the
+    share of it that excited velocities produce; ``response`` is the RMS of its predicted wrench.
     """
     value = np.abs(coefficient)
-    is_narrow = half <= MAX_RELATIVE_HALF_WIDTH * value
-    is_minor = half * size <= MINOR_CONTRIBUTION * response
-    criteria = np.array([is_narrow, is_minor, half < value])
-    conditions = [aliased | (size == 0.0), np.broadcast_to(np.logical_not(excited), half.shape)]
-    failed = np.array([*conditions, sound < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
+    is_narrow = half_width <= MAX_RELATIVE_HALF_WIDTH * value
+    is_minor = half_width * size <= MINOR_CONTRIBUTION * response
+    criteria = np.array([is_narrow, is_minor, half_width < value])
+    conditions = [
+        aliased | (size == 0.0),
+        np.broadcast_to(np.logical_not(excited), half_width.shape),
+    ]
+    failed = np.array([*conditions, reliability < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
     grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()
     first = np.where(failed.any(axis=0), failed.argmax(axis=0), -1).tolist()
     all_grades, causes = tuple(Grade), (*Cause, None)

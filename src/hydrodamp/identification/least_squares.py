@@ -88,13 +88,15 @@ class Regression:
         remarks: tuple[str, ...] = (),
         *,
         about: FloatArray | float = 0.0,
-        noisy_terms: bool = False,
+        errors_in_variables: bool = False,
     ) -> Fit:
         """Build the fit of six separately solved axes, with coefficients relative to ``about``."""
         rows, extended = self.rows, reference_model(self.problem.vehicle.axes)
         uncertainty = None
         if self.har_covariance is not None:
-            uncertainty = self.har_covariance.uncertainty(solved, extended, noisy_terms=noisy_terms)
+            uncertainty = self.har_covariance.uncertainty(
+                solved, extended, errors_in_variables=errors_in_variables
+            )
         white = block_diag(*[solution.covariance for solution in solved])
         return make_fit(
             self.problem,
@@ -157,13 +159,13 @@ class LinearEstimator(ABC):
         status = rank_status(problem, free, regression.triangle)
         if status is not None:
             return empty_fit(problem, free, self.key, status)
-        return self._solved(regression, free)
+        return self._solve_model(regression, free)
 
-    def _solved(self, regression: Regression, model: DampingModel) -> Fit:
+    def _solve_model(self, regression: Regression, model: DampingModel) -> Fit:
         """Solve a model that is restricted to the free axes."""
         rows = enumerate(model.terms)
         solved = [solve_axis(regression.triangle, terms, axis) for axis, terms in rows]
-        return regression.fit(self, model, solved, noisy_terms=True)
+        return regression.fit(self, model, solved, errors_in_variables=True)
 
 
 def rank_status(problem: Problem, model: DampingModel, triangle: Triangle) -> Status | None:
@@ -277,7 +279,7 @@ class Ridge(LinearEstimator):
         valid = self.strength is None or 0.0 <= self.strength < np.inf
         demand(valid, "strength", "zero or positive", self.strength)
 
-    def _solved(self, regression: Regression, model: DampingModel) -> Fit:
+    def _solve_model(self, regression: Regression, model: DampingModel) -> Fit:
         remarks, about = [], np.zeros(model.n_coefficients)
         if self.prior is not None:
             warn_if_foreign(self.prior, vehicle_stamp(regression.problem.vehicle))

@@ -276,7 +276,7 @@ def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
     )
 
 
-def missing_wrench_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
+def relative_wrench_difference(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench by which other coefficients differ."""
     recursion, estimate = state.adaptation.recursion, state.estimate
     mask, block_mask = _masks(recursion)

@@ -178,7 +178,7 @@ class CusumTest(NamedTuple):
 
 
 class MotionNovelty(NamedTuple):
-    """Second moments of all products of up to two velocities; they tell a new motion."""
+    """Second moments of all products of up to two velocities; they detect new motion."""
 
     rows: int = 0
     moments: FloatArray | None = None

@@ -239,7 +239,8 @@ def _has_converged(state: LiveState) -> BoolArray:
     if state.ai is None:
         return np.ones(6, dtype=np.bool_)
     return (
-        recursive.missing_wrench_share(state.rls, state.coefficients) <= adaptive.MAX_RESIDUAL_SHARE
+        recursive.relative_wrench_difference(state.rls, state.coefficients)
+        <= adaptive.MAX_RESIDUAL_SHARE
     )
 
 

@@ -50,7 +50,7 @@ Coefficient = (
 
 
 class _Model(BaseModel):
-    """What is said of a model in a file of any kind."""
+    """Entries of a model that files of all kinds share."""
 
     title: Text = ""
     source: Text = ""
@@ -69,10 +69,10 @@ class ModelEntry(_Model):
     @field_validator("terms")
     @classmethod
     def _terms_once(cls, terms: Terms) -> Terms:
-        given = Counter(
+        counts = Counter(
             (axis, word) for axes, row in terms.items() for axis in axes.split() for word in row
         )
-        twice = [f"`{word}` on {axis}" for (axis, word), count in given.items() if count > 1]
+        twice = [f"`{word}` on {axis}" for (axis, word), count in counts.items() if count > 1]
         if twice:
             raise ValueError(f"must name each term of an axis once; given twice: {twice[0]}")
         return terms
@@ -130,7 +130,7 @@ class DampingDocument(BaseModel):
     frame: str = "FRD body axes: x forward, y starboard, z down; SI units, radians."
     reference_point: str = "Origin of the body frame of the vehicle file."
     sign_convention: str = (
-        "The wrench stands on the right-hand side of M dnu/dt = H(M nu) nu + K xi(nu) + G + u: "
+        "The wrench is on the right-hand side of M dnu/dt = H(M nu) nu + K xi(nu) + G + u: "
         "negative along the motion where it dissipates."
     )
     eta: str = (

@@ -204,8 +204,8 @@ def fold_table(table: CrossValidation) -> Table:
         "RMS is the mean over folds whose replay did not diverge. A row with a lost fold is never "
         "selected.",
     ]
-    lost = [row for row in table.rows if row.failed_folds]
-    notes += [f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in lost]
+    failed = [row for row in table.rows if row.failed_folds]
+    notes += [f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in failed]
     if best:
         notes += [str(table.select()), f"Pareto front (error, coefficients): {', '.join(best)}."]
     else:

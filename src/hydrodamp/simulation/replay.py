@@ -174,8 +174,8 @@ class Score:
     @property
     def divergence_text(self) -> str:
         """Segments and times of divergence, as text; empty for none."""
-        places = (f"segment {name} after {time:.3g} s" for name, time in self.diverged)
-        return ", ".join(places)
+        locations = (f"segment {name} after {time:.3g} s" for name, time in self.diverged)
+        return ", ".join(locations)
 
 
 def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:

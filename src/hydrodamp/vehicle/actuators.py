@@ -59,16 +59,16 @@ class Limited:
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return what the command does within its limit, nothing in its dead zone, shape (n,)."""
-        given = command_of(commands, self.command)
+        value = command_of(commands, self.command)
         if not self.derived:
-            return {self.command: given}
+            return {self.command: value}
         if self.limit is not None:
             # `np.clip` takes three times as long for one sample.
-            given = np.minimum(np.maximum(given, -self.limit), self.limit)
-        done = self.acting(given)
+            value = np.minimum(np.maximum(value, -self.limit), self.limit)
+        done = self.acting(value)
         if self.dead_zone is not None:
             low, high = self.dead_zone
-            done = np.where((given >= low) & (given <= high), 0.0, done)
+            done = np.where((value >= low) & (value <= high), 0.0, done)
         return {self.channel: done}
 
     def acting(self, given: FloatArray) -> FloatArray:
@@ -325,8 +325,8 @@ def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
 
 def wrench_of(gains: Gains) -> FloatArray:
     """Return numbers by axis as a whole wrench."""
-    given = dict(gains)
-    return np.array([given.get(axis, 0.0) for axis in AXES])
+    gain_items = dict(gains)
+    return np.array([gain_items.get(axis, 0.0) for axis in AXES])
 
 
 def checked_name(name: str, what: str) -> str:
@@ -389,12 +389,12 @@ def _increasing(curve: Rows, what: str) -> tuple[tuple[float, ...], ...]:
 
 def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
     """Return axis gains as pairs in the order of the axes."""
-    given = dict(gains)
-    for axis, value in given.items():
+    gain_items = dict(gains)
+    for axis, value in gain_items.items():
         if axis not in AXES:
             raise VehicleError(f"`{what}` must name axes of {' '.join(AXES)}; got {axis!r}")
         checked_number(value, f"{what} {axis}")
-    return tuple((axis, float(given[axis])) for axis in AXES if axis in given)
+    return tuple((axis, float(gain_items[axis])) for axis in AXES if axis in gain_items)
 
 
 _CHECKS: dict[str, Callable[[Any, str], Any]] = {

@@ -59,7 +59,7 @@ Inertia = Annotated[
 
 
 def _actuator(given: object) -> object:
-    """Return the actuator of an entry; what cannot be is said as the rest of a sentence."""
+    """Return the actuator of an entry; errors are predicates of a sentence."""
     if not isinstance(given, Mapping):
         raise ValueError(f"must be a table; got {given!r}")
     entry = dict(given)
@@ -121,7 +121,7 @@ class VehicleFile(BaseModel):
             got = "neither" if self.rigid_body is None else "both"
             raise ValueError(f"the file needs either `mass_matrix` or `rigid_body`; got {got}")
         if self.rigid_body is not None and self.added_mass is None:
-            raise ValueError("`rigid_body` needs `added_mass`, 6 x 6 and positive, beside it")
+            raise ValueError("`rigid_body` needs `added_mass`, 6 x 6 and positive")
         return self
 
     def vehicle(self) -> Vehicle:

@@ -42,13 +42,13 @@ def rigid_body_mass_matrix(
 ) -> FloatArray:
     """Return the mass matrix of a rigid body about the origin of the body frame."""
     arm = cross_matrix(checked_array(center_of_gravity, (3,), "center_of_gravity"))
-    given = np.asarray(inertia, dtype=np.float64)
+    array = np.asarray(inertia, dtype=np.float64)
     steiner = -mass * arm @ arm if inertia_about == "center_of_gravity" else 0.0
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass * np.eye(3)
     matrix[:3, 3:] = -mass * arm
     matrix[3:, :3] = mass * arm
-    matrix[3:, 3:] = (np.diag(given) if given.ndim == 1 else given) + steiner
+    matrix[3:, 3:] = (np.diag(array) if array.ndim == 1 else array) + steiner
     return frozen(matrix)
 
 
@@ -80,14 +80,14 @@ def checked_mass_matrix(matrix: npt.ArrayLike, axes: Sequence[str] = AXES) -> Fl
 
 
 def _six_by_six(matrix: npt.ArrayLike, free: npt.NDArray[np.int_]) -> FloatArray:
-    given = np.array(checked_array(matrix, (None, None), "mass_matrix"))
-    if given.shape == (6, 6):
-        return given
-    if given.shape != (len(free), len(free)):
+    array = np.array(checked_array(matrix, (None, None), "mass_matrix"))
+    if array.shape == (6, 6):
+        return array
+    if array.shape != (len(free), len(free)):
         shapes = "(6, 6)" if len(free) == 6 else f"(6, 6) or ({len(free)}, {len(free)})"
-        raise VehicleError(f"`mass_matrix` must have shape {shapes}; got {given.shape}")
+        raise VehicleError(f"`mass_matrix` must have shape {shapes}; got {array.shape}")
     full = np.zeros((6, 6))
-    full[np.ix_(free, free)] = given
+    full[np.ix_(free, free)] = array
     return full
 
 

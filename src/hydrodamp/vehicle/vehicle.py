@@ -181,7 +181,9 @@ class Vehicle:
     @property
     def commands(self) -> tuple[str, ...]:
         """Names of the commands that the actuators use, each once."""
-        return tuple(dict.fromkeys(name for one in self.actuators for name in one.commands))
+        return tuple(
+            dict.fromkeys(name for actuator in self.actuators for name in actuator.commands)
+        )
 
     @property
     def free(self) -> BoolArray:
@@ -317,7 +319,7 @@ class Vehicle:
 
     def __str__(self) -> str:
         """Return the vehicle on one screen."""
-        parts = [
+        blocks = [
             f"{self.name}: axes {' '.join(self.axes)}",
             f"weight {self.weight:g} N, buoyancy {self.buoyancy:g} N",
             f"center of gravity {_point(self.center_of_gravity)}, "
@@ -325,23 +327,23 @@ class Vehicle:
             "mass matrix, rigid body and added mass [kg, kg m, kg m^2]",
             *_table(self),
             *(
-                f"{type(one).__name__.lower()} on {', '.join(one.commands)}"
-                for one in self.actuators
+                f"{type(actuator).__name__.lower()} on {', '.join(actuator.commands)}"
+                for actuator in self.actuators
             ),
         ]
         if not self.actuators:
-            parts.append("no known actuators")
+            blocks.append("no known actuators")
         origins = (("source", self.source), ("note", self.note))
-        return "\n".join([*parts, *(f"{what}: {text}" for what, text in origins if text)])
+        return "\n".join([*blocks, *(f"{what}: {text}" for what, text in origins if text)])
 
 
 def checked_axes(axes: Iterable[str]) -> tuple[str, ...]:
     """Return the free axes if they are some of the six, in order."""
-    given = tuple(axes)
-    if not given or given != tuple(axis for axis in AXES if axis in given):
-        got = " ".join(given) or "none"
+    letters = tuple(axes)
+    if not letters or letters != tuple(axis for axis in AXES if axis in letters):
+        got = " ".join(letters) or "none"
         raise VehicleError(f"`axes` must be some of {' '.join(AXES)}, in this order; got {got}")
-    return given
+    return letters
 
 
 def without_righting(vehicle: Vehicle) -> str:

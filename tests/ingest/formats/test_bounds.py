@@ -69,6 +69,7 @@ def test_hdf5_with_links_within_itself_is_read(tmp_path):
     assert files.read_files(path).topics[0].fields["u"].tolist() == TIME.tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_mb", [1, 8])
 def test_a_gzip_file_may_unpack_in_proportion(tmp_path, monkeypatch, n_mb):
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 4 << 20)

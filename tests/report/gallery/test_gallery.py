@@ -48,6 +48,7 @@ def test_everything_is_drawn_with_its_words(examined):
         assert "  " not in picture.caption
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(examined):
     row = examined.table.row("fossen", "weak")

@@ -258,7 +258,7 @@ def split_joined_paths(path: str | Path) -> list[Path]:
 
 
 def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
-    """Return the file name pattern of each topic; ``*`` stands for the recording's name."""
+    """Return the file name pattern of each topic; ``*`` matches the recording's name."""
     stems = [name_of_source(file.name) for file in files]
     suffixes = [file.name.removeprefix(stem) for file, stem in zip(files, stems, strict=True)]
     tokens = [_SEPARATOR.split(stem) for stem in stems]

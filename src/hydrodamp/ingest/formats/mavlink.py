@@ -30,7 +30,9 @@ _SERVO_CLOCK_PERIOD_US = 2.0**32  # time_usec of SERVO_OUTPUT_RAW wraps after it
 _INVALID_VALUES = {"int16_t": 2**15 - 1, "uint16_t": 2**16 - 1, "int32_t": 2**31 - 1}
 # A timestamp of the years 2005 to 2041, followed by a start byte.
 _PACKET_START = re.compile(rb"(?=\0[\4-\7].{6}[\xfd\xfe])", re.DOTALL)
-_MAX_DISORDER_STEPS = 10  # median steps; a larger deviation from both neighbours is damage
+_MAX_DISORDER_STEPS = (
+    10  # median steps; a larger deviation from the previous and the next stamp is damage
+)
 
 
 class MavlinkFields(NamedTuple):
@@ -165,7 +167,7 @@ class _Packets:
 
 
 def _are_timestamps_consistent(stamps: FloatArray) -> BoolArray:
-    """Return which timestamps agree with their neighbours; the CRC does not cover timestamps."""
+    """Return which timestamps agree with adjacent ones; the CRC does not cover timestamps."""
     consistent = np.ones(len(stamps), dtype=np.bool_)
     if len(stamps) < 3:
         return consistent

@@ -149,8 +149,10 @@ class Resampler:
         self.ticks = reference_ticks if rate is None else make_even_ticks(base.stamps, rate)
         if faults := [*_find_disjoint(streams, base)]:
             raise LogError(faults)
-        found = dict.fromkeys(it for stream in streams for it in stream.stamps.irregularities)
-        self.irregularities = [*found]
+        irregularities = dict.fromkeys(
+            it for stream in streams for it in stream.stamps.irregularities
+        )
+        self.irregularities = [*irregularities]
         for stream in streams:
             stream.stamps = align_runs(stream.stamps, base.stamps)
         constants = (column for column in columns if column.topic is None)
