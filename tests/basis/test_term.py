@@ -70,7 +70,7 @@ def test_parse_undoes_print_for_any_product(factors):
         ("eta", r"the propulsion ratio enters as '\(eta-1\)'"),
         ("|eta|", r"enters as '\(eta-1\)'"),
         ("u^2eta", r"stuck at 'eta'; the propulsion ratio enters as '\(eta-1\)'"),
-        ("uv*", r"nothing stands beside a '\*'"),
+        ("uv*", r"a '\*' needs a factor"),
         ("u v", "stuck at ' v'"),
         ("|u", r"stuck at '\|u'"),
         ("rpm|rpm|", r"join commands by '\*'"),
