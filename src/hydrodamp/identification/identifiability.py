@@ -169,7 +169,9 @@ class Cause(TextEnum):
         f"{MIN_R_SQUARED}; the open-loop replay may still be accurate."
     )
     NOISE = "noise: more than half of the leverage of the regressor may be measurement noise."
-    NOT_SIGNIFICANT = "not significant: the 95 % confidence interval contains zero."
+    NOT_SIGNIFICANT = (
+        "not significant: the 95 % confidence interval contains zero by the weak form or the fit."
+    )
     MODEL_FORM = "model form: the residuals of the axis are correlated, so intervals are invalid."
 
 

@@ -26,9 +26,10 @@ from hydrodamp.validation.diagnostics import correlated_pairs
 
 MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all
 GRADE_DEFINITIONS = (
-    f"grade: determined, interval within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the value; "
-    f"minor, its uncertainty is below {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its "
-    "axis; weak, only the sign is known; not determined, for the cause given."
+    "grade: the worse of that by the log (weak form) and that by the interval of this fit. "
+    f"Determined, interval within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the value; minor, its "
+    f"uncertainty is below {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its axis; weak, "
+    "only the sign is known; not determined, for the cause given."
 )
 MIN_CORRELATION = 0.9  # of two coefficients that are listed as known in combination only
 #: Document of the model whose terms are selected from a log.
