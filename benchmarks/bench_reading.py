@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from interleaving import interleaved, on_all_cores
 
-from hydrodamp.ingest.formats import files
+from hydrodamp.ingest.formats import arrow, files
 
 ROWS, COLUMNS = 1_000_000, 20
 
@@ -27,9 +27,9 @@ def table() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def csv_file(tmp_path_factory: pytest.TempPathFactory, table: np.ndarray) -> Path:
-    arrow, csv = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.csv")
+    pyarrow, csv = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.csv")
     path = tmp_path_factory.mktemp("csv") / "log.csv"
-    csv.write_csv(arrow.table({f"c{k}": table[:, k] for k in range(COLUMNS)}), path)
+    csv.write_csv(pyarrow.table({f"c{k}": table[:, k] for k in range(COLUMNS)}), path)
     return path
 
 
@@ -190,10 +190,10 @@ def test_px4(benchmark, ledger, tmp_path):
 
 
 def test_parquet(benchmark, ledger, tmp_path, table):
-    arrow = pytest.importorskip("pyarrow")
+    pyarrow = pytest.importorskip("pyarrow")
     reader = pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "log.parquet"
-    reader.write_table(arrow.table({f"c{k}": table[:, k] for k in range(COLUMNS)}), path)
+    reader.write_table(pyarrow.table({f"c{k}": table[:, k] for k in range(COLUMNS)}), path)
     mine, theirs = on_all_cores(
         benchmark, lambda: arrow.read_file(path), lambda: reader.read_table(path), rounds=5
     )

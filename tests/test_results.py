@@ -111,8 +111,9 @@ def test_a_failed_move_restores_the_earlier_files(home, monkeypatch):
 
     before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
     monkeypatch.setattr(Path, "rename", fail)
-    with pytest.raises(hd.FileError, match="No space left"):
-        save_results(contents(home, table_csv=b"2", new_csv=b"3"), home)
+    for content in (b"2", b"3", b"4"):
+        with pytest.raises(hd.FileError, match="No space left"):
+            save_results(contents(home, table_csv=content, new_csv=b"3"), home)
     after = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
     assert {**after, home / MANIFEST: b""} == {**before, home / MANIFEST: b""}
     check_results(home, NAMES, force=True)

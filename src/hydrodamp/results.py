@@ -168,8 +168,9 @@ def _update_manifest(digests: Mapping[Path, str], folder: Path) -> None:
     manifest = _read_manifest(folder)
     for path, digest in digests.items():
         name = _name(path, folder)
-        # Until the new content is in place, the old one is hydrodamp's too.
-        manifest[name] = [digest, *(old for old in manifest.get(name, ())[:1] if old != digest)]
+        # Until the new content is in place, the content on disk is hydrodamp's too.
+        present = {*manifest.get(name, ())} & {_digest(path)} - {digest}
+        manifest[name] = [digest, *present]
     existing = {
         name: manifest[name]
         for name in sorted(manifest)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+import hydrodamp
 import hydrodamp as hd
 from batch.conftest import MODEL
 from hydrodamp.batch import cache as caches
@@ -90,3 +92,10 @@ def test_a_change_of_the_vehicle_the_method_or_the_code_is_noticed(run, fleet, t
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(caches, "_code_digest", lambda: "other sources")
         assert run()[1] == 0
+
+
+def test_the_code_digest_covers_every_table_of_the_package():
+    root = Path(hydrodamp.__file__).parent
+    folders = [root / name for name in caches.SOURCES if (root / name).is_dir()]
+    suffixes = {path.suffix for folder in folders for path in folder.rglob("*") if path.is_file()}
+    assert suffixes - {".pyc", ".so", ".dll", ".dylib"} <= set(caches.SUFFIXES)

@@ -82,7 +82,6 @@ def test_workers_end_with_their_parent(name, tmp_path):
     script = Path(tmp_path, "parent.py")
     script.write_text(SCRIPT, encoding="utf-8")
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with subprocess.Popen([sys.executable, script], **pipes) as parent:
         try:
             assert [parent.stdout.readline() for _ in range(2)] == [b"started\n"] * 2

@@ -44,7 +44,7 @@ def test_a_faulty_log(folder, call, header, fifth, words):
         ("900:0", "20:40", "START:END"),
         ("0-900", "20:40", "there is no segment '0-900'"),
         ("oen", "two", "Did you mean 'one'?"),
-        ("a.csv", "two", "there is no segment 'a.csv'"),
+        ("a.csv", "two", "is a file"),
     ],
 )
 def test_a_part_that_is_not_there(folder, call, train, test, words):

@@ -40,7 +40,7 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")
-    assert "2 logs were read from the cache" in done.stderr  # each day has the same two
+    assert "read from the cache: 2" in done.stderr  # each day has the same two
     assert "2026-05-02_dive.csv is a duplicate of logs/2026-05-01_dive.csv" in done.stderr
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -61,30 +60,33 @@ class StatisticsCache:
         return hashlib.sha256(key.encode()).hexdigest()[:32]
 
 
+SUFFIXES = (".py", ".c", ".h", ".toml", ".yaml")
+"""Suffixes of the files that the code digest covers."""
+
+
 @lru_cache
 def _code_digest() -> str:
     """Return the digest of the version and of ``SOURCES``."""
     digest, root = hashlib.sha256(hydrodamp.__version__.encode()), Path(hydrodamp.__file__).parent
     paths = [path for name in SOURCES for path in (root / name, *(root / name).rglob("*"))]
-    for path in sorted(path for path in paths if path.suffix in (".py", ".c", ".h", ".yaml")):
+    for path in sorted(path for path in paths if path.suffix in SUFFIXES):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 
 def _load(path: Path) -> LogStatistics | None:
-    """Return an entry; None where it is absent or damaged: an archive has checksums."""
+    """Return an entry; None where it is absent or damaged."""
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
             basis = Basis.of(*str(stored["terms"]).split())
             rows = zip(stored["r"], stored["rows"].tolist(), strict=True)
-            pairs = zip(stored["training_range"].tolist(), stored["ranges"].tolist(), strict=True)
+            ranges = zip(stored["training_range"].tolist(), stored["ranges"].tolist(), strict=True)
+            blocks = tuple(Triangle(basis, r, n_rows) for r, n_rows in rows)
             start, duration, n = stored["log"].tolist()
-    except (OSError, EOFError, ValueError, BadZipFile):
+            pairs = {name: (low, high) for name, (low, high) in ranges}
+            return LogStatistics(blocks, start, duration, int(n), 1, pairs)
+    except Exception:  # of a damaged archive, which is computed again
         return None
-    blocks = tuple(Triangle(basis, r, n_rows) for r, n_rows in rows)
-    return LogStatistics(
-        blocks, start, duration, int(n), 1, {name: (low, high) for name, (low, high) in pairs}
-    )
 
 
 def _save(statistics: LogStatistics, path: Path) -> None:

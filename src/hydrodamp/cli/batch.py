@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import list_models
+from hydrodamp.cli.inputs import list_models, split_names
 from hydrodamp.cli.output import WORK_FAILED, note, print_output
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.results import check_results
@@ -33,7 +33,7 @@ def batch(
     from hydrodamp.report import batch_report
 
     check_results(out, batch_report.RESULT_FILES, force)
-    vehicles = [hd.find_vehicle(name) for name in vehicle.split(",")]
+    vehicles = [hd.find_vehicle(name) for name in split_names(vehicle)]
     models, mappings = list_models(model).with_terms(), mapping or []
     wanted = "given once: run `batch` separately for the logs of each mapping"
     demand(len(mappings) < 2, "--mapping", wanted, len(mappings))
@@ -59,7 +59,7 @@ def batch(
     for log, duplicate_of in result.duplicates.items():
         note(f"{log} is a duplicate of {duplicate_of} and is used once.")
     if result.n_cached:
-        note(f"{result.n_cached} logs were read from the cache.")
+        note(f"read from the cache: {result.n_cached} of the logs.")
     note(f"written to {out}")
     if result.failed:
         n = len(result.failed)

@@ -63,13 +63,16 @@ def identify(
         note(f"written to {out}")
     grades: hd.Identifiability | None = None
     extra: list[str] = []
-    if fit.status.usable and not json:
+    if fit.status.usable and (not json or next_dive):
         with _reason_of_failure("Coefficients are not graded", extra):
             grades = hd.grade_fit(problem, fit)
-        if sensitivity:
-            with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
-                weak_form = hd.WeakForm()
-                extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
+    if fit.status.usable and sensitivity:
+        with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
+            weak_form = hd.WeakForm()
+            extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
+    if json:
+        for text in extra:
+            note(text)
     print_output(json, fit_document(fit), fit_table(replace(fit, remarks=()), grades), *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))

@@ -62,7 +62,8 @@ class ModelList:
 def list_models(listed: str | None) -> ModelList:
     """Return the models of a comma-separated list; the default is the paper's eight."""
     requested = hd.PAPER_MODELS if listed is None else split_names(listed)
-    demand(bool(requested), "--models", "at least one model", "an empty list")
+    if not requested:
+        raise ModelError("the list of models is empty: name at least one model.")
     selects_terms = SPARSE in requested
     models: dict[str, hd.DampingModel] = {}
     named = [read_named_models(name) for name in requested if name != SPARSE]
@@ -165,6 +166,8 @@ def _select(
     option: str, values: Sequence[str], whole: hd.Log | None, mapping: str | None
 ) -> hd.Log:
     """Return the data that an option names."""
+    if whole is None and any(map(_SPAN.fullmatch, values)):
+        raise ProblemError(f"`{option} {values[0]}` is a time span of LOG, and LOG is not given.")
     if whole is not None:
         segments = (_select_segment(option, value, whole) for value in dict.fromkeys(values))
         return hd.concatenate(segments)
@@ -173,7 +176,10 @@ def _select(
 
 def _select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
     """Return a segment or a time span of LOG."""
-    if ":" not in value or value in {segment.name for segment in whole.segments}:
+    names = {segment.name for segment in whole.segments}
+    if value not in names and Path(value).is_file():
+        raise ProblemError(f"`{option} {value}` is a file: omit LOG, or name a part of it.")
+    if ":" not in value or value in names:
         return whole.select(value)
     match = _SPAN.fullmatch(value.strip())
     if not match or not float(match[1]) < float(match[2]):

@@ -37,7 +37,7 @@ Mode = Literal["overlays", "setpoints", "waypoints"]
 """How a dive is executed: setpoints and overlays of commands, setpoints alone, or waypoints."""
 
 DEFAULT_MODE: Mode = "setpoints"
-"""Mode of a vehicle with a propeller and a heading loop; docs/plan.md."""
+"""Mode of a vehicle with a propeller and a heading loop; docs/how-to/plan-a-dive.md."""
 
 N_MEMBERS = 40
 """Members of the ensemble with which a dive is verified."""

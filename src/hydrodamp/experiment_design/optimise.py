@@ -112,7 +112,7 @@ def window_information(
     sensitivities = np.nan_to_num(sensitivities).reshape(len(first), -1, p + 6)
     rows = sensitivities[:, :, [*(p + free), *range(p)]]
     normals = rows.transpose(0, 2, 1) @ rows
-    return eliminate_initial_states(normals, error_model.initial_state_std[free])[0]
+    return eliminate_initial_states(normals, error_model.initial_state_std[free])
 
 
 @dataclass(frozen=True, eq=False)

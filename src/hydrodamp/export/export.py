@@ -29,7 +29,7 @@ from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
-from hydrodamp.results import check_results, save_results
+from hydrodamp.results import MANIFEST, check_results, save_results
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD = "fidelity.json"
@@ -134,7 +134,8 @@ def export(
 
 def check_export(folder: Path, force: bool) -> None:
     """Refuse a folder with other files than an export's, or without ``force`` with an export."""
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / CARD).is_file():
+    files = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    if files - {MANIFEST} and CARD not in files:
         raise FileError(f"{folder}: holds files that are no export; name a new folder.")
     check_results(folder, (CARD,), force)
     check_results(folder, _earlier_files(folder), force)

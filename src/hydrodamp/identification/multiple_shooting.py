@@ -43,18 +43,18 @@ COEFFICIENT_CHANGE = 1e-4
 
 
 @factorisation("normal matrix of initial states")
-def eliminate_initial_states(
-    normal: FloatArray, initial_state_std: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return Schur complements over the initial states of m windows, and their gains.
-
-    ``normal`` (m, f + q, f + q) is [B C]ᵀ[B C] with the f columns B of the initial state. The gain
-    (BᵀB + P⁻¹)⁻¹BᵀC has shape (m, f, q), the complement CᵀC − CᵀB·gain (m, q, q).
-    """
+def initial_state_gains(cross: FloatArray, initial_state_std: FloatArray) -> FloatArray:
+    """Return the gains (BᵀB + P⁻¹)⁻¹BᵀC (m, f, q) of m windows from Bᵀ[B C] (m, f, f + q)."""
     f = len(initial_state_std)
-    cross = normal[:, :f, f:]
-    gain = np.linalg.solve(normal[:, :f, :f] + np.diag(initial_state_std**-2.0), cross)
-    return normal[:, f:, f:] - cross.transpose(0, 2, 1) @ gain, np.asarray(gain, dtype=np.float64)
+    normal = cross[:, :, :f] + np.diag(initial_state_std**-2.0)
+    return np.asarray(np.linalg.solve(normal, cross[:, :, f:]), dtype=np.float64)
+
+
+def eliminate_initial_states(normal: FloatArray, initial_state_std: FloatArray) -> FloatArray:
+    """Return the Schur complements CᵀC − CᵀB·gain (m, q, q) from [B C]ᵀ[B C] of m windows."""
+    f = len(initial_state_std)
+    gains = initial_state_gains(normal[:, :f], initial_state_std)
+    return np.asarray(normal[:, f:, f:] - normal[:, f:, :f] @ gains, dtype=np.float64)
 
 
 class LinearisedResiduals(NamedTuple):
@@ -67,6 +67,21 @@ class LinearisedResiduals(NamedTuple):
     residuals: FloatArray
     edges: IntArray
     simulated: FloatArray
+
+
+class EliminatedWindows(NamedTuple):
+    """Rows [A ε] of m windows with their edges, BᵀC (m, f, q), and gains of the initial states."""
+
+    rows: FloatArray
+    edges: IntArray
+    cross: FloatArray
+    gains: FloatArray
+
+    def normal(self, first: int, stop: int) -> FloatArray:
+        """Return the sum of the Schur complements of successive windows, (q, q)."""
+        rows, windows = self.rows[self.edges[first] : self.edges[stop]], slice(first, stop)
+        correction = np.tensordot(self.cross[windows], self.gains[windows], ((0, 1), (0, 1)))
+        return np.asarray(rows.T @ rows - correction, dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,11 +152,13 @@ class Windows:
         p, n, first = len(coefficients), len(self.bounds), 0
         normals = np.zeros((n_blocks, p + 1, p + 1))
         for windows in self.chunks:
-            linearised = windows._linearise_chunk(coefficients, residual_std)
-            window_normals = self._window_normals(linearised)[0]
-            block = (first + np.arange(len(window_normals))) * n_blocks // n
-            np.add.at(normals, block, window_normals)
-            first += len(window_normals)
+            eliminated = windows._eliminate(windows._linearise_chunk(coefficients, residual_std))
+            n_windows = len(eliminated.gains)
+            block = (first + np.arange(n_windows)) * n_blocks // n
+            for number in np.unique(block):
+                run = np.flatnonzero(block == number)
+                normals[number] += eliminated.normal(run[0], run[-1] + 1)
+            first += n_windows
         return normals
 
     def linearise(
@@ -157,9 +174,9 @@ class Windows:
         for windows in self.chunks:
             linearised = windows._linearise_chunk(coefficients, residual_std)
             jacobian, residuals, edges, simulated = linearised
-            window_normals, gain = self._window_normals(linearised)
-            normal += window_normals.sum(axis=0)
-            shift = gain[:, :, p]
+            eliminated = windows._eliminate(linearised)
+            normal += eliminated.normal(0, len(eliminated.gains))
+            shift = eliminated.gains[:, :, p]
             change = jacobian[:, p + free] * np.repeat(shift, np.diff(edges), axis=0)
             corrected = residuals - np.sum(change, axis=1)
             reduction = (residuals**2 - corrected**2).reshape(-1, 6).sum(axis=0)[free]
@@ -169,13 +186,15 @@ class Windows:
         n = len(self.samples)
         return normal / n / len(free), square / n, correction / n / len(free)
 
-    def _window_normals(self, linearised: LinearisedResiduals) -> tuple[FloatArray, FloatArray]:
-        """Return the normal matrix of [A ε] of each window, and the gain of its initial state."""
+    def _eliminate(self, linearised: LinearisedResiduals) -> EliminatedWindows:
+        """Eliminate the initial states of the windows of a chunk."""
         jacobian, residuals, edges, _ = linearised
-        p = jacobian.shape[1] - 6
-        rows = np.column_stack([jacobian[:, p + self.free], jacobian[:, :p], residuals])
-        normals = [rows[start:stop].T @ rows[start:stop] for start, stop in pairwise(edges)]
-        return eliminate_initial_states(np.array(normals), self.initial_state_std)
+        p, f = jacobian.shape[1] - 6, len(self.free)
+        columns = np.column_stack([jacobian[:, p + self.free], jacobian[:, :p], residuals])
+        bounds = pairwise(edges)
+        cross = np.array([columns[a:b, :f].T @ columns[a:b] for a, b in bounds])
+        gains = initial_state_gains(cross, self.initial_state_std)
+        return EliminatedWindows(columns[:, f:], edges, cross[:, :, f:], gains)
 
     def qr_factor(self, coefficients: FloatArray, residual_std: FloatArray) -> FloatArray:
         """Return the R factor of [A ε] with fixed initial states; it keeps more digits."""

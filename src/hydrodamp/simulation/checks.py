@@ -63,7 +63,7 @@ def with_gains(vehicle: Vehicle, log: Log, model: DampingModel) -> DampingModel:
             f"wrench: record the columns X Y Z K M N, or add actuators to '{vehicle.name}'."
         )
     extended = model.with_terms(terms, key=f"{model.key}+gains")
-    return replace(extended, title=f"{model.title} with free gains")
+    return replace(extended, title=f"{model.title} with estimated actuator gains")
 
 
 _LENGTH_IN_GYRATION_RADII = 4.0  # of a hull
