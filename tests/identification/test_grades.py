@@ -16,7 +16,7 @@ from hydrodamp.identification.identifiability import (
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(hd.Grade)
 
-CLEAR = {"coefficient": 10.0, "half": 1.0, "size": 1.0, "sound": 1.0, "aliased": False}
+CLEAR = {"coefficient": 10.0, "half_width": 1.0, "size": 1.0, "reliability": 1.0, "aliased": False}
 
 
 def grade(*, excited=True, **more):
@@ -28,25 +28,25 @@ def grade(*, excited=True, **more):
 @pytest.mark.parametrize(
     ("values", "expected"),
     [
-        ({"half": 2.4}, hd.Grade.DETERMINED),
-        ({"half": 2.6}, hd.Grade.WEAK),
+        ({"half_width": 2.4}, hd.Grade.DETERMINED),
+        ({"half_width": 2.6}, hd.Grade.WEAK),
         # a zero that is known well: |t| = 0, but what it leaves open is 4 % of the response
-        ({"coefficient": 0.0, "half": 0.4}, hd.Grade.MINOR),
-        ({"coefficient": 1.0, "half": 0.4}, hd.Grade.MINOR),
+        ({"coefficient": 0.0, "half_width": 0.4}, hd.Grade.MINOR),
+        ({"coefficient": 1.0, "half_width": 0.4}, hd.Grade.MINOR),
         # one whose sign is not known, though it may be worth 6 %
-        ({"coefficient": 0.0, "half": 0.6}, hd.Grade.NOT_DETERMINED),
-        ({"coefficient": -0.5, "half": 0.6}, hd.Grade.NOT_DETERMINED),
+        ({"coefficient": 0.0, "half_width": 0.6}, hd.Grade.NOT_DETERMINED),
+        ({"coefficient": -0.5, "half_width": 0.6}, hd.Grade.NOT_DETERMINED),
         # one of known sign, whatever it is worth
-        ({"coefficient": -8.0, "half": 5.1}, hd.Grade.WEAK),
-        ({"coefficient": 5.0, "half": 5.1}, hd.Grade.NOT_DETERMINED),
+        ({"coefficient": -8.0, "half_width": 5.1}, hd.Grade.WEAK),
+        ({"coefficient": 5.0, "half_width": 5.1}, hd.Grade.NOT_DETERMINED),
         # two terms that cancel: each is known to 20 %, even if that is worth much
-        ({"coefficient": 100.0, "half": 20.0}, hd.Grade.DETERMINED),
+        ({"coefficient": 100.0, "half_width": 20.0}, hd.Grade.DETERMINED),
         # what no interval can mend
         ({"aliased": True}, hd.Grade.NOT_DETERMINED),
         ({"size": 0.0}, hd.Grade.NOT_DETERMINED),
-        ({"half": np.inf}, hd.Grade.NOT_DETERMINED),
-        ({"half": np.nan}, hd.Grade.NOT_DETERMINED),
-        ({"sound": 0.4}, hd.Grade.NOT_DETERMINED),
+        ({"half_width": np.inf}, hd.Grade.NOT_DETERMINED),
+        ({"half_width": np.nan}, hd.Grade.NOT_DETERMINED),
+        ({"reliability": 0.4}, hd.Grade.NOT_DETERMINED),
         ({"excited": False}, hd.Grade.NOT_DETERMINED),
     ],
 )
@@ -58,11 +58,11 @@ def test_the_rule(values, expected):
     ("values", "cause"),
     [
         ({}, None),
-        ({"coefficient": 8.0, "half": 5.1}, None),  # weak
-        ({"coefficient": 5.0, "half": 5.1}, Cause.NOT_SIGNIFICANT),
-        ({"half": np.nan}, Cause.NOT_SIGNIFICANT),
-        ({"sound": 0.4, "half": np.nan}, Cause.NOISE),
-        ({"excited": False, "sound": 0.4}, Cause.POORLY_EXCITED),
+        ({"coefficient": 8.0, "half_width": 5.1}, None),  # weak
+        ({"coefficient": 5.0, "half_width": 5.1}, Cause.NOT_SIGNIFICANT),
+        ({"half_width": np.nan}, Cause.NOT_SIGNIFICANT),
+        ({"reliability": 0.4, "half_width": np.nan}, Cause.NOISE),
+        ({"excited": False, "reliability": 0.4}, Cause.POORLY_EXCITED),
         ({"size": 0.0, "excited": False}, Cause.ALIASED),
         ({"aliased": True}, Cause.ALIASED),
     ],

@@ -139,7 +139,7 @@ def test_the_reference_is_augmented_by_the_terms_of_the_model():
 def test_aliased_columns_have_the_same_variance():
     rows = rows_of(seed=7)
     double = replace(rows, design=rows.design[:, [0, 1, 2, 0, 4]] * [1, 1, 1, 1, 0])
-    result = uncertainty(double, noisy_terms=True)
+    result = uncertainty(double, errors_in_variables=True)
     variances = np.diag(result.covariance)
     assert np.all(np.isfinite(result.covariance))
     assert variances[0] == pytest.approx(variances[1], rel=1e-9)  # u and u|u|, one and the same
@@ -166,7 +166,7 @@ def test_noisy_regressors_widen_intervals_by_their_bias(noise):
     rows, variance = drag_rows(noise)
     attenuation = variance / (variance + noise**2)
     scatter = 10.0 * noise / np.sqrt(rows.n * 0.5 * attenuation)  # of two-stage least squares
-    result = uncertainty(rows, DRAG, noisy_terms=True)
+    result = uncertainty(rows, DRAG, errors_in_variables=True)
     assert result.standard_errors[0] == pytest.approx(10.0 * (1.0 - attenuation), abs=3.0 * scatter)
     assert "1.5 s" in str(result)
 
@@ -174,4 +174,4 @@ def test_noisy_regressors_widen_intervals_by_their_bias(noise):
 @pytest.mark.parametrize("n", [4000, 40])
 def test_exact_regressors_and_short_logs_do_not_widen_intervals(n):
     rows, _ = drag_rows(0.0, n)
-    assert uncertainty(rows, DRAG, noisy_terms=True).standard_errors[0] < 1e-9
+    assert uncertainty(rows, DRAG, errors_in_variables=True).standard_errors[0] < 1e-9
