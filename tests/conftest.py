@@ -28,10 +28,17 @@ def pytest_configure():
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+SLOW = (
+    *("tests/studies/", "tests/examples/", "tests/docs/test_pages", "tests/report/gallery/"),
+    *(f"tests/export/test_{name}" for name in ("c99", "fmu", "gazebo", "identifiers")),
+)
+"""Folders and modules whose tests compile, draw, or run scripts and pages."""
+
+
 def pytest_collection_modifyitems(items):
-    """Mark the tests of studies as slow: they test scripts, not the package."""
+    """Mark slow folders and modules."""
     for item in items:
-        if "tests/studies/" in item.path.as_posix():
+        if any(part in item.path.as_posix() for part in SLOW):
             item.add_marker(pytest.mark.slow)
 
 
