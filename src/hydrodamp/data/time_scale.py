@@ -1,0 +1,52 @@
+"""Time scale of a motion: the correlation time of its velocities.
+
+With the autocovariance ``R_i(h) = ⟨ν_i(t) ν_i(t + h)⟩`` of each velocity about its mean, the
+correlation time of a velocity is the first lag h at which ``R_i(h) = R_i(0)/e``; that of a motion
+is the median over its velocities. It stretches with the unit of time and with √λ under Froude
+similitude, so windows, blocks and gaps in its multiples suit a vehicle of any size.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+
+
+def motion_time_scale(time: FloatArray, velocity: FloatArray, bounds: IntArray) -> float:
+    """Return the correlation time [s] of the velocities (n, k) within segments of given bounds.
+
+    A velocity that never moves has none; a motion without one has the median sampling step.
+    """
+    steps = np.concatenate([np.diff(time[start:stop]) for start, stop in bounds])
+    step = float(np.median(steps)) if len(steps) else 1.0
+    covariance = _autocovariance(velocity, bounds)
+    scales = [_crossing(each) * step for each in covariance.T if each[0] > 0.0]
+    return float(np.median(scales)) if scales else step
+
+
+def _autocovariance(values: FloatArray, bounds: IntArray) -> FloatArray:
+    """Return the autocovariance (lags, k) about the means of the segments, summed over them."""
+    longest = int(np.diff(bounds, axis=1).max(initial=1))
+    total = np.zeros((longest, values.shape[1]))
+    for start, stop in bounds:
+        segment = values[start:stop] - values[start:stop].mean(axis=0)
+        segment[:, np.ptp(values[start:stop], axis=0) == 0.0] = 0.0  # free of rounding
+        n = stop - start
+        spectrum = np.abs(np.fft.rfft(segment, _fast_length(2 * n), axis=0)) ** 2
+        total[:n] += np.fft.irfft(spectrum, _fast_length(2 * n), axis=0)[:n]
+    return total
+
+
+def _fast_length(n: int) -> int:
+    return 1 << (int(n) - 1).bit_length()
+
+
+def _crossing(covariance: FloatArray) -> float:
+    """Return the first lag [samples], interpolated, at which a covariance is 1/e of its first."""
+    ratio = covariance / covariance[0] - np.exp(-1.0)
+    below = np.flatnonzero(ratio < 0.0)
+    if not len(below):
+        return float(len(covariance))
+    lag = int(below[0])
+    return lag - 1.0 + float(ratio[lag - 1] / (ratio[lag - 1] - ratio[lag]))

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from hydrodamp.data.time_scale import motion_time_scale
+
+
+def gauss_markov(n, step, scale, seed):
+    rng = np.random.default_rng(seed)
+    decay = np.exp(-step / scale)
+    values = np.zeros(n)
+    for k, push in enumerate(rng.normal(size=n - 1) * np.sqrt(1 - decay**2)):
+        values[k + 1] = decay * values[k] + push
+    return values
+
+
+def test_exponential_autocorrelation_has_its_time_constant_as_scale():
+    # R(h) = exp(−h/τ) for a first-order Gauss-Markov process
+    time = 0.1 * np.arange(40_000)
+    velocity = np.column_stack([gauss_markov(len(time), 0.1, 2.0, seed) for seed in range(3)])
+    scale = motion_time_scale(time, velocity, np.array([[0, len(time)]]))
+    assert scale == pytest.approx(2.0, rel=0.1)
+
+
+def test_sine_has_the_lag_at_which_a_cosine_is_1_over_e():
+    time = 0.01 * np.arange(100_000)
+    velocity = np.sin(2.0 * np.pi * time / 10.0)[:, None]
+    bounds = np.array([[0, 50_000], [50_000, 100_000]])
+    expected = 10.0 * np.arccos(np.exp(-1.0)) / (2.0 * np.pi)
+    assert motion_time_scale(time, velocity, bounds) == pytest.approx(expected, rel=5e-3)
+
+
+def test_scale_stretches_with_the_unit_of_time_and_not_with_that_of_velocity():
+    time = 0.1 * np.arange(2000)
+    velocity = gauss_markov(len(time), 0.1, 1.0, seed=5)[:, None]
+    bounds = np.array([[0, 700], [700, 2000]])
+    scale = motion_time_scale(time, velocity, bounds)
+    assert motion_time_scale(60.0 * time, 1e-3 * velocity, bounds) == pytest.approx(60.0 * scale)
+
+
+def test_velocities_at_rest_have_no_scale_of_their_own():
+    time = 0.5 * np.arange(100)
+    assert motion_time_scale(time, np.full((100, 6), 0.1), np.array([[0, 100]])) == 0.5
