@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.continuation import continue_over_lengths
 from hydrodamp.identification.gauss_newton import (
     best_initial_iterate,
-    continue_over_lengths,
     initial_candidates,
     make_objective,
 )
+from hydrodamp.identification.held_out_replay import leave_one_out, split_pieces
 from hydrodamp.identification.output_error import build_fit, jackknife_uncertainty
 
 
@@ -20,24 +21,27 @@ def campaign():
     return hd.reenact(seed=3, duration=30.0)
 
 
-def test_without_a_prior_it_is_the_delete_one_block_jackknife(campaign):
-    """R. G. Miller (1974), doi:10.1093/biomet/61.1.1, section 4, of the linearised problem."""
+def test_replicates_are_gauss_newton_steps_without_one_piece(campaign):
+    """Delete-one-block jackknife, R. G. Miller (1974), doi:10.1093/biomet/61.1.1, section 4."""
     model = hd.catalog["fossen"]
-    problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    objective = make_objective(problem, model)
-    windows = objective.windows(4.0)
-    candidates = initial_candidates(objective, model)[:1]
-    iterate = best_initial_iterate(objective, candidates, 4.0)
-    (linearisation,), iterate = iterate.linearisations, replace(iterate, prior_strength=0.0)
-    residual_std = linearisation.residual_std
-    normals = windows.block_normal_matrices(iterate.coefficients, residual_std, 32)
-    total = normals.sum(axis=0)
-    remaining = [total - normal for normal in normals]
-    estimates = [np.linalg.solve(normal[:-1, :-1], normal[:-1, -1]) for normal in remaining]
-    deviations, n = np.array(estimates) - np.mean(estimates, axis=0), len(estimates)
-    result = jackknife_uncertainty(objective, iterate)
+    objective = make_objective(hd.prepare(campaign.vehicle, campaign.train, model), model)
+    iterate = best_initial_iterate(objective, initial_candidates(objective, model)[:1], 2.0)
+    iterate = replace(iterate, prior_strength=0.0, penalty_weight=0.0)
+    pieces, x = split_pieces(objective.problem), iterate.coefficients
+    residual_std = iterate.linearisations[0].residual_std
+
+    def step(kept):
+        windows = objective.restrict(kept).windows(2.0)
+        normal = windows.linearise(x, residual_std)[0]
+        return np.linalg.solve(normal[:-1, :-1], normal[:-1, -1])
+
+    expected = [x + step(np.delete(pieces, b, axis=0)) - step(pieces) for b in range(len(pieces))]
+    replicates = leave_one_out(objective, iterate, pieces)
+    np.testing.assert_allclose(replicates, expected, rtol=1e-6)
+    result = jackknife_uncertainty(objective, iterate, replicates)
     assert result is not None
-    assert result.degrees_of_freedom == result.n_blocks - 1 == n - 1
+    assert result.degrees_of_freedom == result.n_blocks - 1 == len(pieces) - 1
+    deviations, n = replicates - np.mean(replicates, axis=0), len(pieces)
     np.testing.assert_allclose(
         result.covariance, (n - 1) / n * deviations.T @ deviations, rtol=1e-6
     )
@@ -52,18 +56,19 @@ def test_a_coefficient_without_information_has_the_prior_standard_deviation(camp
     objective = make_objective(problem, model)
     iterate = best_initial_iterate(objective, [np.zeros(13)], 4.0)
     iterate = replace(iterate, prior_strength=0.1, prior_variance=4.0)
-    result = jackknife_uncertainty(objective, iterate)
+    replicates = leave_one_out(objective, iterate, split_pieces(problem))
+    result = jackknife_uncertainty(objective, iterate, replicates)
     assert result is not None
     assert result.standard_errors[-1] == pytest.approx(2.0 * objective.scale[-1])
     assert result.noise_only.standard_errors[-1] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_too_few_windows_have_no_jackknife(campaign):
-    model = hd.catalog["fossen"]
-    problem = hd.prepare(campaign.vehicle, campaign.train.between(0.0, 5.0), model)
-    objective = make_objective(problem, model)
-    iterate = best_initial_iterate(objective, [np.zeros(12)], 4.0)
-    assert jackknife_uncertainty(objective, iterate) is None
+@pytest.mark.parametrize("method", [hd.OutputError(), hd.Recommended()])
+def test_too_few_samples_have_no_jackknife(campaign, method):
+    fit = hd.identify(
+        hd.catalog["fossen"], campaign.vehicle, campaign.train.between(0.0, 3.0), method
+    )
+    assert fit.uncertainty is None
 
 
 def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaign):
@@ -74,12 +79,15 @@ def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaig
     start = best_initial_iterate(objective, initial_candidates(objective, model), 2.0)
     end = continue_over_lengths(objective, start, (2.0, 4.0))
     shift = np.abs(end.coefficients - start.coefficients)
-    fit = build_fit(objective, model, hd.OutputError(), start, end)
+    replicates = leave_one_out(objective, end, split_pieces(problem))
+    fit = build_fit(objective, model, hd.OutputError(), start, end, replicates)
     assert fit.uncertainty is not None
     assert np.all(fit.uncertainty.standard_errors >= shift * (1.0 - 1e-9))
-    jackknife = jackknife_uncertainty(objective, end)
+    jackknife = jackknife_uncertainty(objective, end, replicates)
     assert jackknife is not None
     difference = 3.0 * jackknife.noise_only.standard_errors
-    wider = build_fit(objective, model, hd.OutputError(), end, end, difference).uncertainty
+    wider = build_fit(
+        objective, model, hd.OutputError(), end, end, replicates, difference
+    ).uncertainty
     assert wider is not None
     np.testing.assert_allclose(wider.standard_errors, 3.0 * jackknife.standard_errors)

@@ -62,7 +62,7 @@ def boxed(vehicle, exact_log, true_damping):
 def test_under_way_the_box_keeps_away_from_rest(boxed):
     problem, box = boxed(3.0)
     low, high = np.quantile(problem.inputs.velocity[:, 0], [0.01, 0.99])
-    assert box.low[0] == pytest.approx(0.75 * low)
+    assert box.low[0] == pytest.approx(low / 1.25)
     assert box.high[0] == pytest.approx(1.25 * high)
     assert box.min_abs[0] == box.low[0] > 0.0
 

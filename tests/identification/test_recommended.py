@@ -1,4 +1,4 @@
-"""The recommended method: cross-validation against the weak form, and difficult logs."""
+"""The recommended method: held-out replay, and difficult logs."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification import output_error as module
 from hydrodamp.identification.gauss_newton import make_objective
-from hydrodamp.identification.output_error import _is_significant, _split_blocks
+from hydrodamp.identification.held_out_replay import is_lower, split_pieces
 
 
 @pytest.fixture(scope="module")
@@ -20,37 +20,38 @@ def problem_of(campaign, key="fossen"):
     return hd.prepare(campaign.vehicle, campaign.train, hd.catalog[key])
 
 
-@pytest.mark.parametrize(("excess", "remark"), [(1.0, "cross-validated"), (-1.0, "2 s, 4 s")])
+@pytest.mark.parametrize(("weak_is_better", "remark"), [(True, "held-out"), (False, "2 s, 4 s;")])
 def test_the_weak_form_replaces_an_estimate_that_predicts_worse(
-    campaign, monkeypatch, excess, remark
+    campaign, monkeypatch, weak_is_better, remark
 ):
-    monkeypatch.setattr(module, "_cross_validate", lambda *_: (np.full(4, excess), np.zeros(12)))
-    fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
+    monkeypatch.setattr(module, "is_lower", lambda *_: weak_is_better)
+    fit = hd.Recommended(windows=(2.0, 4.0)).identify(problem_of(campaign), hd.catalog["fossen"])
     assert remark in fit.remarks[0]
     assert fit.method == "recommended"
     assert fit.uncertainty is not None
 
 
-def test_an_excess_within_three_standard_errors_is_not_significant():
-    assert not _is_significant(np.array([0.0, 1.0]))
-    assert _is_significant(np.array([4.0, 5.0]))
+def test_an_error_within_one_standard_error_is_not_lower():
+    reference, noise = np.ones(9), np.tile([1.0, -1.0, 0.0], 3)
+    assert is_lower(reference - 0.2 + 0.1 * noise, reference)
+    assert not is_lower(reference - 0.2 + noise, reference)
+    assert not is_lower(reference + 0.2 + 0.1 * noise, reference)
 
 
 @pytest.mark.parametrize("duration", [12.0, 40.0])
-def test_blocks_of_the_halves_alternate_in_every_segment(campaign, duration):
+def test_pieces_cover_every_segment(campaign, duration):
     problem = hd.prepare(
         campaign.vehicle, campaign.train.between(0.0, duration), hd.catalog["fossen"]
     )
-    blocks = _split_blocks(problem)
-    assert blocks[0, 0] == 0
-    assert blocks[-1, 1] == problem.n_samples
-    np.testing.assert_array_equal(blocks[1:, 0], blocks[:-1, 1])
-    assert not len(blocks) % 2
-    half = make_objective(problem, hd.catalog["fossen"]).restrict(blocks[::2]).problem
+    pieces = split_pieces(problem)
+    assert pieces[0, 0] == 0
+    assert pieces[-1, 1] == problem.n_samples
+    np.testing.assert_array_equal(pieces[1:, 0], pieces[:-1, 1])
+    half = make_objective(problem, hd.catalog["fossen"]).restrict(pieces[::2]).problem
     np.testing.assert_array_equal(
-        half.inputs.velocity[: half.segments[0, 1]], problem.inputs.velocity[: blocks[0, 1]]
+        half.inputs.velocity[: half.segments[0, 1]], problem.inputs.velocity[: pieces[0, 1]]
     )
-    assert half.n_samples == np.diff(blocks[::2], axis=1).sum()
+    assert half.n_samples == np.diff(pieces[::2], axis=1).sum()
 
 
 def test_slightly_more_data_changes_the_replay_slightly(campaign):

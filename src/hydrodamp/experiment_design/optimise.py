@@ -25,10 +25,10 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
+from hydrodamp.experiment_design.closed_loop import MAX_STEP, ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
 from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.multiple_shooting import MAX_STEP, eliminate_initial_states
+from hydrodamp.identification.multiple_shooting import eliminate_initial_states
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare

@@ -131,9 +131,9 @@ def velocity_box(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL
     reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
     below, above = -reach, reach.copy()
     if low[0] > _MIN_SURGE_SHARE * high[0]:
-        below[0] = low[0] * (1.0 - widening)
+        below[0] = low[0] / (1.0 + widening)
     elif high[0] < _MIN_SURGE_SHARE * low[0]:
-        above[0] = high[0] * (1.0 - widening)
+        above[0] = high[0] / (1.0 + widening)
     return OperatingBox(below, above)
 
 

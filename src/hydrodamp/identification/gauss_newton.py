@@ -9,10 +9,9 @@ is the concentrated Gaussian log-likelihood with a ridge prior and an energy-inj
     J(κ) = mean_L [ (2/f) Σ_i log s_i(κ; L) + d(κ; L) ]
            + (λ/p) |x|² + w mean_k max(0, φ_k·x)²
 
-The evidence sets the prior strength λ (MacKay 1992); ``φ_k·x`` is the power νᵀτ(ν) at velocities
-ν_k beyond the operating range, over a usual power, and w = ``ENERGY_PENALTY_WEIGHT``. Steps are
-Levenberg-Marquardt steps with Nielsen's damping update (1999); window lengths are added one
-after the other (continuation). Simulation-error minimisation: Farina and Piroddi (2010).
+``φ_k·x`` is the power νᵀτ(ν) at velocities ν_k beyond the operating range, over a usual power.
+Steps are Levenberg-Marquardt steps with Nielsen's damping update (1999). Simulation-error
+minimisation: Farina and Piroddi (2010).
 """
 
 from __future__ import annotations
@@ -26,15 +25,15 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
+from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.identification.differentiation import (
-    median_step,
     noise_variance,
     regressor_mean_square,
     smooth_velocity,
 )
 from hydrodamp.identification.dissipativity import PowerRegressor, sample_box, velocity_box
-from hydrodamp.identification.har_covariance import Bins
 from hydrodamp.identification.multiple_shooting import (
+    MAX_RELATIVE_STEP,
     Windows,
     concatenate_bounds,
     sample_indices,
@@ -45,8 +44,8 @@ from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-#: Smallest standard deviation of a velocity [m/s, rad/s]: rounding is below it.
-MIN_STD = 1e-9
+#: Smallest standard deviation of a velocity, relative to its largest: rounding is below it.
+MIN_RELATIVE_STD = 1e-9
 
 #: Share [1] of the estimated noise in the noise floor: fast motion inflates the estimate.
 NOISE_FLOOR_SHARE = 0.5
@@ -63,17 +62,14 @@ MIN_DAMPING = 1e-3
 #: Increases of the damping before a step is given up.
 MAX_DAMPING_TRIALS = 8
 
-#: Prior strength λ [1] before the evidence sets it, and its bounds.
-INITIAL_PRIOR_STRENGTH, PRIOR_STRENGTH_BOUNDS = 0.1, (1e-6, 10.0)
-
-#: Windows from which the correlation time of residuals is estimated, and bins of their time.
-MAX_EVIDENCE_WINDOWS, MAX_TIME_BINS = 32, 2048
+#: Prior strength λ [1] before the evidence sets it.
+INITIAL_PRIOR_STRENGTH = 0.1
 
 #: Widening [1] of the operating range: the penalty covers velocities up to three times as large.
 PENALTY_BOX_MARGIN = 2.0
 
-#: Weight w [1] of the energy-injection penalty.
-ENERGY_PENALTY_WEIGHT = 10.0
+#: Weight w [1] of the energy-injection penalty before the evidence sets it.
+INITIAL_PENALTY_WEIGHT = 10.0
 
 #: Samples per independent residual [1]: the weight of an initial state against the residuals.
 SAMPLES_PER_RESIDUAL = 16.0
@@ -113,6 +109,7 @@ class Iterate:
     linearisations: tuple[Linearisation, ...]
     prior_strength: float = INITIAL_PRIOR_STRENGTH
     prior_variance: float = 1.0
+    penalty_weight: float = INITIAL_PENALTY_WEIGHT
     damping: float = MIN_DAMPING
     converged: bool = False
 
@@ -128,7 +125,7 @@ class ShootingObjective:
 
     ``initial_state_std`` is the prior standard deviation of initial states around the smoothed
     ``velocity``; ``scale`` is the coefficient that produces the RMS inertial force of its axis;
-    ``power_rows`` holds φ_k.
+    ``power_rows`` holds φ_k; ``time_scale`` [s] is that of the motion.
     """
 
     problem: Problem
@@ -138,6 +135,7 @@ class ShootingObjective:
     noise_std: FloatArray
     scale: FloatArray
     power_rows: FloatArray
+    time_scale: float
 
     def restrict(self, bounds: IntArray) -> ShootingObjective:
         """Return the objective of intervals of the log, each a segment of its own."""
@@ -149,8 +147,8 @@ class ShootingObjective:
     def windows(self, length: float) -> Windows:
         """Return windows of a length [s] with initial states at the smoothed velocity."""
         bounds, std = split_windows(self.problem, length), self.initial_state_std
-        states = self.velocity[bounds[:, 0]]
-        return Windows(length, self.problem, self.entries, bounds, states, std)
+        states, max_step = self.velocity[bounds[:, 0]], MAX_RELATIVE_STEP * self.time_scale
+        return Windows(length, self.problem, self.entries, bounds, states, std, max_step)
 
     def residual_std(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
         """Return s_i (f,) with the initial states at their prior mean."""
@@ -184,13 +182,13 @@ class ShootingObjective:
         """Return J(κ)."""
         _, residual_std, _, corrections = zip(*iterate.linearisations, strict=True)
         likelihood = 2.0 * float(np.mean(np.log(residual_std))) + float(np.mean(corrections))
-        return likelihood + self.penalty(iterate.coefficients, iterate.prior_strength)
+        return likelihood + self.penalty(iterate)
 
-    def penalty(self, coefficients: FloatArray, prior_strength: float) -> float:
+    def penalty(self, iterate: Iterate) -> float:
         """Return the prior and the energy-injection penalty of J(κ)."""
-        x = coefficients / self.scale
+        x = iterate.coefficients / self.scale
         injection = float(np.mean(np.maximum(self.power_rows @ x, 0.0) ** 2))
-        return prior_strength * float(np.mean(x**2)) + ENERGY_PENALTY_WEIGHT * injection
+        return iterate.prior_strength * float(np.mean(x**2)) + iterate.penalty_weight * injection
 
     def gauss_newton(self, iterate: Iterate) -> tuple[FloatArray, FloatArray]:
         """Return matrix and right-hand side of the likelihood's normal equations in x."""
@@ -198,10 +196,13 @@ class ShootingObjective:
         hessian = normal[:-1, :-1] * self.scale[:, None] * self.scale
         return hessian, normal[:-1, -1] * self.scale
 
-    def energy_penalty_hessian(self, x: FloatArray) -> FloatArray:
-        """Return half the Hessian of the energy-injection penalty."""
+    def penalty_hessian(
+        self, x: FloatArray, prior_strength: float, penalty_weight: float
+    ) -> FloatArray:
+        """Return half the Hessian of the prior and the energy-injection penalty."""
         active = self.power_rows[self.power_rows @ x > 0.0]
-        return np.asarray(ENERGY_PENALTY_WEIGHT / len(self.power_rows) * (active.T @ active))
+        injection = penalty_weight / len(self.power_rows) * (active.T @ active)
+        return np.asarray(prior_strength / len(x) * np.eye(len(x)) + injection)
 
 
 def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
@@ -209,8 +210,10 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     rows, axes = entries = problem.equations.entries(model)
     inputs, free = problem.inputs, problem.vehicle.free
     velocity, _, risk = smooth_velocity(problem)
-    initial_state_std = np.maximum(np.sqrt(risk / SAMPLES_PER_RESIDUAL)[free], MIN_STD)
-    noise_std = np.maximum(NOISE_FLOOR_SHARE * np.sqrt(noise_variance(problem))[free], MIN_STD)
+    largest = np.abs(velocity[:, free]).max(axis=0)
+    min_std = MIN_RELATIVE_STD * np.where(largest > 0.0, largest, 1.0)
+    initial_state_std = np.maximum(np.sqrt(risk / SAMPLES_PER_RESIDUAL)[free], min_std)
+    noise_std = np.maximum(NOISE_FLOOR_SHARE * np.sqrt(noise_variance(problem))[free], min_std)
     time, segments, change = inputs.time, problem.segments, differences_from_centre(inputs.velocity)
     acceleration = fit_local_polynomials(time, segments, change, 15, degree=3).slope
     inertial = np.sqrt(np.mean((acceleration @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
@@ -220,9 +223,9 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
     usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
     power_rows = PowerRegressor(model).rows(sample_box(box)) * scale / usual_power
-    return ShootingObjective(
-        problem, entries, velocity, initial_state_std, noise_std, scale, power_rows
-    )
+    time_scale = motion_time_scale(time, velocity[:, free], segments)
+    std = initial_state_std, noise_std
+    return ShootingObjective(problem, entries, velocity, *std, scale, power_rows, time_scale)
 
 
 @factorisation("normal matrix of the weak form")
@@ -239,13 +242,14 @@ def initial_candidates(objective: ShootingObjective, model: DampingModel) -> lis
         targets.append(target / deviation)
     design = block_diag(*blocks) * objective.scale / np.sqrt(triangle.n_samples)
     target = np.concatenate(targets) / np.sqrt(triangle.n_samples)
-    hessian, rhs, p = design.T @ design, design.T @ target, len(objective.scale)
+    hessian, rhs = design.T @ design, design.T @ target
     candidates = []
     for prior_strength in CANDIDATE_PRIOR_STRENGTHS:
-        x = np.zeros(p)
+        x = np.zeros(len(rhs))
         for _ in range(MAX_ACTIVE_SET_ITERATIONS):
-            previous, penalty = x, objective.energy_penalty_hessian(x)
-            x = np.linalg.solve(hessian + prior_strength / p * np.eye(p) + penalty, rhs)
+            previous = x
+            penalty = objective.penalty_hessian(x, prior_strength, INITIAL_PENALTY_WEIGHT)
+            x = np.linalg.solve(hessian + penalty, rhs)
             if np.allclose(x, previous, rtol=1e-6):
                 break
         candidates.append(x * objective.scale)
@@ -260,43 +264,9 @@ def best_initial_iterate(
 
     def cost(coefficients: FloatArray) -> float:
         likelihood = 2.0 * float(np.mean(np.log(objective.residual_std(coefficients, windows))))
-        return likelihood + objective.penalty(coefficients, INITIAL_PRIOR_STRENGTH)
+        return likelihood + objective.penalty(Iterate(coefficients, ()))
 
     return objective.add_length(Iterate(min(candidates, key=cost), ()), windows)
-
-
-def fit_windows(
-    objective: ShootingObjective,
-    model: DampingModel,
-    lengths: Sequence[float],
-    initial: Sequence[FloatArray] = (),
-) -> tuple[Iterate, Iterate]:
-    """Return the best of the initial coefficients and weak-form estimates, and the minimum of J."""
-    lengths = admissible_lengths(objective.problem, lengths)
-    candidates = [*initial, *initial_candidates(objective, model)]
-    start = best_initial_iterate(objective, candidates, lengths[0])
-    return start, continue_over_lengths(objective, start, lengths)
-
-
-def continue_over_lengths(
-    objective: ShootingObjective, start: Iterate, lengths: Sequence[float]
-) -> Iterate:
-    """Minimise over windows of the first length, then with one length more in each stage."""
-    iterate = start
-    for stage, length in enumerate(lengths, start=1):
-        if stage > 1:
-            iterate = objective.add_length(iterate, objective.windows(length))
-            # the damping of a stage that failed must not block this one
-            iterate = replace(iterate, damping=min(iterate.damping, 1.0))
-        tolerance = FINAL_TOLERANCE if stage == len(lengths) else STAGE_TOLERANCE
-        iterate = minimise(objective, _update_prior(objective, iterate), tolerance)
-    return iterate
-
-
-def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float]:
-    """Return the lengths [s] shorter than the longest segment, then infinity if any is longer."""
-    shorter = [length for length in lengths if length < problem.durations.max()]
-    return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 
 @factorisation("normal matrix of the windows")
@@ -307,12 +277,12 @@ def minimise(
     max_iterations: int = MAX_ITERATIONS,
 ) -> Iterate:
     """Minimise J by Levenberg-Marquardt steps with Nielsen's damping update (1999)."""
-    p, damping, converged = len(objective.scale), iterate.damping, False
+    damping, converged = iterate.damping, False
     cost = objective.cost(iterate)
     for _ in range(max_iterations):
         x = iterate.coefficients / objective.scale
         hessian, rhs = objective.gauss_newton(iterate)
-        penalty = iterate.prior_strength / p * np.eye(p) + objective.energy_penalty_hessian(x)
+        penalty = objective.penalty_hessian(x, iterate.prior_strength, iterate.penalty_weight)
         hessian, rhs = hessian + penalty, rhs - penalty @ x
         predicted_decrease = float(rhs @ np.linalg.solve(hessian, rhs))
         if converged := predicted_decrease < tolerance:
@@ -337,34 +307,3 @@ def minimise(
         if decrease < tolerance:
             break
     return replace(iterate, converged=converged, damping=damping)
-
-
-@factorisation("normal matrix of the windows")
-def _update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
-    """Set λ and the prior variance by the evidence (MacKay 1992).
-
-    With eigenvalues μ_j of the Hessian, γ = Σ μ_j / (μ_j + λ/p) coefficients are determined by
-    the data, their prior variance is |x|²/γ, and λ = p (misfit / N) / ((1 − γ/N) |x|²/γ). N
-    counts independent residuals: samples over the correlation time of the residuals.
-    """
-    windows, residual_std, *_ = iterate.linearisations[-1]
-    subset = windows.select(slice(None, None, -(-len(windows.bounds) // MAX_EVIDENCE_WINDOWS)))
-    residuals = subset.residuals(iterate.coefficients)
-    window_index = np.repeat(np.arange(len(subset.spans)), np.diff(subset.spans, axis=1).ravel())
-    bins = Bins.of(window_index, objective.problem.inputs.time[subset.samples], MAX_TIME_BINS)
-    sums, step = bins.sums(residuals), median_step(objective.problem)
-    correlation = [max(bins.correlation_time(column[:, None]) / step, 1.0) for column in sums.T]
-    n_independent = objective.problem.n_samples * float(np.sum(1.0 / np.array(correlation)))
-    misfit = float(np.mean(1.0 - (objective.noise_std / residual_std) ** 2))
-    eigenvalues = np.maximum(np.linalg.eigvalsh(objective.gauss_newton(iterate)[0]), 0.0)
-    square = float(np.sum((iterate.coefficients / objective.scale) ** 2))
-    p, strength, variance = len(eigenvalues), iterate.prior_strength, iterate.prior_variance
-    for _ in range(5):
-        n_determined = float(np.sum(eigenvalues / (eigenvalues + strength / p)))
-        if not (n_determined > 0.0 and square > 0.0):
-            break
-        variance = square / n_determined
-        freedom = max(1.0 - n_determined / n_independent, 0.1)
-        strength = p * misfit / freedom / n_independent / variance
-        strength = float(np.clip(strength, *PRIOR_STRENGTH_BOUNDS))
-    return replace(iterate, prior_strength=strength, prior_variance=variance)

@@ -22,9 +22,8 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
 
-#: Longest Runge-Kutta step [s]: twice that of a replay, at half the work. Its error is below 0.1 %
-#: for modes of 10 1/s and slower.
-MAX_STEP = 0.1
+#: Longest Runge-Kutta step over the time scale of the motion.
+MAX_RELATIVE_STEP = 1.0 / 16.0
 
 #: Shortest window [sampling steps].
 MIN_WINDOW_STEPS = 4
@@ -88,7 +87,8 @@ class EliminatedWindows(NamedTuple):
 class Windows:
     """Windows of a log: rows (first, one past the last) of ``bounds``, initial states (n, 6).
 
-    ``length`` [s]; ``initial_state_std`` (f,) is the prior standard deviation of the free axes.
+    ``length`` and ``max_step``, the longest Runge-Kutta step, are times [s];
+    ``initial_state_std`` (f,) is the prior standard deviation of the free axes.
     """
 
     length: float
@@ -97,6 +97,7 @@ class Windows:
     bounds: IntArray
     initial_states: FloatArray
     initial_state_std: FloatArray
+    max_step: float
 
     @cached_property
     def spans(self) -> IntArray:
@@ -137,7 +138,7 @@ class Windows:
         equations = self.problem.equations
         matrix = equations.with_unknown(self.entries, coefficients)
         arguments = equations.plant, matrix, self.inputs, self.spans
-        return self._residuals(core.replay(*arguments, max_step=MAX_STEP)[0])
+        return self._residuals(core.replay(*arguments, max_step=self.max_step)[0])
 
     def _residuals(self, simulated: FloatArray) -> FloatArray:
         measured = self.problem.inputs.velocity[:, self.free]
@@ -146,19 +147,18 @@ class Windows:
         return np.where(np.isnan(residuals), DIVERGENCE_FACTOR * largest, residuals)
 
     def block_normal_matrices(
-        self, coefficients: FloatArray, residual_std: FloatArray, n_blocks: int
+        self, coefficients: FloatArray, residual_std: FloatArray, block_of_window: IntArray
     ) -> FloatArray:
         """Return the normal matrices of [A ε] of successive blocks, (n_blocks, p + 1, p + 1)."""
-        p, n, first = len(coefficients), len(self.bounds), 0
-        normals = np.zeros((n_blocks, p + 1, p + 1))
+        p, first = len(coefficients), 0
+        normals = np.zeros((block_of_window[-1] + 1, p + 1, p + 1))
         for windows in self.chunks:
             eliminated = windows._eliminate(windows._linearise_chunk(coefficients, residual_std))
-            n_windows = len(eliminated.gains)
-            block = (first + np.arange(n_windows)) * n_blocks // n
+            block = block_of_window[first : first + len(eliminated.gains)]
             for number in np.unique(block):
                 run = np.flatnonzero(block == number)
                 normals[number] += eliminated.normal(run[0], run[-1] + 1)
-            first += n_windows
+            first += len(block)
         return normals
 
     def linearise(
@@ -213,7 +213,7 @@ class Windows:
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
         matrix = equations.with_unknown(self.entries, coefficients)
         arguments = equations.plant, matrix, self.inputs, self.spans, self.entries
-        simulated, _, jacobian = core.replay(*arguments, max_step=MAX_STEP, block=block)
+        simulated, _, jacobian = core.replay(*arguments, max_step=self.max_step, block=block)
         first = np.concatenate([np.arange(start, stop, block) for start, stop in self.spans])
         edges = np.searchsorted(first, np.append(self.spans[:, 0], len(simulated)))
         count = np.diff(np.append(first, len(simulated)))

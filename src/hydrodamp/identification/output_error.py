@@ -2,21 +2,24 @@
 
 Two methods minimise the objective J(κ) of :mod:`hydrodamp.identification.gauss_newton`, the
 concentrated log-likelihood of simulation errors over growing windows: :class:`OutputError`, and
-:class:`Recommended`, which cross-validates the result against the weak-form estimate on two halves
-of the log. The covariance is a delete-one-block jackknife of one Gauss-Newton step plus the prior
-variance ``σ_κ² (λ/p)² H⁻²`` of directions that the data do not determine.
+:class:`Recommended`, which returns the weak form where that replays held-out pieces of the log
+better. The covariance is a delete-one-block jackknife of one
+Gauss-Newton step plus the prior variance ``σ_κ² (λ/p)² H⁻²`` of directions that the data do not
+determine.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.continuation import fit_windows
 from hydrodamp.identification.fit import (
-    MAX_BLOCKS,
     MIN_BLOCKS,
     Fit,
     Method,
@@ -31,21 +34,20 @@ from hydrodamp.identification.gauss_newton import (
     Iterate,
     ShootingObjective,
     best_initial_iterate,
-    fit_windows,
     initial_candidates,
     make_objective,
     minimise,
+)
+from hydrodamp.identification.held_out_replay import (
+    is_lower,
+    leave_one_out,
+    replay_pieces,
+    split_pieces,
 )
 from hydrodamp.identification.regression import column_span
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.status import Status
-
-#: Length of the blocks [s] that alternate between the two halves of a cross-validation.
-HALF_BLOCK_LENGTH = 100.0
-
-#: Standard errors by which the weak form must predict better to replace the output-error estimate.
-SIGNIFICANCE = 3.0
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,9 @@ class OutputError:
     ----------
     windows : tuple of float
         Window lengths [s], increasing; infinity for entire segments. Lengths beyond the longest
-        segment count as infinity.
+        segment count as infinity. By default 0.75, 1.5, 3 and 6 times the correlation time
+        of the velocities (the lag at which their autocorrelation falls to 1/e, median over the
+        velocities), then entire segments.
 
     Raises
     ------
@@ -77,14 +81,14 @@ class OutputError:
     ('oe', (5.0,))
     """
 
-    windows: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0)
+    windows: tuple[float, ...] = ()
 
     key = "oe"
 
     def __post_init__(self) -> None:
         """Check the window lengths."""
         lengths = np.asarray(self.windows, dtype=np.float64)
-        if not len(lengths) or not lengths[0] > 0.0 or not np.all(np.diff(lengths) > 0.0):
+        if not (np.all(lengths > 0.0) and np.all(np.diff(lengths) > 0.0)):
             raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
@@ -107,25 +111,23 @@ class OutputError:
         if not model.n_coefficients:
             return empty_fit(problem, model, self.key, Status.EMPTY)
         objective = make_objective(problem, model)
-        start, estimate = fit_windows(objective, model, self.windows)
-        result, half_difference = self._validate(objective, model, start, estimate)
-        return build_fit(objective, model, self, start, result, half_difference)
+        return self._build_fit(objective, model, *fit_windows(objective, model, self.windows))
 
-    def _validate(
+    def _build_fit(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> tuple[Iterate, FloatArray | None]:
-        """Return the iterate that is the result, and the half difference of two estimates."""
-        return result, None
+    ) -> Fit:
+        replicates = leave_one_out(objective, result, split_pieces(objective.problem))
+        return build_fit(objective, model, self, start, result, replicates)
 
 
 @dataclass(frozen=True)
 class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
-    """Output error with two-fold cross-validation against the weak form.
+    """Output error, or the weak form where that replays held-out pieces of the log better.
 
-    The log is cut into blocks that alternate between two halves. The estimate of
-    :class:`OutputError` is updated by one step on either half and replayed over the blocks of the
-    other half, and so is the weak-form estimate of that half. If the weak form has a significantly
-    lower error, it is the result. The difference of the estimates of both halves widens the
+    The log is cut into about 32 pieces. The estimate of :class:`OutputError` is updated by one step
+    without each piece, which it then replays; the weak form is estimated without every second
+    piece. The weak form is the result if its mean error is lower by more than one standard error.
+    The difference of the output-error estimates from either half of the pieces widens the
     confidence intervals.
 
     Parameters
@@ -146,69 +148,55 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     key = "recommended"
 
-    def _validate(
+    def _build_fit(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> tuple[Iterate, FloatArray | None]:
-        excess, half_difference = _cross_validate(objective, model, result)
-        return start if _is_significant(excess) else result, half_difference
+    ) -> Fit:
+        pieces = split_pieces(objective.problem)
+        if len(pieces) < MIN_BLOCKS:
+            return super()._build_fit(objective, model, start, result)
+        weak = partial(_weak_form, model=model, length=start.window_lengths[0])
+        other_half = 1 - np.arange(len(pieces)) % 2
+        replicates = leave_one_out(objective, result, pieces)
+        held_out = _half_estimates(objective, pieces, weak)[other_half], replicates
+        weak_error, error = (replay_pieces(objective, pieces, each) for each in held_out)
+        halves = _half_estimates(objective, pieces, partial(_update, iterate=result))
+        if is_lower(weak_error, error):
+            result, replicates = start, leave_one_out(objective, start, pieces)
+        difference = (halves[0] - halves[1]) / 2.0
+        return build_fit(objective, model, self, start, result, replicates, difference)
 
 
-def _is_significant(excess: FloatArray) -> bool:
-    """Return whether a mean over blocks is more than three standard errors above zero."""
-    standard_error = np.std(excess, ddof=1) / np.sqrt(len(excess))
-    return bool(excess.mean() > SIGNIFICANCE * standard_error)
+def _half_estimates(
+    objective: ShootingObjective,
+    pieces: IntArray,
+    estimate: Callable[[ShootingObjective], FloatArray],
+) -> FloatArray:
+    """Return the estimates (2, p) from the even and from the odd pieces."""
+    return np.array([estimate(objective.restrict(pieces[parity::2])) for parity in (0, 1)])
 
 
-def _cross_validate(
-    objective: ShootingObjective, model: DampingModel, result: Iterate
-) -> tuple[FloatArray, FloatArray]:
-    """Return the excess replay error over the weak form on test blocks, and half the difference.
-
-    The excess (n_blocks,) is of mean square errors over the variance of each velocity, each error
-    clipped at one. The difference is that of the estimates from both halves.
-    """
-    problem = objective.problem
-    blocks, excess, estimates = _split_blocks(problem), [], []
-    velocity_std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
-    velocity_std[velocity_std == 0.0] = 1.0
-    halves = objective.restrict(blocks[::2]), objective.restrict(blocks[1::2])
-    for training, test in (halves, halves[::-1]):
-        windows = [training.windows(length) for length in result.window_lengths]
-        candidates = initial_candidates(training, model)
-        weak_form = best_initial_iterate(training, candidates, windows[0].length)
-        pairs = zip(result.linearisations, windows, strict=True)
-        linearisations = tuple(previous._replace(windows=new) for previous, new in pairs)
-        iterate = replace(result, linearisations=linearisations, damping=MIN_DAMPING)
-        iterate = training.move(iterate, result.coefficients)
-        iterate = minimise(training, iterate, FINAL_TOLERANCE, max_iterations=1)
-        test_windows, errors = test.windows(np.inf), []
-        for coefficients in (weak_form.coefficients, iterate.coefficients):
-            residuals = np.clip(test_windows.residuals(coefficients) / velocity_std, -1.0, 1.0)
-            square = np.mean(residuals**2, axis=1)
-            total = np.add.reduceat(square, test_windows.spans[:, 0])
-            errors.append(total / np.diff(test_windows.spans, axis=1).ravel())
-        excess.append(errors[1] - errors[0])
-        estimates.append(iterate.coefficients)
-    return np.concatenate(excess), (estimates[0] - estimates[1]) / 2.0
+def _weak_form(half: ShootingObjective, *, model: DampingModel, length: float) -> FloatArray:
+    """Return the weak-form estimate of lowest cost on windows of a length [s]."""
+    return best_initial_iterate(half, initial_candidates(half, model), length).coefficients
 
 
-def _split_blocks(problem: Problem) -> IntArray:
-    """Return the bounds of an even number of blocks of each segment."""
-    blocks: list[tuple[int, int]] = []
-    for start, stop in problem.segments.tolist():
-        time = problem.inputs.time[start:stop]
-        n = 2 * max(round((time[-1] - time[0]) / HALF_BLOCK_LENGTH / 2.0), 1)
-        edges = start + np.searchsorted(time, np.linspace(time[0], time[-1], n + 1)[1:-1])
-        blocks += zip([start, *edges.tolist()], [*edges.tolist(), stop], strict=True)
-    return np.array(blocks, dtype=np.int64)
+def _update(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
+    """Return an estimate after one step on a part of the log."""
+    linearisations = tuple(
+        previous._replace(windows=half.windows(previous.windows.length))
+        for previous in iterate.linearisations
+    )
+    start = replace(iterate, linearisations=linearisations, damping=MIN_DAMPING)
+    start = half.move(start, iterate.coefficients)
+    return minimise(half, start, FINAL_TOLERANCE, max_iterations=1).coefficients
 
 
 def _remark(start: Iterate, result: Iterate) -> str:
     """Return a sentence on the window lengths and the prior of the result."""
     if result is start:
         return (
-            "This is the weak-form estimate: the output-error estimate has a larger "
-            "cross-validated replay error."
+            "This is the weak-form estimate: it replays held-out pieces of the log better than "
+            "the output-error estimate."
         )
     lengths = ", ".join(
         "entire segments" if np.isinf(length) else f"{length:g} s"
@@ -226,14 +214,18 @@ def build_fit(
     method: Method,
     start: Iterate,
     result: Iterate,
+    replicates: FloatArray,
     half_difference: FloatArray | None = None,
 ) -> Fit:
-    """Build the fit of an iterate; intervals allow for its shift and the difference of halves."""
+    """Build the fit of an iterate with its jackknife replicates (n_blocks, p).
+
+    Intervals allow for its shift from the start and the difference of halves.
+    """
     problem, coefficients = objective.problem, result.coefficients
     windows, residual_std, *_ = result.linearisations[0]
     factor = windows.qr_factor(coefficients, residual_std)
     span = column_span(factor[:, :-1], model.labels)
-    uncertainty = jackknife_uncertainty(objective, result)
+    uncertainty = jackknife_uncertainty(objective, result, replicates)
     if uncertainty is not None and half_difference is not None:
         axes = objective.entries[1]
         uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
@@ -268,32 +260,20 @@ def _inflation(uncertainty: Uncertainty, half_difference: FloatArray, axes: IntA
 
 
 @factorisation("normal matrix of the windows")
-def jackknife_uncertainty(objective: ShootingObjective, result: Iterate) -> Uncertainty | None:
-    """Return the jackknife covariance of one Gauss-Newton step, plus the prior variance.
+def jackknife_uncertainty(
+    objective: ShootingObjective, result: Iterate, replicates: FloatArray
+) -> Uncertainty | None:
+    """Return the jackknife covariance of replicates (n_blocks, p), plus the prior variance.
 
-    All replicates share one linearisation and the full prior. With Hessian H, the prior adds
-    ``σ_κ² (λ/p)² H⁻²``: the variance of directions that the data do not determine.
+    With Hessian H, the prior adds ``σ_κ² (λ/p)² H⁻²``: the variance of directions that the data do
+    not determine.
     """
-    n = min(MAX_BLOCKS, len(result.linearisations[0].windows.bounds))
-    if n < MIN_BLOCKS:
+    if len(replicates) < MIN_BLOCKS:
         return None
     scale, p = objective.scale, len(objective.scale)
-    column_scale = np.append(scale, 1.0)
-    normals: FloatArray = np.zeros((n, p + 1, p + 1))
-    for windows, residual_std, *_ in result.linearisations:
-        count = len(result.linearisations) * len(windows.samples) * len(residual_std)
-        blocks = windows.block_normal_matrices(result.coefficients, residual_std, n)
-        normals += blocks / count
-    normals *= column_scale[:, None] * column_scale
+    uncertainty = jackknife(replicates, objective.problem.duration)
     prior = result.prior_strength / p
-    # sums without each block, free of cancellation
-    before, after = np.cumsum(normals, axis=0), np.cumsum(normals[::-1], axis=0)[::-1]
-    remaining = np.concatenate([after[1:2], before[:-2] + after[2:], before[-2:-1]])
-    x = result.coefficients / scale
-    hessians = remaining[:, :-1, :-1] + prior * np.eye(p)
-    steps = np.linalg.solve(hessians, (remaining[:, :-1, -1] - prior * x)[:, :, None])[:, :, 0]
-    uncertainty = jackknife(steps * scale, objective.problem.duration)
-    hessian = normals.sum(axis=0)[:-1, :-1] + prior * np.eye(p)
+    hessian = objective.gauss_newton(result)[0] + prior * np.eye(p)
     prior_root = prior * np.linalg.inv(hessian) * scale[:, None]
     variance = result.prior_variance * (prior_root @ prior_root.T)
     noise = uncertainty.covariance

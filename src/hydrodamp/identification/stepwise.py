@@ -27,6 +27,7 @@ from hydrodamp.identification.backward_elimination import (
     selection_frequencies,
     solve_subset,
 )
+from hydrodamp.identification.continuation import fit_windows
 from hydrodamp.identification.dissipativity import (
     axis_terms,
     is_damping_term,
@@ -35,7 +36,7 @@ from hydrodamp.identification.dissipativity import (
     velocity_box,
 )
 from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
-from hydrodamp.identification.gauss_newton import fit_windows, make_objective
+from hydrodamp.identification.gauss_newton import make_objective
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
@@ -207,8 +208,9 @@ def block_normal_matrices(
     windows = objective.windows(min(length, problem.duration / _MIN_WINDOWS))
     coefficients = present.onto(model)
     residual_std = objective.residual_std(coefficients, windows)
-    n_blocks = min(MAX_BLOCKS, len(windows.bounds))
-    normals = windows.block_normal_matrices(coefficients, residual_std, n_blocks)
+    n = len(windows.bounds)
+    block_of_window = np.arange(n) * min(MAX_BLOCKS, n) // n
+    normals = windows.block_normal_matrices(coefficients, residual_std, block_of_window)
     total_from_change = np.eye(len(coefficients) + 1)
     total_from_change[:-1, -1] = coefficients
     finite = normals[:, -1, -1] > 0.0

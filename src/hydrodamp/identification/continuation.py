@@ -1,0 +1,115 @@
+"""Continuation over window lengths, with prior strength and penalty weight from the evidence.
+
+Windows of the first length give the first stage; each later stage adds the next length to the
+objective J(κ) of :mod:`hydrodamp.identification.gauss_newton`. Lengths are multiples of the time
+scale of the motion. With N independent residuals, of which γ determine the coefficients x, and a
+mean square scaled coefficient σ_x², the strengths of a stage are (MacKay 1992)::
+
+    λ = p / ((N − γ) σ_x²),    w = 1 / ((N − γ) σ_P²)
+
+times the misfit, the share of the residuals that is not noise floor. They vanish as N grows. σ_P =
+``POWER_STD`` is the prior standard deviation of the injected power.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, factorisation
+from hydrodamp.identification.differentiation import median_step
+from hydrodamp.identification.gauss_newton import (
+    FINAL_TOLERANCE,
+    STAGE_TOLERANCE,
+    Iterate,
+    ShootingObjective,
+    best_initial_iterate,
+    initial_candidates,
+    minimise,
+)
+from hydrodamp.identification.har_covariance import Bins
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+#: Window lengths by default over the time scale of the motion; entire segments follow.
+RELATIVE_LENGTHS = (0.75, 1.5, 3.0, 6.0)
+
+#: Bounds of the prior strength λ [1].
+PRIOR_STRENGTH_BOUNDS = 1e-6, 10.0
+
+#: Prior standard deviation [1] of the injected power over the usual power.
+POWER_STD = 0.01
+
+#: Windows from which the correlation time of residuals is estimated, and bins of their time.
+MAX_EVIDENCE_WINDOWS, MAX_TIME_BINS = 32, 2048
+
+
+def fit_windows(
+    objective: ShootingObjective,
+    model: DampingModel,
+    lengths: Sequence[float] = (),
+    initial: Sequence[FloatArray] = (),
+) -> tuple[Iterate, Iterate]:
+    """Return the best of initial coefficients and weak-form estimates, and the minimum of J.
+
+    Lengths [s] are multiples of the time scale of the motion by default.
+    """
+    default = (*(each * objective.time_scale for each in RELATIVE_LENGTHS), np.inf)
+    lengths = admissible_lengths(objective.problem, lengths or default)
+    candidates = [*initial, *initial_candidates(objective, model)]
+    start = best_initial_iterate(objective, candidates, lengths[0])
+    return start, continue_over_lengths(objective, start, lengths)
+
+
+def continue_over_lengths(
+    objective: ShootingObjective, iterate: Iterate, lengths: Sequence[float]
+) -> Iterate:
+    """Minimise over windows of the first length, then with one length more in each stage."""
+    for stage, length in enumerate(lengths, start=1):
+        if stage > 1:
+            iterate = objective.add_length(iterate, objective.windows(length))
+            # the damping of a stage that failed must not block this one
+            iterate = replace(iterate, damping=min(iterate.damping, 1.0))
+        tolerance = FINAL_TOLERANCE if stage == len(lengths) else STAGE_TOLERANCE
+        iterate = minimise(objective, update_prior(objective, iterate), tolerance)
+    return iterate
+
+
+def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float]:
+    """Return the lengths [s] shorter than the longest segment, then infinity if any is longer."""
+    shorter = [length for length in lengths if length < problem.durations.max()]
+    return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
+
+
+@factorisation("normal matrix of the windows")
+def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
+    """Set λ, the prior variance σ_x² = |x|²/γ and w by the evidence.
+
+    With eigenvalues μ_j of the Hessian, γ = Σ μ_j / (μ_j + λ/p). N is the number of samples over
+    the correlation time of the residuals, summed over the velocities.
+    """
+    windows, residual_std, *_ = iterate.linearisations[-1]
+    subset = windows.select(slice(None, None, -(-len(windows.bounds) // MAX_EVIDENCE_WINDOWS)))
+    residuals = subset.residuals(iterate.coefficients)
+    window_index = np.repeat(np.arange(len(subset.spans)), np.diff(subset.spans, axis=1).ravel())
+    bins = Bins.of(window_index, objective.problem.inputs.time[subset.samples], MAX_TIME_BINS)
+    sums, step = bins.sums(residuals), median_step(objective.problem)
+    correlation = [max(bins.correlation_time(column[:, None]) / step, 1.0) for column in sums.T]
+    n_independent = objective.problem.n_samples * float(np.sum(1.0 / np.array(correlation)))
+    misfit = float(np.mean(1.0 - (objective.noise_std / residual_std) ** 2))
+    eigenvalues = np.maximum(np.linalg.eigvalsh(objective.gauss_newton(iterate)[0]), 0.0)
+    square = float(np.sum((iterate.coefficients / objective.scale) ** 2))
+    p, strength, variance = len(eigenvalues), iterate.prior_strength, iterate.prior_variance
+    n_free = n_independent
+    for _ in range(5):
+        n_determined = float(np.sum(eigenvalues / (eigenvalues + strength / p)))
+        if not (n_determined > 0.0 and square > 0.0):
+            break
+        variance = square / n_determined
+        n_free = max(n_independent - n_determined, 0.1 * n_independent)
+        strength = p * misfit / n_free / variance
+        strength = float(np.clip(strength, *PRIOR_STRENGTH_BOUNDS))
+    weight = misfit / n_free / POWER_STD**2
+    return replace(iterate, prior_strength=strength, prior_variance=variance, penalty_weight=weight)
