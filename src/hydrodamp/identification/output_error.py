@@ -199,7 +199,7 @@ def _remark(start: Iterate, result: Iterate) -> str:
             "the output-error estimate."
         )
     lengths = ", ".join(
-        "entire segments" if np.isinf(length) else f"{length:g} s"
+        "entire segments" if np.isinf(length) else f"{length:.3g} s"
         for length in result.window_lengths
     )
     return (
