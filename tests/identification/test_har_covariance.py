@@ -36,7 +36,7 @@ def rows_of(n=600, seed=0, a=0.7, columns_seed=99):
     noise[:, 5] += noise[:, 1]
     segment = (np.arange(n) >= n // 3).astype(int)
     columns = first_order(n, 0.9, columns_seed, len(basis))
-    return Rows(basis, columns, noise, segment, 0.1 * np.arange(n))
+    return Rows(basis, columns, noise, segment, 0.1 * np.arange(n), time_scale=3.0)
 
 
 def covariance_of_sum(scores, segment, time):
@@ -156,7 +156,8 @@ def drag_rows(noise, n=20000):
     true = np.sin(0.05 * np.arange(n))
     noisy = true + noise * np.random.default_rng(1).normal(size=n)
     target = np.outer(-10.0 * true, np.eye(6)[0])
-    rows = Rows(Basis(DRAG.terms[0]), noisy[:, None], target, np.zeros(n, dtype=int), clock(n)[1])
+    segment, time = np.zeros(n, dtype=int), clock(n)[1]
+    rows = Rows(Basis(DRAG.terms[0]), noisy[:, None], target, segment, time, time_scale=3.0)
     return rows, np.var(true)
 
 

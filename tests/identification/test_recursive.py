@@ -76,7 +76,7 @@ def shares(problem, adaptation):
 
 
 MEMORY = 300.0
-METHOD = RecursiveLeastSquares(memory=MEMORY)
+METHOD = RecursiveLeastSquares(block=1.0, memory=MEMORY)
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ from hydrodamp.identification.stepwise import (
     velocity_degree,
 )
 
-QUICK = hd.StepwiseSelection(windows=(10.0,))
+QUICK = hd.StepwiseSelection(windows=(4.0,))
 
 
 @pytest.fixture(autouse=True)

@@ -50,7 +50,7 @@ from hydrodamp.simulation.replay import score, simulate
 from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
-MAX_BLOCKS_PER_LOG, MIN_BLOCK_S = 8, 30.0  # [s]; by choice
+MAX_BLOCKS_PER_LOG, MIN_BLOCK = 8, 8.0  # [1], correlation times of the velocities; by choice
 MAX_STORED_BLOCKS = 128  # of merged statistics; limits their memory
 MIN_REMAINING_SHARE = 0.1  # floor of 1 − leverage of a block, against division by zero
 
@@ -210,7 +210,8 @@ def summarise_log(
         rows = method.equations.rows(problem)
         if not rows.n:
             raise _UnusableLogError(f"{log.duration:.3g} s are too short for a regression row.")
-        n = int(np.clip(log.duration / MIN_BLOCK_S, 1, min(MAX_BLOCKS_PER_LOG, rows.n)))
+        n_blocks = log.duration / (MIN_BLOCK * rows.time_scale)
+        n = int(np.clip(n_blocks, 1, min(MAX_BLOCKS_PER_LOG, rows.n)))
         blocks = tuple(
             rows.select(block).triangle() for block in np.array_split(np.arange(rows.n), n)
         )

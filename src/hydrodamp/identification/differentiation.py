@@ -16,6 +16,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
 from hydrodamp.data.record import unrecorded_columns
+from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.simulation.problem import Problem
 
@@ -212,6 +213,12 @@ def regressor_mean_square(problem: Problem) -> FloatArray:
 
 #: Windows of local quadratics that smooth velocities [samples].
 SMOOTHING_WINDOWS = (5, 7, 9, 11, 15, 21, 31)
+
+
+def velocity_correlation_time(problem: Problem) -> float:
+    """Return the time scale [s] of the smoothed velocities of the free axes."""
+    velocity = smooth_velocity(problem)[0][:, problem.vehicle.free]
+    return motion_time_scale(problem.inputs.time, velocity, problem.segments)
 
 
 def smooth_velocity(

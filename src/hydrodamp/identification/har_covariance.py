@@ -49,17 +49,15 @@ _MIN_RESIDUAL_SHARE = 0.1
 # Sine [1] of the angle to a span from which a column adds a direction.
 _MIN_SINE = 1e-6
 
-# Time lag of the instruments [s]: longer than the noise of a sensor is correlated, shorter than a
-# vehicle takes to change its motion. Rows used at most, and rows in memory at once.
-_INSTRUMENT_LAG, _MAX_INSTRUMENTED_ROWS, _CHUNK_ROWS = 1.5, 16_384, 1024
+# Lag of the instruments over the correlation time of the velocities. Rows used at most, and rows in
+# memory at once.
+_RELATIVE_LAG, _MAX_INSTRUMENTED_ROWS, _CHUNK_ROWS = 0.5, 16_384, 1024
 
-# Rounding of the clock of the rows [s].
+# Rounding of the clock of the rows, relative to the lag.
 _CLOCK_TOLERANCE = 1e-6
 
 # Relative eigenvalue [1] of the moments below which a direction is rounding.
 _EIGENVALUE_TOLERANCE = 1e-10
-
-_REGRESSOR_NOISE = f"noise in the regressors, by instruments {_INSTRUMENT_LAG:g} s away"
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +179,7 @@ class HarCovariance:
     cross: FloatArray
     moments: FloatArray
     n_instrumented: int
+    lag: float
     _tapered_grams: dict[int, FloatArray] = field(default_factory=dict)
 
     @classmethod
@@ -197,8 +196,9 @@ class HarCovariance:
             bin_rows = unit[start:stop]
             np.matmul(bin_rows.T, bin_rows, out=gram[index])
             np.matmul(bin_rows.T, rows.target[start:stop], out=cross[index])
-        moments, n = _instrument_moments(rows, unit)
-        return cls(triangle, span, bins, gram, cross, moments, n)
+        lag = _RELATIVE_LAG * rows.time_scale
+        moments, n = _instrument_moments(rows, unit, lag)
+        return cls(triangle, span, bins, gram, cross, moments, n, lag)
 
     def uncertainty(
         self,
@@ -243,7 +243,8 @@ class HarCovariance:
         shifts = {key: span.coefficients @ two_stage[key] for key, span in spans.items()}
         target = self.moments[:-6, -6:]
         shift = [shifts[key] @ target[:, axis] for key, axis in zip(keys, axes, strict=True)]
-        return uncertainty.inflate(np.concatenate(shift), _REGRESSOR_NOISE)
+        allowance = f"noise in the regressors, by instruments {self.lag:.2g} s away"
+        return uncertainty.inflate(np.concatenate(shift), allowance)
 
     @factorisation("design matrix")
     def _augment(self, basis: FloatArray, terms: Sequence[Term]) -> FloatArray:
@@ -309,16 +310,19 @@ def _inverse(moments: FloatArray) -> FloatArray:
     return np.asarray(pinvh(moments, rtol=_EIGENVALUE_TOLERANCE), dtype=np.float64)
 
 
-def _instrument_moments(rows: Rows, unit: FloatArray) -> tuple[FloatArray, int]:
+def _instrument_moments(rows: Rows, unit: FloatArray, lag: float) -> tuple[FloatArray, int]:
     """Return the moments of [instruments, columns, target], and the number of rows used.
 
-    The instruments of a row are the means of the columns one lag before and after it, and the
-    same of two lags.
+    The instruments of a row are the means of the columns one lag [s] before and after it, and the
+    same of two lags. There are none without a lag.
     """
     rank = unit.shape[1]
     moments, n = np.zeros((3 * rank + 6, 3 * rank + 6)), 0
+    if not lag > 0.0:
+        return moments, n
     stride = -(-rows.n // _MAX_INSTRUMENTED_ROWS)
-    margin = 2.0 * _INSTRUMENT_LAG - _CLOCK_TOLERANCE
+    tolerance = _CLOCK_TOLERANCE * lag
+    margin = 2.0 * lag - tolerance
     first = np.concatenate([[0], np.flatnonzero(np.diff(rows.segment)) + 1, [rows.n]]).tolist()
     for start, stop in pairwise(first):
         time, columns = rows.time[start:stop], unit[start:stop]
@@ -326,10 +330,10 @@ def _instrument_moments(rows: Rows, unit: FloatArray) -> tuple[FloatArray, int]:
         used = np.flatnonzero(inner)[::stride]
         for chunk in np.split(used, range(_CHUNK_ROWS, len(used), _CHUNK_ROWS)):
             table = np.empty((len(chunk), len(moments)))
-            for number, lag in enumerate((_INSTRUMENT_LAG, 2.0 * _INSTRUMENT_LAG)):
-                earliest = time[chunk] - lag + _CLOCK_TOLERANCE
-                before = np.searchsorted(time, earliest, "right") - 1
-                after = np.searchsorted(time, time[chunk] + lag - _CLOCK_TOLERANCE)
+            for number in range(2):
+                distance = (number + 1) * lag - tolerance
+                before = np.searchsorted(time, time[chunk] - distance, "right") - 1
+                after = np.searchsorted(time, time[chunk] + distance)
                 instrument = table[:, number * rank : (number + 1) * rank]
                 np.add(columns[before], columns[after], out=instrument)
                 instrument *= 0.5

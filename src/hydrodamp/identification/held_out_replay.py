@@ -22,8 +22,8 @@ from hydrodamp.identification.fit import MAX_BLOCKS
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.simulation.problem import Problem
 
-#: Shortest piece [samples].
-MIN_PIECE = 8
+#: Shortest piece [samples], and rounding of the clock [pieces].
+MIN_PIECE, CLOCK_ROUNDING = 8, 1e-6
 
 
 def split_pieces(problem: Problem) -> IntArray:
@@ -33,7 +33,8 @@ def split_pieces(problem: Problem) -> IntArray:
     for (start, stop), share in zip(problem.segments.tolist(), shares, strict=True):
         n = max(min(round(share), (stop - start) // MIN_PIECE), 1)
         time = problem.inputs.time[start:stop]
-        inner = start + np.searchsorted(time, np.linspace(time[0], time[-1], n + 1)[1:-1])
+        edges = time[0] + (time[-1] - time[0]) * (np.arange(1, n) - CLOCK_ROUNDING) / n
+        inner = start + np.searchsorted(time, edges)
         pieces += pairwise([start, *inner.tolist(), stop])
     return np.array(pieces, dtype=np.int64)
 

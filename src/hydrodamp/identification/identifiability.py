@@ -16,6 +16,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.differentiation import velocity_correlation_time
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
 from hydrodamp.identification.regression import Rows, Split, column_span, folds, solve_axis
@@ -29,9 +30,9 @@ from hydrodamp.status import TextEnum
 #: predicted and the measured response.
 MIN_R_SQUARED = 0.25
 
-#: s; length of the test functions: some time constants of a small vehicle, to average the noise of
-#: the velocities, which dominates accelerations from sample to sample.
-TEST_FUNCTION_LENGTH = 8.0
+#: Length of the test functions over the time scale of the motion: they average the noise of the
+#: velocities, which dominates accelerations from sample to sample.
+RELATIVE_SUPPORT = 3.0
 
 #: Test functions; length of the shortest fold.
 _MIN_FOLD_LENGTH = 5.0
@@ -70,12 +71,13 @@ def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     further = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in further if terms})
     extended = problem.extend_to(both)
-    support = min(TEST_FUNCTION_LENGTH, float(extended.durations.max()))
+    length = RELATIVE_SUPPORT * velocity_correlation_time(extended)
+    support = min(length, float(extended.durations.max()))
     equations = WeakRegression(support, _OVERLAP, windows=())
     rows = equations.rows(extended)
     response = equations.rows(_without_momentum(extended)).target
     variance = response.var(axis=0)
-    r_squared = _r_squared(rows, (free, both), variance)
+    r_squared = _r_squared(rows, (free, both), variance, length)
     excited_design = equations.rows(_hold_at_mean(extended, r_squared < MIN_R_SQUARED)).design
     response_rms, axes = frozen(np.sqrt(r_squared * variance)), problem.vehicle.axes
     return Excitation(free, axes, rows, excited_design, frozen(r_squared), response_rms)
@@ -96,11 +98,13 @@ def _hold_at_mean(problem: Problem, unexcited: BoolArray) -> Problem:
     return replace(problem, inputs=replace(problem.inputs, velocity=velocity))
 
 
-def _r_squared(rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray) -> FloatArray:
+def _r_squared(
+    rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray, length: float
+) -> FloatArray:
     """Return the cross-validated R² of each axis by the better model."""
-    length = sum(np.ptp(rows.time[rows.segment == k]) for k in np.unique(rows.segment))
-    n_folds = int(np.clip(length / (_MIN_FOLD_LENGTH * TEST_FUNCTION_LENGTH), 2, _MAX_FOLDS))
-    splits = folds(rows, n_folds, gap=TEST_FUNCTION_LENGTH).splits(rows)
+    duration = sum(np.ptp(rows.time[rows.segment == k]) for k in np.unique(rows.segment))
+    n_folds = int(np.clip(duration / (_MIN_FOLD_LENGTH * length), 2, _MAX_FOLDS))
+    splits = folds(rows, n_folds, gap=length).splits(rows)
     error = np.min([_prediction_error(splits, model) for model in models], axis=0)
     varies = variance > 0.0
     return np.where(varies, np.clip(1.0 - error / np.where(varies, variance, 1.0), 0.0, 1.0), 0.0)

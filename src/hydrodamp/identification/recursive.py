@@ -19,7 +19,10 @@ from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.adaptive import initial_coefficients, require_problem
-from hydrodamp.identification.differentiation import regressor_mean_square
+from hydrodamp.identification.differentiation import (
+    regressor_mean_square,
+    velocity_correlation_time,
+)
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
 from hydrodamp.identification.regression import column_span
 from hydrodamp.kernels import core
@@ -32,6 +35,12 @@ from hydrodamp.status import Status
 
 #: u v w [m/s] p q r [rad/s]; scales of the terms on board, where there is no log.
 TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
+
+#: Length of a block on board [s], where there is no log, and over the time scale of a log.
+TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.4
+
+#: Default time constant of forgetting [blocks].
+MEMORY_BLOCKS = 600.0
 
 
 class RecursiveAdaptation(NamedTuple):
@@ -94,12 +103,13 @@ class RecursiveLeastSquares:
 
     Parameters
     ----------
-    block : float
+    block : float, optional
         Length of a block of time [s]; a row spans two. Longer blocks average more noise,
-        shorter ones resolve faster motions.
-    memory : float
+        shorter ones resolve faster motions. By default 0.4 times the correlation time of the
+        velocities of the log, and 1 s where there is no log.
+    memory : float, optional
         Time constant of forgetting along a continuously excited direction [s]; infinite for a
-        vehicle that does not change.
+        vehicle that does not change. By default 600 blocks.
     prior : float
         Weight of the prior, in rows of typical size.
     start : Damping, optional
@@ -119,8 +129,8 @@ class RecursiveLeastSquares:
     'rls'
     """
 
-    block: float = 1.0
-    memory: float = 600.0
+    block: float | None = None
+    memory: float | None = None
     prior: float = 1.0
     start: Damping | None = None
     typical_velocity: tuple[float, ...] | None = None
@@ -132,9 +142,10 @@ class RecursiveLeastSquares:
         demand(valid, "typical_velocity", "six positive numbers", self.typical_velocity)
         for name in ("block", "prior"):
             value = getattr(self, name)
-            demand(0.0 < value < np.inf, name, "positive and finite", value)
-        minimum = f"at least one block of {self.block} s"
-        demand(self.memory >= self.block, "memory", minimum, self.memory)
+            demand(value is None or 0.0 < value < np.inf, name, "positive and finite", value)
+        block = TYPICAL_BLOCK if self.block is None else self.block
+        valid = self.memory is None or self.memory >= block
+        demand(valid, "memory", f"at least one block of {block} s", self.memory)
 
     key = "rls"
 
@@ -143,19 +154,22 @@ class RecursiveLeastSquares:
         equations = source if isinstance(source, EquationTable) else source.equations
         free = model.restricted_to(equations.vehicle.axes)
         rows, axes = equations.entries(free)
+        block = self.block or TYPICAL_BLOCK
+        if self.block is None and isinstance(source, Problem):
+            block = RELATIVE_BLOCK * velocity_correlation_time(source)
         if self.typical_velocity is None:
             square = regressor_mean_square(require_problem(source, "size of each term"))
         else:
             square = _typical_square(equations, self.typical_velocity)
-        size = self.block * np.sqrt(self.prior * square[rows - equations.n_known])
+        size = block * np.sqrt(self.prior * square[rows - equations.n_known])
         if not np.all(np.isfinite(size)):
             raise MethodError(
                 "the mean square of a term is not finite: check the log for outliers."
             )
         known = equations.with_unknown((rows, axes), np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
-        forgetting = -float(np.expm1(-self.block / self.memory))
-        recursion = Recursion(equations.plant, rows, axes, known, unit, self.block, forgetting)
+        forgetting = -float(np.expm1(-block / (self.memory or MEMORY_BLOCKS * block)))
+        recursion = Recursion(equations.plant, rows, axes, known, unit, block, forgetting)
         start = recursion.initial_estimate(initial_coefficients(free, self.start))
         return RecursiveAdaptation(equations, free, recursion, start)
 

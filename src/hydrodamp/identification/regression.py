@@ -20,7 +20,11 @@ from hydrodamp.arrays import FloatArray, IntArray, factorisation, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import MethodError, ProblemError, demand
-from hydrodamp.identification.differentiation import Derivative, default_derivative
+from hydrodamp.identification.differentiation import (
+    Derivative,
+    default_derivative,
+    velocity_correlation_time,
+)
 from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
@@ -266,6 +270,8 @@ class Rows:
         Number of rows that count as one for white noise, due to overlap of test functions.
     remarks : tuple of str
         Messages on how the rows were computed.
+    time_scale : float
+        Correlation time of the velocities [s]; zero where it is unknown.
     """
 
     basis: Basis
@@ -276,6 +282,7 @@ class Rows:
     n_samples: int = 0
     variance_inflation: float = 1.0
     remarks: tuple[str, ...] = ()
+    time_scale: float = 0.0
 
     @property
     def n(self) -> int:
@@ -352,7 +359,8 @@ class PointwiseRegression:
         design = regressor[:, problem.equations.n_known :]
         target = _damping_wrench(filtered, acceleration, regressor, slice(None))
         segment, time = problem.segment_numbers, problem.inputs.time
-        return Rows(basis, design, target, segment, time, problem.n_samples)
+        time_scale = velocity_correlation_time(problem)
+        return Rows(basis, design, target, segment, time, problem.n_samples, time_scale=time_scale)
 
 
 def accumulate(problem: Problem, derivative: Derivative | None = None) -> Triangle:
@@ -424,6 +432,9 @@ def _damping_wrench(
 # Default number of folds: at most, for several segments; and for a single one.
 _MAX_FOLDS, _SINGLE_SEGMENT_FOLDS = 10, 5
 
+# Default gap around a cut over the correlation time of the velocities.
+_RELATIVE_GAP = 0.4
+
 
 @dataclass(frozen=True)
 class Split:
@@ -468,7 +479,7 @@ class Folds:
         return tuple(Split(merge(tests[:k] + tests[k + 1 :]), test) for k, test in enumerate(tests))
 
 
-def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
+def folds(rows: Rows, n: int | None = None, gap: float | None = None) -> Folds:
     """Divide rows into cross-validation folds.
 
     Parameters
@@ -479,9 +490,10 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
         Number of folds. By default one per segment, at most ten, and five where
         there is a single segment. With fewer folds than segments, segments are assigned
         in turn; with more, the longest segments are cut into blocks of equal length.
-    gap : float
+    gap : float, optional
         Least time between rows on the two sides of a cut [s]: rows within it
-        are in no fold. Boundaries of segments need none.
+        are in no fold. Boundaries of segments need none. By default 0.4 correlation times of
+        the velocities.
 
     Returns
     -------
@@ -504,6 +516,7 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
     >>> folds(rows, n=3).fold.tolist()
     [0, 1, 1, 2, 2, 2]
     """
+    gap = _RELATIVE_GAP * rows.time_scale if gap is None else gap
     demand(gap >= 0.0, "gap", "zero or positive [s]", gap)
     _, number, lengths = np.unique(rows.segment, return_inverse=True, return_counts=True)
     default = _SINGLE_SEGMENT_FOLDS if len(lengths) < 2 else min(len(lengths), _MAX_FOLDS)

@@ -64,8 +64,8 @@ _NONNEGATIVE_ATOMS = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
 #: Atoms with the sign of a velocity.
 _SIGNED_ATOMS = (*VELOCITIES, "V_v", "V_w")
 
-#: Terms of each axis in the initial model, and the windows that it is fitted on [s].
-_N_INITIAL_TERMS, _INITIAL_WINDOW = 4, 5.0
+#: Terms of each axis in the initial model, and the windows that it is fitted on [time scales].
+_N_INITIAL_TERMS, _INITIAL_WINDOW = 4, 2.0
 
 #: RMS error of a round over the lowest one [1] that fewer coefficients justify.
 _MAX_RMS_RATIO = 1.1
@@ -93,7 +93,7 @@ class StepwiseSelection:
     Parameters
     ----------
     windows : tuple of float
-        Window length of each round [s].
+        Window length of each round, over the correlation time of the velocities [1].
 
     Raises
     ------
@@ -103,15 +103,15 @@ class StepwiseSelection:
     Examples
     --------
     >>> StepwiseSelection().windows
-    (10.0, 30.0, 30.0)
+    (4.0, 12.0, 12.0)
     """
 
-    windows: tuple[float, ...] = (10.0, 30.0, 30.0)
+    windows: tuple[float, ...] = (4.0, 12.0, 12.0)
 
     def __post_init__(self) -> None:
         """Check the lengths."""
         fits = len(self.windows) > 0 and all(0.0 < window < np.inf for window in self.windows)
-        demand(fits, "windows", "positive lengths [s]", self.windows)
+        demand(fits, "windows", "positive lengths [1]", self.windows)
 
     def select(
         self,
@@ -205,7 +205,8 @@ def block_normal_matrices(
     Returns normal matrices of the blocks (n, p + 1, p + 1) and the number of diverged blocks.
     """
     objective = make_objective(problem, model)
-    windows = objective.windows(min(length, problem.duration / _MIN_WINDOWS))
+    seconds = length * objective.time_scale
+    windows = objective.windows(min(seconds, problem.duration / _MIN_WINDOWS))
     coefficients = present.onto(model)
     residual_std = objective.residual_std(coefficients, windows)
     n = len(windows.bounds)
@@ -236,7 +237,9 @@ def _fit_simulation(
     problem: Problem, model: DampingModel, initial: Sequence[FloatArray], lengths: Sequence[float]
 ) -> tuple[Damping, float | None]:
     """Fit a model by output error on windows of some lengths; return the RMS error of a replay."""
-    _, result = fit_windows(make_objective(problem, model), model, lengths, initial)
+    objective = make_objective(problem, model)
+    seconds = [length * objective.time_scale for length in lengths]
+    _, result = fit_windows(objective, model, seconds, initial)
     damping = Damping(model, result.coefficients)
     return damping, score(replay(problem, damping)).rms
 

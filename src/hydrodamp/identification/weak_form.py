@@ -15,6 +15,7 @@ from scipy.sparse import csr_array
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differentiation import (
     SMOOTHING_WINDOWS,
@@ -120,7 +121,11 @@ class WeakRegression:
         design, target, time, segment = map(np.concatenate, zip(*rows, strict=True))
         inflation, basis = variance_inflation(self.overlap), problem.equations.basis
         remarks = _remarks(problem, support, noise, len(clocks) - len(used), windows)
-        return Rows(basis, design, target, segment, time, sum(used), inflation, remarks)
+        time_scale = motion_time_scale(
+            problem.inputs.time, velocity[:, problem.vehicle.free], problem.segments
+        )
+        arrays = design, target, segment, time
+        return Rows(basis, *arrays, sum(used), inflation, remarks, time_scale)
 
 
 @dataclass(frozen=True, eq=False)

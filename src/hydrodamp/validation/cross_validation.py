@@ -11,6 +11,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment, extract_segments
+from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.methods import identify_all
@@ -21,6 +22,9 @@ from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
 from hydrodamp.validation.compare import Row, Selection, compare, format_rows, select_row
 from hydrodamp.vehicle.vehicle import Vehicle
+
+# Default gap between blocks over the correlation time of the velocities.
+_RELATIVE_GAP = 2.0
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,7 @@ def cross_validate(
     methods: Iterable[Method] | Method,
     *,
     folds: int | None = None,
-    gap: float = 5.0,
+    gap: float | None = None,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
     done: Callable[[Fit], None] = lambda _: None,
@@ -178,8 +182,9 @@ def cross_validate(
         Number of folds. By default one per segment, at most ten; a log of one segment
         is cut into five blocks. With more folds than segments the longest segments
         are cut.
-    gap : float
-        Time excluded around the cut between two blocks [s].
+    gap : float, optional
+        Time excluded around the cut between two blocks [s]. By default two correlation times of
+        the velocities.
     attitude : {"measured", "simulated"}
         Which attitude gravity and buoyancy act along.
     rate_unit : {"deg", "rad"}
@@ -237,7 +242,9 @@ def cross_validate(
     return result
 
 
-def split_holdout(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:
+def split_holdout(
+    log: Log, n: int | None = None, gap: float | None = None
+) -> tuple[tuple[Log, Log], ...]:
     """Divide a log into folds of whole segments, or of blocks with a gap between them.
 
     Return pairs of training and test data.
@@ -245,6 +252,8 @@ def split_holdout(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tup
     lengths = [len(segment) for segment in log.segments]
     number = np.repeat(np.arange(len(lengths)), lengths)
     samples = Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), number, log.time)
+    if gap is None:
+        gap = _RELATIVE_GAP * motion_time_scale(log.time, log.velocity, log.bounds)
     divided = folds(samples, n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
 
