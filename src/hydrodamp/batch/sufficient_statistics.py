@@ -50,7 +50,7 @@ from hydrodamp.simulation.replay import score, simulate
 from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
-MAX_BLOCKS_PER_LOG, MIN_BLOCK = 8, 8.0  # [1], correlation times of the velocities; by choice
+MAX_BLOCKS_PER_LOG, MIN_BLOCK = 8, 10.0  # [1], correlation times of the velocities; by choice
 MAX_STORED_BLOCKS = 128  # of merged statistics; limits their memory
 MIN_REMAINING_SHARE = 0.1  # floor of 1 − leverage of a block, against division by zero
 
@@ -137,9 +137,9 @@ def merge_statistics(statistics: Iterable[LogStatistics]) -> LogStatistics:
     >>> statistics = [summarise_log(log, dives.vehicle, [model], method) for log in logs]
     >>> merged = merge_statistics(statistics)
     >>> merged.n_logs, len(merged.blocks)
-    (2, 12)
+    (2, 10)
     >>> solve_model(merged, dives.vehicle, model, method).uncertainty.n_blocks
-    12
+    10
     """
     logs = tuple(statistics)
     if not logs:
