@@ -1,7 +1,7 @@
 """Rank methods of estimation on the campaigns of the benchmark: ``python studies/benchmark.py``.
 
     python studies/benchmark.py --out FOLDER [--campaigns GLOB] [--models LIST] [--methods LIST]
-        [--group seen|unseen|all] [--jobs N] [--page PAGE] [--again]
+        [--group seen|unseen|all|measured] [--jobs N] [--page PAGE] [--again]
 
 Every method identifies every model from the training log of every campaign, and each result
 replays the test log, which no method sees: from new measured states each second, every ten
@@ -10,6 +10,9 @@ seconds, and whole runs open loop. Each of these is a row, kept as a line of
 ``--again``), so the command may be stopped and started at will. ``FOLDER/benchmark.md`` has the
 tables, with the regret of each method: its error over the least error of any method on the same
 model and campaign. ``docs/evidence/benchmark.md`` has the protocol.
+
+The group ``measured`` has measured logs with fixed splits, apart from ``all``; its table has the
+regret against commit afd9ded of this project, and the file is ``FOLDER/measured.md``.
 
 A method of one's own is named ``module:object``: a value (or what makes one when called without
 arguments) with ``identify(problem, model) -> Fit``.
@@ -40,6 +43,7 @@ from rich.progress import track
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import campaigns
+from benchmark_measured import METHODS as MEASURED_METHODS, measured, measured_table
 from benchmark_tables import HORIZONS, Row, markdown
 from hydrodamp.files import save_text
 
@@ -47,6 +51,7 @@ METHODS = tuple(hd.METHODS)
 """The methods that take part if none is named."""
 
 MARKS = ("<!-- tables -->", "<!-- end of tables -->")
+MEASURED_MARKS = ("<!-- measured -->", "<!-- end of measured -->")
 """Lines of a page between which the tables stand."""
 
 Job = tuple[str, str, str]
@@ -55,7 +60,14 @@ Job = tuple[str, str, str]
 
 def find_campaign(name: str) -> Campaign:
     """Return the campaign of a name, made but once in a row."""
-    return next(one for one in campaigns() if one.name == name)
+    return next(one for one in every_campaign() if one.name == name)
+
+
+def every_campaign() -> Iterator[Campaign]:
+    """Yield all campaigns, those of measured logs with fixed splits last."""
+    yield from campaigns()
+    if folder := os.environ.get("HYDRODAMP_DATA"):
+        yield from measured(Path(folder))
 
 
 kept = lru_cache(maxsize=2)(find_campaign)
@@ -77,25 +89,34 @@ def row(job: Job) -> Row:
     campaign, model, method = kept(job[0]), job[1], find_method(job[2])
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     asked = next(one for one in campaign.models if one.key == model)
+    none: dict[str, float | None] = dict.fromkeys(HORIZONS)
     began = time.process_time()
     try:
         problem = hd.prepare(campaign.vehicle, campaign.train, asked)
         began = time.process_time()
         fit = method.identify(problem, asked)
         took = time.process_time() - began
-        errors = replayed(campaign, fit) if fit.status.usable else dict.fromkeys(HORIZONS)
+        errors, shares = replayed(campaign, fit) if fit.status.usable else (none, {})
     except Exception as error:  # a method of one's own may raise anything
         took = time.process_time() - began
         why = " ".join(f"{type(error).__name__}: {error}".split())
-        return Row(*job, campaign.group, dict.fromkeys(HORIZONS), "raised", False, took, why)
+        return Row(*job, campaign.group, none, "raised", False, took, why)
     diverged = fit.status.usable and errors["run"] is None
-    return Row(*job, campaign.group, errors, fit.status.word, diverged, took)
+    return Row(*job, campaign.group, errors, fit.status.word, diverged, took, fit=shares)
 
 
-def replayed(campaign: Campaign, fit: hd.Fit) -> dict[str, float | None]:
-    """Return the RMS error of equation 24 at each horizon; None where a replay diverged."""
+def replayed(
+    campaign: Campaign, fit: hd.Fit
+) -> tuple[dict[str, float | None], dict[str, float | None]]:
+    """Return the RMS error of equation 24 at each horizon, and the fit by velocity of whole runs.
+
+    The error is None, and there is no fit, where a replay diverged.
+    """
     found = hd.horizon_scores(campaign.vehicle, fit.damping, campaign.test, HORIZONS.values())
-    return {name: one.score.rms for name, one in zip(HORIZONS, found, strict=True)}
+    scores = {name: one.score for name, one in zip(HORIZONS, found, strict=True)}
+    whole = scores["run"]
+    shares = {} if whole.diverged else dict(whole.fit_by_axis)
+    return {name: one.rms for name, one in scores.items()}, shares
 
 
 def read_rows(path: Path) -> list[Row]:
@@ -123,7 +144,7 @@ def chosen(pattern: str, group: str) -> list[Campaign]:
     patterns = pattern.split(",")
     return [
         one
-        for one in campaigns()
+        for one in (every_campaign() if group == "measured" else campaigns())
         if group in (one.group, "all") and any(fnmatch(one.name, part) for part in patterns)
     ]
 
@@ -154,13 +175,13 @@ def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
             raise
 
 
-def fill(page: Path, text: str) -> None:
+def fill(page: Path, text: str, marks: tuple[str, str]) -> None:
     """Put the tables between the two marks of a page."""
-    head, mark, rest = page.read_text(encoding="utf-8").partition(MARKS[0])
-    _, end, tail = rest.partition(MARKS[1])
+    head, mark, rest = page.read_text(encoding="utf-8").partition(marks[0])
+    _, end, tail = rest.partition(marks[1])
     if not (mark and end):
         raise typer.BadParameter(
-            f"{page} has no place for tables: a line {MARKS[0]}, then {MARKS[1]}"
+            f"{page} has no place for tables: a line {marks[0]}, then {marks[1]}"
         )
     save_text(f"{head}{mark}\n\n{text}\n{end}{tail}", page)
 
@@ -169,15 +190,16 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for rows.jsonl and benchmark.md.")],
     campaigns: Annotated[str, typer.Option(help="Names or patterns, with commas.")] = "*",
     models: Annotated[str, typer.Option(help="Keys or patterns, with commas.")] = "*",
-    methods: Annotated[str, typer.Option(help="Keys or module:object.")] = ",".join(METHODS),
-    group: Annotated[str, typer.Option(help="seen, unseen or all.")] = "seen",
+    methods: Annotated[str, typer.Option(help="Keys or module:object; none for the usual.")] = "",
+    group: Annotated[str, typer.Option(help="seen, unseen, all (of both) or measured.")] = "seen",
     workers: Annotated[int, typer.Option("--jobs", help="Processes.")] = os.cpu_count() or 1,
     page: Annotated[Path | None, typer.Option(help="A page whose tables are replaced.")] = None,
     again: Annotated[bool, typer.Option("--again", help="Do rows that are there, too.")] = False,
 ) -> None:
     """Fill the table of campaigns, models and methods, and print the regret."""
     sys.path.insert(0, str(Path.cwd()))
-    keys = methods.split(",")
+    fixed = group == "measured"
+    keys = methods.split(",") if methods else MEASURED_METHODS if fixed else METHODS
     for key in keys:
         find_method(key)
     asked = list(jobs(chosen(campaigns, group), models, keys))
@@ -187,10 +209,11 @@ def main(
     for one in rows_of([job for job in asked if job not in there], workers):
         append(one, path)
     wanted = set(asked)
-    text = markdown([one for one in read_rows(path) if one.job in wanted])
-    save_text(text, out / "benchmark.md")
+    found = [one for one in read_rows(path) if one.job in wanted]
+    text = measured_table(found) if fixed else markdown(found)
+    save_text(text, out / ("measured.md" if fixed else "benchmark.md"))
     if page is not None:
-        fill(page, text)
+        fill(page, text, MEASURED_MARKS if fixed else MARKS)
     Console().print(Markdown(text))
 
 

@@ -266,13 +266,14 @@ def _left_out(example: str, folder: Path, start: str) -> Iterator[Campaign]:
     for held in runs:
         others = [run for run in runs if run != held]
         name = f"{example}/{held.stem.removeprefix(start)}"
-        yield Campaign(name, models, partial(_read, EXAMPLES / example, others, held))
+        yield Campaign(name, models, partial(read_runs, EXAMPLES / example, others, [held]))
 
 
-def _read(example: Path, train: Sequence[Path], test: Path) -> Logs:
+def read_runs(example: Path, train: Sequence[Path], test: Sequence[Path]) -> Logs:
+    """Return runs on files as an example reads them."""
     mapping = example / "mapping.yaml"
     vehicle = hd.read_vehicle(example / "vehicle.yaml")
-    return Logs(vehicle, hd.read_logs(list(train), mapping), hd.read_logs([test], mapping))
+    return Logs(vehicle, hd.read_logs(list(train), mapping), hd.read_logs(list(test), mapping))
 
 
 N_TURNS = 7
@@ -281,14 +282,19 @@ N_TURNS = 7
 
 def _turn(folder: Path, held: int) -> Logs:
     """Return the turns of the field log, one held out; the fins' effect is unknown."""
-    parts = _turns(folder)
+    parts = field_turns(folder)
     others = [part for turn, part in enumerate(parts) if turn != held]
-    vehicle = replace(hd.fleet["vt690"], actuators=(), axes=("Y", "N"))
-    return Logs(vehicle, hd.concatenate(others), parts[held])
+    return Logs(field_vehicle(), hd.concatenate(others), parts[held])
+
+
+def field_vehicle() -> hd.Vehicle:
+    """Return the 690 of the field log: its fins are unknown, sway and yaw are free."""
+    return replace(hd.fleet["vt690"], actuators=(), axes=("Y", "N"))
 
 
 @cache
-def _turns(folder: Path) -> list[hd.Log]:
+def field_turns(folder: Path) -> list[hd.Log]:
+    """Return the turns of the field log, as the example finds them."""
     example = EXAMPLES / "vt690"
     spec = spec_from_file_location("turns", example / "turns.py")
     assert spec is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import median
 
 import numpy as np
@@ -42,6 +42,8 @@ class Row:
         Of one processor, for the fit alone.
     why : str
         What the method raised.
+    fit : dict of str to float or None
+        100 (1 - rmse/std) by velocity over whole runs [%].
     """
 
     campaign: str
@@ -53,6 +55,7 @@ class Row:
     diverged: bool
     seconds: float
     why: str = ""
+    fit: dict[str, float | None] = field(default_factory=dict)
 
     @property
     def job(self) -> tuple[str, str, str]:
