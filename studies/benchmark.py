@@ -175,7 +175,7 @@ def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
             raise
 
 
-def fill(page: Path, text: str, marks: tuple[str, str]) -> None:
+def fill(page: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
     """Put the tables between the two marks of a page."""
     head, mark, rest = page.read_text(encoding="utf-8").partition(marks[0])
     _, end, tail = rest.partition(marks[1])

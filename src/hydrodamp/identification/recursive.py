@@ -106,7 +106,7 @@ class RecursiveLeastSquares:
     block : float, optional
         Length of a block of time [s]; a row spans two. Longer blocks average more noise,
         shorter ones resolve faster motions. By default 0.4 times the correlation time of the
-        velocities of the log, and 1 s where there is no log.
+        velocities of the log, and 1 s with a ``typical_velocity``.
     memory : float, optional
         Time constant of forgetting along a continuously excited direction [s]; infinite for a
         vehicle that does not change. By default 600 blocks.
@@ -155,10 +155,10 @@ class RecursiveLeastSquares:
         free = model.restricted_to(equations.vehicle.axes)
         rows, axes = equations.entries(free)
         block = self.block or TYPICAL_BLOCK
-        if self.block is None and isinstance(source, Problem):
-            block = RELATIVE_BLOCK * velocity_correlation_time(source)
         if self.typical_velocity is None:
-            square = regressor_mean_square(require_problem(source, "size of each term"))
+            problem = require_problem(source, "size of each term")
+            block = self.block or RELATIVE_BLOCK * velocity_correlation_time(problem)
+            square = regressor_mean_square(problem)
         else:
             square = _typical_square(equations, self.typical_velocity)
         size = block * np.sqrt(self.prior * square[rows - equations.n_known])
