@@ -6,8 +6,8 @@ The model holds the truth: Prestero's terms and the roll of the published set. A
 k repetitions of the four training runs with other sensor errors, k = 1, 4, 16, 64. With the
 sensitivities S of the replay of the exact test runs and F = mean SᵀS / σ², the error of an estimate
 is ``e = sqrt((κ − κ₀)ᵀ F (κ − κ₀))``, the expected replay error in standard deviations of the
-sensors. The bound is ``sqrt(tr(F I⁻¹))`` with the Fisher information I of the training runs, for free
-initial states and a known covariance of the errors of the velocities (AR(1) if coloured).
+sensors. The bound is ``sqrt(tr(F I⁻¹))`` with the Fisher information I of the training runs, for
+free initial states and a known covariance of the errors of the velocities (AR(1) if coloured).
 Finished rows stand in ``FOLDER/rows.jsonl`` and are not computed again.
 """
 
