@@ -1,6 +1,6 @@
 """Re-enact the paper's identifier and its Table I.
 
-    python studies/paper.py --page docs/evidence/paper-reenacted.md
+    python studies/paper.py --page docs/evidence/paper-reenacted.md [--only-repeats]
 
 Each number is the median over campaigns of some seeds. The campaigns record what the paper's
 vehicle did: the attitude sensor's translational acceleration, no angular one.
@@ -33,6 +33,10 @@ NOISES = {"0": 0.0, "1/10": 0.1, "1/3": 1 / 3, "1": 1.0}
 """Strength of the sensors' errors, in published ones."""
 
 PASSES = (1, 10, 50)
+
+REPEATS = (1, 10, 100)
+"""Passes of the table of repeats, and the marks of the page between which it stands."""
+REPEAT_MARKS = ("<!-- repeats -->", "<!-- end of repeats -->")
 LONGER = 10
 
 DEGREE = 180.0 / math.pi
@@ -150,6 +154,23 @@ def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[st
         yield f"\nClosest to the printed column: {best}.\n"
 
 
+def repeats(truth: str, seeds: int) -> Iterator[str]:
+    """Yield the errors of the identifier in rad/s by passes, noise and length of the runs."""
+    printed = tuple(hd.PAPER_TABLE_I[model.key].ai for model in MODELS)
+    titles = (model.title for model in MODELS)
+    summary = ("diverged", "factor", "rank correlation")
+    yield from header("passes", "noise", "length", *titles, *summary)
+    yield line("", "", "printed", *map(number, printed), "", "", "")
+    for length in (1.0, 4.0):
+        for noise, strength in NOISES.items():
+            logs = sailed(seeds, truth, strength, length * DURATION)
+            for passes in REPEATS:
+                method = hd.AdaptiveIdentifier(passes=passes)
+                column, _ = errors(logs, method, MODELS)
+                said = likeness(column, printed)
+                yield line(str(passes), noise, f"{length:g}", *map(number, column), *said)
+
+
 def distance(column: Column, printed: Column) -> tuple[int, float]:
     """Return how many models diverged, and how far the others are off, as a logarithm."""
     apart = [abs(math.log(ours / theirs)) for ours, theirs in zip(column, printed, strict=True)]
@@ -185,8 +206,15 @@ def main(
     page: Annotated[Path | None, typer.Option(help="A page whose tables are replaced.")] = None,
     seeds: Annotated[int, typer.Option(help="How many campaigns each.")] = 3,
     longer: Annotated[float, typer.Option(help="How much longer the long runs are.")] = LONGER,
+    only_repeats: Annotated[bool, typer.Option(help="Only the table of repeated passes.")] = False,
 ) -> None:
     """Print the tables."""
+    text = "\n".join(repeats("sname", 1))
+    if page is not None:
+        fill(page, text, REPEAT_MARKS)
+    Console().print(Markdown(text))
+    if only_repeats:
+        return
     lines = ["### The identifier's linear model\n", *identifier(seeds, longer)]
     lines += ["### Table I\n"]
     for truth in TRUTHS:

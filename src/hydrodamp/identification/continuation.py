@@ -7,8 +7,10 @@ mean square scaled coefficient σ_x², the strengths of a stage are (MacKay 1992
 
     λ = p / ((N − γ) σ_x²),    w = 1 / ((N − γ) σ_P²)
 
-times the misfit, the share of the residuals that is not noise floor. They vanish as N grows. σ_P =
-``POWER_STD`` is the prior standard deviation of the injected power.
+times the misfit, the share of the residuals that is not noise floor. σ_P = ``POWER_STD`` is the
+prior standard deviation of the injected power. In the last stage, the prior variance of the initial
+states grows by ``(N − γ) / (n p)``, n = ``RESIDUALS_PER_COEFFICIENT``: the prior mean is a smoothed
+measurement, whose bias would stay in the estimate. So all three priors vanish as N grows.
 """
 
 from __future__ import annotations
@@ -42,6 +44,13 @@ PRIOR_STRENGTH_BOUNDS = 1e-6, 10.0
 #: Prior standard deviation [1] of the injected power over the usual power.
 POWER_STD = 0.01
 
+#: Independent residuals per coefficient from which the prior of the initial states fades.
+RESIDUALS_PER_COEFFICIENT = 10.0
+
+#: Decrease of J below which the last stage ends, over p / N: a tenth of the expected decrease of
+#: −2 log-likelihood from the true to the estimated coefficients is 0.1 p / N.
+RELATIVE_TOLERANCE = 0.2
+
 #: Windows from which the correlation time of residuals is estimated, and bins of their time.
 MAX_EVIDENCE_WINDOWS, MAX_TIME_BINS = 32, 2048
 
@@ -67,14 +76,16 @@ def continue_over_lengths(
     objective: ShootingObjective, iterate: Iterate, lengths: Sequence[float]
 ) -> Iterate:
     """Minimise over windows of the first length, then with one length more in each stage."""
-    for stage, length in enumerate(lengths, start=1):
-        if stage > 1:
-            iterate = objective.add_length(iterate, objective.windows(length))
-            # the damping of a stage that failed must not block this one
-            iterate = replace(iterate, damping=min(iterate.damping, 1.0))
-        tolerance = FINAL_TOLERANCE if stage == len(lengths) else STAGE_TOLERANCE
-        iterate = minimise(objective, update_prior(objective, iterate), tolerance)
-    return iterate
+    for length in lengths[1:]:
+        iterate = minimise(objective, update_prior(objective, iterate), STAGE_TOLERANCE)
+        iterate = objective.add_length(iterate, objective.windows(length))
+        # the damping of a stage that failed must not block the next one
+        iterate = replace(iterate, damping=min(iterate.damping, 1.0))
+    iterate, p = update_prior(objective, iterate), len(objective.scale)
+    widening = max(iterate.n_free / (RESIDUALS_PER_COEFFICIENT * p), 1.0)
+    iterate = objective.widen_initial_states(iterate, np.sqrt(widening))
+    tolerance = min(FINAL_TOLERANCE, RELATIVE_TOLERANCE * p / iterate.n_free)
+    return minimise(objective, iterate, tolerance)
 
 
 def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float]:
@@ -112,4 +123,10 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
         strength = p * misfit / n_free / variance
         strength = float(np.clip(strength, *PRIOR_STRENGTH_BOUNDS))
     weight = misfit / n_free / POWER_STD**2
-    return replace(iterate, prior_strength=strength, prior_variance=variance, penalty_weight=weight)
+    return replace(
+        iterate,
+        prior_strength=strength,
+        prior_variance=variance,
+        penalty_weight=weight,
+        n_free=n_free,
+    )

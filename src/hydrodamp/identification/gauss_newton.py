@@ -102,7 +102,8 @@ class Iterate:
     """Iterate x_k of the minimisation, with a linearisation for each window length so far.
 
     ``prior_strength`` is λ, ``prior_variance`` the mean square scaled coefficient that the
-    evidence assigns to the prior, and ``damping`` that of the next step.
+    evidence assigns to the prior, ``damping`` that of the next step, and ``n_free`` the number of
+    independent residuals that do not determine coefficients.
     """
 
     coefficients: FloatArray
@@ -112,6 +113,7 @@ class Iterate:
     penalty_weight: float = INITIAL_PENALTY_WEIGHT
     damping: float = MIN_DAMPING
     converged: bool = False
+    n_free: float = 1.0
 
     @property
     def window_lengths(self) -> list[float]:
@@ -149,6 +151,19 @@ class ShootingObjective:
         bounds, std = split_windows(self.problem, length), self.initial_state_std
         states, max_step = self.velocity[bounds[:, 0]], MAX_RELATIVE_STEP * self.time_scale
         return Windows(length, self.problem, self.entries, bounds, states, std, max_step)
+
+    def windows_like(self, windows: Windows) -> Windows:
+        """Return windows with the length and the prior standard deviation of others."""
+        return replace(self.windows(windows.length), initial_state_std=windows.initial_state_std)
+
+    def widen_initial_states(self, iterate: Iterate, factor: float) -> Iterate:
+        """Return the iterate with a larger prior standard deviation of the initial states."""
+        std = factor * self.initial_state_std
+        linearisations = tuple(
+            each._replace(windows=replace(each.windows, initial_state_std=std))
+            for each in iterate.linearisations
+        )
+        return self.move(replace(iterate, linearisations=linearisations), iterate.coefficients)
 
     def residual_std(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
         """Return s_i (f,) with the initial states at their prior mean."""

@@ -47,7 +47,7 @@ def leave_one_out(objective: ShootingObjective, iterate: Iterate, pieces: IntArr
     first = restricted.problem.segments[:, 0]
     normals: FloatArray = np.zeros((len(pieces), p + 1, p + 1))
     for previous in iterate.linearisations:
-        windows = restricted.windows(previous.windows.length)
+        windows = restricted.windows_like(previous.windows)
         block = np.searchsorted(first, windows.bounds[:, 0], side="right") - 1
         normals += windows.block_normal_matrices(
             iterate.coefficients, previous.residual_std, block

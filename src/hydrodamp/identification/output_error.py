@@ -183,7 +183,7 @@ def _weak_form(half: ShootingObjective, *, model: DampingModel, length: float) -
 def _update(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
     """Return an estimate after one step on a part of the log."""
     linearisations = tuple(
-        previous._replace(windows=half.windows(previous.windows.length))
+        previous._replace(windows=half.windows_like(previous.windows))
         for previous in iterate.linearisations
     )
     start = replace(iterate, linearisations=linearisations, damping=MIN_DAMPING)
