@@ -37,7 +37,7 @@ from hydrodamp.status import Status
 TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 
 #: Length of a block on board [s], where there is no log, and over the time scale of a log.
-TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.4
+TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.25
 
 #: Default time constant of forgetting [blocks].
 MEMORY_BLOCKS = 600.0
@@ -105,7 +105,7 @@ class RecursiveLeastSquares:
     ----------
     block : float, optional
         Length of a block of time [s]; a row spans two. Longer blocks average more noise,
-        shorter ones resolve faster motions. By default 0.4 times the correlation time of the
+        shorter ones resolve faster motions. By default 0.25 times the correlation time of the
         velocities of the log, and 1 s with a ``typical_velocity``.
     memory : float, optional
         Time constant of forgetting along a continuously excited direction [s]; infinite for a
