@@ -57,7 +57,7 @@ def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     ("train", "method", "words"),
     [
         ("0:0.6", "ls", ("too few",)),
-        ("0:5", "ls,ridge", ("refused", "mcfarland-whitcomb by ridge: ")),
+        ("0:2", "ls,ridge", ("refused", "mcfarland-whitcomb by ridge: ")),
     ],
 )
 def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, method, words):
