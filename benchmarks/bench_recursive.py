@@ -24,7 +24,7 @@ def problem(n: int) -> hd.Problem:
 def recursion(n: int, way):
     """Return a run of recursive least squares as a call of no arguments."""
     prepared = problem(n)
-    adaptation = RecursiveLeastSquares().bind(problem(SAMPLES), MODEL)
+    adaptation = RecursiveLeastSquares(block=1.0).bind(problem(SAMPLES), MODEL)
     arguments = (adaptation.recursion, adaptation.start, prepared.inputs, prepared.segments)
     return lambda: way.recur(*arguments)
 
@@ -40,7 +40,7 @@ def test_against_numpy(benchmark, ledger):
 def test_one_step_online(benchmark, ledger):
     """One step a call, as on board, against the batch."""
     prepared = problem(10_000)
-    method = RecursiveLeastSquares()
+    method = RecursiveLeastSquares(block=1.0)
     samples = [prepared.inputs.sample(k) for k in range(prepared.n_samples)]
     initial = method.init(prepared, MODEL, samples[0])
 
