@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache, partial
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import ModuleType
 
 import hydrodamp as hd
 from benchmark_campaign import Campaign, Logs, Pilot, Recording, Sail
@@ -292,15 +293,21 @@ def field_vehicle() -> hd.Vehicle:
     return replace(hd.fleet["vt690"], actuators=(), axes=("Y", "N"))
 
 
-@cache
-def field_turns(folder: Path) -> list[hd.Log]:
-    """Return the turns of the field log, as the example finds them."""
-    example = EXAMPLES / "vt690"
-    spec = spec_from_file_location("turns", example / "turns.py")
+def load_module(path: Path) -> ModuleType:
+    """Return the module of a script of an example."""
+    spec = spec_from_file_location(path.stem, path)
     assert spec is not None
     assert spec.loader is not None
     found = module_from_spec(spec)
     spec.loader.exec_module(found)
+    return found
+
+
+@cache
+def field_turns(folder: Path) -> list[hd.Log]:
+    """Return the turns of the field log, as the example finds them."""
+    example = EXAMPLES / "vt690"
+    found = load_module(example / "turns.py")
     turns: list[hd.Log] = found.turns(
         found.with_speed(hd.read_log(folder, example / "mapping.yaml"))
     )

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import hydrodamp as hd
 from benchmark_campaign import Campaign, Logs
-from benchmark_campaigns import EXAMPLES, field_turns, field_vehicle, read_runs
+from benchmark_campaigns import EXAMPLES, field_turns, field_vehicle, load_module, read_runs
 from benchmark_tables import Row, number, table
 
 METHODS = ("weak", "oe", "recommended")
@@ -31,6 +31,9 @@ def measured(folder: Path) -> Iterator[Campaign]:
     if (place := folder / "vt690_field").is_dir():
         make = partial(_halves, place)
         yield Campaign("measured/vt690", _models("vt690", "steering"), make, "measured")
+    if (place := folder / "esso_osaka").is_dir():
+        make = partial(_pond, place)
+        yield Campaign("measured/esso-osaka", _models("esso_osaka"), make, "measured")
     start = "HSVA_CPMC_KVLCC2_Z_"
     runs = sorted((folder / "kvlcc2_hsva").glob(f"{start}*.dat"))
     for held in runs:
@@ -42,7 +45,15 @@ def measured(folder: Path) -> Iterator[Campaign]:
 
 def _models(example: str, *keys: str) -> tuple[hd.DampingModel, ...]:
     found = hd.read_models(EXAMPLES / example / "models.yaml")
-    return tuple(model for model in found if model.key in keys)
+    return tuple(model for model in found if not keys or model.key in keys)
+
+
+def _pond(folder: Path) -> Logs:
+    """Return the published split of the tests on a pond."""
+    example = load_module(EXAMPLES / "esso_osaka" / "compare.py")
+    vehicle = hd.read_vehicle(EXAMPLES / "esso_osaka" / "vehicle.yaml")
+    train, test = example.split(folder)
+    return Logs(vehicle, example.read(train), example.read(test))
 
 
 def _halves(folder: Path) -> Logs:

@@ -25,6 +25,7 @@ from .conditioning.dropouts import (
     mask_frozen as mask_frozen,
     mask_mocap_dropouts as mask_mocap_dropouts,
 )
+from .conditioning.interpolation import set_interpolation as set_interpolation
 from .conditioning.mixing import roll_from_mixing as roll_from_mixing
 from .conditioning.outliers import (
     remove_attitude_outliers as remove_attitude_outliers,
@@ -73,6 +74,10 @@ from .identification.adaptive import (
     State as State,
     TermScaledGain as TermScaledGain,
     observe as observe,
+)
+from .identification.command_response import (
+    CommandResponse as CommandResponse,
+    estimate_command_response as estimate_command_response,
 )
 from .identification.differentiation import (
     Derivative as Derivative,

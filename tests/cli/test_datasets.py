@@ -30,7 +30,8 @@ def test_lists_what_is_known(call):
     for word in ("kvlcc2-hsva", "vt690-field", "bluerov2-kth", "licence"):
         assert word in done.stdout
     listed = json.loads(call("datasets --json").stdout)["datasets"]
-    assert [one["name"] for one in listed] == ["kvlcc2-hsva", "vt690-field", "bluerov2-kth"]
+    names = ["kvlcc2-hsva", "vt690-field", "bluerov2-kth", "esso-osaka"]
+    assert [one["name"] for one in listed] == names
     hashes = [file["sha256"] for file in listed[0]["files"]]
     assert (len(hashes), hashes.count("")) == (13, 4)
 

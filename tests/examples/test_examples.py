@@ -17,6 +17,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
     [
         ("bluerov2", ("run_11_40_38.csv", "saabmarineMEX_learning")),
         ("kvlcc2", ("HSVA_CPMC_KVLCC2_Z_05_01.dat", "martinlarsalbert")),
+        ("esso_osaka", ("zigzag_31-Jul-2020_13_42_53.csv", "NAOE-5thLab/FRT-DS-ESSO")),
         ("vt690", ("ECE-MDE/AUV-Fault-Detection",)),
     ],
 )
@@ -66,6 +67,15 @@ def test_whole_zigzags_that_were_held_out(run, measured_logs, tmp_path):
     weak, recommended = rows
     assert min(recommended["fit_by_axis"][axis] for axis in "uvr") > 82.0
     assert recommended["rms"] < weak["rms"]
+
+
+def test_the_published_split_of_a_tanker_on_a_pond(run, measured_logs, tmp_path):
+    """The RMS error of `oe` in an independent trial with guessed added mass and 36 terms."""
+    ended = run("esso_osaka", measured_logs("esso_osaka"), "--methods", "oe", "--out", tmp_path)
+    assert ended.status == 0, ended.stderr
+    rows = json.loads((tmp_path / "comparison.json").read_text("utf-8"))["rows"]
+    assert [row["model"] for row in rows] == ["manoeuvring", "low-speed"]
+    assert max(row["rms"] for row in rows) < 0.311
 
 
 def test_held_out_turns_from_the_raw_topics(run, measured_logs, tmp_path):

@@ -25,6 +25,7 @@ def identify(
     train: list[str] | None = None,
     mapping: str | None = None,
     estimate_gains: bool = False,
+    estimate: str | None = None,
     check_actuators: bool = False,
     sensitivity: bool = False,
     next_dive: bool = False,
@@ -50,6 +51,14 @@ def identify(
     inputs.check_training(craft, log, listed.candidates(craft, log))
     models = listed.complete(craft, log, estimate_gains)
     problem = hd.prepare(craft, log, models)
+    if estimate is not None:
+        parameters = inputs.split_names(estimate)
+        response = hd.estimate_command_response(problem, models[0], parameters)
+        log = response.apply(log)
+        problem = problem.with_log(log)
+        note(f"{response}.")
+        if response.is_significant:
+            note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
     if check_actuators:
         from hydrodamp.validation.sensitivity import check_gains
 

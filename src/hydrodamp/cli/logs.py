@@ -60,6 +60,7 @@ def probe(
 
 def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
     """Return the requirements of a vehicle, with axes whose wrench contradicts the motion."""
+    from hydrodamp.identification.command_response import interpolation_remarks, response_remarks
     from hydrodamp.ingest.inspection.quality_report import Requirements
     from hydrodamp.simulation.checks import (
         estimate_length,
@@ -81,6 +82,11 @@ def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
     if requirements.missing or no_actuation:
         return requirements
     model = hd.catalog["fossen"]
+    coupled = hd.catalog["prestero"]
+    problem = hd.prepare(vehicle, log, (model, coupled))
+    remarks = (*interpolation_remarks(problem, coupled), *response_remarks(problem, coupled))
     return replace(
-        requirements, suspicions=tuple(check_gains(hd.prepare(vehicle, log, model), [model]))
+        requirements,
+        suspicions=tuple(check_gains(problem, [model])),
+        reservations=(*requirements.reservations, *remarks),
     )

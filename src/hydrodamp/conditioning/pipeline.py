@@ -26,6 +26,7 @@ from hydrodamp.conditioning.dropouts import (
     mask_frozen,
     mask_mocap_dropouts,
 )
+from hydrodamp.conditioning.interpolation import Interpolation, set_interpolation
 from hydrodamp.conditioning.mixing import MIXINGS, roll_from_mixing
 from hydrodamp.conditioning.outliers import remove_attitude_outliers, remove_outliers
 from hydrodamp.conditioning.quality_checks import annotate_quality
@@ -55,6 +56,7 @@ _SETTING_TYPES: dict[str, Any] = {
     "names": tuple[str, ...],
     **dict.fromkeys(("threshold", "seconds"), _PositiveNumber),
     "flag": str,
+    **dict.fromkeys(("wrench", "commands"), Interpolation),
     "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
     **dict.fromkeys(("demanded", "fins"), tuple[str, str]),
     "mixing": Literal[tuple(MIXINGS)],
@@ -109,6 +111,7 @@ _STEP_FUNCTIONS: tuple[Callable[..., Log], ...] = (
     apply_delay,
     apply_first_order_lag,
     apply_dead_zone,
+    set_interpolation,
 )
 _FUNCTIONS = {step.__name__: step for step in _STEP_FUNCTIONS}
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.command_response import response_remarks
 from hydrodamp.identification.continuation import fit_windows
 from hydrodamp.identification.fit import (
     MIN_BLOCKS,
@@ -128,7 +129,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     without each piece, which it then replays; the weak form is estimated without every second
     piece. The weak form is the result if its mean error is lower by more than one standard error.
     The difference of the output-error estimates from either half of the pieces widens the
-    confidence intervals.
+    confidence intervals. A remark names a significant lag of the commands.
 
     Parameters
     ----------
@@ -163,7 +164,8 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         if is_lower(weak_error, error):
             result, replicates = start, leave_one_out(objective, start, pieces)
         difference = (halves[0] - halves[1]) / 2.0
-        return build_fit(objective, model, self, start, result, replicates, difference)
+        fit = build_fit(objective, model, self, start, result, replicates, difference)
+        return replace(fit, remarks=(*fit.remarks, *response_remarks(objective.problem, model)))
 
 
 def _half_estimates(

@@ -329,6 +329,17 @@ class Problem:
             return self
         return _fill(self.vehicle, self.log, (*self.models, *free))
 
+    @property
+    def used_commands(self) -> tuple[str, ...]:
+        """Commands of the log that the vehicle or an unknown term uses."""
+        actuators = self.vehicle.commands if self.log.wrench is None else ()
+        used = {*self.equations.required_commands, *actuators}
+        return tuple(name for name in self.log.command_names if name in used)
+
+    def with_log(self, log: Log) -> Problem:
+        """Return the problem of the same vehicle and models with another log."""
+        return _fill(self.vehicle, log, self.models)
+
     def undetermined(self, model: DampingModel) -> tuple[tuple[str], ...]:
         """Return labels with (eta-1) where the propulsion ratio is unknown, as groups of one."""
         terms = (term for row in model.terms for term in row)

@@ -16,6 +16,7 @@ NAMES = (
     "ardusub-mavlink",
     "avl690",
     "bluerov2-kth",
+    "esso-osaka",
     "kvlcc2-hsva",
     "mavros",
     "px4-uuv",
