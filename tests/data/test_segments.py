@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -15,16 +17,30 @@ def speeds(n: int, missing: tuple[int, ...] = ()) -> dict[str, np.ndarray]:
     return {"u": u}
 
 
-def test_a_step_of_more_than_a_second_and_five_medians_is_a_gap() -> None:
+def test_a_step_of_more_than_five_medians_is_a_gap() -> None:
     time = [0.0, 0.1, 0.2, 1.3, 1.4, 1.5]
     with pytest.warns(GapWarning, match=r"2 segments: no samples for 1.1 s from 0.20 s"):
         log = Log.from_arrays(time, speeds(6))
     assert log.segments == (Segment("1.1", 0, 3), Segment("1.2", 3, 6))
 
 
-@pytest.mark.parametrize("time", [[0, 0.1, 0.2, 1.2, 1.3], [0, 2, 4, 14, 16]])
-def test_a_step_just_as_long_is_none(time: list[float]) -> None:
-    assert len(Log.from_arrays(time, speeds(5)).segments) == 1
+def test_a_step_of_five_medians_is_none() -> None:
+    assert len(Log.from_arrays([0, 2, 4, 14, 16], speeds(5)).segments) == 1
+
+
+@pytest.mark.parametrize(("share", "count"), [(0.35, 1), (0.6, 2)])
+@pytest.mark.parametrize("period", [10.0, 1000.0])
+def test_a_step_of_less_than_two_fifths_of_the_correlation_time_is_none(
+    share: float, count: int, period: float
+) -> None:
+    """A sine of period P has a correlation time of acos(1/e) P / 2 pi."""
+    correlation_time = np.arccos(np.exp(-1.0)) * period / (2.0 * np.pi)
+    time = np.arange(0.0, 20.0 * period, correlation_time / 50.0)
+    time[len(time) // 2 :] += share * correlation_time
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GapWarning)
+        log = Log.from_arrays(time, {"u": np.sin(2.0 * np.pi * time / period)})
+    assert len(log.segments) == count
 
 
 @pytest.mark.parametrize("block", BLOCKS[3:], ids=lambda block: block.name)

@@ -17,7 +17,7 @@ from hydrodamp.data.attitude import slerp
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import BLOCKS, POSITION
 from hydrodamp.data.log import Log, extract_segments, recorded_velocities
-from hydrodamp.data.record import Segment, max_step
+from hydrodamp.data.record import RELATIVE_GAP, Segment, max_step
 from hydrodamp.errors import LogError
 
 #: Name of the quaternion channel.
@@ -56,7 +56,7 @@ def remove_samples(
     log: Log, masks: Mapping[str, BoolArray], reason: str, longest: float | None = None
 ) -> Log:
     """Return a log without the masked samples; its notes count them per channel."""
-    span = max_step(log.steps) if longest is None else longest
+    span = max_step(log.steps, shortest_gap(log)) if longest is None else longest
     gaps = {name: _find_gaps(log, rows, span) for name, rows in masks.items() if rows.any()}
     if not gaps:
         return log
@@ -68,6 +68,11 @@ def remove_samples(
     ]
     cut = np.logical_or.reduce([gap.cut for gap in gaps.values()])
     return _cut_rows(_interpolate_gaps(log, gaps), cut, reason).with_notes(*notes)
+
+
+def shortest_gap(log: Log) -> float:
+    """Return the shortest interval without a measurement that counts as a gap [s]."""
+    return RELATIVE_GAP * log.time_scale
 
 
 def true_runs(mask: BoolArray) -> list[tuple[int, int]]:
@@ -137,7 +142,7 @@ _MIN_STEP_SHARE = 0.3  # of a median step of a pose
 _MIN_MOVING_SHARE = 0.5  # of the steps of a run on which another channel changes
 
 
-def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
+def mask_frozen(log: Log, *, seconds: float | None = None) -> Log:
     """Remove the repeated samples of a frozen velocity, attitude or position sensor.
 
     Parameters
@@ -145,7 +150,8 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     log : Log
         Any log.
     seconds : float, optional
-        Shorter constant runs are not regarded as frozen [s].
+        Shorter constant runs are not regarded as frozen [s]; by default 0.4 times the
+        correlation time of the velocities.
 
     Returns
     -------
@@ -164,8 +170,9 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     return remove_samples(log, find_frozen(log, seconds), "frozen")
 
 
-def find_frozen(log: Log, seconds: float = 1.0) -> Masks:
+def find_frozen(log: Log, seconds: float | None = None) -> Masks:
     """Return the repeated samples of frozen velocities, attitude and position."""
+    seconds = shortest_gap(log) if seconds is None else seconds
     repeats, masks = _repeat_masks(log), Masks()
     for name, values in recorded_velocities(log).items():
         other_repeats = [mask for channel, mask in repeats.items() if channel != name]

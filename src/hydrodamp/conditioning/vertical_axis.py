@@ -15,6 +15,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.data.channel_regression import regress_increments, window_increments
 from hydrodamp.data.log import Log
+from hydrodamp.data.time_scale import motion_time_scale
 
 #: Prior log-odds of forward-starboard-down axes, the most common convention.
 PRIOR_LOG_ODDS = 0.6
@@ -27,7 +28,7 @@ _GRAVITY_LOG_ODDS, _DEPTH_LOG_ODDS, _SURFACE_LOG_ODDS = 4.0, 4.0, 0.8  # log-odd
 _MIN_VERTICAL_SHARE = 0.8  # vertical share of a specific force from which it is gravity
 _MIN_DEPTH_CORRELATION = 0.3  # correlation from which depth and vertical velocity agree
 _MIN_DIVE_M = 1.0  # m; more than the heave of a surfaced vehicle
-_DEPTH_WINDOW_S = 10.0  # s; depth changes by more than its noise
+_RELATIVE_DEPTH_WINDOW = 4.0  # correlation times; depth changes by more than its noise
 _MAX_CONFIDENCE = 99  # %
 
 
@@ -100,7 +101,8 @@ def depth_test(
 ) -> Iterator[AxisEvidence]:
     """Depth test: a depth grows with the velocity along the world's z if z is down."""
     columns = rise[:, np.newaxis], depth[:, np.newaxis]
-    pairs = window_increments(elapsed, bounds, *columns, _DEPTH_WINDOW_S)
+    window = _RELATIVE_DEPTH_WINDOW * motion_time_scale(elapsed, columns[0], bounds)
+    pairs = window_increments(elapsed, bounds, *columns, window)
     if not len(pairs[0]):
         return
     # A tilted Doppler log adds a constant.

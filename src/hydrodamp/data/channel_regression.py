@@ -12,8 +12,9 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import rotation_matrices, rotation_vectors
+from hydrodamp.data.time_scale import motion_time_scale
 
-_MIN_WINDOW_S, _MIN_WINDOW_STEPS = 1.0, 10  # s, and median steps; the longer is the shortest window
+_RELATIVE_WINDOW, _MIN_WINDOW_STEPS = 0.2, 10  # correlation times, median steps: shortest window
 _WINDOW_FACTORS = (1, 4, 16)
 _MIN_WINDOWS = 8  # windows in a log; fewer agree by chance
 _MIN_PAIRS = 20
@@ -81,7 +82,8 @@ def regress_channel(
     steps = np.concatenate([np.diff(time[:0]), *(np.diff(time[a:b]) for a, b in bounds.tolist())])
     if not len(steps):
         return NO_REGRESSION
-    shortest = max(_MIN_WINDOW_S, _MIN_WINDOW_STEPS * float(np.median(steps)))
+    time_scale = motion_time_scale(time, rate, bounds)
+    shortest = max(_RELATIVE_WINDOW * time_scale, _MIN_WINDOW_STEPS * float(np.median(steps)))
     spans = [factor * shortest for factor in _WINDOW_FACTORS]
     moving = []
     for span in [span for span in spans if span * _MIN_WINDOWS < steps.sum()] or [shortest]:

@@ -28,6 +28,7 @@ from hydrodamp.data.record import (
     record_of_arrays,
     split_segments,
 )
+from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import GapWarning, LogError, first_few, no_such, warn
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
@@ -220,6 +221,11 @@ class Log:
     def steps(self) -> FloatArray:
         """Time from sample to sample within segments [s], shape (n - s,)."""
         return frozen(np.concatenate([np.diff(self.time[a:b]) for a, b in self.bounds]))
+
+    @cached_property
+    def time_scale(self) -> float:
+        """Correlation time of the velocities [s]; a median step where nothing moves."""
+        return motion_time_scale(self.time, self.velocity, self.bounds)
 
     @property
     def duration(self) -> float:

@@ -15,15 +15,19 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
 from hydrodamp.basis.term import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, BLOCKS
+from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import LogError, TermError, did_you_mean, first_few, format_time, unique_names
 
-#: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
+#: A step longer than this many median steps, and than the shortest gap, is a gap.
 MIN_GAP_STEPS = 5.0
+
+#: Shortest gap of a log over the time scale of its motion [1].
+RELATIVE_GAP = 0.4
 
 #: Stamps further apart than this, 11 days, belong to two epochs [s].
 EPOCH_GAP_S = 1e6
 
-#: No step up to this long is a gap [s].
+#: Longest delay of a message that is no dropout [s]: that of computers, whatever the vehicle.
 MIN_GAP_S = 1.0
 
 
@@ -178,16 +182,28 @@ def command_faults(names: Iterable[str]) -> list[str]:
     return faults
 
 
-def max_step(steps: FloatArray) -> float:
-    """Return the longest step that is not a gap."""
-    return max(MIN_GAP_STEPS * float(np.median(steps)), MIN_GAP_S) if len(steps) else MIN_GAP_S
+def max_step(steps: FloatArray, shortest_gap: float = MIN_GAP_S) -> float:
+    """Return the longest step [s] that is not a gap."""
+    median = float(np.median(steps)) if len(steps) else 0.0
+    return max(MIN_GAP_STEPS * median, shortest_gap)
+
+
+def _shortest_gap(record: Record) -> float:
+    """Return the shortest gap [s] by the correlation time of the velocities."""
+    velocity = record.blocks["velocity"]
+    rows = np.isfinite(record.time) & np.isfinite(velocity).all(axis=1)
+    if np.count_nonzero(rows) < 2:
+        return 0.0
+    edges = [0, *np.flatnonzero(record.joins[rows][1:]) + 1, np.count_nonzero(rows)]
+    bounds = np.array([*itertools.pairwise(edges)], dtype=np.int64)
+    return RELATIVE_GAP * motion_time_scale(record.time[rows], velocity[rows], bounds)
 
 
 def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
     """Return which samples to keep, their segments, and a note on every cut except joins."""
     joins, missing = record.joins, record.missing
     steps = np.diff(record.time, prepend=record.time[:1])
-    gaps = (steps > max_step(steps[1:][~joins[1:]])) & ~joins
+    gaps = (steps > max_step(steps[1:][~joins[1:]], _shortest_gap(record))) & ~joins
     starts = joins | gaps | (missing != np.roll(missing, 1))
     edges = np.append(np.flatnonzero(starts), record.n).tolist()
     pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a] and b - a >= 2]

@@ -18,18 +18,19 @@ from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.progress import count_items
 
-_MIN_LAG_S, _MAX_LAG_S = -0.6, 3.0  # s; a response before its command indicates different clocks
+# Multiples of the time scale of the motion; a response before its command: different clocks.
+_MIN_RELATIVE_LAG, _MAX_RELATIVE_LAG = -0.35, 1.0
 _MIN_CHANGES = 4
 _MIN_SAMPLES = 60
 _MIN_SHARE = 0.03  # of the variance of the acceleration
 _SURE_SHARE = 0.1
-_MIN_LEAD_S = 0.05  # s
+_MIN_RELATIVE_LEAD = 0.02
 _MAX_LEAD_CONFIDENCE = 0.4  # confidence limit of a response before its command
 _N_BLOCKS = 5  # of the log; their delays must agree
-_BLOCK_TOLERANCE_S = 0.15  # s, or two steps: tolerated difference of blocks
+_RELATIVE_TOLERANCE = 0.05  # or two steps: tolerated difference of blocks
 _MAX_SAMPLES = 20_000  # samples used
 _ROUNDING_STEPS = 1e-3  # of a step; times since 1970 are rounded
-_MIN_STEP_S = 0.02  # s; a finer grid gains nothing
+_MIN_RELATIVE_STEP = 0.006  # a finer grid gains nothing
 
 
 @dataclass(frozen=True)
@@ -93,13 +94,16 @@ def estimate_delays(log: Log) -> tuple[Delay, ...]:
     step, velocity, commands = _resample(log, inputs)
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
     columns = count_items(zip(names, commands.T, strict=True), "comparing delays", len(names))
-    delays = [_estimate_delay(name, command, step, velocity, axes) for name, command in columns]
+    delays = [
+        _estimate_delay(name, command, step, log.time_scale, velocity, axes)
+        for name, command in columns
+    ]
     return tuple(delay for delay in delays if delay is not None)
 
 
 def _resample(log: Log, inputs: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return step, velocities and commands on a uniform clock, a NaN row between segments."""
-    step = max(float(np.median(log.steps)), _MIN_STEP_S)
+    step = max(float(np.median(log.steps)), _MIN_RELATIVE_STEP * log.time_scale)
     velocities, commands = [], []
     n_remaining = _MAX_SAMPLES
     for start, stop in log.bounds.tolist():
@@ -117,13 +121,20 @@ def _resample(log: Log, inputs: FloatArray) -> tuple[float, FloatArray, FloatArr
 
 
 def _estimate_delay(
-    name: str, command: FloatArray, step: float, velocity: FloatArray, axes: list[int]
+    name: str,
+    command: FloatArray,
+    step: float,
+    time_scale: float,
+    velocity: FloatArray,
+    axes: list[int],
 ) -> Delay | None:
     """Return the delay of the axis whose acceleration a command explains best."""
     known = command[np.isfinite(command)]
     if np.count_nonzero(np.diff(known)) < _MIN_CHANGES:
         return None
-    lags = np.arange(round(_MIN_LAG_S / step), round(_MAX_LAG_S / step) + 1)
+    relative = time_scale / step
+    limits = round(_MIN_RELATIVE_LAG * relative), round(_MAX_RELATIVE_LAG * relative)
+    lags = np.arange(limits[0], limits[1] + 1)
     # The command at every lag; NaN outside the log.
     indices = np.arange(len(command))[:, np.newaxis] - lags
     inside = (indices >= 0) & (indices < len(command))
@@ -152,10 +163,10 @@ def _estimate_delay(
             delays.append(step * _interpolate_peak(shares, lags))
     differences = np.abs(np.array(delays) - seconds)
     has_blocks = len(delays) > 1
-    agreeing = differences <= max(2 * step, _BLOCK_TOLERANCE_S)
+    agreeing = differences <= max(2 * step, _RELATIVE_TOLERANCE * time_scale)
     agreement = float(np.mean(agreeing)) if has_blocks else 0.5
     confidence = agreement * min(1.0, share / _SURE_SHARE) if 0 < lag < len(lags) - 1 else 0.0
-    if seconds < -max(step, _MIN_LEAD_S):
+    if seconds < -max(step, _MIN_RELATIVE_LEAD * time_scale):
         confidence = min(confidence, _MAX_LEAD_CONFIDENCE)
     deviation = float(np.std(delays)) if has_blocks else None
     sign = int(np.sign(projections[axis, lag]))
