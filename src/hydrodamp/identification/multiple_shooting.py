@@ -153,7 +153,7 @@ class Windows:
         p, first = len(coefficients), 0
         normals = np.zeros((block_of_window[-1] + 1, p + 1, p + 1))
         for windows in self.chunks:
-            eliminated = windows._eliminate(windows.linearise_chunk(coefficients, residual_std))
+            eliminated = windows._eliminate(windows._linearise_chunk(coefficients, residual_std))
             block = block_of_window[first : first + len(eliminated.gains)]
             for number in np.unique(block):
                 run = np.flatnonzero(block == number)
@@ -172,7 +172,7 @@ class Windows:
         p, free = len(coefficients), self.free
         normal, square, correction = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
         for windows in self.chunks:
-            linearised = windows.linearise_chunk(coefficients, residual_std)
+            linearised = windows._linearise_chunk(coefficients, residual_std)
             jacobian, residuals, edges, simulated = linearised
             eliminated = windows._eliminate(linearised)
             normal += eliminated.normal(0, len(eliminated.gains))
@@ -201,11 +201,11 @@ class Windows:
         p = len(coefficients)
         factor: FloatArray = np.zeros((p + 1, p + 1))
         for windows in self.chunks:
-            jacobian, residuals, *_ = windows.linearise_chunk(coefficients, residual_std)
+            jacobian, residuals, *_ = windows._linearise_chunk(coefficients, residual_std)
             factor = update_factor(factor, np.column_stack([jacobian[:, :p], residuals]))
         return factor
 
-    def linearise_chunk(
+    def _linearise_chunk(
         self, coefficients: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""

@@ -20,7 +20,6 @@ from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.command_response import response_remarks
 from hydrodamp.identification.continuation import fit_windows
-from hydrodamp.identification.disturbances import disturbance_shifts
 from hydrodamp.identification.fit import (
     MIN_BLOCKS,
     Fit,
@@ -233,13 +232,8 @@ def build_fit(
         axes = objective.entries[1]
         uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
     if uncertainty is not None and start is not result:
-        allowance = (
-            "the shift from the weak-form to this estimate, and from this estimate to one with an "
-            "unknown constant wrench in each window"
-        )
-        shifts = coefficients - start.coefficients, *disturbance_shifts(objective, model, result)
-        for shift in shifts:
-            uncertainty = uncertainty.inflate(shift, allowance)
+        allowance = "the shift from the weak-form to this estimate"
+        uncertainty = uncertainty.inflate(coefficients - start.coefficients, allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
     return make_fit(
