@@ -202,8 +202,8 @@ def response_remarks(problem: Problem, model: DampingModel) -> list[str]:
     if not response.is_significant:
         return []
     return [
-        f"The residuals indicate a {response}. The result assumes none: write `steps: "
-        f"[{response.mapping_steps}]` in the mapping, or use `identify --estimate lag`."
+        f"The residuals indicate a {response}: write `steps: [{response.mapping_steps}]` in the "
+        "mapping, or use `identify --estimate lag`."
     ]
 
 
