@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from itertools import product
 from typing import Any
 
@@ -145,11 +146,16 @@ def estimate_command_response(
     >>> print(estimate_command_response(problem, model))
     `rudder` `elevator` `rpm`: no significant first-order lag
     """
-    from scipy.optimize import minimize
-
     unknown = [name for name in parameters if name not in PARAMETERS]
     demand(not unknown and len(parameters) > 0, "parameters", "lag, delay or both", parameters)
-    residuals = _ResponseResiduals.of(problem, model, parameters, commands)
+    return _maximise(_ResponseResiduals.of(problem, model, parameters, commands))
+
+
+def _maximise(residuals: _ResponseResiduals) -> CommandResponse:
+    """Return the response of the largest likelihood."""
+    from scipy.optimize import minimize
+
+    parameters = residuals.parameters
     time_scale, resolution = residuals.time_scale, residuals.resolution
     grid = product([each * time_scale for each in RELATIVE_GRID], repeat=len(parameters))
     start = max(grid, key=lambda trial: residuals.log_likelihood(trial).sum())
@@ -198,7 +204,7 @@ def response_remarks(problem: Problem, model: DampingModel) -> list[str]:
     # a lag of the resolution improves the residuals where there is a longer one
     if residuals.significance((residuals.resolution,)) < MIN_SIGNIFICANCE:
         return []
-    response = estimate_command_response(problem, model)
+    response = _maximise(residuals)
     if not response.is_significant:
         return []
     return [
@@ -215,11 +221,11 @@ def interpolation_remarks(problem: Problem, model: DampingModel) -> list[str]:
         changes.append(("wrench", "held", set_interpolation(log, wrench="held")))
     if log.command_names:
         changes.append(("commands", "linear", set_interpolation(log, commands="linear")))
+    try:
+        residuals = _ResponseResiduals.of(problem, model, (), ())
+    except MethodError:
+        return []
     for name, value, changed in changes:
-        try:
-            residuals = _ResponseResiduals.of(problem, model, (), ())
-        except MethodError:
-            continue
         if residuals.compare(changed) >= MIN_SIGNIFICANCE:
             words = {"held": "held from sample to sample", "linear": "linear between samples"}
             remarks.append(
@@ -258,9 +264,8 @@ class _ResponseResiduals:
         time_scale = motion_time_scale(problem.inputs.time, velocity, problem.segments)
         support, _ = select_support(problem)
         residuals = cls(problem, model, tuple(parameters), used, support, time_scale)
-        if len(residuals.densities(problem.log)) < MIN_BLOCKS * max(
-            map(len, model.terms), default=1
-        ):
+        n_terms = max(map(len, model.terms), default=1)
+        if len(residuals.recorded_densities) < MIN_BLOCKS * n_terms:
             raise MethodError("the log is too short to estimate the response of its commands")
         return residuals
 
@@ -269,6 +274,11 @@ class _ResponseResiduals:
         """Shortest response that the log resolves [s]."""
         step = float(np.median(self.problem.log.steps))
         return max(RELATIVE_RESOLUTION * self.time_scale, RESOLUTION_STEPS * step)
+
+    @cached_property
+    def recorded_densities(self) -> FloatArray:
+        """Log-density of each row for the log as recorded."""
+        return self.densities(self.problem.log)
 
     def densities(self, log: Log) -> FloatArray:
         """Return the log-density of each row for a log with other commands or wrench."""
@@ -284,47 +294,41 @@ class _ResponseResiduals:
             total -= 0.5 * (np.log(mean_square) + residual**2 / mean_square)
         return total
 
+    def respond(self, values: tuple[float, ...]) -> Log:
+        """Return the log with a response of its commands."""
+        estimates = dict(zip(self.parameters, values, strict=True))
+        return respond(self.problem.log, self.commands, estimates)
+
     def log_likelihood(self, values: tuple[float, ...]) -> FloatArray:
         """Return the log-likelihood of each piece of the log (B,)."""
-        log = respond(
-            self.problem.log, self.commands, dict(zip(self.parameters, values, strict=True))
-        )
-        return _sum_pieces(self.densities(log))
+        return _sum_pieces(self.densities(self.respond(values)))
 
     def significance(self, values: tuple[float, ...]) -> float:
         """Return the mean log-likelihood ratio to no response, in standard errors."""
-        return _ratio(self.log_likelihood(values) - self.log_likelihood((0.0,) * len(values)))
+        return self.compare(self.respond(values))
 
     def compare(self, changed: Log) -> float:
         """Return the mean log-likelihood ratio of a changed log, in standard errors."""
-        return _ratio(_sum_pieces(self.densities(changed) - self.densities(self.problem.log)))
+        return _ratio(_sum_pieces(self.densities(changed) - self.recorded_densities))
 
     def standard_errors(self, values: tuple[float, ...]) -> FloatArray:
         """Return the standard errors [s]; zero for values below the resolution."""
         at, step = np.array(values), self.resolution
         unit = step * np.eye(len(at))[at >= step]
 
-        def evaluate(offset: FloatArray) -> FloatArray:
-            return self.log_likelihood(tuple((at + offset).tolist()))
+        @cache
+        def evaluate(*point: float) -> FloatArray:
+            return self.log_likelihood(point)
 
-        scores = np.array([evaluate(each) - evaluate(-each) for each in unit]) / (2.0 * step)
-        corners = product((1.0, -1.0), repeat=2)
-        signs = [(a, b, a * b) for a, b in corners]
-        hessian = (
-            -np.array(
-                [
-                    [
-                        sum(
-                            sign * evaluate((a * first + b * second) / 2.0).sum()
-                            for a, b, sign in signs
-                        )
-                        for second in unit
-                    ]
-                    for first in unit
-                ]
-            ).reshape(len(unit), len(unit))
-            / step**2
-        )
+        def total(offset: FloatArray) -> float:
+            return float(evaluate(*(at + offset)).sum())
+
+        scores = np.array([evaluate(*(at + h)) - evaluate(*(at - h)) for h in unit]) / (2.0 * step)
+        hessian = np.zeros((len(unit), len(unit)))
+        for i, j in np.ndindex(hessian.shape):
+            mean, half = (unit[i] + unit[j]) / 2.0, (unit[i] - unit[j]) / 2.0
+            change = total(mean) + total(-mean) - total(half) - total(-half)
+            hessian[i, j] = -change / step**2
         error = np.zeros(len(at))
         if len(unit) and np.all(np.linalg.eigvalsh(hessian) > 0.0):
             centred = scores - scores.mean(axis=1, keepdims=True)
