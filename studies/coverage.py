@@ -57,8 +57,8 @@ from hydrodamp import (
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import open_atomic
 from hydrodamp.identification.fit import Uncertainty, critical_value
+from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.identifiability import (
-    Grade,
     analyse_excitation,
     grade_by_excitation,
     identifiability,

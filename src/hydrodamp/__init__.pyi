@@ -99,10 +99,11 @@ from .identification.fit import (
     identify as identify,
     make_fit as make_fit,
 )
+from .identification.grades import Grade as Grade
 from .identification.identifiability import (
-    Grade as Grade,
     Identifiability as Identifiability,
     grade_fit as grade_fit,
+    grade_fits as grade_fits,
     identifiability as identifiability,
 )
 from .identification.least_squares import (
@@ -206,9 +207,7 @@ from .validation.compare import (
     PAPER_TABLE_I as PAPER_TABLE_I,
     Comparison as Comparison,
     Row as Row,
-    Selection as Selection,
     compare as compare,
-    pareto_front as pareto_front,
 )
 from .validation.cross_validation import (
     CrossValidation as CrossValidation,
@@ -219,10 +218,12 @@ from .validation.diagnostics import (
     diagnose as diagnose,
     prediction_band as prediction_band,
 )
+from .validation.selection import Selection as Selection, pareto_front as pareto_front
 from .validation.sensitivity import (
     VehicleSensitivity as VehicleSensitivity,
     vehicle_sensitivity as vehicle_sensitivity,
 )
+from .validation.verdict import AxisVerdict as AxisVerdict, Light as Light, Verdict as Verdict
 from .vehicle.actuators import (
     Fin as Fin,
     Matrix as Matrix,

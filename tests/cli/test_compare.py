@@ -9,6 +9,7 @@ import hydrodamp as hd
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
     *("rms_by_segment", "status", "diverged_at", "coefficients", "fit"),
+    *("n_determined", "standard_error"),
 }
 PARTS = "compare ab.csv --vehicle planar.yaml --train one --test two"
 ONE = "compare a.csv --vehicle planar.yaml"
@@ -35,8 +36,12 @@ def usual(entry):
 def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     done = call(f"{PARTS} --models linear,fossen --methods ls,ai --json --out out")
     document = json.loads(done.stdout)
+    assert document.pop("paths") == {"folder": "out", "damping": "out/damping.json"}
     assert document == json.loads((folder / "out" / "comparison.json").read_text("utf-8"))
-    assert set(document) == {"rows", "units", "provenance"}
+    assert set(document) == {"format", "version", "verdict", "rows", "units", "provenance"}
+    assert document["verdict"]["model"] == "linear"
+    assert set(document["verdict"]["axes"]) == {"u", "v", "r"}
+    assert hd.read_damping(folder / "out" / "damping.json").model.key == "linear"
     assert [(row["model"], row["method"]) for row in document["rows"]] == [
         ("linear", "ls"),
         ("fossen", "ls"),
@@ -69,7 +74,7 @@ def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, m
 
 def test_windows_longer_than_every_run_are_refused_before_work(folder, call):
     line = f"{ONE} --train 0:20 --test 20:30 --test 30:40 --models linear --methods ls"
-    assert "windows of 9 s" in call(f"{line} --horizon 9").stdout
+    assert "windows of 9 s" in call(f"{line} --horizon 9 --verbose").stdout
     assert "9.9 s" in call(f"{line} --horizon 25", 2).stderr
 
 
@@ -82,7 +87,7 @@ def test_a_model_that_nothing_drives_is_refused_beside_one_with_gains(folder, ca
     line = f"{PARTS.replace('planar', 'bare')} --methods {method} --out out --models linear"
     alone = " ".join(call(line, 2).stderr.split())
     done = call(f"{line},mine.yaml")
-    assert f"mine by {method} (" in " ".join(done.stdout.split())
+    assert f"Use mine by {method}: 6 coefficients" in " ".join(done.stdout.split())
     assert "'linear' is refused: vehicle 'planar' has no actuators" in done.stderr
     comparison = hd.read_comparison("out")
     assert [row.status.word for row in comparison.rows][:1] == ["refused"]
@@ -121,7 +126,9 @@ def test_without_any_score_the_work_failed(folder, call):
     line = f"{ONE} --train 0:1.4 --test 2:40 --models wild.yaml --methods ls --out out"
     done = call(line, 1)
     assert "error: no row has an RMS error (diverged)" in done.stderr
-    assert "wild by ls diverged in segment 1 after" in " ".join(done.stdout.split())
+    words = " ".join(done.stdout.split())
+    assert "Use none of these models" in words
+    assert "It diverged in segment 1 after" in words
     (row,) = json.loads((folder / "out" / "comparison.json").read_text("utf-8"))["rows"]
     assert row["rms"] is None
     assert row["diverged_at"][0]["segment"] == "1"

@@ -9,7 +9,6 @@ import pytest
         "compare a.csv --train 0:9 --test 9:20",
         "validate a.csv",
         "identify a.csv --model linear --out d.json",
-        "simulate a.csv --damping d.json",
     ],
 )
 def test_a_vehicle_that_is_forgotten(folder, call, line):

@@ -17,7 +17,7 @@ from hydrodamp.experiment_design.verification import (
     _explain,
     enforce_envelope,
 )
-from hydrodamp.identification.identifiability import Cause
+from hydrodamp.identification.grades import Cause
 from hydrodamp.simulation.problem import vehicle_stamp
 
 

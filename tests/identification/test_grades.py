@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.identifiability import (
-    Cause,
-    analyse_excitation,
-    grade_by_excitation,
-    grade_coefficients,
-)
+from hydrodamp.identification.grades import Cause, grade_coefficients
+from hydrodamp.identification.identifiability import analyse_excitation, grade_by_excitation
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(hd.Grade)

@@ -3,7 +3,7 @@
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.identifiability import Grade
+from hydrodamp.identification.grades import Grade
 from hydrodamp.live.estimator import diagnostic_status
 from hydrodamp.live.samples import rows_of
 from live.conftest import MODEL, run_live

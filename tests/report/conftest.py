@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.validation.compare import replayed_row
 
 NAMES = ("u", "v", "w", "p", "q", "r")
 STAMP = hd.VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")
@@ -36,7 +37,13 @@ def make_row(fit, rms, diverged=()):
     if diverged:
         velocity[4:] = np.nan
     trajectory = hd.Trajectory(log, velocity, diverged, "measured") if fit.status.usable else None
-    return hd.Row(fit, hd.Score(rms, errors, fits, "deg", diverged), trajectory)
+    score = hd.Score(rms, errors, fits, "deg", diverged)
+    row = replayed_row(fit, score, trajectory)
+    if rms is None:
+        return row
+    squares = np.full(row.blocks.error.shape, rms**2)
+    deviation = squares / (1.0 - np.array([*fits.values()]) / 100.0) ** 2
+    return replace(row, blocks=replace(row.blocks, error=squares, deviation=deviation))
 
 
 @pytest.fixture

@@ -119,15 +119,3 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     assert grid.title.endswith(", run_11_…")
     assert grid.header == ("model", "method", "40", "46")
     assert not horizon_tables(comparison)
-
-
-def test_a_choice_that_is_worse_than_no_model_is_told(comparison):
-    best = comparison.select().row
-
-    def told(fit):
-        score = replace(best.score, fit_by_axis={"u": fit, "v": 5.0, "r": None})
-        row = replace(best, score=score)
-        return " ".join(summary_tables(replace(comparison, rows=(row,)))[-1].notes)
-
-    assert "worse than the mean of the test data" in told(-3.0)
-    assert "worse than no model" not in told(0.0)

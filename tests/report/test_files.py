@@ -7,13 +7,14 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.report.documents import comparison_document
 from hydrodamp.report.files import read_finished_fit, write_fit
+from hydrodamp.validation.compare import replayed_row
 
 
 def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
     hd.write_comparison(comparison, tmp_path / "deep" / "out")
     names = sorted(path.name for path in (tmp_path / "deep" / "out").iterdir())
     assert names == [
-        *(".hydrodamp.json", "comparison.json", "fits", "replays.npz"),
+        *(".hydrodamp.json", "comparison.json", "damping.json", "fits", "replays.npz"),
         *("table.csv", "table.md", "table.tex", "table.txt"),
     ]
     fits = sorted(path.stem for path in (tmp_path / "deep" / "out" / "fits").iterdir())
@@ -28,7 +29,8 @@ def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
 
     text = (tmp_path / "comparison.json").read_text("utf-8")
     document = json.loads(text, parse_constant=refuse)
-    assert set(document) == {"rows", "units", "provenance"}
+    assert set(document) == {"format", "version", "verdict", "rows", "units", "provenance"}
+    assert document["verdict"]["model"] == "linear"
     first, second = document["rows"][:2]
     assert first["coefficients"]["X_u"] == -1.0
     assert first["rms"] == 0.46
@@ -46,7 +48,9 @@ def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
 def test_a_comparison_reads_back_as_it_was(comparison, tmp_path):
     first, *others = comparison.rows
     windows = hd.HorizonScore(10.0, replace(first.score, rms_by_segment={}), 6, 1)
-    comparison = replace(comparison, rows=(replace(first, windows=windows), *others))
+    rows = (replace(first, windows=windows), *others)  # with the errors of their replays
+    rows = tuple(replayed_row(row.fit, row.score, row.trajectory, row.windows) for row in rows)
+    comparison = replace(comparison, rows=rows)
     hd.write_comparison(comparison, tmp_path)
     again = hd.read_comparison(tmp_path)
     assert comparison_document(again) == comparison_document(comparison)

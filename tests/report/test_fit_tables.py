@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.identification.fit import Uncertainty
-from hydrodamp.identification.identifiability import Cause, Grade
+from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.report.fit_tables import fit_table, half_widths
 
 from .conftest import column

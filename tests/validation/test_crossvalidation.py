@@ -50,43 +50,44 @@ def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
         assert table.rows[0].rms_by_fold[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
         assert table.rows[0].folds[fold].trajectory is None
     row = table.rows[1]
-    assert row.rms == row.rms_of_completed == pytest.approx(np.mean(row.rms_by_fold))
-    assert row.standard_deviation == pytest.approx(np.std(row.rms_by_fold, ddof=1))
+    # The folds have equal lengths.
+    assert row.rms == pytest.approx(np.sqrt(np.mean(np.square(row.rms_by_fold))))
+    assert row.standard_error > 0.0
     assert row.n_failed_folds == 0
     assert row.converged
 
 
-def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
+def test_a_fold_that_diverges_counts_as_the_mean_of_its_data(vehicle, log):
     methods = [Fixed(wild_without="b"), hd.LeastSquares()]
     table = cross_validate(vehicle, log, LINEAR, methods)
     wild = table.rows[0]
     assert [value is None for value in wild.rms_by_fold] == [False, True, False]
     assert wild.rms is None
-    assert not wild.converged
     assert wild.n_failed_folds == 1
-    kept = [wild.rms_by_fold[0], wild.rms_by_fold[2]]
-    assert wild.rms_of_completed == pytest.approx(np.mean(kept))
+    lost = wild.folds[1].blocks
+    assert lost.rms == pytest.approx(lost.rms_of_mean)
     assert table.select().row.method == "ls"
+    assert wild.divergences[0].startswith("fold 2, segment b after")
     ((where, after),) = wild.folds[1].score.diverged
     assert where == "b"
     assert wild.failed_folds == (f"fold 2 (diverged in segment b after {after:.3g} s)",)
     text = str(table).splitlines()
-    assert text[1].endswith(f"{wild.rms_of_completed:.3f}  failed {wild.failed_folds[0]}")
+    assert text[1].endswith(f"{wild.blocks.rms:.3f}  failed {wild.failed_folds[0]}")
 
 
-def test_a_row_that_is_nearer_but_lost_a_fold_is_named_beside_the_choice(vehicle, log):
-    table = cross_validate(vehicle, log, LINEAR, [hd.LeastSquares(), Fixed(wild_without="b")])
-    exact, wild = table.rows
-    far = [replace(row, score=replace(row.score, rms=9.0)) for row in exact.folds]
-    chosen = replace(table, rows=(replace(exact, folds=tuple(far)), wild)).select()
-    assert chosen.row.method == "ls"
-    assert "of 1 replay of all 3 folds" in chosen.sentence
-    errors = f"({wild.rms_of_completed:.3g} against 9), but failed on 1 of 3"
-    assert (
-        f"linear by fixed has a lower error on the folds that it completed {errors}"
-        in chosen.caveat
-    )
-    assert "lower error" not in str(table.select())  # the exact one is better there, too
+def test_a_fold_that_alone_excites_a_velocity_does_not_count(vehicle, log):
+    """Roll rates of the other folds are a tenth: linear damping by least squares extrapolates."""
+    velocity = log.velocity.copy()
+    for segment in log.segments[1:]:
+        velocity[segment.start : segment.stop, 3] *= 0.1
+    with pytest.warns(hd.HydrodampWarning, match=r"Only fold 1 of 3 \(segment a\) excites p"):
+        table = cross_validate(vehicle, replace(log, velocity=velocity), LINEAR, hd.LeastSquares())
+    (row,) = table.rows
+    assert row.counted == (False, True, True)
+    assert row.blocks.n == row.folds[1].blocks.n + row.folds[2].blocks.n
+    p = next(axis for axis in table.verdict().axes if axis.velocity == "p")
+    assert p.reason == "excited in fold 1 only"
+    assert any("so it does not count" in reason for reason in table.verdict().reasons)
 
 
 def names(log):

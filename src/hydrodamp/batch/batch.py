@@ -36,7 +36,7 @@ from hydrodamp.batch.sufficient_statistics import (
 )
 from hydrodamp.errors import ProblemError, demand
 from hydrodamp.identification.fit import Fit, Method
-from hydrodamp.identification.identifiability import Grade
+from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
 from hydrodamp.identification.methods import find_method
 from hydrodamp.models.model import DampingModel

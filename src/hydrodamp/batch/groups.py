@@ -19,7 +19,7 @@ from scipy.stats import t as student
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH
+from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Grouping keys that are dates.

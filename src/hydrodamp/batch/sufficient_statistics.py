@@ -32,7 +32,7 @@ from hydrodamp.identification.fit import (
     identify_or_refuse,
     jackknife,
 )
-from hydrodamp.identification.identifiability import Grade, grade_coefficients
+from hydrodamp.identification.grades import Grade, grade_coefficients
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
 from hydrodamp.identification.regression import (
     AxisSolution,

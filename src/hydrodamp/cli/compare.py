@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
@@ -27,6 +28,9 @@ from hydrodamp.cli.report import write_diagnostics
 from hydrodamp.errors import demand
 from hydrodamp.progress import progress
 
+if TYPE_CHECKING:
+    from hydrodamp.report.table import Table
+
 Key = tuple[str, str]
 
 DEMO_METHODS = "ls,ai,ai-scaled,recommended"
@@ -44,6 +48,7 @@ class Task:
     methods: Sequence[hd.Method]
     out: Path | None
     settings: Mapping[str, Any]
+    verbose: bool = False
 
     @property
     def rows(self) -> list[Key]:
@@ -66,12 +71,15 @@ def compare(
     out: Path | None = None,
     resume: bool = False,
     force: bool = False,
+    verbose: bool = False,
     json: bool = False,
 ) -> None:
     """Identify models on training data, replay them on test data and rank them by RMS error."""
     logs, train, test = logs or [], train or [], test or []
     files = (*logs, *train, *test, *inputs.model_files(models), vehicle, mapping)
     check_out_folder(out, files, resume, force)
+    from hydrodamp.validation.excitation import compare_logs
+
     craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
     method_list, provenance = inputs.list_methods(methods), run_provenance(files)
     train_log, test_log, overlap = inputs.train_and_test(logs, train, test, mapping)
@@ -82,9 +90,11 @@ def compare(
         demand(0.0 < horizon <= longest, "--horizon", bounds, f"{horizon:g}")
     inputs.check_training(craft, train_log, listed.candidates(craft, train_log))
     inputs.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
+    for sentence in compare_logs(train_log, test_log, craft.axes).sentences:
+        warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
     fitted_models = listed.complete(craft, train_log, estimate_gains)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
-    task = Task(craft, train_log, test_log, fitted_models, method_list, out, settings)
+    task = Task(craft, train_log, test_log, fitted_models, method_list, out, settings, verbose)
     run_comparison(task, overlap | provenance, resume, json)
 
 
@@ -94,6 +104,7 @@ def demo(
     truth: str = "sname",
     resume: bool = False,
     force: bool = False,
+    verbose: bool = False,
     json: bool = False,
 ) -> None:
     """Simulate the experiment of the paper, identify all models and print Table I."""
@@ -111,7 +122,9 @@ def demo(
         )
     models, methods = inputs.list_models(None).models, inputs.list_methods(DEMO_METHODS)
     settings = {"attitude": "measured", "rate_unit": "deg"}
-    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, out, settings)
+    task = Task(
+        campaign.vehicle, campaign.train, campaign.test, models, methods, out, settings, verbose
+    )
     words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
     run_comparison(task, words | run_provenance(()), resume, json)
 
@@ -140,8 +153,8 @@ def fit_all(
 
 def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: bool) -> None:
     """Identify, replay, write and print; after Ctrl-C with the finished rows and status 130."""
-    from hydrodamp.report.comparison_tables import detail_tables, summary_tables
     from hydrodamp.report.documents import comparison_document
+    from hydrodamp.report.files import DAMPING
 
     if task.out is not None and (task.out / "comparison.json").is_file():
         suffix = "; finished fits are reused" if resume else ""
@@ -151,8 +164,10 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
     if n_rows:
         if task.out is not None:
             hd.write_comparison(comparison, task.out)
-        tables = *detail_tables(comparison), *summary_tables(comparison)
-        print_output(json, comparison_document(comparison), *tables)
+        damping = None if task.out is None else task.out / DAMPING
+        paths = {} if damping is None else {"folder": str(task.out), "damping": str(damping)}
+        document = comparison_document(comparison) | {"paths": paths}
+        print_output(json, document, *comparison_output(comparison, damping, task.verbose))
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(
@@ -171,6 +186,23 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
             "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
             "richer excitation."
         )
+
+
+def comparison_output(
+    comparison: hd.Comparison, damping: Path | None, verbose: bool
+) -> tuple[Table, ...]:
+    """Return the verdict with the next command, the table of rows, and the details."""
+    from hydrodamp.report.comparison_tables import brief_table, detail_tables, summary_tables
+    from hydrodamp.report.verdict_tables import verdict_table
+
+    if all(row.blocks is None for row in comparison.rows):
+        return summary_tables(comparison)
+    next_step = "Next: the same command with `--out DIR` writes the damping file and a report."
+    if damping is not None:
+        next_step = f"File: {damping}. Next: `hydrodamp export gz-sim {damping} --out exported`."
+    verdict = verdict_table(comparison.verdict(), (next_step,))
+    details = (*detail_tables(comparison), *summary_tables(comparison)) if verbose else ()
+    return (verdict, brief_table(comparison), *details)
 
 
 def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
@@ -199,7 +231,7 @@ def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Com
         fit_all(problem, task.models, task.methods, save, tuple(fits))
     except KeyboardInterrupt:
         note(f"interrupted with {len(fits)} of {len(task.rows)} fits, which are replayed.")
-    finished = [fits[key] for key in task.rows if key in fits]
+    finished = hd.grade_fits(problem, [fits[key] for key in task.rows if key in fits])
     with suppress(KeyboardInterrupt), progress("replaying", len(finished)) as step:
 
         def collect(row: hd.Row) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -42,7 +43,7 @@ def simulate(
     from hydrodamp.simulation.problem import vehicle_stamp
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
-    craft, numbers = hd.find_vehicle(vehicle), hd.read_damping(damping)
+    craft, numbers = inputs.find_vehicle_or_stored(vehicle, damping), hd.read_damping(damping)
     if message := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(message)
     log = inputs.read_logs(logs, mapping)
@@ -99,10 +100,12 @@ def validate(
     rate_unit: Literal["deg", "rad"] = "deg",
     out: Path | None = None,
     force: bool = False,
+    verbose: bool = False,
     json: bool = False,
 ) -> None:
     """Cross-validate models over the segments of a log; report errors by prediction horizon."""
     from hydrodamp.report.comparison_tables import fold_table, horizon_table, validation_document
+    from hydrodamp.report.verdict_tables import selection_table, verdict_table
     from hydrodamp.validation.cross_validation import split_holdout
 
     check_out_file(out, (*logs, *inputs.model_files(models), vehicle, mapping), force)
@@ -114,6 +117,7 @@ def validate(
     replay: dict[str, Any] = {"attitude": attitude, "rate_unit": rate_unit}
     count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()
     full_fit: tuple[Any, ...] = ((), ())
+    is_interrupted = False
     try:
         with progress("cross-validating", count * len(method_list) * len(fitted_models)) as done:
             hd.cross_validate(
@@ -126,24 +130,34 @@ def validate(
                 keep=tables.append,
                 **replay,
             )
-        problem = hd.prepare(craft, log, fitted_models)
-        fits = fit_all(problem, fitted_models, method_list)
-        scores = [
-            hd.horizon_scores(craft, fit.damping, log, **replay) if fit.status.usable else None
-            for fit in count_items(fits, "replaying windows", len(fits))
-        ]
-        full_fit = fits, scores
+        if verbose or json or out is not None:
+            problem = hd.prepare(craft, log, fitted_models)
+            fits = fit_all(problem, fitted_models, method_list)
+            scores = [
+                hd.horizon_scores(craft, fit.damping, log, **replay) if fit.status.usable else None
+                for fit in count_items(fits, "replaying windows", len(fits))
+            ]
+            full_fit = fits, scores
     except KeyboardInterrupt:
         if not tables:
             raise
+        is_interrupted = True
     document = validation_document(tables[-1], *full_fit)
     if out is not None:
         save_json(document, out)
         note(f"written to {out}")
-    horizons = [horizon_table(*full_fit)] if full_fit[0] else []
-    print_output(json, document, fold_table(tables[-1]), *horizons)
-    if not full_fit[0]:
+    details = [fold_table(tables[-1])]
+    if verbose and full_fit[0]:
+        details.append(horizon_table(*full_fit))
+    if any(row.blocks is not None for row in tables[-1].rows):
+        verdict, row = tables[-1].verdict(), tables[-1].select().row
+        model = f"--model {verdict.model} --method {verdict.method} --out damping.json"
+        next_step = f"Next: `hydrodamp identify {shlex.join(logs)} --vehicle {vehicle} {model}`."
+        summary = selection_table(tables[-1].rows, row, rate_unit)
+        details = [verdict_table(verdict, (next_step,)), summary, *(details if verbose else ())]
+    print_output(json, document, *details)
+    if is_interrupted:
         message = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
         fail(message, INTERRUPTED)
-    if all(row.rms_of_completed is None for row in tables[-1].rows):
+    if all(row.n_failed_folds == len(row.folds) for row in tables[-1].rows):
         fail("no model has an error on any fold: use a longer log or models with fewer terms.")

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import read_logs
+from hydrodamp.cli.inputs import find_vehicle_or_stored, read_logs
 from hydrodamp.cli.output import fail, note, print_output
 from hydrodamp.errors import MethodError, demand, first_few
 
@@ -32,7 +32,7 @@ def export(
 
     form = with_settings(hd.find_target(target), settings or ())
     check_export(out, force)
-    craft, numbers = hd.find_vehicle(vehicle), hd.read_damping(damping)
+    craft, numbers = find_vehicle_or_stored(vehicle, damping), hd.read_damping(damping)
     driven = read_logs(log, mapping) if log else None
     card = hd.export(
         numbers, craft, form, out, log=driven, box=operating_box_of(Path(damping)), force=force

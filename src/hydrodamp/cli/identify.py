@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.cli import inputs
@@ -15,6 +16,9 @@ from hydrodamp.cli.output import check_out_file, fail, note, print_output, run_p
 from hydrodamp.cli.report import report_paths, write_fit_report
 from hydrodamp.files import save_json
 from hydrodamp.results import check_results, remove_results
+
+if TYPE_CHECKING:
+    from hydrodamp.report.table import Table
 
 
 def identify(
@@ -31,12 +35,12 @@ def identify(
     next_dive: bool = False,
     out: Path | None = None,
     force: bool = False,
+    verbose: bool = False,
     json: bool = False,
 ) -> None:
     """Identify one model from a log, grade its coefficients and write a damping file."""
-    from hydrodamp.report.documents import fit_document
+    from hydrodamp.report.documents import fit_document, selection_document
     from hydrodamp.report.files import PICTURES
-    from hydrodamp.report.fit_tables import fit_table
 
     logs, train = logs or [], train or []
     files = (*logs, *train, vehicle, inputs.model_file(model), mapping)
@@ -64,25 +68,27 @@ def identify(
 
         for issue in check_gains(problem, models):
             warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
-    (fit,) = fit_all(problem, models, (estimator,))
+    (fit,) = hd.grade_fits(problem, fit_all(problem, models, (estimator,)))
+    comparison = hd.compare((fit,), craft, log)
+    document = fit_document(fit) | {"verdict": selection_document(comparison)}
     if out is not None and fit.status.usable:
         page.unlink(missing_ok=True)
         remove_results(figures, PICTURES)
-        save_json(fit_document(fit), out)
+        save_json(document, out)
         note(f"written to {out}")
-    grades: hd.Identifiability | None = None
     extra: list[str] = []
-    if fit.status.usable and (not json or next_dive):
-        with _reason_of_failure("Coefficients are not graded", extra):
-            grades = hd.grade_fit(problem, fit)
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
             weak_form = hd.WeakForm()
             extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
+    grades: hd.Identifiability | None = None
+    if fit.grades and (not json or next_dive):
+        grades = hd.grade_fit(problem, fit)
+    tables = fit_output(comparison, grades, out, verbose)
     if json:
         for text in extra:
             note(text)
-    print_output(json, fit_document(fit), fit_table(replace(fit, remarks=()), grades), *extra)
+    print_output(json, document, *tables, *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:
@@ -92,12 +98,34 @@ def identify(
                 details.append("\n".join(hd.diagnose(problem, fit.damping)))
         reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra))
         write_fit_report(reported, craft, log, provenance, out)
-    elif not json:
-        note("Use `--out FILE` to write the damping file and a report with all diagnostics.")
     if next_dive and grades is not None:
         from hydrodamp.experiment_design.plan import expected_gain
 
         note(expected_gain(problem, fit, grades) or "All coefficients are determined.")
+
+
+def fit_output(
+    comparison: hd.Comparison, grades: hd.Identifiability | None, out: Path | None, verbose: bool
+) -> tuple[Table, ...]:
+    """Return the verdict on a fit with the next command, and its coefficients."""
+    from hydrodamp.report.fit_tables import brief_fit_table, fit_table
+    from hydrodamp.report.verdict_tables import verdict_table
+
+    (row,) = comparison.rows
+    if row.blocks is None:
+        return (fit_table(row.fit, grades),)
+    notes = [
+        "Errors are those of the training data: `hydrodamp validate` estimates the prediction "
+        "error.",
+        *row.fit.warnings,
+    ]
+    if out is None:
+        notes.append("Next: the same command with `--out FILE` writes the damping file.")
+    else:
+        notes.append(f"File: {out}. Next: `hydrodamp export gz-sim {out} --out exported`.")
+    if verbose:
+        return (verdict_table(comparison.verdict(), notes), fit_table(row.fit, grades))
+    return (verdict_table(comparison.verdict(), notes), brief_fit_table(row.fit))
 
 
 @contextmanager

@@ -131,6 +131,21 @@ def split_names(listed: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name.strip() for name in listed.split(",") if name.strip()))
 
 
+def find_vehicle_or_stored(vehicle: str, damping: str) -> hd.Vehicle:
+    """Return the named vehicle, by default that of the fit in a damping file."""
+    from hydrodamp.report.documents import read_fit_if_any
+
+    if vehicle:
+        return hd.find_vehicle(vehicle)
+    fit = read_fit_if_any(Path(damping))
+    if fit is None or fit.vehicle is None:
+        raise hd.FileError(
+            f"{damping}: contains no vehicle. Give its vehicle with `--vehicle`, or identify again "
+            "with `hydrodamp identify --out`."
+        )
+    return fit.vehicle
+
+
 def read_logs(paths: Sequence[str], mapping: str | None) -> hd.Log:
     """Return the concatenated logs of files."""
     once = tuple(dict.fromkeys(paths))

@@ -26,7 +26,7 @@ from hydrodamp.experiment_design.guidance import (
     join_setpoints,
 )
 from hydrodamp.identification.fit import critical_value
-from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
+from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import estimate_length

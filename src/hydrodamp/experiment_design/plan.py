@@ -33,7 +33,8 @@ from hydrodamp.experiment_design.verification import (
 )
 from hydrodamp.identification.differentiation import noise_variance
 from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.identifiability import MAX_RELATIVE_HALF_WIDTH, Grade, Identifiability
+from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, Grade
+from hydrodamp.identification.identifiability import Identifiability
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.progress import progress

@@ -17,7 +17,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.files import as_json, load_yaml
-from hydrodamp.identification.identifiability import Cause, Grade
+from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.vehicle.vehicle import Vehicle
 

@@ -29,13 +29,8 @@ from hydrodamp.experiment_design.guidance import (
 )
 from hydrodamp.experiment_design.result import GoalDuration
 from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.identifiability import (
-    MAX_RELATIVE_HALF_WIDTH,
-    Cause,
-    Grade,
-    Identifiability,
-    grade_fit,
-)
+from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, Cause, Grade
+from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.output_error import Recommended
 from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.problem import prepare

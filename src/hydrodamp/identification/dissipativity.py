@@ -359,8 +359,9 @@ def range_exceedance_warnings(training: Ranges, test: Ranges) -> Iterator[str]:
     for name in filter(test.__contains__, training):
         trained, tested = (max(map(abs, ranges[name])) for ranges in (training, test))
         if tested > _MIN_EXCEEDANCE * trained:
+            unit = velocity_unit(name)
             exceedances.append(
-                f"{name} reaches {tested:.2g} {_unit(name)} in the test, {trained:.2g} in training"
+                f"{name} reaches {tested:.2g} {unit} in the test, {trained:.2g} in training"
             )
     if exceedances:
         yield f"Extrapolation beyond the training data: {'; '.join(exceedances)}."
@@ -380,7 +381,7 @@ def energy_injection_warnings(
             if start < _MAX_REPORTED_SPEED * largest and stop > largest
         ]
         if unstable:
-            injections[name] = f"{name} {_interval(*min(unstable), _unit(name))}"
+            injections[name] = f"{name} {_interval(*min(unstable), velocity_unit(name))}"
     if injections:
         at = f" (at a surge of {surge:.2g} m/s)" if surge and set(injections) != {"u"} else ""
         yield (
@@ -431,5 +432,6 @@ def _interval(start: float, stop: float, unit: str) -> str:
     return f"from {start:.2g} to {stop:.2g} {unit}" if start else f"up to {stop:.2g} {unit}"
 
 
-def _unit(name: str) -> str:
+def velocity_unit(name: str) -> str:
+    """Return the unit of a velocity by its name."""
     return "m/s" if name in VELOCITIES[:3] else "rad/s"

@@ -19,6 +19,7 @@ from hydrodamp.arrays import FloatArray, Shape, freeze
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, first_few
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
+from hydrodamp.identification.grades import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
@@ -250,6 +251,10 @@ class Fit:
     training_range : dict of str to tuple of float
         Minimum and maximum of each free velocity [m/s, rad/s] in the training log, without 1 % of
         the samples at either end; symmetric about zero except for the surge of a vehicle under way.
+    grades : dict of str to Grade
+        How well the training data determine each coefficient, by label; empty where not graded.
+    vehicle : Vehicle or None
+        The vehicle that the coefficients belong to; None where unknown.
     """
 
     damping: Damping
@@ -262,6 +267,8 @@ class Fit:
     remarks: tuple[str, ...] = ()
     uncertainty: Uncertainty | None = None
     training_range: dict[str, tuple[float, float]] = field(default_factory=dict)
+    grades: dict[str, Grade] = field(default_factory=dict)
+    vehicle: Vehicle | None = None
 
     @property
     def model(self) -> DampingModel:
@@ -430,6 +437,7 @@ def make_fit(
         remarks=remarks,
         uncertainty=uncertainty,
         training_range=velocity_ranges(problem.inputs.velocity, problem.vehicle.axes),
+        vehicle=problem.vehicle,
     )
 
 

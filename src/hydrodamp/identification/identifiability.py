@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -18,17 +21,13 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.differentiation import velocity_correlation_time
 from hydrodamp.identification.fit import Fit, Uncertainty
+from hydrodamp.identification.grades import MIN_R_SQUARED, Cause, Grade, grade_coefficients
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
 from hydrodamp.identification.regression import Rows, Split, column_span, folds, solve_axis
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.status import TextEnum
-
-#: Least cross-validated R² of the wrench of an excited axis: a correlation of one half between the
-#: predicted and the measured response.
-MIN_R_SQUARED = 0.25
 
 #: Length of the test functions over the time scale of the motion: they average the noise of the
 #: velocities, which dominates accelerations from sample to sample.
@@ -121,62 +120,10 @@ def _prediction_error(splits: tuple[Split, ...], model: DampingModel) -> FloatAr
     return squares / sum(split.test.n_samples for split in splits)
 
 
-#: A coefficient is determined where the half-width of its 95 % interval is at most this share of
-#: it: the least accuracy at which damping coefficients can be compared with others.
-MAX_RELATIVE_HALF_WIDTH = 0.25
-
-#: A coefficient is minor where the half-width, times the RMS of its regressor, is at most this
-#: share of the response of the axis.
-MINOR_CONTRIBUTION = 0.05
-
-#: Least share of the leverage of a coefficient that must come from excited velocities: below it,
-#: more than half of the leverage may be noise, which biases the coefficient towards zero by that
-#: share (Fuller, "Measurement Error Models", 1987,
-#: doi:10.1002/9780470316665, section 1.1).
-MIN_MOTION_LEVERAGE = 0.5
-
 _NOT_EXCITED_NOTE = (
     f"* poorly excited: the cross-validated R² of the axis force is below {MIN_R_SQUARED}; the\n"
     "  open-loop replay may still be accurate"
 )
-
-
-class Grade(TextEnum):
-    """How well the data determine a coefficient; the value says how to use it.
-
-    Examples
-    --------
-    >>> Grade.NOT_DETERMINED.word
-    'not determined'
-    """
-
-    DETERMINED = (
-        "determined: the 95 % confidence interval is within "
-        f"±{100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the coefficient."
-    )
-    MINOR = (
-        f"minor: the uncertainty is less than {100.0 * MINOR_CONTRIBUTION:.0f} % of the response "
-        "of the axis; in other manoeuvres the coefficient may matter."
-    )
-    WEAK = "weak: only sign and order of magnitude; use it with the complete model only."
-    NOT_DETERMINED = (
-        "not determined: not identifiable from these data; take it from another source or omit it."
-    )
-
-
-class Cause(TextEnum):
-    """Why a coefficient is not determined: the first cause that applies, with its meaning."""
-
-    ALIASED = "aliased: the regressor is zero or a linear combination of others."
-    POORLY_EXCITED = (
-        "poorly excited: the cross-validated R² of the axis force is below "
-        f"{MIN_R_SQUARED}; the open-loop replay may still be accurate."
-    )
-    NOISE = "noise: more than half of the leverage of the regressor may be measurement noise."
-    NOT_SIGNIFICANT = (
-        "not significant: the 95 % confidence interval contains zero by the weak form or the fit."
-    )
-    MODEL_FORM = "model form: the residuals of the axis are correlated, so intervals are invalid."
 
 
 @dataclass(frozen=True)
@@ -317,7 +264,36 @@ def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     MethodError
         If the log is too short.
     """
-    excitation = analyse_excitation(problem, fit.model)
+    return _grade_fit(analyse_excitation(problem, fit.model), fit)
+
+
+def grade_fits(problem: Problem, fits: Iterable[Fit]) -> tuple[Fit, ...]:
+    """Return fits with the grade of each coefficient, which a comparison and its verdict use.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log that the fits were identified from.
+    fits : iterable of Fit
+        Those with grades, without coefficients, or from too short a log are returned as they are.
+
+    Returns
+    -------
+    fits : tuple of Fit
+        In the same order, with ``grades``.
+    """
+    analyse = cache(lambda model: analyse_excitation(problem, model))
+    graded = []
+    for fit in fits:
+        grades = fit.grades
+        if not grades and fit.status.usable and fit.model.n_coefficients:
+            with suppress(MethodError):  # the log is too short for grades
+                grades = _grade_fit(analyse(fit.model), fit).grades
+        graded.append(replace(fit, grades=grades))
+    return tuple(graded)
+
+
+def _grade_fit(excitation: Excitation, fit: Fit) -> Identifiability:
     by_log, damping = _grade_by_weak_form(excitation), fit.damping
     if damping.covariance is None:
         return by_log
@@ -381,33 +357,3 @@ def grade_by_excitation(
         regression = span.rank, condition, r_squared, excited, span.aliased
         axes.append(AxisIdentifiability(AXES[axis], labels, grades, *regression, causes))
     return Identifiability(model, tuple(axes))
-
-
-def grade_coefficients(
-    coefficient: FloatArray,
-    half_width: FloatArray,
-    size: FloatArray,
-    reliability: FloatArray,
-    aliased: BoolArray,
-    *,
-    response: float | FloatArray,
-    excited: bool | BoolArray,
-) -> tuple[tuple[Grade, ...], tuple[Cause | None, ...]]:
-    """Grade coefficients, with the cause of each that is not determined.
-
-    ``half_width`` is half the 95 % interval, ``size`` the RMS of the regressor, ``reliability`` the
-    share of it that excited velocities produce; ``response`` is the RMS of its predicted wrench.
-    """
-    value = np.abs(coefficient)
-    is_narrow = half_width <= MAX_RELATIVE_HALF_WIDTH * value
-    is_minor = half_width * size <= MINOR_CONTRIBUTION * response
-    criteria = np.array([is_narrow, is_minor, half_width < value])
-    conditions = [
-        aliased | (size == 0.0),
-        np.broadcast_to(np.logical_not(excited), half_width.shape),
-    ]
-    failed = np.array([*conditions, reliability < MIN_MOTION_LEVERAGE, ~criteria.any(axis=0)])
-    grades = np.where(failed.any(axis=0), len(criteria), criteria.argmax(axis=0)).tolist()
-    first = np.where(failed.any(axis=0), failed.argmax(axis=0), -1).tolist()
-    all_grades, causes = tuple(Grade), (*Cause, None)
-    return tuple(all_grades[k] for k in grades), tuple(causes[k] for k in first)

@@ -22,7 +22,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.term import AXES
-from hydrodamp.identification.identifiability import MIN_R_SQUARED
+from hydrodamp.identification.grades import MIN_R_SQUARED
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import N_LAGS, Estimate, Recursion
 

@@ -21,12 +21,7 @@ from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.checks import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
-from hydrodamp.identification.identifiability import (
-    MIN_MOTION_LEVERAGE,
-    Cause,
-    Grade,
-    grade_coefficients,
-)
+from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, grade_coefficients
 from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.samples import (

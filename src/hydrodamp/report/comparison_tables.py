@@ -7,7 +7,7 @@ import string
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain
+from itertools import chain, compress
 from os.path import commonprefix
 
 import numpy as np
@@ -15,8 +15,10 @@ import numpy as np
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.narrative import remarks
+from hydrodamp.report.documents import selection_document
+from hydrodamp.report.narrative import limits, remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
+from hydrodamp.report.verdict_tables import selection_table
 from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.status import Status
 from hydrodamp.validation.compare import (
@@ -25,12 +27,12 @@ from hydrodamp.validation.compare import (
     Comparison,
     Row,
     is_paper_campaign,
-    pareto_front,
-    rms_or_infinity,
 )
 from hydrodamp.validation.cross_validation import CrossValidation
+from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 MAX_METHODS = 3  # columns of methods in a table of 80 characters
+MAX_BRIEF_METHODS = 4  # in one without ranks
 MAX_SEGMENTS = 6  # columns of segments in a table of 80 characters
 _ROW = (
     Column("model", number=False, meaning="damping model"),
@@ -86,9 +88,22 @@ def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
     pages = math.ceil(len(methods) / MAX_METHODS) or 1
     groups = np.array_split(np.array(methods, dtype=object), pages)
     *tables, last = (summary_table(comparison, group.tolist()) for group in groups)
-    is_scored = any(row.rms is not None for row in comparison.rows)
-    choice = (str(comparison.select()),) if is_scored else ()
-    return (*tables, replace(last, notes=(*choice, *remarks(comparison))))
+    return (*tables, replace(last, notes=tuple(remarks(comparison))))
+
+
+def brief_table(comparison: Comparison) -> Table:
+    """Return the table on screen: a row for each model, with all methods if there are several."""
+    selected, methods = comparison.select().row, comparison.methods
+    is_single = len(methods) == 1 and not is_paper_campaign(comparison)
+    if is_single or len(methods) > MAX_BRIEF_METHODS:
+        table = selection_table(comparison.rows, selected, comparison.rate_unit)
+        return replace(table, notes=(*table.notes, *limits(comparison)))
+    table = summary_table(comparison, methods)
+    is_shown = [column.name != "rank" for column in table.columns]
+    columns = tuple(compress(table.columns, is_shown))
+    cells = tuple(tuple(compress(row, is_shown)) for row in table.rows)
+    notes = tuple(limits(comparison))
+    return replace(table, columns=columns, rows=cells, notes=notes, best=frozenset())
 
 
 def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
@@ -200,26 +215,14 @@ def replay_table(title: str, score: Score) -> Table:
 def fold_table(table: CrossValidation) -> Table:
     """Return the cross-validation errors, a row for each model and method."""
     best = [f"{row.model} by {row.method}" for row in pareto_front(table)]
-    notes = [
-        "RMS is the mean over folds whose replay did not diverge. A row with a lost fold is never "
-        "selected.",
-    ]
     failed = [row for row in table.rows if row.failed_folds]
-    notes += [f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in failed]
+    notes = [f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in failed]
     if best:
-        notes += [str(table.select()), f"Pareto front (error, coefficients): {', '.join(best)}."]
-    else:
-        notes.append("No row has an error on every fold: none is selected.")
-    columns = {
-        "model": ("model", "s"),
-        "n": ("n_coefficients", "d"),
-        "method": ("method", "s"),
-        "RMS": ("rms_of_completed", ".3f"),
-        "spread": ("standard_deviation", ".3f"),
-        "lost folds": ("n_failed_folds", "d"),
-    }
-    title = f"Cross-validation: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
-    return Table.of_items(title, table.rows, columns, notes)
+        notes.append(f"Pareto front (error, coefficients): {', '.join(best)}.")
+    columns = [*_ROW, *(Column(str(k + 1), form=error_size) for k in range(len(table.held_out)))]
+    cells = ((row.model, row.method, *row.rms_by_fold) for row in table.rows)
+    title = f"RMS by held-out fold, in m/s and {table.rate_unit}/s"
+    return Table(title, tuple(columns), tuple(cells), tuple(notes))
 
 
 def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Table:
@@ -251,8 +254,11 @@ def validation_document(
     table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
 ) -> dict[str, object]:
     """Return a cross-validation and errors by horizon as a JSON document."""
-    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
+    of_row = ("model", "method", "n_coefficients", "rms", "standard_error", "rms_by_fold")
     return {
+        "format": "hydrodamp-validation",
+        "version": 1,
+        "verdict": selection_document(table),
         "held_out": table.held_out,
         "folds": [
             {key: getattr(row, key) for key in of_row} | {"lost": row.failed_folds}
@@ -266,5 +272,4 @@ def validation_document(
             }
             for fit, horizons in zip(fits, scores, strict=True)
         ],
-        "choice": str(table.select()) if pareto_front(table) else None,
     }

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
@@ -14,28 +16,46 @@ from hydrodamp.errors import unique_names
 from hydrodamp.faults import validate
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
+from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
 from hydrodamp.simulation.replay import AttitudeSource, Horizon, HorizonScore, RateUnit, Score
-from hydrodamp.status import Status
+from hydrodamp.status import Status, TextEnum
 from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.cross_validation import CrossValidation
+from hydrodamp.validation.verdict import Verdict
+from hydrodamp.vehicle.file import build_vehicle, vehicle_entry
+from hydrodamp.vehicle.vehicle import Vehicle
 
-_STATUS = {status.word: status for status in Status}
+Text = TypeVar("Text", bound=TextEnum)
 
 
-def _status(value: object) -> Status:
-    if isinstance(value, Status):
+def _read_word(kind: type[Text], value: object) -> Text:
+    """Return the member of an enumeration by its word."""
+    if isinstance(value, kind):
         return value
-    if str(value) not in _STATUS:
-        raise ValueError(f"must be one of {', '.join(_STATUS)}; got {value!r}")
-    return _STATUS[str(value)]
+    members = {member.word: member for member in kind}
+    if str(value) not in members:
+        raise ValueError(f"must be one of {', '.join(members)}; got {value!r}")
+    return members[str(value)]
+
+
+def _read_vehicle(value: object) -> object:
+    return build_vehicle(value, "vehicle") if isinstance(value, dict) else value
 
 
 #: A finite number, or null.
 Number = Annotated[float | None, AfterValidator(finite)]
 
 #: A status as its word.
-Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
+_WORD = PlainSerializer(lambda member: member.word)
+Outcome = Annotated[Status, BeforeValidator(partial(_read_word, Status)), _WORD]
+
+#: A grade as its word.
+GradeWord = Annotated[Grade, BeforeValidator(partial(_read_word, Grade)), _WORD]
+
+#: A vehicle as the content of its file.
+VehicleContent = Annotated[Vehicle, BeforeValidator(_read_vehicle), PlainSerializer(vehicle_entry)]
 
 
 class Divergence(BaseModel):
@@ -106,6 +126,9 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
     """Return the content of ``comparison.json``."""
     names = names_of(row.fit for row in comparison.rows)
     return {
+        "format": "hydrodamp-comparison",
+        "version": 1,
+        "verdict": selection_document(comparison),
         "rows": [_row(row, name) for row, name in zip(comparison.rows, names, strict=True)],
         "units": {
             **error_units(comparison.rate_unit),
@@ -120,6 +143,8 @@ def _row(row: Row, name: str) -> dict[str, Any]:
     return {
         **{key: getattr(row, key) for key in ("model", "method", "n_coefficients")},
         "rank": row.fit.rank,
+        "n_determined": count_determined(row.grades),
+        "standard_error": None if row.blocks is None else row.blocks.standard_error,
         **score_fields(row.score),
         "status": row.status.word,
         "coefficients": values if row.fit.status.usable else dict.fromkeys(values),
@@ -198,6 +223,8 @@ class UncertaintyDocument(BaseModel):
 class FitDocument(BaseModel):
     """Fields of a file of ``fits`` in addition to its damping."""
 
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
     method: str
     status: Outcome
     rank: int | None
@@ -207,6 +234,8 @@ class FitDocument(BaseModel):
     remarks: tuple[str, ...] = ()
     uncertainty: UncertaintyDocument | None = None
     training_range: dict[str, tuple[float, float]] = {}
+    grades: dict[str, GradeWord] = {}
+    vehicle: VehicleContent | None = None
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""
@@ -230,8 +259,34 @@ def read_fit(path: Path) -> Fit:
     return validate(FitDocument, facts, f"{path}, `fit`").fit(damping)
 
 
+def read_fit_if_any(path: Path) -> Fit | None:
+    """Return the fit of a damping file; None for a file of coefficients alone."""
+    content = load_json(path)
+    return read_fit(path) if isinstance(content, dict) and "fit" in content else None
+
+
 def read_training_range(path: Path) -> dict[str, tuple[float, float]]:
     """Return the training ranges of a damping file; empty if unknown."""
-    content = load_json(path)
-    is_fit = isinstance(content, dict) and "fit" in content
-    return read_fit(path).training_range if is_fit else {}
+    fit = read_fit_if_any(path)
+    return {} if fit is None else fit.training_range
+
+
+def selection_document(table: Comparison | CrossValidation) -> dict[str, Any] | None:
+    """Return the verdict on fits as a document; None where nothing was identified."""
+    if all(row.blocks is None for row in table.rows):
+        return None
+    return verdict_document(table.verdict())
+
+
+def verdict_document(verdict: Verdict) -> dict[str, Any]:
+    """Return a verdict as a document."""
+    axes = {
+        axis.velocity: {
+            "light": axis.light.word,
+            "fit": axis.fit,
+            "standard_error": axis.standard_error,
+            "reason": axis.reason,
+        }
+        for axis in verdict.axes
+    }
+    return {**asdict(verdict), "axes": axes, "text": str(verdict)}

@@ -31,12 +31,15 @@ from hydrodamp.report.documents import (
 )
 from hydrodamp.report.narrative import RESUMED, UNFINISHED
 from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
+from hydrodamp.report.verdict_tables import verdict_table
 from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.replay import Trajectory
-from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.compare import Comparison, replayed_row
 from hydrodamp.validation.diagnostics import PredictionBand, find_selected_row
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
+#: The selected fit.
+DAMPING = "damping.json"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
 #: Grades, and the band of a replay.
 GRADES, BAND = "identifiability.json", "band.npz"
@@ -47,7 +50,7 @@ FIGURES, INDEX = "figures", "index.json"
 PICTURES = ("*.svg", INDEX)
 _FITS, _PICTURES = "fits/*.json", tuple(f"{FIGURES}/{name}" for name in PICTURES)
 #: File patterns of all results of a comparison, relative to its folder.
-RESULTS = (COMPARISON, REPLAYS, REPORT, GRADES, BAND, *TABLES, _FITS, *_PICTURES)
+RESULTS = (COMPARISON, DAMPING, REPLAYS, REPORT, GRADES, BAND, *TABLES, _FITS, *_PICTURES)
 
 _SIMULATED = "simulated."
 
@@ -110,17 +113,21 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     """
     home, tables = Path(folder), (*summary_tables(comparison), *detail_tables(comparison))
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
-    remove_results(home, (COMPARISON, REPORT, GRADES, BAND, *_PICTURES))
+    remove_results(home, (COMPARISON, DAMPING, REPORT, GRADES, BAND, *_PICTURES))
     if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
         remove_results(home, (_FITS,), keep=fits)
+    if any(row.blocks is not None for row in comparison.rows):
+        tables = (verdict_table(comparison.verdict()), *tables)
     texts = {
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
         home / "table.txt": "\n\n".join(map(to_text, tables)) + "\n",
         home / "table.md": "\n\n".join(map(to_markdown, tables)) + "\n",
         home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n",
         home / "table.csv": to_csv(score_table(comparison, comparison.rows)),
-        home / COMPARISON: as_json(comparison_document(comparison)),
     }
+    if (selected := find_selected_row(comparison)) is not None:
+        texts[home / DAMPING] = as_json(fit_document(selected.fit))
+    texts[home / COMPARISON] = as_json(comparison_document(comparison))
     contents = {home / REPLAYS: _replays(comparison)}
     contents |= {path: text.encode("utf-8") for path, text in texts.items()}
     save_results(contents, home)
@@ -173,7 +180,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
             velocity = velocities[entry.fit]
             run = Trajectory(log, velocity, score.diverged, settings.attitude, axes)
         windows = entry.windows.score(settings.rate_unit) if entry.windows else None
-        rows.append(Row(fit, score, run, windows))
+        rows.append(replayed_row(fit, score, run, windows))
     return Comparison(tuple(rows), settings.rate_unit, settings.attitude, texts)
 
 

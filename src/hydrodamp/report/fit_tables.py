@@ -13,17 +13,18 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.errors import first_few
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.identifiability import (
+from hydrodamp.identification.grades import (
     MAX_RELATIVE_HALF_WIDTH,
     MINOR_CONTRIBUTION,
     Cause,
     Grade,
-    Identifiability,
 )
+from hydrodamp.identification.identifiability import Identifiability
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import Column, Table, coefficient
 from hydrodamp.validation.diagnostics import correlated_pairs
 
+MAX_BRIEF_ROWS = 8  # coefficients on screen; `--verbose` shows all
 MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all
 GRADE_DEFINITIONS = (
     "grade: the worse of that by the log (weak form) and that by the interval of this fit. "
@@ -54,6 +55,22 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     title = f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
     notes = *fit.summary_lines, *_aliased(fit), *graded
     return Table(f"{title}{fit.n_samples} samples", tuple(columns), tuple(rows), notes)
+
+
+def brief_fit_table(fit: Fit) -> Table:
+    """Return the best determined coefficients of a fit, few enough for a screen."""
+    order = [Grade.DETERMINED.word, Grade.WEAK.word, Grade.MINOR.word]
+    columns = (*(each for each in fit_table(fit).columns[:5]), Column("grade", number=False))
+    rows = [
+        (*row[:5], grade.word)
+        for row, grade in zip(fit_table(fit).rows, fit.grades.values(), strict=False)
+        if grade is not Grade.NOT_DETERMINED
+    ]
+    rows.sort(key=lambda row: order.index(str(row[5])))
+    listed = tuple(rows[:MAX_BRIEF_ROWS])
+    n_hidden = fit.model.n_coefficients - len(listed)
+    more = (f"{n_hidden} more coefficients: `--verbose`.",) if n_hidden else ()
+    return Table("Best determined coefficients", columns, listed, more)
 
 
 def standard_errors(fit: Fit) -> FloatArray:

@@ -20,12 +20,14 @@ from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.figures.style import colour_of
 from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
-from hydrodamp.report.narrative import remarks, verdict
+from hydrodamp.report.narrative import explain_failure, remarks
 from hydrodamp.report.pictures import series
 from hydrodamp.report.table import NOTHING, Table
+from hydrodamp.report.verdict_tables import selection_cells
 from hydrodamp.results import save_result
-from hydrodamp.validation.compare import Comparison, rms_or_infinity
+from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import find_selected_row
+from hydrodamp.validation.selection import rms_or_infinity
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -104,7 +106,9 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "subtitle": f"Replayed on {segments}" if segments else "",
         "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
         "methods": {method: (f"m{index}", colour_of(method)) for index, method in methods},
-        "verdict": verdict(comparison, grades),
+        "verdict": comparison.verdict() if selected else None,
+        "failure": explain_failure(comparison),
+        "summary": selection_cells(comparison, selected),
         "warnings": [*map(str.strip, warnings), *remarks(comparison)],
         "scores": score_table(comparison, by_error, scores),
         "sorted_rows": by_error,

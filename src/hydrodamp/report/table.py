@@ -20,7 +20,6 @@ NOTHING = "-"  # where there is no number
 WIDTH = 80
 
 _FORMULAS = ("=", "+", "-", "@")  # first characters of spreadsheet formulas
-MAX_SPACED_COLUMNS = 10  # columns; wider tables have narrow gaps
 _LATEX = {
     "\\": r"\textbackslash{}",
     **{mark: f"\\{mark}" for mark in "&%$#_{}"},
@@ -124,11 +123,13 @@ def _cells(source: Table) -> list[list[str]]:
 
 def to_text(table: Table, width: int = WIDTH) -> str:
     """Return a table as plain text with wrapped notes."""
-    gap = " " * (2 if len(table.columns) <= MAX_SPACED_COLUMNS else 1)
+    lines = _cells(table) if table.columns else []
+    spaced = max((sum(map(len, row)) + 2 * len(row) - 2 for row in lines), default=0)
+    gap = " " * (2 if spaced <= width else 1)
     title = [table.title, ""] if table.title else []
     wrap = partial(textwrap.fill, subsequent_indent="  ", break_long_words=False)
     notes = [wrap(note, width, break_on_hyphens=False) for note in table.notes]
-    rows = [gap.join(row).rstrip() for row in _cells(table)] if table.columns else []
+    rows = [gap.join(row).rstrip() for row in lines]
     return "\n".join([*title, *rows, *([""] if rows and notes else []), *notes])
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import demand
 from hydrodamp.kernels import core
@@ -199,11 +199,9 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
         If the unit is neither.
     """
     demand(rate_unit in ("deg", "rad"), "rate_unit", "'deg' or 'rad'", rate_unit)
-    free = [AXES.index(axis) for axis in trajectory.axes]
-    unit = np.array([1.0] * 3 + [np.degrees(1.0) if rate_unit == "deg" else 1.0] * 3)[free]
-    measured = trajectory.log.velocity[:, free] * unit
-    error = trajectory.velocity[:, free] * unit - measured
-    names = [VELOCITIES[axis] for axis in free]
+    replayed, measured = free_velocities(trajectory, rate_unit)
+    error = replayed - measured
+    names = [VELOCITY_OF[axis] for axis in trajectory.axes]
     diverged = {name for name, _ in trajectory.diverged}
     by_segment = {
         segment.name: None
@@ -227,6 +225,13 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
         diverged=(),
         rms_by_segment=by_segment,
     )
+
+
+def free_velocities(trajectory: Trajectory, rate_unit: RateUnit) -> tuple[FloatArray, FloatArray]:
+    """Return the replayed and the measured velocities of the free axes in units of equation 24."""
+    free = [AXES.index(axis) for axis in trajectory.axes]
+    unit = np.array([1.0] * 3 + [np.degrees(1.0) if rate_unit == "deg" else 1.0] * 3)[free]
+    return trajectory.velocity[:, free] * unit, trajectory.log.velocity[:, free] * unit
 
 
 def no_score(

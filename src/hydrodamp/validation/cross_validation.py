@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import compress, repeat
 
 import numpy as np
 
@@ -12,15 +14,21 @@ from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment, extract_segments
 from hydrodamp.data.time_scale import motion_time_scale
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import HydrodampWarning, MethodError
 from hydrodamp.identification.fit import Fit, Method
+from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.identifiability import grade_fits
 from hydrodamp.identification.methods import identify_all
 from hydrodamp.identification.regression import Folds, Rows, folds
 from hydrodamp.identification.stepwise import StepwiseSelection
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.block_errors import BlockErrors, pool
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
-from hydrodamp.validation.compare import Row, Selection, compare, format_rows, select_row
+from hydrodamp.validation.compare import Row, compare, format_rows
+from hydrodamp.validation.excitation import Imbalance, compare_logs, describe_folds, select_folds
+from hydrodamp.validation.selection import Selection, select_row
+from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
 
 # Default gap between blocks over the correlation time of the velocities.
@@ -29,9 +37,18 @@ _RELATIVE_GAP = 2.0
 
 @dataclass(frozen=True)
 class ValidatedRow:
-    """One model by one method, identified and replayed once per fold."""
+    """One model by one method, identified and replayed once per fold.
+
+    Attributes
+    ----------
+    folds : tuple of Row
+        The fit and the replay of each fold.
+    counted : tuple of bool
+        Whether each fold counts in :attr:`rms` and in the selection; by default all do.
+    """
 
     folds: tuple[Row, ...]
+    counted: tuple[bool, ...] = ()
 
     @property
     def model(self) -> str:
@@ -55,20 +72,43 @@ class ValidatedRow:
 
     @property
     def rms(self) -> float | None:
-        """Mean of equation 24 over all folds; None where any fold has no error."""
-        return self.rms_of_completed if None not in self.rms_by_fold else None
+        """Equation 24 over the folds that count; None where any of them has no error."""
+        has_errors = all(row.rms is not None for row in self._counted)
+        return self.blocks.rms if self.blocks is not None and has_errors else None
+
+    @cached_property
+    def blocks(self) -> BlockErrors | None:
+        """The errors of the folds that count, in blocks; None where one has no replay."""
+        blocks = [row.blocks for row in self._counted if row.blocks is not None]
+        return pool(blocks) if 0 < len(blocks) == len(self._counted) else None
 
     @property
-    def rms_of_completed(self) -> float | None:
-        """Mean over the folds that have an error; see :attr:`n_failed_folds`."""
-        errors = self._errors
-        return statistics.fmean(errors) if errors else None
+    def _counted(self) -> tuple[Row, ...]:
+        return tuple(compress(self.folds, self.counted or repeat(True)))
 
     @property
-    def standard_deviation(self) -> float | None:
-        """Standard deviation over the folds that have an error; None for fewer than two."""
-        errors = self._errors
-        return statistics.stdev(errors) if len(errors) > 1 else None
+    def standard_error(self) -> float | None:
+        """Standard error of the RMS error over blocks of the held-out data."""
+        return None if self.blocks is None else self.blocks.standard_error
+
+    @property
+    def grades(self) -> Mapping[str, Grade]:
+        """The worst grade of each coefficient by the training data of the folds."""
+        order, worst = [*Grade], dict[str, Grade]()
+        for row in self.folds:
+            for label, grade in row.grades.items():
+                worst[label] = max(worst.get(label, grade), grade, key=order.index)
+        return worst
+
+    @property
+    def divergences(self) -> tuple[str, ...]:
+        """Fold, segment, time and motion of each divergence in a fold that counts."""
+        return tuple(
+            f"fold {number}, {text}"
+            for number, row in enumerate(self.folds, start=1)
+            for text in row.divergences
+            if not self.counted or self.counted[number - 1]
+        )
 
     @property
     def failed_folds(self) -> tuple[str, ...]:
@@ -87,12 +127,8 @@ class ValidatedRow:
 
     @property
     def converged(self) -> bool:
-        """Whether every fold has an error and its fit has converged."""
+        """Whether every fold has a replay and its fit has converged."""
         return all(row.converged for row in self.folds)
-
-    @property
-    def _errors(self) -> list[float]:
-        return [rms for rms in self.rms_by_fold if rms is not None]
 
 
 @dataclass(frozen=True)
@@ -107,49 +143,56 @@ class CrossValidation:
         The segments that each fold held out.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in every error.
+    imbalances : tuple of Imbalance
+        Velocities that only the held-out or only the other segments of each fold excite.
     """
 
     rows: tuple[ValidatedRow, ...]
     held_out: tuple[tuple[str, ...], ...]
     rate_unit: RateUnit = "deg"
+    imbalances: tuple[Imbalance, ...] = ()
 
     def select(self) -> Selection[ValidatedRow]:
-        """Select a row by the one-standard-error rule over the folds.
+        """Select a row by the one-standard-error rule of :meth:`Comparison.select`.
 
         Returns
         -------
         selection : Selection
-            Among the rows with an error on every fold. The caveat names rows with failed folds
-            that have a lower error on their remaining folds.
+            Over blocks of all folds.
 
         Raises
         ------
         MethodError
-            If there is no such row.
+            If nothing was fitted.
         """
-        selection = select_row(self.rows, f" of all {len(self.held_out)} folds")
-        better = (_better_on_completed(row, selection.row) for row in self.rows)
-        caveat = " ".join(filter(None, (selection.caveat, *better)))
-        return replace(selection, caveat=caveat)
+        return select_row(self.rows)
+
+    def verdict(self) -> Verdict:
+        """Return which row to use, on which axes, and why, as :meth:`Comparison.verdict`.
+
+        Returns
+        -------
+        verdict : Verdict
+            On the row of :meth:`select`.
+
+        Raises
+        ------
+        MethodError
+            If nothing was fitted.
+        """
+        sentences = describe_folds(self.imbalances, self.held_out)
+        doubts = {
+            name: f"excited in fold {number} only"
+            for number, imbalance in enumerate(self.imbalances, start=1)
+            for name in imbalance.test_only
+        }
+        return judge_selection(self.select(), self.rate_unit, sentences, doubts)
 
     def __str__(self) -> str:
         """Return the table as plain text."""
         failed = [f"failed {', '.join(row.failed_folds) or 'no fold'}" for row in self.rows]
-        errors = [row.rms_of_completed for row in self.rows]
+        errors = [None if row.blocks is None else row.blocks.rms for row in self.rows]
         return format_rows(self.rate_unit, zip(self.rows, errors, failed, strict=True))
-
-
-def _better_on_completed(row: ValidatedRow, selected: ValidatedRow) -> str:
-    """Report a row with failed folds that is better than the selected one on the others."""
-    errors, reference = np.array([row.rms_by_fold, selected.rms_by_fold], dtype=float)
-    completed = np.isfinite(errors)
-    if completed.all() or not errors[completed].sum() < reference[completed].sum():
-        return ""
-    return (
-        f"{row.model} by {row.method} has a lower error on the folds that it completed "
-        f"({errors[completed].mean():.3g} against {reference[completed].mean():.3g}), but failed "
-        f"on {row.n_failed_folds} of {len(row.folds)}: inspect these folds."
-    )
 
 
 def cross_validate(
@@ -213,17 +256,22 @@ def cross_validate(
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> campaign = reenact(duration=20.0)
     >>> models = [catalog[key] for key in ("linear", "fossen")]
-    >>> table = cross_validate(campaign.vehicle, campaign.train, models, LeastSquares())
+    >>> log = campaign.train.select("yaw-1800", "yaw-2133", "yaw-2600")
+    >>> table = cross_validate(campaign.vehicle, log, models, LeastSquares())
     >>> [(row.model, len(row.rms_by_fold)) for row in table.rows]
-    [('linear', 4), ('fossen', 4)]
+    [('linear', 3), ('fossen', 3)]
     """
     requested = tuple(models) if isinstance(models, Iterable) else (models,)
     fixed = [model for model in requested if isinstance(model, DampingModel)]
     all_methods = tuple(methods) if isinstance(methods, Iterable) else (methods,)
     rows: list[list[Row]] = []
-    held_out: list[tuple[str, ...]] = []
-    result = CrossValidation((), (), rate_unit)
-    for train, test in split_holdout(log, folds, gap):
+    splits = split_holdout(log, folds, gap)
+    imbalances = tuple(compare_logs(train, test, vehicle.axes) for train, test in splits)
+    names = [tuple(segment.name for segment in test.segments) for _, test in splits]
+    for sentence in describe_folds(imbalances, names):
+        warnings.warn(sentence, HydrodampWarning, stacklevel=2)
+    counted = select_folds(imbalances)
+    for train, test in splits:
         selected = [
             model.select(vehicle, train, fixed) if isinstance(model, StepwiseSelection) else model
             for model in requested
@@ -232,12 +280,15 @@ def cross_validate(
         fits = [
             fit for method in all_methods for fit in identify_all(problem, selected, method, done)
         ]
-        table = compare(fits, vehicle, test, attitude=attitude, rate_unit=rate_unit)
+        table = compare(
+            grade_fits(problem, fits), vehicle, test, attitude=attitude, rate_unit=rate_unit
+        )
         # Trajectories are dropped: they are as long as the log.
         rows.append([replace(row, trajectory=None) for row in table.rows])
-        held_out.append(tuple(segment.name for segment in test.segments))
-        validated = tuple(map(ValidatedRow, zip(*rows, strict=True)))
-        result = CrossValidation(validated, tuple(held_out), rate_unit)
+        validated = tuple(
+            ValidatedRow(row, counted[: len(rows)]) for row in zip(*rows, strict=True)
+        )
+        result = CrossValidation(tuple(validated), tuple(names[: len(rows)]), rate_unit, imbalances)
         keep(result)
     return result
 

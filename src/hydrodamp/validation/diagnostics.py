@@ -34,7 +34,8 @@ from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, HorizonScore, horizon_scores
-from hydrodamp.validation.compare import Comparison, Row, rms_or_infinity
+from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.selection import rms_or_infinity
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Numbers of the sensitivities in memory at a time: 64 MB.

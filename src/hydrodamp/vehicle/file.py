@@ -172,7 +172,11 @@ def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
 
 def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     """Read a vehicle from the text of a vehicle file."""
-    content = files.parse_yaml(text, source)
+    return build_vehicle(files.parse_yaml(text, source), source)
+
+
+def build_vehicle(content: object, source: str) -> Vehicle:
+    """Return the vehicle of the content of a vehicle file."""
     if not isinstance(content, dict):
         kind = "a list" if isinstance(content, list) else repr(content)[:60]
         got = "it is empty" if content is None else f"got {kind}"
@@ -210,11 +214,11 @@ def format_vehicle(vehicle: Vehicle) -> str:
     """Return the text of a vehicle file."""
     import yaml
 
-    entry = _entry(vehicle)
+    entry = vehicle_entry(vehicle)
     return str(yaml.safe_dump(entry, sort_keys=False, allow_unicode=True, default_flow_style=None))
 
 
-def _entry(thing: Vehicle | Actuator) -> dict[str, Any]:
+def vehicle_entry(thing: Vehicle | Actuator) -> dict[str, Any]:
     """Return a vehicle or an actuator as in its file, without what goes without saying."""
     kind = type(thing).__name__.lower()
     entry: dict[str, Any] = {"kind": kind} if isinstance(thing, Actuator) else {}
@@ -228,7 +232,7 @@ def _entry(thing: Vehicle | Actuator) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Actuator):
-        return _entry(value)
+        return vehicle_entry(value)
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [_plain(item) for item in value] if isinstance(value, tuple) else value

@@ -14,7 +14,6 @@ from hydrodamp.report.files import (
     write_content,
     write_pictures,
 )
-from hydrodamp.report.narrative import verdict
 from hydrodamp.results import MANIFEST, save_result
 
 
@@ -35,7 +34,7 @@ def test_findings_read_back_as_they_were(examined, home):
     np.testing.assert_array_equal(found.band.upper, before.band.upper)
     assert found.band.level == 0.95
     np.testing.assert_allclose(found.band.velocity, before.band.velocity, atol=1e-9)
-    assert verdict(table, found.identifiability) == verdict(examined.table, before.identifiability)
+    assert table.verdict() == examined.table.verdict()
 
 
 def test_stale_findings_go_and_pictures_of_others_stay(examined, home):

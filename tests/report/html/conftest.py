@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.validation.compare import replayed_row
 
 VOID = {"meta", "link", "br", "input", "img", "hr"}
 
@@ -97,7 +98,7 @@ def make_comparison(log, models, methods):
         )
         error = 0.02 * (k + 1) * rng.standard_normal(log.velocity.shape)
         trajectory = hd.Trajectory(log, log.velocity + error, (), "measured")
-        rows.append(hd.Row(fit, hd.score(trajectory), trajectory))
+        rows.append(replayed_row(fit, hd.score(trajectory), trajectory))
     return hd.Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
 
 

@@ -11,13 +11,15 @@ from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, power_range
 from hydrodamp.identification.fit import Fit, correlation
-from hydrodamp.identification.identifiability import MIN_R_SQUARED, Grade, Identifiability
+from hydrodamp.identification.grades import MIN_R_SQUARED, Grade
+from hydrodamp.identification.identifiability import Identifiability
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures import style
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
-from hydrodamp.validation.compare import Comparison, pareto_front, rms_or_infinity
+from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import autocorrelations
+from hydrodamp.validation.selection import pareto_front, rms_or_infinity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

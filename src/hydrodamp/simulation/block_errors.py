@@ -1,0 +1,166 @@
+"""Error of a replay in blocks of time, and jackknife standard errors of what follows from it.
+
+With the mean squared error ``e_bi`` of velocity i in block b of ``n_b`` samples, and the mean
+squared deviation ``s_bi`` of the log from its mean, equation 24 over k velocities is
+``RMS² = Σ n_b e_bi / (k Σ n_b)``, and the fit of velocity i is
+``100 (1 − √(Σ n_b e_bi / Σ n_b s_bi))``. A diverged replay counts as the mean of the log,
+``e_bi = s_bi``, from the block in which it diverges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.basis.term import VELOCITY_OF
+from hydrodamp.data.log import Log
+from hydrodamp.data.time_scale import motion_time_scale
+from hydrodamp.simulation.replay import RateUnit, Trajectory, free_velocities
+
+#: Length of a block over the correlation time of the velocities.
+_RELATIVE_LENGTH = 5.0
+
+#: Least number of blocks of a log, and the greatest.
+_MIN_BLOCKS, _MAX_BLOCKS = 5, 60
+
+
+@dataclass(frozen=True, eq=False)
+class BlockErrors:
+    """Errors of one replay in the blocks of a log; the same blocks for every replay of it.
+
+    ``sizes`` and ``diverged`` have shape (b,), ``error`` and ``deviation`` (b, k) in squared units
+    of equation 24, for the velocities ``names``.
+    """
+
+    names: tuple[str, ...]
+    sizes: FloatArray
+    error: FloatArray
+    deviation: FloatArray
+    diverged: BoolArray
+
+    @property
+    def n(self) -> int:
+        """Number of blocks."""
+        return len(self.sizes)
+
+    @property
+    def rms(self) -> float:
+        """Equation 24 over all blocks."""
+        return float(np.exp(self._log_rms(self.sizes)))
+
+    @property
+    def rms_of_mean(self) -> float:
+        """Equation 24 of a replay that is the mean of the log."""
+        return float(np.sqrt(self.sizes @ self.deviation.mean(axis=1) / self.sizes.sum()))
+
+    @property
+    def standard_error(self) -> float | None:
+        """Standard error of :attr:`rms`; None for a single block."""
+        deviation = self._jackknife(lambda weights: np.exp(self._log_rms(weights)))
+        return None if deviation is None else float(deviation)
+
+    @property
+    def fit_by_axis(self) -> dict[str, float | None]:
+        """Fit of each velocity [%]; None where the log does not vary."""
+        return _by_name(self.names, self._fit(self.sizes))
+
+    @property
+    def standard_error_by_axis(self) -> dict[str, float | None]:
+        """Standard error of the fit of each velocity [%]."""
+        unknown = np.full(len(self.names), np.nan)
+        deviation = self._jackknife(self._fit)
+        return _by_name(self.names, unknown if deviation is None else deviation)
+
+    def is_equivalent(self, lowest: BlockErrors) -> bool:
+        """Whether the log ratio of the RMS errors is within one standard error of zero.
+
+        Errors are paired by block: L. Breiman et al., Classification and Regression Trees, 1984,
+        section 3.4.3, with the jackknife for the standard error.
+        """
+        if not self.rms > lowest.rms:
+            return True
+        if not lowest.rms > 0.0:
+            return False
+
+        def log_ratio(weights: FloatArray) -> FloatArray:
+            return np.asarray(self._log_rms(weights) - lowest._log_rms(weights))
+
+        deviation = self._jackknife(log_ratio)
+        return deviation is not None and bool(log_ratio(self.sizes) <= deviation)
+
+    def _log_rms(self, weights: FloatArray) -> FloatArray:
+        with np.errstate(divide="ignore"):
+            return np.asarray(
+                0.5 * np.log(weights @ self.error.mean(axis=1) / weights.sum(axis=-1))
+            )
+
+    def _fit(self, weights: FloatArray) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(
+                100.0 * (1.0 - np.sqrt((weights @ self.error) / (weights @ self.deviation)))
+            )
+
+    def _jackknife(self, statistic: Callable[[FloatArray], FloatArray]) -> FloatArray | None:
+        """Return the standard error of a statistic of the weights of the blocks."""
+        if self.n < 2:
+            return None
+        without = statistic(self.sizes * (1.0 - np.eye(self.n)))
+        squares = (without - without.mean(axis=0)) ** 2
+        return np.asarray(np.sqrt((self.n - 1) / self.n * squares.sum(axis=0)))
+
+
+def _by_name(names: tuple[str, ...], values: FloatArray) -> dict[str, float | None]:
+    pairs = zip(names, values.tolist(), strict=True)
+    return {name: value if np.isfinite(value) else None for name, value in pairs}
+
+
+def block_errors(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> BlockErrors:
+    """Return the errors of a replay in blocks of five correlation times of the velocities."""
+    replayed, measured = free_velocities(trajectory, rate_unit)
+    squares = (replayed - measured) ** 2
+    deviations = (measured - measured.mean(axis=0)) ** 2
+    bounds, segments = block_bounds(trajectory.log)
+    sizes = np.diff(bounds, axis=1).ravel().astype(float)
+    error, deviation = (
+        np.add.reduceat(values, bounds[:, 0], axis=0) / sizes[:, None]
+        for values in (squares, deviations)
+    )
+    diverged = _is_diverged(error, deviation, segments)
+    error = np.where(diverged[:, None], deviation, error)
+    names = tuple(VELOCITY_OF[axis] for axis in trajectory.axes)
+    return BlockErrors(names, sizes, error, deviation, diverged)
+
+
+def block_bounds(log: Log) -> tuple[IntArray, IntArray]:
+    """Return first sample and end of each block, shape (b, 2), and the segment of each block."""
+    scale = motion_time_scale(log.time, log.velocity, log.bounds)
+    n_blocks = np.clip(log.duration / (_RELATIVE_LENGTH * scale), _MIN_BLOCKS, _MAX_BLOCKS)
+    length = log.n / n_blocks
+    bounds, segments = [], []
+    for number, (start, stop) in enumerate(log.bounds.tolist()):
+        count = max(round((stop - start) / length), 1)
+        edges = np.unique(np.linspace(start, stop, count + 1).astype(np.int64))
+        bounds.append(np.column_stack([edges[:-1], edges[1:]]))
+        segments += [number] * (len(edges) - 1)
+    return np.concatenate(bounds), np.array(segments)
+
+
+def _is_diverged(error: FloatArray, deviation: FloatArray, segments: IntArray) -> BoolArray:
+    """Mark blocks from a divergence on, and blocks before it that are worse than the mean."""
+    diverged = np.array(np.isnan(error).any(axis=1))
+    is_worse = error.mean(axis=1) > deviation.mean(axis=1)
+    for block in range(len(segments) - 2, -1, -1):
+        is_same = segments[block] == segments[block + 1]
+        diverged[block] |= is_same and diverged[block + 1] and is_worse[block]
+    return diverged
+
+
+def pool(errors: Iterable[BlockErrors]) -> BlockErrors:
+    """Return the errors of several replays as one."""
+    listed = tuple(errors)
+    fields = ("sizes", "error", "deviation", "diverged")
+    joined = (np.concatenate([getattr(each, name) for each in listed]) for name in fields)
+    return BlockErrors(listed[0].names, *joined)

@@ -1,0 +1,120 @@
+"""Excitation of training and test data, velocity by velocity, and the motion at a divergence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.data.log import Log
+from hydrodamp.data.time_scale import motion_time_scale
+from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
+from hydrodamp.simulation.replay import Trajectory
+
+#: Range of a velocity in one log over that in another from which only the first excites it: ten
+#: times the quadratic damping.
+MAX_RANGE_RATIO = 10.0**0.5
+
+#: Correlation times of the velocities before a divergence in which its motion is described.
+_RELATIVE_WINDOW = 5.0
+
+Ranges = Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Imbalance:
+    """Velocities that only the test or only the training data excite, each with its ranges."""
+
+    test_only: Mapping[str, str]
+    training_only: Mapping[str, str]
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The consequences in sentences."""
+        sentences = []
+        if texts := ", ".join(self.test_only.values()):
+            sentences.append(f"Only the test data excite {texts}: models extrapolate there.")
+        if texts := ", ".join(self.training_only.values()):
+            sentences.append(f"Only the training data excite {texts}: the test cannot assess them.")
+        return tuple(sentences)
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """The reason not to trust the fit of each such velocity."""
+        reasons = dict.fromkeys(self.test_only, "not excited in training")
+        return reasons | dict.fromkeys(self.training_only, "not excited in the test")
+
+
+def compare_logs(train: Log, test: Log, axes: Sequence[str]) -> Imbalance:
+    """Return the velocities of free axes that only one of two logs excites."""
+    return compare_excitation(*(velocity_ranges(log.velocity, axes) for log in (train, test)))
+
+
+def compare_excitation(train: Ranges, test: Ranges) -> Imbalance:
+    """Return the velocities that only the training or only the test data excite, by ranges."""
+    return Imbalance(dict(_exceedances(test, train)), dict(_exceedances(train, test)))
+
+
+def select_folds(imbalances: Sequence[Imbalance]) -> tuple[bool, ...]:
+    """Return whether each fold counts: those in which models extrapolate do not, if others do."""
+    counted = tuple(not imbalance.test_only for imbalance in imbalances)
+    return counted if any(counted) else (True,) * len(imbalances)
+
+
+def describe_folds(
+    imbalances: Sequence[Imbalance], held_out: Iterable[Sequence[str]]
+) -> tuple[str, ...]:
+    """Return a sentence on each fold that alone excites a velocity."""
+    folds = enumerate(zip(imbalances, select_folds(imbalances), held_out, strict=False), start=1)
+    return tuple(
+        f"Only fold {number} of {len(imbalances)} (segment {' '.join(names)}) excites "
+        f"{', '.join(imbalance.test_only.values())}: models extrapolate there"
+        + ("." if is_counted else ", so it does not count.")
+        for number, (imbalance, is_counted, names) in folds
+        if imbalance.test_only
+    )
+
+
+def _exceedances(first: Ranges, second: Ranges) -> Iterator[tuple[str, str]]:
+    """Yield the velocities whose range in the first data far exceeds that in the second."""
+    for name, limits in first.items():
+        larger, smaller = _largest(limits), _largest(second.get(name, limits))
+        if larger > MAX_RANGE_RATIO * smaller:
+            yield name, f"{name} ({larger:.2g} against {smaller:.2g} {velocity_unit(name)})"
+
+
+def describe_divergences(trajectory: Trajectory, training: Ranges) -> tuple[str, ...]:
+    """Return segment, time and motion of each divergence of a replay."""
+    log = trajectory.log
+    window = _RELATIVE_WINDOW * motion_time_scale(log.time, log.velocity, log.bounds)
+    texts = []
+    for name, since in trajectory.diverged:
+        segment = next(each for each in log.segments if each.name == name)
+        time = log.time[segment.start : segment.stop] - log.time[segment.start]
+        is_near = (time >= since - window) & (time <= since)
+        speeds = np.abs(log.velocity[segment.start : segment.stop][is_near]).max(axis=0, initial=0)
+        motion = _motion(dict(zip(VELOCITIES, speeds.tolist(), strict=True)), training)
+        texts.append(f"segment {name} after {since:.3g} s{motion}")
+    return tuple(texts)
+
+
+def _motion(speeds: Mapping[str, float], training: Ranges) -> str:
+    """Name the velocity that exceeds its training range most, if any does."""
+    ratios = {
+        name: speeds[name] / largest
+        for name, limits in training.items()
+        if name in speeds and (largest := _largest(limits)) > 0.0
+    }
+    if not ratios:
+        return ""
+    name = max(ratios, key=ratios.__getitem__)
+    if ratios[name] <= 1.0:
+        return " within the training range"
+    trained = f"{_largest(training[name]):.2g}"
+    return f" where {name} reaches {speeds[name]:.2g} {velocity_unit(name)} (training: {trained})"
+
+
+def _largest(limits: tuple[float, float]) -> float:
+    return max(map(abs, limits))
