@@ -44,6 +44,12 @@ class ModelError(HydrodampError, ValueError):
     """An unknown model or label, or a wrong number of coefficients."""
 
 
+class UnknownModelError(ModelError, KeyError):
+    """A name that the catalogue does not have."""
+
+    __str__ = Exception.__str__
+
+
 class VehicleError(HydrodampError, ValueError):
     """A vehicle that is physically impossible."""
 

@@ -296,6 +296,8 @@ class Fit:
         groups = first_few(aliased, 8, "groups")
         return "\n".join([head, *self.summary_lines, *groups, str(self.damping)])
 
+    __repr__ = __str__
+
 
 #: Message for a covariance that does not allow for coloured residuals.
 WHITE_NOISE_NOTE = (

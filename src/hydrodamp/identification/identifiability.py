@@ -199,6 +199,8 @@ class Identifiability:
             lines.append(_NOT_EXCITED_NOTE)
         return "\n".join(lines)
 
+    __repr__ = __str__
+
 
 def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
     """Grade how well a log determines each coefficient of a model, independent of the method.

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.term import AXES, VELOCITIES, Term
-from hydrodamp.errors import ModelError, no_such
+from hydrodamp.errors import ModelError, UnknownModelError, no_such
 from hydrodamp.files import PackageData, load_yaml, parse_yaml
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, spell_label, table_of
@@ -30,9 +29,34 @@ def _read_entry(entry: dict[str, Any]) -> DampingModel:
     return DampingModel.from_table(words.pop("terms"), **words)
 
 
-catalog: Mapping[str, DampingModel] = MappingProxyType(
-    {entry["key"]: _read_entry(entry) for entry in _CONTENT["models"]}
-)
+class Catalog(Mapping[str, DampingModel]):
+    """Models by key; an unknown key raises with the nearest one."""
+
+    def __init__(self, models: Iterable[DampingModel]) -> None:
+        self._models = {model.key: model for model in models}
+
+    def __getitem__(self, key: str) -> DampingModel:
+        """Return a model."""
+        if key not in self._models:
+            raise UnknownModelError(no_such("model", key, self))
+        return self._models[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """Return an iterator over the keys."""
+        return iter(self._models)
+
+    def __len__(self) -> int:
+        """Return the number of models."""
+        return len(self._models)
+
+    def __repr__(self) -> str:
+        """Return key, number of coefficients and title, a model a line."""
+        return "\n".join(
+            f"{model.key:<20}{model.n_coefficients:>4}  {model.title}" for model in self.values()
+        )
+
+
+catalog = Catalog(map(_read_entry, _CONTENT["models"]))
 """The paper's eight models in the order of Table I, then ``coe-as-printed``, by key."""
 
 PAPER_MODELS = tuple(catalog)[:8]
@@ -62,8 +86,6 @@ def find_model(key: str) -> DampingModel:
     >>> find_model("gertler-hagen").n_coefficients
     88
     """
-    if key not in catalog:
-        raise ModelError(no_such("model", key, catalog))
     return catalog[key]
 
 

@@ -261,6 +261,19 @@ class Problem:
         """Segment number of each sample, shape (n,)."""
         return np.repeat(np.arange(len(self.segments)), np.diff(self.segments, axis=1).ravel())
 
+    def __repr__(self) -> str:
+        """Return vehicle, data and models in a few lines."""
+        names = " ".join(self.equations.channels)
+        return "\n".join(
+            (
+                f"Problem of {self.vehicle.name}, axes {' '.join(self.vehicle.axes)}",
+                f"  data: {self.n_samples} samples in {len(self.segments)} segments, "
+                f"{self.duration:.4g} s, from {self.log.source or 'memory'}",
+                f"  models: {', '.join(model.key for model in self.models) or 'none'}",
+                f"  unknown terms: {len(self.equations.basis)}; channels: {names or 'none'}",
+            )
+        )
+
     @cached_property
     def digest(self) -> str:
         """SHA-256 of vehicle and measurements, independent of file names."""

@@ -31,7 +31,7 @@ from hydrodamp.simulation.replay import (
 )
 from hydrodamp.status import Status
 from hydrodamp.validation.excitation import compare_excitation, describe_divergences
-from hydrodamp.validation.selection import Ranked, Selection, select_row
+from hydrodamp.validation.selection import Ranked, Selection, row_text, select_row
 from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -62,6 +62,10 @@ class Row:
     windows: HorizonScore | None = None
     blocks: BlockErrors | None = None
     divergences: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return model, method, error and status in one line."""
+        return f"{row_text(self)}, {self.n_coefficients} coefficients: {self.status.word}"
 
     @property
     def model(self) -> str:
@@ -222,10 +226,12 @@ class Comparison:
         """Return the table as plain text."""
         return format_rows(self.rate_unit, ((row, row.rms, row.status.word) for row in self.rows))
 
+    __repr__ = __str__
+
 
 def format_rows(unit: RateUnit, rows: Iterable[tuple[Ranked, float | None, str]]) -> str:
     """Return rows as plain text, each with an error and a remark."""
-    lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({unit}/s)':>13}"]
+    lines = [f"{'model':<20}{'n':>5}  {'method':<11}{'RMS':>13}  m/s and {unit}/s mixed"]
     for row, rms, remark in rows:
         error = "–" if rms is None else f"{rms:.3f}"
         lines.append(

@@ -27,7 +27,7 @@ from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
 from hydrodamp.validation.compare import Row, compare, format_rows
 from hydrodamp.validation.excitation import Imbalance, compare_logs, describe_folds, select_folds
-from hydrodamp.validation.selection import Selection, select_row
+from hydrodamp.validation.selection import Selection, row_text, select_row
 from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -125,6 +125,10 @@ class ValidatedRow:
         """Number of folds without an error."""
         return len(self.failed_folds)
 
+    def __repr__(self) -> str:
+        """Return model, method and error in one line."""
+        return f"{row_text(self)} over {len(self.folds)} folds"
+
     @property
     def converged(self) -> bool:
         """Whether every fold has a replay and its fit has converged."""
@@ -193,6 +197,8 @@ class CrossValidation:
         failed = [f"failed {', '.join(row.failed_folds) or 'no fold'}" for row in self.rows]
         errors = [None if row.blocks is None else row.blocks.rms for row in self.rows]
         return format_rows(self.rate_unit, zip(self.rows, errors, failed, strict=True))
+
+    __repr__ = __str__
 
 
 def cross_validate(

@@ -87,6 +87,8 @@ class Selection(Generic[Candidate]):
         """Return the sentence and the caveat."""
         return f"{self.sentence} {self.caveat}".rstrip()
 
+    __repr__ = __str__
+
 
 def select_row(rows: Iterable[Candidate]) -> Selection[Candidate]:
     """Select the smallest row within one standard error of the lowest error.

@@ -119,6 +119,8 @@ class Verdict:
         """Return the lines."""
         return "\n".join(self.lines)
 
+    __repr__ = __str__
+
 
 def judge_selection(
     selection: Selection[Candidate],
