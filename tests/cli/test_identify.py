@@ -53,6 +53,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
 def test_json_is_the_damping_file(folder, call):
     done = call(f"{LINE} --train 0:30 --json --out d.json")
     document = json.loads(done.stdout)
+    assert document.pop("paths") == {"damping": "d.json", "report": "d.report.html"}
     assert document == json.loads((folder / "d.json").read_text("utf-8"))
     assert document["fit"]["n_samples"] < 400
 

@@ -54,7 +54,14 @@ def batch(
     batch_report.write_batch(result, out)
     table = batch_report.coefficient_table(result)
     rows = [dict(zip(table.header, row, strict=True)) for row in table.rows]
-    document = {"coefficients": rows, "failed": result.failed}
+    document = {
+        "format": "hydrodamp-batch",
+        "version": 1,
+        "verdict": batch_report.batch_verdict(result),
+        "coefficients": rows,
+        "failed": result.failed,
+        "paths": {"folder": str(out), "report": str(out / "batch.html")},
+    }
     print_output(json, document, *batch_report.summary_tables(result))
     for log, duplicate_of in result.duplicates.items():
         note(f"{log} is a duplicate of {duplicate_of} and is used once.")

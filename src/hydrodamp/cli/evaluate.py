@@ -144,6 +144,7 @@ def validate(
         is_interrupted = True
     document = validation_document(tables[-1], *full_fit)
     if out is not None:
+        document["paths"] = {"validation": str(out)}
         save_json(document, out)
         note(f"written to {out}")
     details = [fold_table(tables[-1])]

@@ -88,6 +88,8 @@ def identify(
     if json:
         for text in extra:
             note(text)
+    if out is not None:
+        document["paths"] = {"damping": str(out), "report": str(page)}
     print_output(json, document, *tables, *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.cli.inputs import read_logs, warn_quality_issues
-from hydrodamp.cli.output import check_out_log, note, print_output, print_results
+from hydrodamp.cli.output import check_out_log, collected_warnings, note, print_output
 from hydrodamp.files import save_text
 from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file
@@ -19,14 +19,33 @@ if TYPE_CHECKING:
     from hydrodamp.ingest.inspection.quality_report import Requirements
 
 
-def convert(logs: list[str], out: Path, mapping: str | None = None, force: bool = False) -> None:
+def convert(
+    logs: list[str],
+    out: Path,
+    mapping: str | None = None,
+    force: bool = False,
+    json: bool = False,
+) -> None:
     """Convert a log to the canonical form: one clock, SI units, steps of the mapping applied."""
     check_out_log(out, (*logs, mapping), force)
     log = read_logs(logs, mapping)
     warn_quality_issues(log)
     hd.write_log(log, out)
     note(f"written to {out}")
-    print_results(str(log))
+    print_output(json, log_document(log) | {"paths": {"log": str(out)}}, str(log))
+
+
+def log_document(log: hd.Log) -> dict[str, object]:
+    """Return samples, duration, segments and commands of a log, and the warnings."""
+    return {
+        "format": "hydrodamp-log",
+        "version": 1,
+        "samples": log.n,
+        "duration": log.duration,
+        "segments": [segment.name for segment in log.segments],
+        "commands": list(log.command_names),
+        "warnings": [*collected_warnings().get("warnings", "").splitlines(), *log.notes],
+    }
 
 
 def probe(

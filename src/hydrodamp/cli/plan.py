@@ -44,7 +44,10 @@ def plan(
     )
     missing = write_plan(dive_plan, out)
     tables = segment_table(dive_plan), prediction_table(dive_plan)
-    print_output(json, plan_document(dive_plan), *tables, str(dive_plan))
+    paths = {"paths": {"folder": str(out), "plan": str(out / "plan.csv")}}
+    verdict = str(dive_plan)
+    document = plan_document(dive_plan) | {"verdict": verdict} | paths
+    print_output(json, document, verdict, *tables)
     for message in missing:
         note(message)
     note(f"written to {out}: execute plan.csv, then run `hydrodamp identify` on its log.")

@@ -8,20 +8,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.cli.output import check_out_file, collected_warnings, note
+from hydrodamp.cli.output import check_out_file, collected_warnings, emit, note
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
 
 
-def report(folder: Path, out: Path | None = None, force: bool = False) -> None:
+def report(folder: Path, out: Path | None = None, force: bool = False, json: bool = False) -> None:
     """Write the HTML report of a folder of results without fitting again."""
-    from hydrodamp.report.files import REPORT
+    from hydrodamp.report.documents import selection_document
+    from hydrodamp.report.files import REPORT, read_comparison, read_content
     from hydrodamp.report.page import CARD, PAGE, write_fidelity_page
 
+    document = {"format": "hydrodamp-report", "version": 1}
     if (folder / CARD).is_file():
         check_out_file(out or folder / PAGE, (str(folder / CARD),), force)
-        note(f"written to {write_fidelity_page(folder, out)}")
+        page = write_fidelity_page(folder, out)
+        note(f"written to {page}")
+        if json:
+            emit(document | {"verdict": None, "paths": {"report": str(page)}})
         return
     if not (folder / "comparison.json").is_file():
         problem = "has no comparison.json" if folder.is_dir() else "does not exist"
@@ -31,7 +36,12 @@ def report(folder: Path, out: Path | None = None, force: bool = False) -> None:
     default_path = folder / REPORT
     inputs = (str(path) for path in folder.rglob("*") if path != default_path)
     check_out_file(out or default_path, inputs, force)
-    note(f"written to {hd.write_report(folder, out or default_path)}")
+    comparison = read_comparison(folder)
+    page = hd.write_report(comparison, out or default_path, read_content(folder, comparison))
+    note(f"written to {page}")
+    verdict = selection_document(comparison)
+    if json:
+        emit(document | {"verdict": verdict, "paths": {"report": str(page)}})
 
 
 def write_report_or_explain(

@@ -99,6 +99,11 @@ def _notes(result: BatchResult) -> Iterator[str]:
         yield f"omitted: {log}: {reason}"
 
 
+def batch_verdict(result: BatchResult) -> tuple[str, ...]:
+    """Return whether coefficients changed between groups, in sentences."""
+    return tuple(_change_notes(result))
+
+
 def _change_notes(result: BatchResult) -> Iterator[str]:
     """Yield for each time series whether it changed, and when most coefficients did."""
     for name, changes in result.changes.items():
@@ -232,7 +237,7 @@ def render_batch_page(result: BatchResult, figures: dict[str, bytes]) -> str:
     return render_page(
         "Damping of groups of logs",
         "One fit per group, and change points between the groups",
-        [" ".join((counts, *_change_notes(result)))],
+        [" ".join((counts, *batch_verdict(result)))],
         summary_tables(result)[::-1],
         [(CAPTION.format(name), figure) for name, figure in figures.items()],
         {
