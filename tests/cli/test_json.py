@@ -12,7 +12,8 @@ CALLS = {
     "validate": "validate ab.csv --vehicle planar.yaml --models linear --methods ls --out v.json",
     "identify": "identify ab.csv --vehicle planar.yaml --model linear --method weak --out d.json",
     "convert": "convert ab.csv --out c.csv",
-    "batch": "batch a.csv b.csv --vehicle planar.yaml --model linear --group-by folder --out season",
+    "batch": "batch a.csv b.csv --vehicle planar.yaml --model linear --group-by folder "
+    "--out season",
 }
 
 

@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import hydrodamp as hd
 
@@ -224,3 +227,32 @@ def test_axes_and_preset_of_a_measured_log_are_told(call, measured_logs):
     told = call(f"probe {measured_logs('bluerov2_kth')}/run_11_40_38.csv").stdout
     for words in ("Axes: body FLU", "Preset `bluerov2-kth` matches"):
         assert words in " ".join(told.split())
+
+
+def test_the_draft_of_an_rov_leads_to_a_damping_file_without_editing(tmp_path, monkeypatch, call):
+    """README's three commands on measured logs."""
+    data = Path(os.environ.get("HYDRODAMP_DATA", "absent")) / "bluerov2_kth"
+    if not data.is_dir():
+        pytest.skip("HYDRODAMP_DATA has no folder bluerov2_kth")
+    monkeypatch.chdir(tmp_path)
+    first, second = (f"{data}/{name}.csv" for name in ("run_11_57_50", "run_11_10_52"))
+    call(f"probe {first} {second} --draft mapping.yaml")
+    model = yaml.safe_load((tmp_path / "mapping.model.yaml").read_text("utf-8"))
+    assert model["terms"].items() >= {"X": "ch_forward", "Y": "ch_lateral", "Z": "ch_heave"}.items()
+    line = "--vehicle bluerov2 --mapping mapping.yaml --models mapping.model.yaml"
+    call(f"compare {line} --train {first} --test {second} --out result")
+    call("export python result/damping.json --out exported")
+
+
+def test_swapped_channels_are_named_before_the_fit(tmp_path, monkeypatch, call):
+    data = Path(os.environ.get("HYDRODAMP_DATA", "absent")) / "bluerov2_kth"
+    if not data.is_dir():
+        pytest.skip("HYDRODAMP_DATA has no folder bluerov2_kth")
+    monkeypatch.chdir(tmp_path)
+    gains = "X: ch_forward, Y: ch_lateral, Z: ch_heave, K: ch_pitch, M: ch_roll, N: ch_yaw"
+    Path("swapped.yaml").write_text(f"{{name: swapped, extends: fossen, terms: {{{gains}}}}}")
+    logs = " ".join(map(str, sorted(data.glob("*.csv"))))
+    line = f"identify {logs} --mapping bluerov2-kth --vehicle bluerov2 --method weak"
+    said = call(f"{line} --model swapped.yaml").stderr
+    assert "the model has a gain of ch_pitch on K, but it moves q" in said
+    assert "the model has a gain of ch_roll on M, but it moves p" in said

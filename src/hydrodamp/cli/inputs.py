@@ -275,7 +275,10 @@ def check_log(
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.DampingModel]) -> None:
     """Check a log; warn of models that it cannot excite; raise if it is too short for all."""
+    from hydrodamp.basis.term import AXES
     from hydrodamp.conditioning.current import current_warning
+    from hydrodamp.ingest.inspection.delay import estimate_delays
+    from hydrodamp.ingest.inspection.draft_files import check_channel_axes
     from hydrodamp.simulation.checks import missing_actuation
 
     check_log(vehicle, log, models)
@@ -285,6 +288,16 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.Damping
     for model in restricted:
         if message := missing_actuation(vehicle, log, (model,)):
             warnings.warn(f"'{model.key}' is refused: {message}", HydrodampWarning, stacklevel=2)
+    gains = {
+        (axis, command)
+        for model in restricted
+        for axis, terms in zip(AXES, model.terms, strict=True)
+        for term in terms
+        for command in term.commands
+    }
+    if gains:
+        for message in check_channel_axes(estimate_delays(log), sorted(gains)):
+            warnings.warn(message, HydrodampWarning, stacklevel=2)
     n_terms = min(max(map(len, model.terms), default=0) for model in restricted)
     if log.n < n_terms:
         raise ProblemError(

@@ -11,12 +11,12 @@ import hydrodamp as hd
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.cli.inputs import read_logs, warn_quality_issues
 from hydrodamp.cli.output import check_out_log, collected_warnings, note, print_output
-from hydrodamp.files import save_text
+from hydrodamp.files import save_all
 from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
-    from hydrodamp.ingest.inspection.quality_report import Requirements
+    from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements
 
 
 def convert(
@@ -61,20 +61,33 @@ def probe(
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
     requirements = None if vehicle is None else partial(_requirements, hd.find_vehicle(vehicle))
-    if draft is not None:
-        check_new_file(draft, force)
+    model = None if draft is None else draft.with_suffix(f".model{draft.suffix or '.yaml'}")
+    for path in filter(None, (draft, model)):
+        check_new_file(path, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     if message := describe_join(recordings):
         note(message)
     with progress("inspecting"):
         result = hd.probe(*recordings)
         judged = inspect(result, recordings, mapping, requirements)
-    if draft is not None:
-        save_text(result.draft.text, draft)
-        note(f"written to {draft}")
+    if draft is not None and model is not None:
+        write_drafts(result.draft.text, judged.report, draft, model)
     print_output(json, probe_document(result, judged), *probe_tables(result, judged))
     if not json and judged.report is not None and judged.report.is_poorly_excited:
         note("`hydrodamp plan` designs a dive with sufficient excitation.")
+
+
+def write_drafts(text: str, report: QualityReport | None, draft: Path, model: Path) -> None:
+    """Write the drafts of a mapping and, where commands move the vehicle, of a model."""
+    from hydrodamp.ingest.inspection.draft_files import add_steps, draft_model
+
+    contents = {draft: add_steps(text, report)}
+    if gains := draft_model(draft.stem, report):
+        contents[model] = gains
+    save_all({path: content.encode("utf-8") for path, content in contents.items()})
+    note(f"written to {draft}; check every line, then use `--mapping {draft}`")
+    if gains:
+        note(f"written to {model}: gains of commands; use `--models {model}`")
 
 
 def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:

@@ -1,0 +1,83 @@
+"""Drafts of a mapping with the steps that the quality report recommends, and of a model.
+
+A command that explains the acceleration of one velocity becomes a gain on the axis of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+from hydrodamp.basis.term import AXES, VELOCITIES
+from hydrodamp.ingest.inspection.delay import Delay
+from hydrodamp.ingest.inspection.quality_report import QualityReport
+
+#: Model that gains of commands extend: linear and quadratic damping of each axis.
+BASE_MODEL = "fossen"
+
+_RECOMMENDED_STEP = re.compile(r"add `steps: \[(.+)\]` to the mapping")
+_STEPS_LINE = re.compile(r"(?m)^steps: \[(.*)\]")
+
+
+def add_steps(draft: str, report: QualityReport | None) -> str:
+    """Return the draft of a mapping with the cleaning steps that a report recommends."""
+    if report is None:
+        return draft
+    matches = (_RECOMMENDED_STEP.search(issue.remedy) for issue in report.issues)
+    steps = ", ".join(dict.fromkeys(match.group(1) for match in matches if match))
+    if not steps:
+        return draft
+    if _STEPS_LINE.search(draft):
+        return _STEPS_LINE.sub(lambda line: f"steps: [{line.group(1)}, {steps}]", draft, count=1)
+    return f"{draft.rstrip()}\nsteps: [{steps}]    # recommended by the quality report\n"
+
+
+def draft_model(name: str, report: QualityReport | None) -> str:
+    """Return a model file with a gain of each command on the axis that it moves; empty for none."""
+    delays = [] if report is None else [each for each in report.delays if each.command not in AXES]
+    if not delays:
+        return ""
+    by_axis: dict[str, list[Delay]] = {}
+    for delay in delays:
+        by_axis.setdefault(axis_of(delay), []).append(delay)
+    lines = [
+        "# Drafted by `hydrodamp probe`: a gain of each command on the axis that it moves.",
+        f"name: {name}",
+        f"extends: {BASE_MODEL}",
+        "terms:",
+    ]
+    for axis in filter(by_axis.__contains__, AXES):
+        names = " ".join(delay.command for delay in by_axis[axis])
+        evidence = ", ".join(map(_describe, by_axis[axis]))
+        lines.append(f"  {axis}: {names}    # {evidence}")
+    return "\n".join((*lines, ""))
+
+
+def axis_of(delay: Delay) -> str:
+    """Return the axis of the velocity that a command moves."""
+    return AXES[VELOCITIES.index(delay.velocity)]
+
+
+def _describe(delay: Delay) -> str:
+    direction = "increases" if delay.sign > 0 else "decreases"
+    return (
+        f"{direction} {delay.velocity}, {100.0 * delay.share:.0f} % of its acceleration, after "
+        f"{delay.seconds:.2g} s"
+    )
+
+
+def check_channel_axes(delays: Sequence[Delay], gains: Iterable[tuple[str, str]]) -> Iterator[str]:
+    """Yield a sentence on each gain, a pair of axis and command, on an axis that it does not move.
+
+    A command whose gains include the axis that it moves is not reported.
+    """
+    axes: dict[str, list[str]] = {}
+    for axis, command in gains:
+        axes.setdefault(command, []).append(axis)
+    for delay in delays:
+        assigned, moved = axes.get(delay.command, []), axis_of(delay)
+        if assigned and moved not in assigned:
+            yield (
+                f"the model has a gain of {delay.command} on {' '.join(assigned)}, but it moves "
+                f"{delay.velocity} ({_describe(delay)}): assign it to {moved}"
+            )
