@@ -1,9 +1,11 @@
+import json
 import subprocess
 import sys
 
 import hydrodamp
 from hydrodamp.cli.compare import DEMO_METHODS
 from hydrodamp.cli.options import definition
+from hydrodamp.ingest.mapping.log_mapping import presets
 from hydrodamp.vehicle.file import fleet
 
 
@@ -42,3 +44,29 @@ def test_names_are_those_of_the_tables():
     assert f": {', '.join(hydrodamp.METHODS)}." in definition("identify", "method")["help"]
     assert f": {', '.join(hydrodamp.TARGETS)}." in definition("export", "target")["help"]
     assert set(DEMO_METHODS.split(",")) < set(hydrodamp.METHODS)
+
+
+def test_help_of_a_command_has_two_forms(call):
+    assert call("help compare").stdout == call("compare --help").stdout
+    assert call("help").stdout == call("--help").stdout
+    assert "list[" not in call("help compare").stdout
+
+
+def test_names_that_options_accept_are_listed_with_descriptions(call):
+    known = {"methods": hydrodamp.METHODS, "vehicles": fleet, "presets": presets(),
+             "targets": hydrodamp.TARGETS}  # fmt: skip
+    for kind, names in known.items():
+        listed = json.loads(call(f"{kind} --json").stdout)[kind]
+        assert [*listed] == [*names]
+        assert all(text and "\n" not in text for text in listed.values())
+        assert all(name in call(kind).stdout for name in names)
+
+
+def test_a_dash_reads_the_log_from_standard_input(folder):
+    line = [sys.executable, "-m", "hydrodamp", "convert", "-", "--out", "again.csv"]
+    source = (folder / "a.csv").read_bytes()
+    done = subprocess.run(line, input=source, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "again.csv").is_file()
+    empty = subprocess.run(line, input=b"", capture_output=True, check=False)
+    assert (empty.returncode, b"standard input is empty" in empty.stderr) == (2, True)

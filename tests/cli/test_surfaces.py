@@ -11,6 +11,7 @@ from hydrodamp.cli.options import examples
 
 COMMAND = typer.main.get_command(app)
 COMMANDS = {**COMMAND.commands, **COMMAND.commands["vehicle"].commands}
+del COMMANDS["help"]
 DATA = "ab.csv --vehicle planar.yaml"
 
 

@@ -14,15 +14,17 @@ from hydrodamp.cli.compare import compare, demo
 from hydrodamp.cli.evaluate import simulate, validate
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
+from hydrodamp.cli.lists import methods, presets, targets, vehicles
 from hydrodamp.cli.live import live
 from hydrodamp.cli.logs import convert, probe
-from hydrodamp.cli.options import HelpCommand
+from hydrodamp.cli.options import HelpCommand, HelpGroup
 from hydrodamp.cli.output import INTERRUPTED, handle_errors
 from hydrodamp.cli.plan import plan
 from hydrodamp.cli.report import report
 
 app = typer.Typer(
     name="hydrodamp",
+    cls=HelpGroup,
     help="Identify hydrodynamic damping models of marine vehicles from logs.",
     epilog="Start with: hydrodamp demo. Exit status: 0 success, 1 failure, 2 wrong usage or input, "
     "130 interrupted.",
@@ -33,17 +35,25 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Create vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-COMMANDS = (
-    *(demo, models, datasets, probe, convert, compare, validate, identify, simulate, report),
-    export,
-    live,
-    plan,
-    batch,
-)
-for command in COMMANDS:
-    app.command(cls=HelpCommand)(handle_errors(command))
+COMMANDS = {
+    "Start": (demo,),
+    "Names": (models, methods, vehicles, presets, targets, datasets),
+    "Logs": (probe, convert),
+    "Identification and validation": (compare, validate, identify, report),
+    "Use of a model": (simulate, export, live),
+    "Next dives and many logs": (plan, batch),
+}
+for title, commands in COMMANDS.items():
+    for command in commands:
+        app.command(cls=HelpCommand, rich_help_panel=title)(handle_errors(command))
 vehicle_app.command(cls=HelpCommand)(handle_errors(new))
-app.add_typer(vehicle_app, name="vehicle")
+app.add_typer(vehicle_app, name="vehicle", rich_help_panel="Logs")
+
+
+@app.command("help", hidden=True)
+def show_help(names: Annotated[list[str] | None, typer.Argument(metavar="COMMAND")] = None) -> None:
+    """Show the help of a command."""
+    app([*(names or ()), "--help"], prog_name="hydrodamp")
 
 
 def _print_version(is_requested: bool) -> None:

@@ -69,6 +69,23 @@ def complete_list(location: str) -> Callable[[str], list[str]]:
     return complete
 
 
+class HelpGroup(typer.core.TyperGroup):
+    """A group whose help lists commands by subject, without importing rich."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write a section of commands for each panel."""
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for name in self.list_commands(ctx):
+            command = self.get_command(ctx, name)
+            if command is not None and not command.hidden:
+                panel = getattr(command, "rich_help_panel", None) or "Commands"
+                text = (command.help or "").split("\n")[0]
+                sections.setdefault(panel, []).append((name, text))
+        for title, records in sections.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
 class HelpCommand(typer.core.TyperCommand):
     """A command whose help has a section for each panel of options, without importing rich."""
 
@@ -77,8 +94,9 @@ class HelpCommand(typer.core.TyperCommand):
         sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
+            is_argument = parameter.param_type_name == "argument"
             if record is not None:
-                is_argument = parameter.param_type_name == "argument"
+                record = (parameter.metavar or "", record[1]) if is_argument else record
                 panel = getattr(parameter, "rich_help_panel", None) or "Options"
                 sections.setdefault("Arguments" if is_argument else panel, []).append(record)
         for title, records in sections.items():

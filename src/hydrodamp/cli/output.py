@@ -9,13 +9,14 @@ import platform
 import shlex
 import shutil
 import sys
+import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 import typer
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 Inputs = Iterable[str | None]
+
+_COLOURS = {"error": "red", "warning": "yellow"}
 
 WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -54,7 +57,12 @@ def print_output(json: bool, document: object, *results: Table | str) -> None:
 def note(text: str) -> None:
     """Print a message on standard error, with paths relative to the working directory."""
     lines = text.replace(f"{Path.cwd()}{os.sep}", "").split("\n")
-    typer.echo("\n".join(map(printable, lines)), err=True)
+    message = "\n".join(map(printable, lines))
+    kind, colon, content = message.partition(":")
+    is_plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
+    if colon and kind in _COLOURS and not is_plain:
+        message = f"{typer.style(kind + colon, fg=_COLOURS[kind], bold=True)}{content}"
+    typer.echo(message, err=True)  # without colours where it is no terminal
 
 
 def emit(document: object) -> None:
@@ -79,7 +87,8 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
                 fail(f"`--{name}` is missing: {hint}", WRONG_INPUT)
         with warnings_as_notes(), nullcontext() if is_quiet else show_progress():
             try:
-                return command(*args, **kwargs)
+                with standard_input_as_file(kwargs):
+                    return command(*args, **kwargs)
             except (typer.Exit, BrokenPipeError):
                 raise
             except HydrodampError as error:
@@ -101,6 +110,26 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
     run.__signature__ = signature  # type: ignore[attr-defined]
     run.__annotations__ = {key: each.annotation for key, each in signature.parameters.items()}
     return run
+
+
+@contextmanager
+def standard_input_as_file(arguments: dict[str, Any]) -> Iterator[None]:
+    """Replace ``-`` among the logs of a call by a file with the table on standard input."""
+    names = [
+        name for name in ("logs", "log", "train", "test") if "-" in (arguments.get(name) or ())
+    ]
+    if not names:
+        yield
+        return
+    content = sys.stdin.buffer.read()
+    if not content.strip():
+        raise FileError("standard input is empty: `-` reads a CSV table from it.")
+    with tempfile.TemporaryDirectory(prefix="hydrodamp-") as folder:
+        path = Path(folder, "standard-input.csv")
+        path.write_bytes(content)
+        for name in names:
+            arguments[name] = [str(path) if each == "-" else each for each in arguments[name]]
+        yield
 
 
 def _interrupted(error: BaseException | None) -> bool:

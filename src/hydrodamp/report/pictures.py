@@ -17,6 +17,7 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
+from hydrodamp.progress import count_items, progress
 from hydrodamp.report.figures import diagnostics, style
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
 from hydrodamp.report.files import Picture, ReportContent
@@ -50,11 +51,14 @@ Sketch = tuple[str, str, "Callable[[], Figure]"]
 
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log) -> ReportContent:
     """Compute the diagnostics of the selected row and draw its pictures."""
-    findings = diagnose_comparison(comparison, vehicle, train)
+    with progress("diagnosing"):
+        findings = diagnose_comparison(comparison, vehicle, train)
     missing = [NEEDS_MATPLOTLIB]
     pictures: tuple[Picture, ...] = ()
     if find_spec("matplotlib"):
-        pictures, missing = draw_pictures(_sketches(comparison, findings, train), findings.failures)
+        sketches = [*_sketches(comparison, findings, train)]
+        counted = count_items(sketches, "drawing pictures", len(sketches))
+        pictures, missing = draw_pictures(counted, findings.failures)
     if "grades" in findings.failures:
         missing.append(_sentence("Coefficients are not graded", findings.failures["grades"]))
     return ReportContent(findings.identifiability, findings.band, pictures, tuple(missing))

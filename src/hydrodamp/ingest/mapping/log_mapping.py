@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -369,3 +371,10 @@ def _overlay(below: dict[Any, Any], above: dict[Any, Any]) -> dict[Any, Any]:
 
 def _is_group(key: object, value: object) -> bool:
     return isinstance(value, dict) and key not in ("time", "clock")
+
+
+def describe_preset(name: str) -> str:
+    """Return the first sentence of the comment of a preset."""
+    lines = (_FOLDER / f"{name}.yaml").read_text("utf-8").splitlines()
+    comment = " ".join(line.lstrip("# ") for line in takewhile(lambda x: x.startswith("#"), lines))
+    return f"{re.split(r'[:.] ', comment, maxsplit=1)[0].rstrip('.')}."
