@@ -20,8 +20,8 @@ from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.documents import fit_document
 from hydrodamp.report.figures.style import (
+    SERIES,
     coefficient_symbol,
-    colour_of,
     figure_bytes,
     stacked_panels,
     with_style,
@@ -282,7 +282,7 @@ def time_series_figure(result: BatchResult, series: str) -> Figure:
         index = labels.index(label)
         values = [each.fit.damping.coefficients[index] for each in groups]
         halves = [half_widths(each.fit)[index] for each in groups]
-        panel.errorbar(days, values, halves, color=colour_of("weak"), **style)
+        panel.errorbar(days, values, halves, color=SERIES[0], **style)
         for change in changes:
             if change.label == label:
                 panel.plot([-0.4, change.first - 0.5], [change.before] * 2, color="black")

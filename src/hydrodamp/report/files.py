@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -53,6 +53,8 @@ _FITS, _PICTURES = "fits/*.json", tuple(f"{FIGURES}/{name}" for name in PICTURES
 RESULTS = (COMPARISON, DAMPING, REPLAYS, REPORT, GRADES, BAND, *TABLES, _FITS, *_PICTURES)
 
 _SIMULATED = "simulated."
+#: Channels of a replayed log that the page shows.
+_CHANNELS = ("commands", "wrench", "propulsion_ratio", "position")
 
 
 @dataclass(frozen=True)
@@ -210,6 +212,9 @@ def _replays(comparison: Comparison) -> bytes:
             "segment_bounds": log.bounds,
             f"{_SIMULATED}{name}": row.trajectory.velocity,
         }
+        channels = {field: getattr(log, field) for field in _CHANNELS}
+        arrays |= {field: values for field, values in channels.items() if values is not None}
+        arrays["command_names"] = np.array(log.command_names, dtype=str)
     return _npz(arrays)
 
 
@@ -220,7 +225,16 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
         return None, {}
     bounds_by_name = zip(arrays["segment_names"], arrays["segment_bounds"].tolist(), strict=True)
     segments = tuple(Segment(str(name), *bounds) for name, bounds in bounds_by_name)
-    log = Log(arrays["time"], arrays["measured"], segments=segments, source=source)
+    channels: dict[str, Any] = {name: arrays[name] for name in _CHANNELS if name in arrays}
+    names = tuple(map(str, arrays.get("command_names", ())))
+    log = Log(
+        arrays["time"],
+        arrays["measured"],
+        segments=segments,
+        source=source,
+        command_names=names,
+        **channels,
+    )
     return log, {
         name.removeprefix(_SIMULATED): values
         for name, values in arrays.items()

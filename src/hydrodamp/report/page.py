@@ -17,7 +17,7 @@ from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import load_json
 from hydrodamp.report.comparison_tables import score_table
 from hydrodamp.report.documents import provenance_of
-from hydrodamp.report.figures.style import colour_of
+from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.narrative import explain_failure, remarks
@@ -92,20 +92,22 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
     selected, grades = find_selected_row(comparison), content.identifiability
     unit, provenance = comparison.rate_unit, comparison.provenance
     by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
-    order = sorted(by_error, key=lambda row: (row.rms is None, not row.converged))
+    order = sorted(
+        by_error, key=lambda row: (row is not selected, row.rms is None, not row.converged)
+    )
     plots = series(comparison, order, content.band)
     warnings, segments = (
         provenance.get("warnings", "").splitlines(),
         provenance.get("test_segments"),
     )
     usable = [row for row in order if row.fit.status.usable]
-    methods = enumerate(comparison.methods)
+    colours = enumerate(model_colours(comparison.models).items())
     scores = f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %"
     return {
         "comparison": comparison,
         "subtitle": f"Replayed on {segments}" if segments else "",
         "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
-        "methods": {method: (f"m{index}", colour_of(method)) for index, method in methods},
+        "colours": {model: (f"m{index}", colour) for index, (model, colour) in colours},
         "verdict": comparison.verdict() if selected else None,
         "failure": explain_failure(comparison),
         "summary": selection_cells(comparison, selected),

@@ -19,8 +19,15 @@ from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
 from hydrodamp.progress import count_items, progress
 from hydrodamp.report.figures import diagnostics, style
-from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
+from hydrodamp.report.figures.series import (
+    commands_figure,
+    recorded_channels,
+    replays_figure,
+    velocities_figure,
+)
+from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import Picture, ReportContent
+from hydrodamp.report.table import percent
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.diagnostics import (
     Findings,
@@ -155,7 +162,12 @@ def series(
         return None
     shown_runs, log, selected = runs[:MAX_REPLAYS], runs[0][1].log, find_selected_row(comparison)
     names, unit = tuple(runs[0][0].score.rms_by_axis), comparison.rate_unit
+    channels = [*recorded_channels(log)]
     n_series = len(names) * (1 + len(shown_runs) + 2 * (band is not None))
+    n_series += sum(len(panel.channels) for panel in channels)
+    # Extremes of intervals cannot be subtracted, so a long log has series of residuals.
+    is_exact = log.n <= min(MAX_VALUES // n_series, MAX_POINTS)
+    n_series += 0 if is_exact else len(names) * len(shown_runs)
     bins, time = (
         style.Bins.over(log.bounds, min(MAX_VALUES // n_series, MAX_POINTS)),
         style.clock(log),
@@ -169,8 +181,8 @@ def series(
     if band is not None and selected is not None:
         band_entry = {
             "name": f"{100.0 * band.level:.0f} % band of {selected.model} by {selected.method}",
-            "method": selected.method,
-            "colour": style.colour_of(selected.method),
+            "model": selected.model,
+            "colour": model_colours(row.model for row in comparison.rows)[selected.model],
         }
         caption = band_caption(selected)
         edges = [packed(band.lower), packed(band.upper)]
@@ -183,15 +195,30 @@ def series(
         "replays": [
             {
                 "name": f"{row.model} by {row.method}",
-                "method": row.method,
+                "model": row.model,
+                "fit": _mean_fit(row),
+                "fits": [row.score.fit_by_axis[name] for name in names],
                 "colour": look.colour,
                 "dashes": [round(LINE_WIDTH * length, 1) for length in look.dashes],
             }
             for (row, _), look in zip(shown_runs, looks, strict=True)
         ],
         "band": band_entry,
+        "palette": style.SERIES,
         "time": _base64(bins.times(time).astype("<f8")),
         "series": [packed(log.velocity), *(packed(run.velocity) for _, run in shown_runs)],
+        "residuals": []
+        if is_exact
+        else [packed(run.velocity - log.velocity) for _, run in shown_runs],
+        "channels": [
+            {
+                "label": panel.label,
+                "downward": panel.downward,
+                "names": [*panel.channels],
+                "series": [_pack(bins.values(values)) for values in panel.channels.values()],
+            }
+            for panel in channels
+        ],
         "edges": edges,
     }
     return {
@@ -200,6 +227,12 @@ def series(
         "left_out": len(runs) - len(shown_runs),
         "is_thinned": not bins.is_exact,
     }
+
+
+def _mean_fit(row: Row) -> str | None:
+    """Return the mean fit over the velocities [%]."""
+    fits = [fit for fit in row.score.fit_by_axis.values() if fit is not None]
+    return percent(float(np.mean(fits))) if fits else None
 
 
 def _pack(values: FloatArray) -> dict[str, object]:

@@ -10,10 +10,10 @@ from matplotlib.colors import to_rgb
 
 import hydrodamp as hd
 from hydrodamp.report.figures.style import (
-    colour_of,
     escape_text,
     figure_bytes,
     line_styles,
+    model_colours,
     new_figure,
     with_style,
 )
@@ -32,16 +32,19 @@ def linear(colour):
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
 
 
-def test_every_method_has_a_colour_and_a_marker_of_its_own_and_others_share_one():
+def test_every_method_has_a_marker_and_dashes_of_its_own_and_others_share_one():
     looks = line_styles([("linear", key) for key in (*hd.METHODS, "mine", "yours")])
-    assert len({look.colour for look in looks}) == len(hd.METHODS) + 1
+    assert len({look.colour for look in looks}) == 1
     assert len({look.marker for look in looks}) == len(hd.METHODS) + 1
+    assert len({look.dashes for look in looks}) == len(hd.METHODS) + 1
 
 
-def test_common_methods_differ_for_eyes_without_green():
-    keys = ("recommended", "ls", "ai", "ai-scaled", "weak", "oe")
-    seen = [DEUTERANOPIA @ linear(colour_of(key)) for key in keys]
-    apart = [np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[:i]]
+def test_models_differ_for_eyes_without_green():
+    colours = model_colours([*hd.PAPER_MODELS, "mine"])
+    assert len(set(colours.values())) == len(hd.PAPER_MODELS) + 1
+    assert colours["linear"] == model_colours(["linear"])["linear"]
+    perceived = [DEUTERANOPIA @ linear(colours[key]) for key in hd.PAPER_MODELS]
+    apart = [np.linalg.norm(a - b) for i, a in enumerate(perceived) for b in perceived[:i]]
     assert min(apart) > 0.1
 
 

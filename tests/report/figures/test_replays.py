@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.style import MEASURED, colour_of
+from hydrodamp.report.figures.style import MEASURED, line_styles
 
 from .conftest import labels, legend
 
@@ -33,7 +33,8 @@ def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
     for panel in figure.axes:
         assert len(panel.lines) == 3 + joins
         colours = [line.get_color() for line in panel.lines[:3]]
-        assert colours == [MEASURED, colour_of("ai"), colour_of("weak")]  # the first on top
+        (look,) = line_styles([("linear", "weak")])
+        assert colours == [MEASURED, look.colour, look.colour]
     assert legend(figure)[0] == "measured"
     assert legend(figure)[1].startswith("linear by weak, RMS ")
     on_sheet(figure)

@@ -5,8 +5,11 @@ Needs ``pip install playwright`` and a Chromium of the system.
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import pytest
 
@@ -96,6 +99,23 @@ def test_dragging_zooms_all_plots_and_the_button_goes_back(report):
     assert view.inner_text() == whole
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 768, 1280])
+def test_the_page_is_accessible_and_fits_the_screen(report, width, scheme):
+    """axe-core (npm) finds nothing; its file is named by AXE_CORE."""
+    script = Path(os.environ.get("AXE_CORE", "absent"))
+    page = report.page
+    page.set_viewport_size({"width": width, "height": 900})
+    page.emulate_media(color_scheme=scheme)
+    root = "document.documentElement"
+    assert page.evaluate(f"{root}.scrollWidth - {root}.clientWidth") == 0
+    if not script.is_file():
+        pytest.skip("AXE_CORE names no file, such as node_modules/axe-core/axe.min.js")
+    page.evaluate(script.read_text("utf-8"))
+    violations = page.evaluate("axe.run()")["violations"]
+    assert [(each["id"], each["impact"]) for each in violations] == []
+
+
 def test_names_from_a_file_stay_text(report):
     page = report.page
     assert page.evaluate("window.stolen === undefined")
@@ -138,6 +158,9 @@ def test_plots_say_in_words_what_they_show(report):
     assert plot.get_attribute("aria-label") == whole
     page.get_by_role("checkbox", name=band).uncheck()
     assert plot.get_attribute("aria-label") == whole.removesuffix(f", {band}")
-    for name in ("measured", "linear by weak"):
-        page.get_by_role("checkbox", name=name, exact=True).uncheck()
-    assert page.locator("#plots canvas").last.get_attribute("aria-label").endswith(": nothing")
+    page.get_by_role("checkbox", name="residuals").check()
+    assert plot.get_attribute("aria-label") == "residual of u in m/s over time: linear by weak"
+    page.get_by_role("checkbox", name="residuals").uncheck()
+    page.get_by_role("checkbox", name="measured", exact=True).uncheck()
+    page.get_by_role("checkbox", name=re.compile(r"^linear by weak, \d+ %$")).uncheck()
+    assert page.locator("#plots canvas").nth(5).get_attribute("aria-label").endswith(": nothing")

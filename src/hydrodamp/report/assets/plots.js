@@ -21,53 +21,70 @@
     if (!decoded.has(key)) decoded.set(key, values(about[kind][first][second]));
     return decoded.get(key);
   };
+  const unpackedChannel = (panel, k) => {
+    const key = `channel ${panel} ${k}`;
+    if (!decoded.has(key)) decoded.set(key, values(about.channels[panel].series[k]));
+    return decoded.get(key);
+  };
   const time = times(about.time);
   const start = time[0];
   const stop = time[time.length - 1];
   // The edges of the band, where there is one, then the lines that are shown.
   const data = (velocity, shown) => [
     time,
-    ...(about.band ? [0, 1] : []).map((side) => unpacked("edges", side, velocity)),
-    ...shown.map((line) => unpacked("series", line, velocity)),
+    ...(hasBand() ? [0, 1] : []).map((side) => unpacked("edges", side, velocity)),
+    ...shown.map((line) => (isResidual() ? residualOf(line, velocity) : unpacked("series", line, velocity))),
   ];
+  const residualOf = (line, velocity) => {
+    if (about.residuals.length) return unpacked("residuals", line - 1, velocity);
+    const measured = unpacked("series", 0, velocity);
+    return unpacked("series", line, velocity).map((value, k) => (value === null ? null : value - measured[k]));
+  };
   const home = document.getElementById("plots");
   const tools = document.getElementById("tools");
   const choices = document.getElementById("shown");
   const band = document.getElementById("band"); // its box, where there is a band
+  const residuals = document.getElementById("residuals");
+  const isResidual = () => residuals.checked;
+  const hasBand = () => Boolean(about.band) && !isResidual();
   const EDGES = [1, 2]; // the series that are its edges
   const HEIGHT = 150;
   const SYNC = "hydrodamp";
   const view = { from: start, to: stop };
-  const chosen = () => [...choices.querySelectorAll("input[name=line]:checked")].map((box) => Number(box.value));
-  let shown = chosen();
+  const checkedLines = () => [...choices.querySelectorAll("input[name=line]:checked")]
+    .map((box) => Number(box.value))
+    .filter((line) => line > 0 || !isResidual());
+  let shown = checkedLines();
   let plots = [];
+  let channelPlots = [];
 
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const lifted = (hex, opacity = 1) => {
+  const lighten = (hex, opacity = 1) => {
     const share = parseFloat(colour("--lift")) / 100;
-    const part = (k) => Math.round(parseInt(hex.slice(k, k + 2), 16) * (1 - share) + 255 * share);
-    return `rgba(${part(1)}, ${part(3)}, ${part(5)}, ${opacity})`;
+    const component = (k) => Math.round(parseInt(hex.slice(k, k + 2), 16) * (1 - share) + 255 * share);
+    return `rgba(${component(1)}, ${component(3)}, ${component(5)}, ${opacity})`;
   };
-  const place = (time) => {
-    const part = about.segments.findLast((one) => one.start <= time) ?? about.segments[0];
-    const since = Math.min(Math.max(time, part.start), part.stop) - part.start;
-    return `${part.name} ${since.toFixed(2)} s`;
+  const formatTime = (time) => {
+    const segment = about.segments.findLast((each) => each.start <= time) ?? about.segments[0];
+    const since = Math.min(Math.max(time, segment.start), segment.stop) - segment.start;
+    return `${segment.name} ${since.toFixed(2)} s`;
   };
   const short = (value) => (value == null ? "–" : Number(value.toPrecision(4)).toString());
 
-  // A replay that runs away must not flatten what was measured: twice its span is enough.
+  // A diverging replay must not flatten the measured velocity: ten times its span is shown.
   const limits = about.velocities.map((_, velocity) => {
     const known = unpacked("series", 0, velocity).filter((value) => value !== null);
     const low = known.reduce((a, b) => Math.min(a, b), Infinity);
     const high = known.reduce((a, b) => Math.max(a, b), -Infinity);
-    const room = 0.5 * (high - low) || 1e-3;
+    const room = 4.5 * (high - low) || 1e-3;
     return { low: low - room, high: high + room };
   });
   const range = (velocity) => (_, low, high) => {
-    const limit = limits[velocity];
+    const limit = isResidual() ? { low: -Infinity, high: Infinity } : limits[velocity];
+    if (low == null && isResidual()) return [-1, 1];
     if (low == null) return [limit.low, limit.high];
     const [a, b] = [Math.max(low, limit.low), Math.min(high, limit.high)];
-    if (!(a < b)) return [limit.low, limit.high];
+    if (!(a < b)) return isResidual() ? [a - 1e-3, a + 1e-3] : [limit.low, limit.high];
     return [a - 0.06 * (b - a), b + 0.06 * (b - a)];
   };
 
@@ -82,62 +99,65 @@
     const [low, high] = EDGES.map((edge) => (k == null ? null : plot.data[edge][k]));
     return low == null ? "–" : `${short(low)} to ${short(high)}`;
   };
-  const edges = () => (band ? EDGES : []).map(() => ({
+  const edges = () => (hasBand() ? EDGES : []).map(() => ({
     label: about.band.name,
-    stroke: () => lifted(about.band.colour, 0.6),
+    stroke: () => lighten(about.band.colour, 0.6),
     width: 0.5,
     show: band.checked,
     points: { show: false },
     value: (plot, _, __, k) => between(plot, k),
   }));
-  const line = (series) => ({
-    label: series ? about.replays[series - 1].name : "measured",
-    stroke: () => (series ? lifted(about.replays[series - 1].colour) : colour("--ink")),
+  const lineName = (series, velocity) => {
+    if (!series) return "measured";
+    const { name, fits } = about.replays[series - 1];
+    const fit = velocity === undefined ? null : fits[velocity];
+    return fit == null ? name : `${name}, ${fit < 0 ? "<0" : Math.round(fit)} %`;
+  };
+  const line = (series, velocity) => ({
+    label: lineName(series, velocity),
+    stroke: () => (series ? lighten(about.replays[series - 1].colour) : colour("--ink")),
     dash: series ? about.replays[series - 1].dashes : [],
     width: 1.5,
     points: { show: false },
     value: (_, v) => short(v),
   });
-  const lines = () => [
-    { label: "time", value: (_, time) => (time == null ? "–" : place(time)) },
-    ...edges(),
-    ...shown.map(line),
-  ];
+  const clock = { label: "time", value: (_, time) => (time == null ? "–" : formatTime(time)) };
+  const lines = (velocity) => [clock, ...edges(), ...shown.map((series) => line(series, velocity))];
   // The legend has the samples of the boxes; of the two edges of the band one stands for both.
-  const sampled = (plot) => {
+  const addSamples = (plot) => {
     const rows = [...plot.root.querySelectorAll(".u-legend .u-series")].slice(1);
-    const boxes = [...(band ? [band, null] : []), ...shown.map((series) => choices.querySelector(`input[value="${series}"]`))];
+    const boxes = [...(hasBand() ? [band, null] : []), ...shown.map((series) => choices.querySelector(`input[value="${series}"]`))];
     rows.forEach((row, k) => {
       if (boxes[k] === null) row.hidden = true;
       else row.firstChild.prepend(boxes[k].parentElement.querySelector("svg").cloneNode(true));
     });
   };
-  const toggled = (plot, k, { show }) => {
-    if (!band || !EDGES.includes(k) || show === undefined || show === band.checked) return;
+  const toggleBand = (plot, k, { show }) => {
+    if (!hasBand() || !EDGES.includes(k) || show === undefined || show === band.checked) return;
     band.checked = show;
-    banded();
+    showBand();
   };
-  const banded = () => {
-    for (const plot of plots) {
+  const showBand = () => {
+    for (const plot of hasBand() ? plots : []) {
       for (const k of EDGES) if (plot.series[k].show !== band.checked) plot.setSeries(k, { show: band.checked });
     }
-    described();
+    describe();
   };
   // What the plots show, for those who cannot see them.
-  const described = () => {
-    const names = [...shown.map((series) => line(series).label), ...(band?.checked ? [about.band.name] : [])];
+  const describe = () => {
+    const names = [...shown.map((series) => lineName(series)), ...(hasBand() && band.checked ? [about.band.name] : [])];
     plots.forEach((plot, velocity) => {
       const { name, unit } = about.velocities[velocity];
-      plot.ctx.canvas.setAttribute("aria-label", `${name} in ${unit} over time: ${names.join(", ") || "nothing"}`);
+      plot.ctx.canvas.setAttribute("aria-label", `${isResidual() ? "residual of " : ""}${name} in ${unit} over time: ${names.join(", ") || "nothing"}`);
     });
   };
-  const joins = (plot) => {
+  const drawJoins = (plot) => {
     const { ctx, bbox } = plot;
     ctx.save();
     ctx.strokeStyle = colour("--faint");
     ctx.setLineDash([2, 4]);
-    for (const part of about.segments.slice(1)) {
-      const x = plot.valToPos(part.start, "x", true);
+    for (const segment of about.segments.slice(1)) {
+      const x = plot.valToPos(segment.start, "x", true);
       if (x < bbox.left || x > bbox.left + bbox.width) continue;
       ctx.beginPath();
       ctx.moveTo(x, bbox.top);
@@ -146,7 +166,7 @@
     }
     ctx.restore();
   };
-  const selected = (plot) => {
+  const zoomToSelection = (plot) => {
     if (plot.select.width < 4) return;
     const from = plot.posToVal(plot.select.left, "x");
     const to = plot.posToVal(plot.select.left + plot.select.width, "x");
@@ -161,8 +181,8 @@
       axis({ size: 28, values: (_, marks) => marks.map((mark) => `${mark} s`) }),
       axis({ size: 58, space: 24 }),
     ],
-    series: lines(),
-    bands: band ? [{ series: [2, 1], fill: () => lifted(about.band.colour, 0.22) }] : [],
+    series: lines(velocity),
+    bands: hasBand() ? [{ series: [2, 1], fill: () => lighten(about.band.colour, 0.22) }] : [],
     cursor: {
       sync: { key: SYNC, setSeries: false },
       y: false,
@@ -170,7 +190,7 @@
       bind: { dblclick: () => () => { look(start, stop); return null; } },
     },
     legend: { live: true, markers: { show: false } },
-    hooks: { ready: [sampled], drawClear: [joins], setSelect: [selected], setSeries: [toggled] },
+    hooks: { ready: [addSamples], drawClear: [drawJoins], setSelect: [zoomToSelection], setSeries: [toggleBand] },
   });
 
   const look = (from, to) => {
@@ -178,25 +198,56 @@
     const width = Math.min(Math.max(to - from, 1e-6 * whole), whole);
     view.from = Math.min(Math.max(from, start), stop - width);
     view.to = view.from + width;
-    for (const plot of plots) plot.setScale("x", { min: view.from, max: view.to });
-    document.getElementById("view").textContent = `${place(view.from)} to ${place(view.to)}`;
+    for (const plot of [...plots, ...channelPlots]) plot.setScale("x", { min: view.from, max: view.to });
+    document.getElementById("view").textContent = `${formatTime(view.from)} to ${formatTime(view.to)}`;
+  };
+  const addPanel = (text) => {
+    const panel = document.createElement("div");
+    panel.className = "plot";
+    const title = document.createElement("h3");
+    title.textContent = text;
+    panel.append(title);
+    home.append(panel);
+    return panel;
+  };
+  const isCut = (velocity) => !isResidual() && shown.some((line) =>
+    unpacked("series", line, velocity).some((value) => value !== null
+      && (value < limits[velocity].low || value > limits[velocity].high)));
+  // Actuation and depth of the test data, below the velocities.
+  const addChannels = ({ label, downward, names, series }, index) => {
+    const panel = addPanel(label);
+    const plot = new uPlot({
+      ...options(0),
+      scales: { x: { time: false, range: () => [view.from, view.to] }, y: { dir: downward ? -1 : 1 } },
+      series: [clock, ...names.map((name, k) => ({
+        label: name,
+        stroke: () => lighten(about.palette[k % about.palette.length]),
+        width: 1,
+        points: { show: false },
+        value: (_, v) => short(v),
+      }))],
+      bands: [],
+      hooks: { drawClear: [drawJoins], setSelect: [zoomToSelection] },
+      legend: { live: true },
+    }, [time, ...series.map((_, k) => unpackedChannel(index, k))], panel);
+    plot.ctx.canvas.setAttribute("role", "img");
+    plot.ctx.canvas.setAttribute("aria-label", `${label} over time: ${names.join(", ")}`);
+    plot.root.querySelector(".u-legend").setAttribute("aria-hidden", "true");
+    return plot;
   };
   const build = () => {
-    for (const plot of plots) plot.destroy();
+    for (const plot of [...plots, ...channelPlots]) plot.destroy();
     home.replaceChildren();
     plots = about.velocities.map(({ name, unit }, velocity) => {
-      const panel = document.createElement("div");
-      panel.className = "plot";
-      const title = document.createElement("h3");
-      title.textContent = `${name} [${unit}]`;
-      panel.append(title);
-      home.append(panel);
+      const cut = isCut(velocity) ? ", lines are cut at ten times the measured range" : "";
+      const panel = addPanel(`${isResidual() ? "residual of " : ""}${name} [${unit}]${cut}`);
       const plot = new uPlot(options(velocity), data(velocity, shown), panel);
       plot.ctx.canvas.setAttribute("role", "img");
       plot.root.querySelector(".u-legend").setAttribute("aria-hidden", "true");
       return plot;
     });
-    described();
+    channelPlots = about.channels.map(addChannels);
+    describe();
     look(view.from, view.to);
   };
 
@@ -209,7 +260,7 @@
     const step = share * (view.to - view.from);
     look(view.from + step, view.to + step);
   };
-  const deeds = {
+  const actions = {
     whole: () => look(start, stop),
     in: () => zoom(0.5),
     out: () => zoom(2),
@@ -218,27 +269,27 @@
   };
   const keys = {
     ArrowLeft: () => move(-0.2), ArrowRight: () => move(0.2),
-    "+": deeds.in, "=": deeds.in, "-": deeds.out, 0: deeds.whole, Home: deeds.whole,
+    "+": actions.in, "=": actions.in, "-": actions.out, 0: actions.whole, Home: actions.whole,
   };
-  tools.addEventListener("click", (event) => deeds[event.target.dataset.do]?.());
+  tools.addEventListener("click", (event) => actions[event.target.dataset.do]?.());
   home.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !(event.key in keys)) return;
     event.preventDefault();
     keys[event.key]();
   });
   choices.addEventListener("change", ({ target }) => {
-    if (target === band) return banded();
-    shown = chosen();
+    if (target === band) return showBand();
+    shown = checkedLines();
     build();
   });
   const resize = () => {
-    for (const plot of plots) plot.setSize({ width: home.clientWidth, height: HEIGHT });
+    for (const plot of [...plots, ...channelPlots]) plot.setSize({ width: home.clientWidth, height: HEIGHT });
   };
   window.addEventListener("resize", resize);
   // Browsers print a canvas line by line, dash by dash; of noise that takes minutes. So print gets
   // pictures. This comes after the listener of the theme, when the plots are drawn in light.
   window.addEventListener("beforeprint", () => {
-    for (const plot of plots) {
+    for (const plot of [...plots, ...channelPlots]) {
       const copy = document.createElement("img");
       copy.className = "copy";
       copy.alt = plot.ctx.canvas.getAttribute("aria-label");

@@ -53,8 +53,6 @@ def front_figure(comparison: Comparison) -> Figure:
         raise MethodError("no row with coefficients has an error, so there is no Pareto front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
-    looks = style.line_styles([("", method) for method in methods])
-    styles = dict(zip(methods, looks, strict=True))
     step = min(0.7 / len(methods), 0.2)
 
     def position(model: str, method: str) -> float:
@@ -67,8 +65,8 @@ def front_figure(comparison: Comparison) -> Figure:
     across = [position(row.model, row.method) for row in best]
     line: dict[str, Any] = {"color": style.FAINT, "linewidth": 1.2}
     panel.plot(across, [*map(rms_or_infinity, best)], drawstyle="steps-post", **line)
-    for row in rows:
-        look = styles[row.method]
+    looks = style.line_styles([(row.model, row.method) for row in rows])
+    for row, look in zip(rows, looks, strict=True):
         at = position(row.model, row.method)
         (point,) = panel.plot([at], [rms_or_infinity(row)], **look.points)
         point.set_markerfacecolor(look.colour if row.converged else "white")
@@ -77,7 +75,11 @@ def front_figure(comparison: Comparison) -> Figure:
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
     panel.set_xlabel("model and number of its coefficients")
     panel.set_ylabel(_error_label(comparison.rate_unit))
-    entries = [(method, look.points) for method, look in styles.items()]
+    markers = {
+        row.method: look.points | {"color": style.FAINT}
+        for row, look in zip(rows, looks, strict=True)
+    }
+    entries = [(method, markers[method]) for method in methods if method in markers]
     entries.append(("Pareto front", line))
     hollow = {"color": style.FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
     if not all(row.converged for row in rows):
@@ -99,8 +101,8 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
     Returns
     -------
     figure : Figure
-        One column wide, errors on a logarithmic scale. Colour and marker are the method,
-        dashes are the model.
+        One column wide, errors on a logarithmic scale. Colour is the model, marker and
+        dashes are the method.
 
     Raises
     ------

@@ -115,6 +115,16 @@ def _actuation(log: Log) -> Iterator[_Panel]:
             yield _Panel(label, {name: value for name, value in columns.items() if value.any()})
 
 
+def recorded_channels(log: Log) -> Iterator[_Panel]:
+    """Yield actuation and depth with plain labels, for the page."""
+    for panel in _actuation(log):
+        if panel.channels:
+            label = panel.label.replace("\n", " ").replace(r"$\bar\eta$", "propulsion ratio")
+            yield panel._replace(label=label)
+    if log.position is not None:
+        yield _Panel("depth [m]", {"depth": log.position[:, 2]}, downward=True)
+
+
 def _pose(log: Log) -> Iterator[_Panel]:
     if log.attitude is not None:
         roll, pitch, yaw = np.degrees(np.unwrap(euler_from_quaternion(log.attitude), axis=0)).T
@@ -163,8 +173,8 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
     Returns
     -------
     figure : Figure
-        One column wide, a panel for each free velocity. Colour is the method, dashes are the
-        model. Panels cover the measurements and a margin; replays beyond
+        One column wide, a panel for each free velocity. Colour is the model, dashes are the
+        method. Panels cover the measurements and a margin; replays beyond
         it are cut off.
 
     Raises

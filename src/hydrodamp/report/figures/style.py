@@ -45,7 +45,7 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 BAND = 0.22
 SHADE = "#e2e2e2"
 
-# Colour and marker of each method, those that all other methods share, and dashes of each model.
+# Colour of each model; marker and dashes of each method.
 _LINES: dict[str, Any] = tomllib.loads(Path(__file__).with_name("lines.toml").read_text("utf-8"))
 
 STYLE_FILE = Path(__file__).with_name("hydrodamp.mplstyle")
@@ -60,7 +60,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 
 class LineStyle(NamedTuple):
-    """Line style of a row: colour and marker by method, dashes by model."""
+    """Line style of a row: colour by model, marker and dashes by method."""
 
     colour: str
     marker: str
@@ -78,19 +78,22 @@ class LineStyle(NamedTuple):
 
 
 def line_styles(rows: Sequence[tuple[str, str]]) -> list[LineStyle]:
-    """Return the line styles of rows of (model, method); dashes in order of the models."""
-    models = list(dict.fromkeys(model for model, _ in rows))
-    dashes = dict(zip(models, cycle(map(tuple, _LINES["dashes"])), strict=False))
+    """Return the line styles of rows of (model, method)."""
+    colours = model_colours([model for model, _ in rows])
     looks = (_LINES["methods"].get(method, _LINES["others"]) for _, method in rows)
     return [
-        LineStyle(colour, marker, dashes[model])
-        for (model, _), (colour, marker) in zip(rows, looks, strict=True)
+        LineStyle(colours[model], marker, tuple(dashes))
+        for (model, _), (marker, dashes) in zip(rows, looks, strict=True)
     ]
 
 
-def colour_of(method: str) -> str:
-    """Return the colour of a method, the same in every figure and in the report."""
-    return line_styles([("", method)])[0].colour
+def model_colours(models: Iterable[str]) -> dict[str, str]:
+    """Return a colour per model: that of the catalogue, else one that no other model has."""
+    names = [*dict.fromkeys(models)]
+    colours = {name: _LINES["models"][name] for name in names if name in _LINES["models"]}
+    free = [colour for colour in _LINES["colours"] if colour not in colours.values()]
+    missing = [name for name in names if name not in colours]
+    return colours | dict(zip(missing, cycle(free or _LINES["colours"]), strict=False))
 
 
 def named_style(fit: Fit) -> tuple[str, LineStyle]:
