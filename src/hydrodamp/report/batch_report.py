@@ -230,8 +230,6 @@ def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
 
 def render_batch_page(result: BatchResult, figures: dict[str, bytes]) -> str:
     """Return the HTML page of a batch."""
-    import hydrodamp
-
     n_logs = {each.group: each.n_logs for each in result.fits}
     counts = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted."
     return render_page(
@@ -243,7 +241,6 @@ def render_batch_page(result: BatchResult, figures: dict[str, bytes]) -> str:
         {
             "grouped by": ", ".join(result.by),
             "method": result.fits[0].fit.method,
-            "made by": f"hydrodamp {hydrodamp.__version__}",
         },
     )
 

@@ -39,6 +39,9 @@ CARD, PAGE = "fidelity.json", "fidelity.html"
 
 _FORMAT = "hydrodamp-fidelity"
 
+#: Rows of a table that is shown at once; longer ones are folded.
+MAX_OPEN_ROWS = 12
+
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
 
@@ -145,10 +148,20 @@ def render_page(
         notes=notes,
         tables=tables,
         figures=figures,
-        facts=facts or {},
+        facts={**(facts or {}), **provenance_facts()},
         facts_title=facts_title,
+        max_rows=MAX_OPEN_ROWS,
+        scripts=[text_of("theme.js")],
         styles=text_of("report.css"),
     )
+
+
+def provenance_facts() -> dict[str, str]:
+    """Return the program that made a page."""
+    import hydrodamp
+
+    version = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
+    return {"report made by": version}
 
 
 def _template(name: str) -> Template:
@@ -182,17 +195,14 @@ def text_of(name: str) -> str:
 
 def _origin(comparison: Comparison) -> dict[str, object]:
     """Return the provenance of a comparison: vehicle, files, versions and settings."""
-    import hydrodamp
-
     texts = {key: text for key, text in provenance_of(comparison).items() if text}
     files = [line.strip().partition("  ") for line in texts.pop("files", "").splitlines()]
     facts = [(key.replace("_", " "), text) for key, text in texts.items() if key != "warnings"]
-    version = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
     read = [(name or digest, digest if name else "") for digest, _, name in files]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
     return {
-        "facts": (*facts, ("report made by", version)),
+        "facts": (*facts, *provenance_facts().items()),
         "files": Table.of_words("Input files", ("file", "SHA-256"), "ll", read),
         "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
     }
@@ -262,7 +272,7 @@ def _card_facts(card: dict[str, Any]) -> dict[str, str]:
         "not run": card["not_run"],
         "failed": card.get("run_error", ""),
         **card["settings"],
-        "hydrodamp": card["hydrodamp"],
+        "exported by": f"hydrodamp {card['hydrodamp']}",
     }
     texts = {key: [fact] if isinstance(fact, str) else fact for key, fact in facts.items()}
     return {key: ", ".join(text) for key, text in texts.items() if any(text)}

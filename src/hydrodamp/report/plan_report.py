@@ -36,7 +36,7 @@ FIGURES = {
 
 def prediction_table(plan: planning.DivePlan) -> Table:
     """Return a row for each coefficient: prior, predicted standard errors and grade."""
-    numbers = ("prior", "+- prior", "+- this dive", "+- combined", "+- baseline")
+    numbers = ("prior", "± prior", "± this dive", "± combined", "± baseline")
     columns = (
         Column("coefficient", number=False),
         *(Column(name, form=coefficient) for name in numbers),
@@ -57,7 +57,7 @@ def prediction_table(plan: planning.DivePlan) -> Table:
 
 def _notes(plan: planning.DivePlan) -> Iterator[str]:
     yield (
-        f"+- are standard errors as `identify` is expected to report them from this dive in mode "
+        f"± are standard errors as `identify` is expected to report them from this dive in mode "
         f"{plan.mode}; the baseline is a campaign of steps of the same duration and envelope. "
         f"Prior: {plan.prior}."
     )
@@ -106,6 +106,15 @@ RESULTS = (
 """Names of all files of a plan, relative to its folder."""
 
 
+# Units of the entries of an envelope.
+_UNITS = {
+    **dict.fromkeys(("depth", "bottom", "altitude"), " [m]"),
+    **dict.fromkeys(("pitch", "roll"), " [deg]"),
+    "speed": " [m/s]",
+    "period": " [s]",
+}
+
+
 def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
     """Write a plan into a folder; return messages on files that could not be written."""
     missing = []
@@ -140,7 +149,7 @@ def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
 def page(plan: planning.DivePlan, pictures: dict[str, bytes]) -> str:
     """Return the HTML page of a plan."""
     facts = {
-        key.replace("_", " "): str(value)
+        f"{key.replace('_', ' ')}{_UNITS.get(key, '')}": str(value)
         for key, value in plan.envelope.model_dump(mode="json").items()
         if value not in (None, {})
     }
