@@ -8,6 +8,7 @@ import os
 import platform
 import shlex
 import shutil
+import subprocess
 import sys
 import tempfile
 import traceback
@@ -15,6 +16,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
@@ -208,12 +210,24 @@ def run_provenance(inputs: Inputs) -> dict[str, str]:
 
     paths = [each for path in _paths(inputs) for each in (path, *sorted(path.rglob("*")))]
     words = {
+        "date": datetime.now().astimezone().isoformat(sep=" ", timespec="minutes"),
+        "git": _git_state(),
         "command": shlex.join(["hydrodamp", *sys.argv[1:]]),
         "files": "\n".join(f"{_digest(path)}  {path}" for path in paths if path.is_file()),
         "versions": f"Python {platform.python_version()}, NumPy {numpy.__version__}, "
         f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}",
     }
     return {key: text for key, text in words.items() if text}
+
+
+def _git_state() -> str:
+    """Return the commit of the working directory, and whether files are changed."""
+    try:
+        call = ["git", "describe", "--always", "--dirty"]
+        done = subprocess.run(call, capture_output=True, text=True, timeout=2.0, check=False)
+    except (OSError, subprocess.SubprocessError):  # no git, or it takes too long
+        return ""
+    return done.stdout.strip()
 
 
 def _paths(inputs: Inputs) -> list[Path]:

@@ -432,6 +432,7 @@ def make_fit(
             "log": problem.log.source or "in memory",
             "segments": " ".join(segment.name for segment in problem.log.segments),
             "samples": str(problem.n_samples),
+            "duration": f"{problem.duration:.4g} s",
             "vehicle": problem.vehicle.name,
             "settings": repr(method),
             "digest": digest(problem, model, method),

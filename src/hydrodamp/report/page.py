@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import os
-import platform
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
@@ -16,14 +15,16 @@ from typing import TYPE_CHECKING, Any
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import load_json
 from hydrodamp.report.comparison_tables import score_table
-from hydrodamp.report.documents import provenance_of
+from hydrodamp.report.documents import comparison_document
 from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
+from hydrodamp.report.forest import WIDTH, forest_rows
 from hydrodamp.report.narrative import explain_failure, remarks
 from hydrodamp.report.pictures import series
+from hydrodamp.report.provenance import describe_run, provenance_facts, provenance_tables
 from hydrodamp.report.table import NOTHING, Table
-from hydrodamp.report.verdict_tables import selection_cells
+from hydrodamp.report.verdict_tables import best_by_model, selection_cells
 from hydrodamp.results import save_result
 from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import find_selected_row
@@ -42,7 +43,7 @@ _FORMAT = "hydrodamp-fidelity"
 #: Rows of a table that is shown at once; longer ones are folded.
 MAX_OPEN_ROWS = 12
 
-_SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
+_SCRIPTS = ("theme.js", "sorting.js", "downloads.js", "uplot.js", "plots.js")
 
 
 def installed() -> bool:
@@ -99,16 +100,15 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         by_error, key=lambda row: (row is not selected, row.rms is None, not row.converged)
     )
     plots = series(comparison, order, content.band)
-    warnings, segments = (
-        provenance.get("warnings", "").splitlines(),
-        provenance.get("test_segments"),
-    )
+    warnings = provenance.get("warnings", "").splitlines()
     usable = [row for row in order if row.fit.status.usable]
+    best = [row for row, _ in best_by_model(usable, selected) if row.n_coefficients]
+    forest_fits = sorted(best, key=lambda row: row is not selected)
     colours = enumerate(model_colours(comparison.models).items())
     scores = f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %"
     return {
         "comparison": comparison,
-        "subtitle": f"Replayed on {segments}" if segments else "",
+        "subtitle": describe_run(comparison, selected),
         "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
         "colours": {model: (f"m{index}", colour) for index, (model, colour) in colours},
         "verdict": comparison.verdict() if selected else None,
@@ -119,13 +119,18 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "sorted_rows": by_error,
         "selected": selected,
         "series": plots,
+        "document": comparison_document(comparison),
+        "forest_fits": forest_fits,
+        "forest": forest_rows([row.fit for row in forest_fits]) if forest_fits else (),
+        "forest_width": WIDTH,
+        "max_rows": MAX_OPEN_ROWS,
         "coefficients": [
             (row, fit_table(row.fit, grades if row is selected else None)) for row in usable
         ],
         "pictures": content.pictures,
         "not_shown": content.not_shown,
-        "origin": _origin(comparison),
-        "scripts": [text_of(name) for name in _SCRIPTS[: None if plots else 2]],
+        "origin": provenance_tables(comparison, selected),
+        "scripts": [text_of(name) for name in _SCRIPTS[: None if plots else 3]],
         "styles": text_of("report.css"),
         "plot_styles": text_of("uplot.css"),
         "licence": text_of("uplot.LICENSE"),
@@ -156,14 +161,6 @@ def render_page(
     )
 
 
-def provenance_facts() -> dict[str, str]:
-    """Return the program that made a page."""
-    import hydrodamp
-
-    version = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
-    return {"report made by": version}
-
-
 def _template(name: str) -> Template:
     if not installed():
         raise MethodError(NEEDS_JINJA)
@@ -191,21 +188,6 @@ def _environment() -> Environment:
 def text_of(name: str) -> str:
     """Return the text of an asset."""
     return files("hydrodamp.report").joinpath("assets", name).read_text(encoding="utf-8")
-
-
-def _origin(comparison: Comparison) -> dict[str, object]:
-    """Return the provenance of a comparison: vehicle, files, versions and settings."""
-    texts = {key: text for key, text in provenance_of(comparison).items() if text}
-    files = [line.strip().partition("  ") for line in texts.pop("files", "").splitlines()]
-    facts = [(key.replace("_", " "), text) for key, text in texts.items() if key != "warnings"]
-    read = [(name or digest, digest if name else "") for digest, _, name in files]
-    settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
-    used = [(method, settings[method]) for method in comparison.methods if settings[method]]
-    return {
-        "facts": (*facts, *provenance_facts().items()),
-        "files": Table.of_words("Input files", ("file", "SHA-256"), "ll", read),
-        "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
-    }
 
 
 def read_card(folder: Path) -> dict[str, Any]:

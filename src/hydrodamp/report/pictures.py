@@ -47,6 +47,7 @@ NEEDS_MATPLOTLIB = (
 
 MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
 MAX_VALUES = 750_000  # values of all series together, 2 MB as text
+MAX_CORRELATIONS = 40  # coefficients of a map with legible labels; the table lists large ones
 MAX_POINTS = 20_000  # points of one series
 QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16
 MISSING_STEP = 65_535  # step of a missing value
@@ -114,7 +115,8 @@ def _sketches(comparison: Comparison, findings: Findings, train: Log) -> Iterato
         )
     if row is not None and findings.problem is not None and findings.box is not None:
         fit, tests = row.fit, findings.residual_tests
-        yield "correlation", text["correlation"], partial(diagnostics.correlation_figure, fit)
+        if fit.model.n_coefficients <= MAX_CORRELATIONS:
+            yield "correlation", text["correlation"], partial(diagnostics.correlation_figure, fit)
         draw_residuals = partial(diagnostics.residuals_figure, findings.problem, fit)
         yield "residuals", residual_caption(tests), draw_residuals
         caption = power_caption(findings.power) if findings.power else ""

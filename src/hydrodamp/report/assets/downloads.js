@@ -1,0 +1,45 @@
+"use strict";
+// Buttons that copy or download tables as CSV, pictures as SVG, the comparison as JSON and the command.
+{
+  const download = (name, content, type) => {
+    const link = document.createElement("a");
+    link.download = name;
+    link.href = content instanceof Blob || typeof content === "string" && !content.startsWith("data:")
+      ? URL.createObjectURL(new Blob([content], { type }))
+      : content;
+    link.click();
+  };
+  const addButton = (parent, text, subject, action) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = text;
+    button.setAttribute("aria-label", `${text}: ${subject}`);
+    button.className = "download";
+    button.addEventListener("click", action);
+    parent.append(button);
+  };
+  const quote = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const toCsv = (table) => [...table.rows]
+    .filter((row) => !row.hidden)
+    .map((row) => [...row.cells].map((cell) => quote(cell.dataset.key ?? cell.textContent.replace(/[\u25b4\u25be]/g, "").trim())).join(","))
+    .join("\n");
+  for (const table of document.querySelectorAll("table.sortable")) {
+    const bar = document.createElement("p");
+    table.parentElement.after(bar);
+    const name = `${table.dataset.file}.csv`;
+    addButton(bar, "Copy CSV", name, () => navigator.clipboard.writeText(toCsv(table)));
+    addButton(bar, "Download CSV", name, () => download(name, toCsv(table), "text/csv"));
+  }
+  for (const picture of document.querySelectorAll("figure img")) {
+    const name = `${picture.dataset.file ?? "picture"}.svg`;
+    addButton(picture.nextElementSibling, "Download SVG", name, () => download(name, picture.src));
+  }
+  const provenance = document.getElementById("origin");
+  const bar = document.createElement("p");
+  provenance.querySelector("h2").after(bar);
+  const comparison = document.getElementById("comparison").textContent;
+  addButton(bar, "Download JSON", "comparison.json", () => download("comparison.json", comparison, "application/json"));
+  const terms = [...provenance.querySelectorAll("dt")];
+  const command = terms.find((term) => term.textContent === "command")?.nextElementSibling;
+  if (command) addButton(bar, "Copy command", "this report", () => navigator.clipboard.writeText(command.textContent));
+}

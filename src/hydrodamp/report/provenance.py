@@ -1,0 +1,84 @@
+"""Provenance of a report: run, files, versions, numbers of the vehicle and settings of methods."""
+
+from __future__ import annotations
+
+import platform
+import re
+
+import numpy as np
+
+from hydrodamp.report.documents import provenance_of
+from hydrodamp.report.table import Table
+from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.vehicle.vehicle import Vehicle
+
+_SHOWN_ELSEWHERE = ("files", "warnings")
+
+
+def describe_run(comparison: Comparison, selected: Row | None) -> str:
+    """Return data, duration, sampling rate and date of a run in one line."""
+    texts = comparison.provenance
+    sentences = []
+    if trained := texts.get("train_segments"):
+        duration = "" if selected is None else selected.fit.provenance.get("duration", "")
+        sentences.append(f"Trained on {trained}" + (f" ({duration})" if duration else ""))
+    if tested := texts.get("test_segments"):
+        sentences.append(f"tested on {tested}")
+        if selected is not None and selected.trajectory is not None:
+            log = selected.trajectory.log
+            rate = 1.0 / float(np.median(log.steps)) if len(log.steps) else np.nan
+            sentences[-1] += f" ({log.duration:.4g} s at {rate:.3g} Hz)"
+    return "; ".join(filter(None, [*sentences, texts.get("date")]))
+
+
+def provenance_facts() -> dict[str, str]:
+    """Return the program that made a page."""
+    import hydrodamp
+
+    version = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
+    return {"report made by": version}
+
+
+def provenance_tables(comparison: Comparison, selected: Row | None) -> dict[str, object]:
+    """Return the provenance of a comparison: facts, files and settings."""
+    texts = provenance_of(comparison)
+    files = [line.strip().partition("  ") for line in texts.get("files", "").splitlines()]
+    read = [(name or digest, digest if name else "") for digest, _, name in files]
+    facts = {
+        key.replace("_", " "): text
+        for key, text in texts.items()
+        if text and key not in _SHOWN_ELSEWHERE
+    }
+    if selected is not None and selected.fit.vehicle is not None:
+        facts |= vehicle_facts(selected.fit.vehicle)
+    settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
+    used = [
+        (method, describe_settings(text))
+        for method in comparison.methods
+        if (text := settings[method])
+    ]
+    return {
+        "facts": (*facts.items(), *provenance_facts().items()),
+        "files": Table.of_words("Input files", ("file", "SHA-256"), "ll", read),
+        "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
+    }
+
+
+def vehicle_facts(vehicle: Vehicle) -> dict[str, str]:
+    """Return the numbers of a vehicle as text."""
+    diagonal = ", ".join(f"{value:.4g}" for value in np.diag(vehicle.mass_matrix))
+    centres = "; ".join(
+        " ".join(f"{value:.3g}" for value in centre)
+        for centre in (vehicle.center_of_gravity, vehicle.center_of_buoyancy)
+    )
+    return {
+        "mass matrix, diagonal [kg, kg m²]": diagonal,
+        "weight and buoyancy [N]": f"{vehicle.weight:.5g}, {vehicle.buoyancy:.5g}",
+        "centres of gravity and buoyancy [m]": centres,
+    }
+
+
+def describe_settings(text: str) -> str:
+    """Return the settings of a method, which are recorded as a call, in words."""
+    arguments = re.sub(r"^\w+\((.*)\)$", r"\1", text, flags=re.DOTALL)
+    return re.sub(r"(\w+)=", lambda match: f"{match[1].replace('_', ' ')}: ", arguments)
