@@ -23,6 +23,7 @@ def plan(
     mode: Literal["waypoints", "setpoints", "overlays"] | None = None,
     seed: int = 0,
     force: bool = False,
+    verbose: bool = False,
     json: bool = False,
 ) -> None:
     """Plan the next dive for identification, and predict the accuracy of the coefficients."""
@@ -43,7 +44,7 @@ def plan(
         seed=seed,
     )
     missing = write_plan(dive_plan, out)
-    tables = segment_table(dive_plan), prediction_table(dive_plan)
+    tables = segment_table(dive_plan), *((prediction_table(dive_plan),) if verbose else ())
     paths = {"paths": {"folder": str(out), "plan": str(out / "plan.csv")}}
     verdict = str(dive_plan)
     document = plan_document(dive_plan) | {"verdict": verdict} | paths

@@ -22,7 +22,13 @@ from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.forest import WIDTH, forest_rows
 from hydrodamp.report.narrative import explain_failure, remarks
 from hydrodamp.report.pictures import series
-from hydrodamp.report.provenance import describe_run, provenance_facts, provenance_tables
+from hydrodamp.report.provenance import (
+    describe_run,
+    provenance_facts,
+    provenance_tables,
+    timeline,
+    track_points,
+)
 from hydrodamp.report.table import NOTHING, Table
 from hydrodamp.report.verdict_tables import best_by_model, selection_cells
 from hydrodamp.results import save_result
@@ -119,6 +125,8 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "sorted_rows": by_error,
         "selected": selected,
         "series": plots,
+        "timeline": timeline(selected),
+        "track": track_points(selected),
         "document": comparison_document(comparison),
         "forest_fits": forest_fits,
         "forest": forest_rows([row.fit for row in forest_fits]) if forest_fits else (),

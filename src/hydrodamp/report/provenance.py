@@ -12,6 +12,8 @@ from hydrodamp.report.table import Table
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
+MIN_TRACK_POINTS, MAX_TRACK_POINTS = 2, 400
+
 _SHOWN_ELSEWHERE = ("files", "warnings")
 
 
@@ -29,6 +31,34 @@ def describe_run(comparison: Comparison, selected: Row | None) -> str:
             rate = 1.0 / float(np.median(log.steps)) if len(log.steps) else np.nan
             sentences[-1] += f" ({log.duration:.4g} s at {rate:.3g} Hz)"
     return "; ".join(filter(None, [*sentences, texts.get("date")]))
+
+
+def timeline(selected: Row | None) -> list[tuple[str, float, str]]:
+    """Return name, duration [s] and kind (train or test) of the data, for a bar of the run."""
+    if selected is None or selected.trajectory is None:
+        return []
+    log, training = selected.trajectory.log, selected.fit.provenance.get("duration", "")
+    segments = [
+        (each.name, float(log.time[each.stop - 1] - log.time[each.start]), "test")
+        for each in log.segments
+    ]
+    if not training:
+        return segments
+    return [("training", float(training.removesuffix(" s")), "train"), *segments]
+
+
+def track_points(selected: Row | None) -> str:
+    """Return the horizontal track of the test data as SVG points in a square of 100 px."""
+    log = None if selected is None or selected.trajectory is None else selected.trajectory.log
+    if log is None or log.position is None or len(log.position) < MIN_TRACK_POINTS:
+        return ""
+    step = max(len(log.position) // MAX_TRACK_POINTS, 1)
+    east, north = log.position[::step, 1], -log.position[::step, 0]
+    size = max(float(np.ptp(east)), float(np.ptp(north)))
+    if not np.isfinite(size) or size <= 0.0:
+        return ""
+    x, y = (100.0 * (values - values.min()) / size for values in (east, north))
+    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
 
 
 def provenance_facts() -> dict[str, str]:
@@ -81,4 +111,5 @@ def vehicle_facts(vehicle: Vehicle) -> dict[str, str]:
 def describe_settings(text: str) -> str:
     """Return the settings of a method, which are recorded as a call, in words."""
     arguments = re.sub(r"^\w+\((.*)\)$", r"\1", text, flags=re.DOTALL)
-    return re.sub(r"(\w+)=", lambda match: f"{match[1].replace('_', ' ')}: ", arguments)
+    words = re.sub(r"(\w+)=", lambda match: f"{match[1].replace('_', ' ')}: ", arguments)
+    return words.replace("()", "chosen from the log")

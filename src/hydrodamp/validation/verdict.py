@@ -143,7 +143,8 @@ def judge_selection(
         )
     if errors.standard_error is None:
         reasons.append("The held-out data are too short for a standard error.")
-    axes = tuple(judge_axes(errors, row.grades, doubts or {}))
+    diverged = dict.fromkeys(errors.names if row.divergences else (), "a replay diverged")
+    axes = tuple(judge_axes(errors, row.grades, diverged | dict(doubts or {})))
     return Verdict(
         row.model,
         row.method,
