@@ -16,8 +16,9 @@ from hydrodamp.results import check_new_file
 
 NO_RESTORING_MOMENT = (
     "it has no restoring moment in roll and pitch. Give `center_of_gravity` and "
-    "`center_of_buoyancy` if these axes are free, and `actuators` if the log has commands; all "
-    "else is estimated."
+    "`center_of_buoyancy` if these axes are free. If the log has commands, give `actuators`, or "
+    "use the model with gains that `hydrodamp probe LOG --draft mapping.yaml` writes. All else is "
+    "estimated."
 )
 
 

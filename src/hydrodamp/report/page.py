@@ -234,10 +234,10 @@ def _card_tables(card: dict[str, Any]) -> Iterator[Table]:
         scores = {f"{a} and {b}": replays[f"{a}_to_{b}"] for a, b in pairs}
         rms = {key: {"all": score["rms"], **score["rms_by_axis"]} for key, score in scores.items()}
         title = f"Replay RMS in m/s and deg/s. {replays['step']}."
-        yield _merge_columns(title, "", rms)
+        yield _merge_columns(title, "velocity", rms)
     power = {f"of the {key}": value for key, value in card["power"].items()}
     title = f"Greatest power of the damping within {card['box']}"
-    yield _merge_columns(title, "", {"[W]": power})
+    yield _merge_columns(title, "damping", {"[W]": power})
 
 
 def _merge_columns(

@@ -46,7 +46,7 @@ NEEDS_MATPLOTLIB = (
 )
 
 MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
-MAX_VALUES = 750_000  # values of all series together, 2 MB as text
+MAX_VALUES = 600_000  # values of all series together, 1.6 MB as text
 MAX_CORRELATIONS = 40  # coefficients of a map with legible labels; the table lists large ones
 MAX_POINTS = 20_000  # points of one series
 QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16

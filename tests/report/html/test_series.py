@@ -84,7 +84,7 @@ def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     comparison = make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak"))
     drawn = drawn_of(comparison)
     assert drawn["is_thinned"]
-    assert 9_000 < len(times_of(drawn["document"])) < 25_000 < log.n
+    assert 4_000 < len(times_of(drawn["document"])) < 25_000 < log.n
     measured = unpacked(drawn["document"]["series"][0][0])
     step = drawn["document"]["series"][0][0]["step"]
     assert np.nanmax(measured) == pytest.approx(log.velocity[:, 0].max(), abs=step)
