@@ -82,7 +82,7 @@ def write_drafts(text: str, report: QualityReport | None, draft: Path, model: Pa
     from hydrodamp.ingest.inspection.draft_files import add_steps, draft_model
 
     contents = {draft: add_steps(text, report)}
-    if gains := draft_model(draft.stem, report):
+    if gains := draft_model(report):
         contents[model] = gains
     save_all({path: content.encode("utf-8") for path, content in contents.items()})
     note(f"written to {draft}; check every line, then use `--mapping {draft}`")

@@ -32,7 +32,7 @@ def add_steps(draft: str, report: QualityReport | None) -> str:
     return f"{draft.rstrip()}\nsteps: [{steps}]    # recommended by the quality report\n"
 
 
-def draft_model(name: str, report: QualityReport | None) -> str:
+def draft_model(report: QualityReport | None) -> str:
     """Return a model file with a gain of each command on the axis that it moves; empty for none."""
     delays = [] if report is None else [each for each in report.delays if each.command not in AXES]
     if not delays:
@@ -42,7 +42,7 @@ def draft_model(name: str, report: QualityReport | None) -> str:
         by_axis.setdefault(axis_of(delay), []).append(delay)
     lines = [
         "# Drafted by `hydrodamp probe`: a gain of each command on the axis that it moves.",
-        f"name: {name}",
+        f"name: {BASE_MODEL}-gains",
         f"extends: {BASE_MODEL}",
         "terms:",
     ]

@@ -133,7 +133,8 @@ class QualityReport:
         clauses += [f"little variation in {_motion_names(little)}"] if little else []
         clauses += [f"hardly any variation in {_motion_names(poor)}"] if poor else []
         known = "" if self.vertical_axis.is_sure else f" {UNDECIDED}."
-        return f"{'; '.join(clauses)}.{' Clean it first.' if self.issues else ''}{known}"
+        cleaning = " Apply the remedies of the quality issues first." if self.issues else ""
+        return f"{'; '.join(clauses)}.{cleaning}{known}"
 
     @property
     def frame(self) -> str:
