@@ -117,7 +117,7 @@ def test_a_current_in_the_log_is_told_once_and_that_nothing_is_kept(folder, call
     done = call(f"{PARTS} --models linear --methods ls")
     (line,) = (line for line in done.stderr.splitlines() if "current" in line)
     assert line == "warning: ab.csv: a current for 40 s."
-    assert "`--out DIR`" in done.stderr
+    assert "`--out DIR`" in done.stdout
 
 
 @pytest.mark.usefixtures("undrawn")

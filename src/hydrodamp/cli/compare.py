@@ -175,9 +175,7 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
             "same command with `--resume` continues with the others."
         )
         raise typer.Exit(INTERRUPTED)
-    if task.out is None:
-        note("Use `--out DIR` to write fits, tables, pictures and a report.")
-    else:
+    if task.out is not None:
         write_diagnostics(comparison, task.vehicle, task.train, task.out)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
