@@ -38,9 +38,13 @@ def simulate(
     from hydrodamp.identification import dissipativity
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
-    from hydrodamp.report.documents import read_training_range, score_document
+    from hydrodamp.report.documents import axes_document, read_fit_if_any, score_document
+    from hydrodamp.report.table import Table
+    from hydrodamp.simulation.block_errors import block_errors
     from hydrodamp.simulation.checks import estimate_length
     from hydrodamp.simulation.problem import vehicle_stamp
+    from hydrodamp.validation.excitation import compare_excitation
+    from hydrodamp.validation.verdict import describe_lights, judge_axes
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
     craft, numbers = inputs.find_vehicle_or_stored(vehicle, damping), hd.read_damping(damping)
@@ -55,10 +59,22 @@ def simulate(
         hd.write_log(simulated_log(trajectory), out)
         note(f"written to {out}")
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
-    document = {"model": numbers.model.key, **score_document(scored, trajectory.attitude)}
-    print_output(json, document, replay_table(title, scored))
-    trained = read_training_range(Path(damping))
+    fit = read_fit_if_any(Path(damping))
+    trained = {} if fit is None else fit.training_range
     driven = dissipativity.velocity_ranges(log.velocity, craft.axes)
+    doubts = {
+        **compare_excitation(trained, driven).reasons,
+        **dict.fromkeys(driven if scored.diverged else (), "the replay diverged"),
+    }
+    grades = {} if fit is None else fit.grades
+    axes = tuple(judge_axes(block_errors(trajectory, rate_unit), grades, doubts))
+    document = {
+        "model": numbers.model.key,
+        "axes": axes_document(axes),
+        **score_document(scored, trajectory.attitude),
+    }
+    lights = Table("", (), (), tuple(describe_lights(axes)))
+    print_output(json, document, lights, replay_table(title, scored))
     ranges = dissipativity.join_ranges(trained, driven)
     for sentence in (
         *dissipativity.range_exceedance_warnings(trained, driven),

@@ -23,7 +23,7 @@ from hydrodamp.simulation.replay import AttitudeSource, Horizon, HorizonScore, R
 from hydrodamp.status import Status, TextEnum
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.cross_validation import CrossValidation
-from hydrodamp.validation.verdict import Verdict
+from hydrodamp.validation.verdict import AxisVerdict, Verdict
 from hydrodamp.vehicle.file import build_vehicle, vehicle_entry
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -280,13 +280,17 @@ def selection_document(table: Comparison | CrossValidation) -> dict[str, Any] | 
 
 def verdict_document(verdict: Verdict) -> dict[str, Any]:
     """Return a verdict as a document."""
-    axes = {
+    return {**asdict(verdict), "axes": axes_document(verdict.axes), "text": str(verdict)}
+
+
+def axes_document(axes: Iterable[AxisVerdict]) -> dict[str, Any]:
+    """Return the lights of velocities as a document."""
+    return {
         axis.velocity: {
             "light": axis.light.word,
             "fit": axis.fit,
             "standard_error": axis.standard_error,
             "reason": axis.reason,
         }
-        for axis in verdict.axes
+        for axis in axes
     }
-    return {**asdict(verdict), "axes": axes, "text": str(verdict)}

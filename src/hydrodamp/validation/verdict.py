@@ -6,7 +6,7 @@ green from :data:`MIN_FIT` on, red where it is not above zero, the mean of the d
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from hydrodamp.basis.term import AXES, VELOCITY_OF
@@ -108,12 +108,7 @@ class Verdict:
     @property
     def lines(self) -> tuple[str, ...]:
         """Headline, velocities by light, and reasons."""
-        return (self.headline, *self._lights(), *self.reasons)
-
-    def _lights(self) -> Iterator[str]:
-        for light in Light:
-            if axes := [str(axis) for axis in self.axes if axis.light is light]:
-                yield f"{light.word.capitalize()}: {', '.join(axes)}."
+        return (self.headline, *describe_lights(self.axes), *self.reasons)
 
     def __str__(self) -> str:
         """Return the lines."""
@@ -158,6 +153,13 @@ def judge_selection(
         tuple(map(row_text, selection.equivalent)),
         tuple(reasons),
     )
+
+
+def describe_lights(axes: Sequence[AxisVerdict]) -> Iterator[str]:
+    """Yield the velocities of each light."""
+    for light in Light:
+        if names := [str(axis) for axis in axes if axis.light is light]:
+            yield f"{light.word.capitalize()}: {', '.join(names)}."
 
 
 def judge_axes(
