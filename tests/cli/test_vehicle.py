@@ -1,9 +1,12 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from hydrodamp.vehicle.file import fleet, read_vehicle
+import hydrodamp as hd
+from hydrodamp.cli.catalogue import NO_ACTUATORS, add_actuators
+from hydrodamp.vehicle.file import fleet, parse_vehicle, read_vehicle
 
 SIZES = "--length 1.6 --diameter 0.19 --mass 40"
 
@@ -54,3 +57,18 @@ def test_what_makes_no_vehicle(folder, call, more, words):
     done = call(f"vehicle new mine.yaml {more}", 2)
     assert words in done.stderr
     assert not (folder / "mine.yaml").exists()
+
+
+def test_gains_of_actuators_come_from_a_log(folder):
+    """The simulated vehicle has 10 N per unit of ahead, and 4 N m per unit of turn."""
+    text = (folder / "planar.yaml").read_text("utf-8").partition("actuators:")[0]
+    log = hd.read_log("ab.csv")
+    known = add_actuators(f"{text}{NO_ACTUATORS}\n", log)
+    wrenches = {item.commands[0]: item.wrench[0] for item in parse_vehicle(known).actuators}
+    assert wrenches["ahead"][0] == pytest.approx(10.0, rel=0.02)
+    assert wrenches["turn"][5] == pytest.approx(4.0, rel=0.05)
+    with pytest.raises(hd.VehicleError, match="this vehicle has some"):
+        add_actuators((folder / "planar.yaml").read_text("utf-8"), log)
+    still = replace(log, commands=np.zeros_like(log.commands))
+    with pytest.raises(hd.VehicleError, match="no command moves the vehicle"):
+        add_actuators(f"{text}{NO_ACTUATORS}\n", still)

@@ -8,18 +8,61 @@ from pathlib import Path
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import SPARSE, read_named_models
+from hydrodamp.cli.inputs import SPARSE, read_logs, read_named_models
 from hydrodamp.cli.output import emit, note, print_output
 from hydrodamp.errors import FileError, VehicleError, demand
 from hydrodamp.files import save_text
 from hydrodamp.results import check_new_file
 
+NO_ACTUATORS = "actuators: []"
 NO_RESTORING_MOMENT = (
     "it has no restoring moment in roll and pitch. Give `center_of_gravity` and "
-    "`center_of_buoyancy` if these axes are free. If the log has commands, give `actuators`, or "
-    "use the model with gains that `hydrodamp probe LOG --draft mapping.yaml` writes. All else is "
-    "estimated."
+    "`center_of_buoyancy` if these axes are free. If the log has commands, give `actuators`, "
+    "estimate them with `--log LOG`, or use the model with gains that `hydrodamp probe LOG --draft "
+    "mapping.yaml` writes. All else is estimated."
 )
+
+
+def add_actuators(text: str, log: hd.Log) -> str:
+    """Return the text of a vehicle file with actuators whose gains are estimated from a log."""
+    from hydrodamp.basis.term import AXES
+    from hydrodamp.identification.fit import critical_value
+    from hydrodamp.ingest.inspection.delay import estimate_delays
+    from hydrodamp.ingest.inspection.draft_files import BASE_MODEL, axis_of
+    from hydrodamp.vehicle.file import parse_vehicle
+
+    if NO_ACTUATORS not in text:
+        raise VehicleError("`--log` estimates actuators, but this vehicle has some: omit it.")
+    vehicle = parse_vehicle(text, source="the vehicle of `--log`")
+    axes = {
+        each.command: axis_of(each) for each in estimate_delays(log) if each.command not in AXES
+    }
+    commands = {name: axis for name, axis in axes.items() if axis in vehicle.axes}
+    if not commands:
+        raise VehicleError(
+            f"{log.source or 'log'}: no command moves the vehicle measurably, so no actuator can "
+            "be estimated: omit `--log`, or use a log with more manoeuvres."
+        )
+    terms = {
+        axis: " ".join(name for name, moved in commands.items() if moved == axis)
+        for axis in dict.fromkeys(commands.values())
+    }
+    model = hd.catalog[BASE_MODEL].with_terms(terms)
+    fit = hd.identify(model, vehicle, log, hd.WeakForm())
+    covariance = fit.damping.covariance
+    lines = ["actuators:  # gains by the weak form, with 95 % intervals; valid with these masses"]
+    for name, axis in commands.items():
+        label = f"{axis}_{name}"
+        row = [0.0] * len(AXES)
+        row[AXES.index(axis)] = value = float(f"{fit.damping[label]:.4g}")
+        margin = ""
+        if covariance is not None:
+            index = fit.model.index(label)
+            margin = f" ± {critical_value() * covariance[index, index] ** 0.5:.2g}"
+        lines.append(
+            f"  - {{kind: matrix, commands: [{name}], wrench: [{row}]}}  # {axis} {value:g}{margin}"
+        )
+    return text.replace(NO_ACTUATORS, "\n".join(lines))
 
 
 def models(name: str | None = None, json: bool = False) -> None:
@@ -98,6 +141,8 @@ def new(
     diameter: float | None = None,
     mass: float | None = None,
     like: str | None = None,
+    log: list[str] | None = None,
+    mapping: str | None = None,
     force: bool = False,
     json: bool = False,
 ) -> None:
@@ -117,6 +162,8 @@ def new(
     else:
         text = rename_vehicle(fleet_text(like), file.stem)
     check_new_file(file, force)
+    if log:
+        text = add_actuators(text, read_logs(log, mapping))
     save_text(text, file)
     complete = like is not None or mass is not None
     if json:
