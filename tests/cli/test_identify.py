@@ -159,3 +159,9 @@ def test_neither_a_dive_nor_another_vehicle_is_computed_unless_requested(folder,
     )
     call(LINE)
     assert "determined" in call(f"{LINE} --next-dive").stderr
+
+
+def test_a_log_too_short_for_grades_says_so_and_shows_all_coefficients(folder, call):
+    done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --train 0:3")
+    assert "Coefficients are not graded: " in done.stdout
+    assert all(f"\n{label} " in done.stdout for label in ("X_u", "Y_v", "N_r|r|"))

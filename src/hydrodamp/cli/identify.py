@@ -68,7 +68,13 @@ def identify(
 
         for issue in check_gains(problem, models):
             warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
-    (fit,) = hd.grade_fits(problem, fit_all(problem, models, (estimator,)))
+    (fit,) = fit_all(problem, models, (estimator,))
+    grades: hd.Identifiability | None = None
+    extra: list[str] = []
+    if fit.status.usable and fit.model.n_coefficients:
+        with _reason_of_failure("Coefficients are not graded", extra):
+            grades = hd.grade_fit(problem, fit)
+            fit = replace(fit, grades=grades.grades)
     comparison = hd.compare((fit,), craft, log)
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
     if out is not None and fit.status.usable:
@@ -76,14 +82,10 @@ def identify(
         remove_results(figures, PICTURES)
         save_json(document, out)
         note(f"written to {out}")
-    extra: list[str] = []
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
             weak_form = hd.WeakForm()
             extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
-    grades: hd.Identifiability | None = None
-    if fit.grades and (not json or next_dive):
-        grades = hd.grade_fit(problem, fit)
     tables = fit_output(comparison, grades, out, verbose)
     if json:
         for text in extra:
@@ -125,9 +127,9 @@ def fit_output(
         notes.append("Next: the same command with `--out FILE` writes the damping file.")
     else:
         notes.append(f"File: {out}. Next: `hydrodamp export gz-sim {out} --out exported`.")
-    if verbose:
-        return (verdict_table(comparison.verdict(), notes), fit_table(row.fit, grades))
-    return (verdict_table(comparison.verdict(), notes), brief_fit_table(row.fit))
+    is_complete = verbose or not row.fit.grades
+    coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
+    return (verdict_table(comparison.verdict(), notes), coefficients)
 
 
 @contextmanager

@@ -60,10 +60,11 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
 def brief_fit_table(fit: Fit) -> Table:
     """Return the best determined coefficients of a fit, few enough for a screen."""
     order = [Grade.DETERMINED.word, Grade.WEAK.word, Grade.MINOR.word]
-    columns = (*(each for each in fit_table(fit).columns[:5]), Column("grade", number=False))
+    table = fit_table(fit)
+    columns = (*table.columns[:5], Column("grade", number=False))
     rows = [
         (*row[:5], grade.word)
-        for row, grade in zip(fit_table(fit).rows, fit.grades.values(), strict=False)
+        for row, grade in zip(table.rows, fit.grades.values(), strict=True)
         if grade is not Grade.NOT_DETERMINED
     ]
     rows.sort(key=lambda row: order.index(str(row[5])))
