@@ -68,6 +68,13 @@ def _shapes_match(found: tuple[int, ...], wanted: Shape) -> bool:
 _STD_PER_MAD = 1.482602218505602
 
 
+def jackknife_covariance(estimates: FloatArray) -> FloatArray:
+    """Return the covariance of an estimate from its n values (n, p) without one of n blocks."""
+    n = len(estimates)
+    deviations = estimates - np.mean(estimates, axis=0)
+    return np.asarray((n - 1) / n * (deviations.T @ deviations))
+
+
 def mad_std(deviations: FloatArray, axis: int | None = None) -> FloatArray:
     """Return the robust standard deviation of deviations from a centre: 1.4826 median |x|."""
     scale: FloatArray = _STD_PER_MAD * np.median(np.abs(deviations), axis=axis)

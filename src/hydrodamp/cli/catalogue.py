@@ -26,42 +26,37 @@ NO_RESTORING_MOMENT = (
 def add_actuators(text: str, log: hd.Log) -> str:
     """Return the text of a vehicle file with actuators whose gains are estimated from a log."""
     from hydrodamp.basis.term import AXES
-    from hydrodamp.identification.fit import critical_value
     from hydrodamp.ingest.inspection.delay import estimate_delays
-    from hydrodamp.ingest.inspection.draft_files import BASE_MODEL, axis_of
+    from hydrodamp.ingest.inspection.draft_files import BASE_MODEL, group_commands
+    from hydrodamp.report.fit_tables import half_widths
     from hydrodamp.vehicle.file import parse_vehicle
 
     if NO_ACTUATORS not in text:
         raise VehicleError("`--log` estimates actuators, but this vehicle has some: omit it.")
     vehicle = parse_vehicle(text, source="the vehicle of `--log`")
-    axes = {
-        each.command: axis_of(each) for each in estimate_delays(log) if each.command not in AXES
+    groups = group_commands(estimate_delays(log))
+    terms = {
+        axis: " ".join(delay.command for delay in group)
+        for axis, group in groups.items()
+        if axis in vehicle.axes
     }
-    commands = {name: axis for name, axis in axes.items() if axis in vehicle.axes}
-    if not commands:
+    if not terms:
         raise VehicleError(
             f"{log.source or 'log'}: no command moves the vehicle measurably, so no actuator can "
             "be estimated: omit `--log`, or use a log with more manoeuvres."
         )
-    terms = {
-        axis: " ".join(name for name, moved in commands.items() if moved == axis)
-        for axis in dict.fromkeys(commands.values())
-    }
     model = hd.catalog[BASE_MODEL].with_terms(terms)
     fit = hd.identify(model, vehicle, log, hd.WeakForm())
-    covariance = fit.damping.covariance
+    margins = dict(zip(fit.model.labels, half_widths(fit).tolist(), strict=True))
     lines = ["actuators:  # gains by the weak form, with 95 % intervals; valid with these masses"]
-    for name, axis in commands.items():
-        label = f"{axis}_{name}"
-        row = [0.0] * len(AXES)
-        row[AXES.index(axis)] = value = float(f"{fit.damping[label]:.4g}")
-        margin = ""
-        if covariance is not None:
-            index = fit.model.index(label)
-            margin = f" ± {critical_value() * covariance[index, index] ** 0.5:.2g}"
-        lines.append(
-            f"  - {{kind: matrix, commands: [{name}], wrench: [{row}]}}  # {axis} {value:g}{margin}"
-        )
+    for axis, names in terms.items():
+        for name in names.split():
+            label, row = f"{axis}_{name}", [0.0] * len(AXES)
+            row[AXES.index(axis)] = value = float(f"{fit.damping[label]:.4g}")
+            lines.append(
+                f"  - {{kind: matrix, commands: [{name}], wrench: [{row}]}}  "
+                f"# {axis} {value:g} ± {margins[label]:.2g}"
+            )
     return text.replace(NO_ACTUATORS, "\n".join(lines))
 
 

@@ -75,11 +75,11 @@ def compare(
     json: bool = False,
 ) -> None:
     """Identify models on training data, replay them on test data and rank them by RMS error."""
+    from hydrodamp.validation.excitation import compare_logs
+
     logs, train, test = logs or [], train or [], test or []
     files = (*logs, *train, *test, *inputs.model_files(models), vehicle, mapping)
     check_out_folder(out, files, resume, force)
-    from hydrodamp.validation.excitation import compare_logs
-
     craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
     method_list, provenance = inputs.list_methods(methods), run_provenance(files)
     train_log, test_log, overlap = inputs.train_and_test(logs, train, test, mapping)

@@ -38,7 +38,7 @@ def simulate(
     from hydrodamp.identification import dissipativity
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
-    from hydrodamp.report.documents import axes_document, read_fit_if_any, score_document
+    from hydrodamp.report.documents import axes_document, score_document
     from hydrodamp.report.table import Table
     from hydrodamp.simulation.block_errors import block_errors
     from hydrodamp.simulation.checks import estimate_length
@@ -47,7 +47,7 @@ def simulate(
     from hydrodamp.validation.verdict import describe_lights, judge_axes
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
-    craft, numbers = inputs.find_vehicle_or_stored(vehicle, damping), hd.read_damping(damping)
+    numbers, fit, craft = inputs.read_damping_and_vehicle(damping, vehicle)
     if message := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(message)
     log = inputs.read_logs(logs, mapping)
@@ -59,7 +59,6 @@ def simulate(
         hd.write_log(simulated_log(trajectory), out)
         note(f"written to {out}")
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
-    fit = read_fit_if_any(Path(damping))
     trained = {} if fit is None else fit.training_range
     driven = dissipativity.velocity_ranges(log.velocity, craft.axes)
     doubts = {

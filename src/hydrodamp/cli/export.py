@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import find_vehicle_or_stored, read_logs
+from hydrodamp.cli.inputs import read_damping_and_vehicle, read_logs
 from hydrodamp.cli.output import fail, note, print_output
 from hydrodamp.errors import MethodError, demand, first_few
 
@@ -32,11 +32,9 @@ def export(
 
     form = with_settings(hd.find_target(target), settings or ())
     check_export(out, force)
-    craft, numbers = find_vehicle_or_stored(vehicle, damping), hd.read_damping(damping)
+    numbers, fit, craft = read_damping_and_vehicle(damping, vehicle)
     driven = read_logs(log, mapping) if log else None
-    card = hd.export(
-        numbers, craft, form, out, log=driven, box=operating_box_of(Path(damping)), force=force
-    )
+    card = hd.export(numbers, craft, form, out, log=driven, box=operating_box_of(fit), force=force)
     page, document = write_fidelity_page(out), read_card(out)
     note(f"written to {out}: {', '.join(first_few(sorted(document['files']), MAX_FILES, 'files'))}")
     print_output(json, document, Table("", (), (), tuple(str(card).splitlines())))
@@ -67,13 +65,11 @@ def with_settings(target: hd.Target, texts: Iterable[str]) -> hd.Target:
     return replace(target, **values)
 
 
-def operating_box_of(damping: Path) -> hd.OperatingBox | None:
-    """Return the range of training velocities that a damping file holds, if any."""
+def operating_box_of(fit: hd.Fit | None) -> hd.OperatingBox | None:
+    """Return the range of training velocities of a fit, if known."""
     import numpy as np
 
-    from hydrodamp.report.documents import read_training_range
-
-    ranges = read_training_range(damping)
+    ranges = {} if fit is None else fit.training_range
     if not any(name in ranges for name in hd.VELOCITIES):
         return None
     low, high = np.array([ranges.get(name, (0.0, 0.0)) for name in hd.VELOCITIES]).T

@@ -131,19 +131,21 @@ def split_names(listed: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name.strip() for name in listed.split(",") if name.strip()))
 
 
-def find_vehicle_or_stored(vehicle: str, damping: str) -> hd.Vehicle:
-    """Return the named vehicle, by default that of the fit in a damping file."""
-    from hydrodamp.report.documents import read_fit_if_any
+def read_damping_and_vehicle(
+    damping: str, vehicle: str
+) -> tuple[hd.Damping, hd.Fit | None, hd.Vehicle]:
+    """Return a damping, its fit if the file has one, and the named vehicle or that of the fit."""
+    from hydrodamp.report.documents import read_damping_file
 
+    numbers, fit = read_damping_file(Path(damping))
     if vehicle:
-        return hd.find_vehicle(vehicle)
-    fit = read_fit_if_any(Path(damping))
+        return numbers, fit, hd.find_vehicle(vehicle)
     if fit is None or fit.vehicle is None:
         raise hd.FileError(
             f"{damping}: contains no vehicle. Give its vehicle with `--vehicle`, or identify again "
             "with `hydrodamp identify --out`."
         )
-    return fit.vehicle
+    return numbers, fit, fit.vehicle
 
 
 def read_logs(paths: Sequence[str], mapping: str | None) -> hd.Log:
@@ -275,10 +277,10 @@ def check_log(
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.DampingModel]) -> None:
     """Check a log; warn of models that it cannot excite; raise if it is too short for all."""
-    from hydrodamp.basis.term import AXES
     from hydrodamp.conditioning.current import current_warning
     from hydrodamp.ingest.inspection.delay import estimate_delays
     from hydrodamp.ingest.inspection.draft_files import check_channel_axes
+    from hydrodamp.models.model import read_label
     from hydrodamp.simulation.checks import missing_actuation
 
     check_log(vehicle, log, models)
@@ -291,8 +293,7 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.Damping
     gains = {
         (axis, command)
         for model in restricted
-        for axis, terms in zip(AXES, model.terms, strict=True)
-        for term in terms
+        for axis, term in map(read_label, model.labels)
         for command in term.commands
     }
     if gains:

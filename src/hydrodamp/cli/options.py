@@ -69,6 +69,14 @@ def complete_list(location: str) -> Callable[[str], list[str]]:
     return complete
 
 
+def _write_sections(formatter: Any, sections: dict[str, list[tuple[str, str]]]) -> None:
+    """Write names with their descriptions under a title each; no empty section."""
+    for title, records in sections.items():
+        if records:
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
 class HelpGroup(typer.core.TyperGroup):
     """A group whose help lists commands by subject, without importing rich."""
 
@@ -81,9 +89,7 @@ class HelpGroup(typer.core.TyperGroup):
                 panel = getattr(command, "rich_help_panel", None) or "Commands"
                 text = (command.help or "").split("\n")[0]
                 sections.setdefault(panel, []).append((name, text))
-        for title, records in sections.items():
-            with formatter.section(title):
-                formatter.write_dl(records)
+        _write_sections(formatter, sections)
 
 
 class HelpCommand(typer.core.TyperCommand):
@@ -99,10 +105,7 @@ class HelpCommand(typer.core.TyperCommand):
                 record = (parameter.metavar or "", record[1]) if is_argument else record
                 panel = getattr(parameter, "rich_help_panel", None) or "Options"
                 sections.setdefault("Arguments" if is_argument else panel, []).append(record)
-        for title, records in sections.items():
-            if records:
-                with formatter.section(title):
-                    formatter.write_dl(records)
+        _write_sections(formatter, sections)
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write the examples of the command."""

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from scipy.special import stdtrit
 
-from hydrodamp.arrays import FloatArray, Shape, freeze
+from hydrodamp.arrays import FloatArray, Shape, freeze, jackknife_covariance
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, first_few
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
@@ -482,7 +482,7 @@ def jackknife(
     estimates: FloatArray, duration: float, leverage: FloatArray | None = None
 ) -> Uncertainty:
     """Return the uncertainty of estimates (n, p) without one of n blocks of a duration [s] each."""
-    n = len(estimates)
-    deviations = estimates - np.mean(estimates, axis=0)
-    covariance, method = (n - 1) / n * (deviations.T @ deviations), "the delete-one-block jackknife"
-    return Uncertainty(covariance, n - 1, method, None, duration / n, n, leverage=leverage)
+    n, method = len(estimates), "the delete-one-block jackknife"
+    return Uncertainty(
+        jackknife_covariance(estimates), n - 1, method, None, duration / n, n, leverage=leverage
+    )

@@ -253,22 +253,22 @@ def fit_document(fit: Fit) -> dict[str, Any]:
 
 def read_fit(path: Path) -> Fit:
     """Return the fit of a file."""
+    return _build_fit(load_json(path), path)
+
+
+def read_damping_file(path: Path) -> tuple[Damping, Fit | None]:
+    """Return the damping of a file, and its fit; None for a file of coefficients alone."""
     content = load_json(path)
+    if isinstance(content, dict) and "fit" in content:
+        fit = _build_fit(content, path)
+        return fit.damping, fit
+    return damping_from_document(content, str(path)), None
+
+
+def _build_fit(content: object, path: Path) -> Fit:
     damping = damping_from_document(content, str(path))
     facts = content.get("fit") if isinstance(content, dict) else None
     return validate(FitDocument, facts, f"{path}, `fit`").fit(damping)
-
-
-def read_fit_if_any(path: Path) -> Fit | None:
-    """Return the fit of a damping file; None for a file of coefficients alone."""
-    content = load_json(path)
-    return read_fit(path) if isinstance(content, dict) and "fit" in content else None
-
-
-def read_training_range(path: Path) -> dict[str, tuple[float, float]]:
-    """Return the training ranges of a damping file; empty if unknown."""
-    fit = read_fit_if_any(path)
-    return {} if fit is None else fit.training_range
 
 
 def selection_document(table: Comparison | CrossValidation) -> dict[str, Any] | None:

@@ -9,7 +9,7 @@ from hydrodamp.identification.grades import count_determined
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.selection import Candidate, Ranked
+from hydrodamp.validation.selection import Candidate, Ranked, margin
 from hydrodamp.validation.verdict import Verdict
 
 MAX_ROWS = 9  # rows of a table on screen: the catalogue, and a model of the user
@@ -43,9 +43,8 @@ def selection_cells(
 
 def format_error(errors: BlockErrors, row: Ranked) -> str:
     """Return an error with its standard error, marked where a replay diverged."""
-    deviation, mark = errors.standard_error, "d " if row.divergences else ""
-    margin = "" if deviation is None else f" ± {deviation:.2g}"
-    return f"{mark}{error_size(errors.rms)}{margin}"
+    mark = "d " if row.divergences else ""
+    return f"{mark}{error_size(errors.rms)}{margin(errors.standard_error)}"
 
 
 def selection_table(rows: Iterable[Ranked], selected: Ranked, rate_unit: str) -> Table:

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, jackknife_covariance
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.data.log import Log
-from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.simulation.replay import RateUnit, Trajectory, free_velocities
 
 #: Length of a block over the correlation time of the velocities.
@@ -60,7 +59,7 @@ class BlockErrors:
     def standard_error(self) -> float | None:
         """Standard error of :attr:`rms`; None for a single block."""
         deviation = self._jackknife(lambda weights: np.exp(self._log_rms(weights)))
-        return None if deviation is None else float(deviation)
+        return None if deviation is None else float(deviation[0])
 
     @property
     def fit_by_axis(self) -> dict[str, float | None]:
@@ -89,7 +88,7 @@ class BlockErrors:
             return np.asarray(self._log_rms(weights) - lowest._log_rms(weights))
 
         deviation = self._jackknife(log_ratio)
-        return deviation is not None and bool(log_ratio(self.sizes) <= deviation)
+        return deviation is not None and bool(log_ratio(self.sizes) <= deviation[0])
 
     def _log_rms(self, weights: FloatArray) -> FloatArray:
         with np.errstate(divide="ignore"):
@@ -104,12 +103,11 @@ class BlockErrors:
             )
 
     def _jackknife(self, statistic: Callable[[FloatArray], FloatArray]) -> FloatArray | None:
-        """Return the standard error of a statistic of the weights of the blocks."""
+        """Return the standard errors of statistics of the weights of the blocks."""
         if self.n < 2:
             return None
-        without = statistic(self.sizes * (1.0 - np.eye(self.n)))
-        squares = (without - without.mean(axis=0)) ** 2
-        return np.asarray(np.sqrt((self.n - 1) / self.n * squares.sum(axis=0)))
+        without = statistic(self.sizes * (1.0 - np.eye(self.n))).reshape(self.n, -1)
+        return np.sqrt(jackknife_covariance(without).diagonal())
 
 
 def _by_name(names: tuple[str, ...], values: FloatArray) -> dict[str, float | None]:
@@ -136,12 +134,12 @@ def block_errors(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> BlockEr
 
 def block_bounds(log: Log) -> tuple[IntArray, IntArray]:
     """Return first sample and end of each block, shape (b, 2), and the segment of each block."""
-    scale = motion_time_scale(log.time, log.velocity, log.bounds)
-    n_blocks = np.clip(log.duration / (_RELATIVE_LENGTH * scale), _MIN_BLOCKS, _MAX_BLOCKS)
-    length = log.n / n_blocks
+    length = _RELATIVE_LENGTH * log.time_scale
+    n_blocks = np.clip(log.duration / length, _MIN_BLOCKS, _MAX_BLOCKS)
+    n_samples = log.n / n_blocks
     bounds, segments = [], []
     for number, (start, stop) in enumerate(log.bounds.tolist()):
-        count = max(round((stop - start) / length), 1)
+        count = max(round((stop - start) / n_samples), 1)
         edges = np.unique(np.linspace(start, stop, count + 1).astype(np.int64))
         bounds.append(np.column_stack([edges[:-1], edges[1:]]))
         segments += [number] * (len(edges) - 1)

@@ -13,7 +13,6 @@ import numpy as np
 from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment, extract_segments
-from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import HydrodampWarning, MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.grades import Grade
@@ -73,18 +72,19 @@ class ValidatedRow:
     @property
     def rms(self) -> float | None:
         """Equation 24 over the folds that count; None where any of them has no error."""
-        has_errors = all(row.rms is not None for row in self._counted)
+        has_errors = all(row.rms is not None for _, row in self._counted)
         return self.blocks.rms if self.blocks is not None and has_errors else None
 
     @cached_property
     def blocks(self) -> BlockErrors | None:
         """The errors of the folds that count, in blocks; None where one has no replay."""
-        blocks = [row.blocks for row in self._counted if row.blocks is not None]
+        blocks = [row.blocks for _, row in self._counted if row.blocks is not None]
         return pool(blocks) if 0 < len(blocks) == len(self._counted) else None
 
     @property
-    def _counted(self) -> tuple[Row, ...]:
-        return tuple(compress(self.folds, self.counted or repeat(True)))
+    def _counted(self) -> tuple[tuple[int, Row], ...]:
+        """The folds that count, with their numbers."""
+        return tuple(compress(enumerate(self.folds, start=1), self.counted or repeat(True)))
 
     @property
     def standard_error(self) -> float | None:
@@ -104,10 +104,7 @@ class ValidatedRow:
     def divergences(self) -> tuple[str, ...]:
         """Fold, segment, time and motion of each divergence in a fold that counts."""
         return tuple(
-            f"fold {number}, {text}"
-            for number, row in enumerate(self.folds, start=1)
-            for text in row.divergences
-            if not self.counted or self.counted[number - 1]
+            f"fold {number}, {text}" for number, row in self._counted for text in row.divergences
         )
 
     @property
@@ -310,7 +307,7 @@ def split_holdout(
     number = np.repeat(np.arange(len(lengths)), lengths)
     samples = Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), number, log.time)
     if gap is None:
-        gap = _RELATIVE_GAP * motion_time_scale(log.time, log.velocity, log.bounds)
+        gap = _RELATIVE_GAP * log.time_scale
     divided = folds(samples, n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
 

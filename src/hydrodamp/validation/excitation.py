@@ -9,7 +9,6 @@ import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
-from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
 from hydrodamp.simulation.replay import Trajectory
 
@@ -88,7 +87,7 @@ def _exceedances(first: Ranges, second: Ranges) -> Iterator[tuple[str, str]]:
 def describe_divergences(trajectory: Trajectory, training: Ranges) -> tuple[str, ...]:
     """Return segment, time and motion of each divergence of a replay."""
     log = trajectory.log
-    window = _RELATIVE_WINDOW * motion_time_scale(log.time, log.velocity, log.bounds)
+    window = _RELATIVE_WINDOW * log.time_scale
     texts = []
     for name, since in trajectory.diverged:
         segment = next(each for each in log.segments if each.name == name)

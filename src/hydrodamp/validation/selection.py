@@ -131,10 +131,10 @@ def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int) -> str:
     if len(ranked) == 1:
         return f"{row_text(row)}: the only fit with a replay."
     errors = [each.blocks.rms for each in ranked[:2] if each.blocks is not None]
-    margin = f", {100.0 * (errors[1] / errors[0] - 1.0):+.0f} %" if errors[0] else ""
+    excess = f", {100.0 * (errors[1] / errors[0] - 1.0):+.0f} %" if errors[0] else ""
     return (
         f"{row_text(row)}: lowest RMS error of {_replays(len(ranked))}; runner-up "
-        f"{row_text(ranked[1])}{margin}."
+        f"{row_text(ranked[1])}{excess}."
     )
 
 
@@ -200,11 +200,13 @@ def rms_or_infinity(row: Ranked) -> float:
 
 def row_text(row: Ranked) -> str:
     """Return model, method and error of a row with its standard error."""
-    if row.blocks is None:
-        return f"{row.model} by {row.method}"
-    deviation = row.blocks.standard_error
-    margin = "" if deviation is None else f" ± {deviation:.2g}"
-    return f"{row.model} by {row.method} ({row.blocks.rms:.3g}{margin})"
+    name, errors = f"{row.model} by {row.method}", row.blocks
+    return name if errors is None else f"{name} ({errors.rms:.3g}{margin(errors.standard_error)})"
+
+
+def margin(standard_error: float | None) -> str:
+    """Return a standard error as text behind its value; empty where unknown."""
+    return "" if standard_error is None else f" ± {standard_error:.2g}"
 
 
 def _replays(count: int) -> str:

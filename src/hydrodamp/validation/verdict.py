@@ -14,7 +14,7 @@ from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.status import TextEnum
-from hydrodamp.validation.selection import Candidate, Selection, row_text
+from hydrodamp.validation.selection import Candidate, Selection, margin, row_text
 
 #: Least fit [%] of a green light: half of the error of predicting the mean of the data.
 MIN_FIT = 50.0
@@ -44,11 +44,16 @@ class AxisVerdict:
     standard_error: float | None
     reason: str = ""
 
+    @property
+    def fit_text(self) -> str:
+        """The fit with its standard error; empty where the data do not vary."""
+        error = "" if self.standard_error is None else f" ± {self.standard_error:.0f}"
+        return "" if self.fit is None else f"{self.fit:.0f}{error} %"
+
     def __str__(self) -> str:
         """Return velocity, fit with its standard error, and reason."""
-        margin = "" if self.standard_error is None else f" ± {self.standard_error:.0f}"
-        fit = "" if self.fit is None else f" {self.fit:.0f}{margin} %"
-        return f"{self.velocity}{fit}" + (f" ({self.reason})" if self.reason else "")
+        reason = f"({self.reason})" if self.reason else ""
+        return " ".join(filter(None, (self.velocity, self.fit_text, reason)))
 
 
 @dataclass(frozen=True)
@@ -97,10 +102,9 @@ class Verdict:
         row = f"{self.model} by {self.method}: {self.n_coefficients} coefficients"
         if self.n_determined is not None:
             row += f", {self.n_determined} determined"
-        margin = "" if self.standard_error is None else f" ± {self.standard_error:.2g}"
-        error = f"RMS error {self.rms:.3g}{margin} (m/s and {self.rate_unit}/s mixed)"
         if self.recommended:
-            return f"Use {row}; {error}."
+            error = f"{self.rms:.3g}{margin(self.standard_error)}"
+            return f"Use {row}; RMS error {error} (m/s and {self.rate_unit}/s mixed)."
         return (
             f"Use none of these models: no velocity is predicted better than its mean. Best: {row}."
         )

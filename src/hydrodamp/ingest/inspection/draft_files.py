@@ -34,23 +34,27 @@ def add_steps(draft: str, report: QualityReport | None) -> str:
 
 def draft_model(report: QualityReport | None) -> str:
     """Return a model file with a gain of each command on the axis that it moves; empty for none."""
-    delays = [] if report is None else [each for each in report.delays if each.command not in AXES]
-    if not delays:
+    by_axis = {} if report is None else group_commands(report.delays)
+    if not by_axis:
         return ""
-    by_axis: dict[str, list[Delay]] = {}
-    for delay in delays:
-        by_axis.setdefault(axis_of(delay), []).append(delay)
     lines = [
         "# Drafted by `hydrodamp probe`: a gain of each command on the axis that it moves.",
         f"name: {BASE_MODEL}-gains",
         f"extends: {BASE_MODEL}",
         "terms:",
     ]
-    for axis in filter(by_axis.__contains__, AXES):
-        names = " ".join(delay.command for delay in by_axis[axis])
-        evidence = ", ".join(map(_describe, by_axis[axis]))
+    for axis, delays in by_axis.items():
+        names = " ".join(delay.command for delay in delays)
+        evidence = ", ".join(map(_describe, delays))
         lines.append(f"  {axis}: {names}    # {evidence}")
     return "\n".join((*lines, ""))
+
+
+def group_commands(delays: Iterable[Delay]) -> dict[str, list[Delay]]:
+    """Return the delays of commands by the axis of the velocity that each moves, in order."""
+    listed = [delay for delay in delays if delay.command not in AXES]
+    groups = {axis: [delay for delay in listed if axis_of(delay) == axis] for axis in AXES}
+    return {axis: group for axis, group in groups.items() if group}
 
 
 def axis_of(delay: Delay) -> str:

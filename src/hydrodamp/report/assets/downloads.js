@@ -1,14 +1,13 @@
 "use strict";
 // Buttons that copy or download tables as CSV, pictures as SVG, the comparison as JSON and the command.
 {
-  const download = (name, content, type) => {
+  const download = (name, address) => {
     const link = document.createElement("a");
     link.download = name;
-    link.href = content instanceof Blob || typeof content === "string" && !content.startsWith("data:")
-      ? URL.createObjectURL(new Blob([content], { type }))
-      : content;
+    link.href = address;
     link.click();
   };
+  const addressOf = (text, type) => URL.createObjectURL(new Blob([text], { type }));
   const addButton = (parent, text, subject, action) => {
     const button = document.createElement("button");
     button.type = "button";
@@ -28,7 +27,7 @@
     table.parentElement.after(bar);
     const name = `${table.dataset.file}.csv`;
     addButton(bar, "Copy CSV", name, () => navigator.clipboard.writeText(toCsv(table)));
-    addButton(bar, "Download CSV", name, () => download(name, toCsv(table), "text/csv"));
+    addButton(bar, "Download CSV", name, () => download(name, addressOf(toCsv(table), "text/csv")));
   }
   for (const picture of document.querySelectorAll("figure img")) {
     const name = `${picture.dataset.file ?? "picture"}.svg`;
@@ -38,7 +37,7 @@
   const bar = document.createElement("p");
   provenance.querySelector("h2").after(bar);
   const comparison = document.getElementById("comparison").textContent;
-  addButton(bar, "Download JSON", "comparison.json", () => download("comparison.json", comparison, "application/json"));
+  addButton(bar, "Download JSON", "comparison.json", () => download("comparison.json", addressOf(comparison, "application/json")));
   const terms = [...provenance.querySelectorAll("dt")];
   const command = terms.find((term) => term.textContent === "command")?.nextElementSibling;
   if (command) addButton(bar, "Copy command", "this report", () => navigator.clipboard.writeText(command.textContent));

@@ -16,16 +16,11 @@
     });
   };
   const decoded = new Map(); // a series is unpacked when it is first shown
-  const unpacked = (kind, first, second) => {
-    const key = `${kind} ${first} ${second}`;
-    if (!decoded.has(key)) decoded.set(key, values(about[kind][first][second]));
-    return decoded.get(key);
+  const unpack = (packed) => {
+    if (!decoded.has(packed)) decoded.set(packed, values(packed));
+    return decoded.get(packed);
   };
-  const unpackedChannel = (panel, k) => {
-    const key = `channel ${panel} ${k}`;
-    if (!decoded.has(key)) decoded.set(key, values(about.channels[panel].series[k]));
-    return decoded.get(key);
-  };
+  const unpacked = (kind, first, second) => unpack(about[kind][first][second]);
   const time = times(about.time);
   const start = time[0];
   const stop = time[time.length - 1];
@@ -214,7 +209,7 @@
     unpacked("series", line, velocity).some((value) => value !== null
       && (value < limits[velocity].low || value > limits[velocity].high)));
   // Actuation and depth of the test data, below the velocities.
-  const addChannels = ({ label, downward, names, series }, index) => {
+  const addChannels = ({ label, downward, names, series }) => {
     const panel = addPanel(label);
     const plot = new uPlot({
       ...options(0),
@@ -229,7 +224,7 @@
       bands: [],
       hooks: { drawClear: [drawJoins], setSelect: [zoomToSelection] },
       legend: { live: true },
-    }, [time, ...series.map((_, k) => unpackedChannel(index, k))], panel);
+    }, [time, ...series.map(unpack)], panel);
     plot.ctx.canvas.setAttribute("role", "img");
     plot.ctx.canvas.setAttribute("aria-label", `${label} over time: ${names.join(", ")}`);
     plot.root.querySelector(".u-legend").setAttribute("aria-hidden", "true");
