@@ -65,7 +65,7 @@ def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
     words = ("not determined: not significant", "not determined: noise", "not determined")
     assert column(grid, "grade")[:3] == words
     assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.NOT_SIGNIFICANT.value)
-    assert grid.notes[-1].endswith("in combination: X_u with X_w.")
+    assert grid.notes[-1].endswith("in combination: X_u with X_w (-0.95).")
 
 
 def test_intervals_use_the_degrees_of_freedom_there_are(fit):

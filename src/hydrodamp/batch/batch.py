@@ -24,6 +24,7 @@ from hydrodamp.batch.groups import (
     check_grouping,
     find_change_points,
     group_order,
+    group_reasons,
     sort_groups,
 )
 from hydrodamp.batch.sufficient_statistics import (
@@ -221,8 +222,9 @@ def batch(
         fits = _fit_groups(groups, model_list, identifier, pool)
     failed = {log: reason.removeprefix(f"{log}: ") for log, reason in groups.failed.items()}
     if not fits:
-        reasons = "; ".join(f"{log}: {reason}" for log, reason in [*failed.items()][:3])
-        raise ProblemError(f"none of {len(addresses)} logs could be used. {reasons}")
+        raise ProblemError(
+            f"none of {len(addresses)} logs could be used. {'; '.join(group_reasons(failed))}"
+        )
     return BatchResult(tuple(by), fits, failed, groups.n_cached, groups.duplicates)
 
 

@@ -51,7 +51,8 @@ def _label(key: str, address: str, vehicle: str, start: float) -> str:
         day = _clock_day(start) if start > MIN_UNIX_TIME else _path_day(address)
         if not day:
             raise MethodError(
-                "neither its clock nor its path has a date: group by `folder` or by a pattern."
+                "neither its clock nor its path has a date: use `--group-by folder` or "
+                "`--group-by` with a regular expression of the path."
             )
         return day if key == "day" else day[:7]
     match = re.search(key, address)
@@ -227,3 +228,14 @@ def _most_significant(
     best = int(p_values.argmin())
     means = float(before[best]), float(after[best])
     return int(days[best]), *means, float(error[best]), float(p_values[best])
+
+
+def group_reasons(failed: Mapping[str, str]) -> list[str]:
+    """Return each reason once, with its first log and how many more logs it concerns."""
+    logs: dict[str, list[str]] = {}
+    for log, reason in failed.items():
+        logs.setdefault(reason, []).append(log)
+    return [
+        f"{first}{f' and {len(more)} more' if more else ''}: {reason}"
+        for reason, (first, *more) in logs.items()
+    ]

@@ -197,7 +197,8 @@ def comparison_output(
         return summary_tables(comparison)
     next_step = "Next: the same command with `--out DIR` writes the damping file and a report."
     if damping is not None:
-        next_step = f"File: {damping}. Next: `hydrodamp export gz-sim {damping} --out exported`."
+        command = f"`hydrodamp export gz-sim {damping} --out exported`."
+        next_step = f"File: {damping}. Next: {comparison.verdict().remedy or command}"
     verdict = verdict_table(comparison.verdict(), (next_step,))
     details = (*detail_tables(comparison), *summary_tables(comparison)) if verbose else ()
     return (verdict, brief_table(comparison), *details)

@@ -167,8 +167,12 @@ def validate(
         details.append(horizon_table(*full_fit))
     if any(row.blocks is not None for row in tables[-1].rows):
         verdict, row = tables[-1].verdict(), tables[-1].select().row
-        model = f"--model {verdict.model} --method {verdict.method} --out damping.json"
-        next_step = f"Next: `hydrodamp identify {shlex.join(logs)} --vehicle {vehicle} {model}`."
+        model = verdict.model if verdict.model in hd.catalog else str(models)
+        words = ["hydrodamp", "identify", *logs, "--vehicle", str(vehicle)]
+        words += ["--mapping", str(mapping)] if mapping else []
+        words += ["--model", model, "--method", verdict.method, "--out", "damping.json"]
+        command = f"`{shlex.join(words)}`."
+        next_step = f"Next: {verdict.remedy or command}"
         summary = selection_table(tables[-1].rows, row, rate_unit)
         details = [verdict_table(verdict, (next_step,)), summary, *(details if verbose else ())]
     print_output(json, document, *details)

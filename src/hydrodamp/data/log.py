@@ -228,6 +228,11 @@ class Log:
         return motion_time_scale(self.time, self.velocity, self.bounds)
 
     @property
+    def sample_rate(self) -> float:
+        """The inverse of the median step [Hz]; NaN for one sample."""
+        return 1.0 / float(np.median(self.steps)) if len(self.steps) else np.nan
+
+    @property
     def duration(self) -> float:
         """The time recorded, summed over segments [s]."""
         return float(sum(self.time[stop - 1] - self.time[start] for start, stop in self.bounds))

@@ -433,6 +433,7 @@ def make_fit(
             "segments": " ".join(segment.name for segment in problem.log.segments),
             "samples": str(problem.n_samples),
             "duration": f"{problem.duration:.4g} s",
+            "rate": f"{problem.log.sample_rate:.3g} Hz",
             "vehicle": problem.vehicle.name,
             "settings": repr(method),
             "digest": digest(problem, model, method),

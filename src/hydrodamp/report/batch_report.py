@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.batch.batch import BatchResult, GroupFit
-from hydrodamp.batch.groups import MIN_GROUPS
+from hydrodamp.batch.groups import MIN_GROUPS, group_reasons
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
@@ -95,8 +95,8 @@ def _notes(result: BatchResult) -> Iterator[str]:
     )
     yield from _change_notes(result)
     yield from _data_notes(result)
-    for log, reason in result.failed.items():
-        yield f"omitted: {log}: {reason}"
+    for reason in group_reasons(result.failed):
+        yield f"omitted: {reason}"
 
 
 def batch_verdict(result: BatchResult) -> tuple[str, ...]:

@@ -43,7 +43,7 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     numeric = (Column(name, form=coefficient) for name in ("value", "std. error", "± 95 %"))
     columns = [Column("coefficient", number=False), *numeric, Column("unit", number=False)]
     if grade_column:
-        columns.append(Column("aliased" if grades is None else "grade", number=False))
+        columns.append(Column("grade" if fit.grades or grades else "aliased", number=False))
     units = [coefficient_unit(*read_label(label)) for label in model.labels]
     numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
     texts = [units, grade_column] if grade_column else [units]
@@ -91,6 +91,8 @@ def half_widths(fit: Fit) -> FloatArray:
 
 def grade_words(fit: Fit, grades: Identifiability | None) -> list[str]:
     """Return the grade of each coefficient, or else whether it is aliased; none if unknown."""
+    if grades is None and fit.grades:
+        return [fit.grades[label].word for label in fit.model.labels]
     if grades is None:
         aliased = {label for group in fit.aliased for label in group}
         labels = () if fit.rank is None else fit.model.labels
@@ -107,7 +109,10 @@ def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
         grade is Grade.WEAK or grades.causes.get(label) is Cause.NOT_SIGNIFICANT
         for label, grade in grades.grades.items()
     ]
-    pairs = [" with ".join(pair) for pair in correlated_pairs(fit, is_open, MIN_CORRELATION)]
+    pairs = [
+        f"{first} with {second} ({value:.2f})"
+        for first, second, value in correlated_pairs(fit, is_open, MIN_CORRELATION)
+    ]
     if pairs:
         few = ", ".join(first_few(pairs, MAX_GROUPS, "such pairs"))
         yield f"Correlation of at least {MIN_CORRELATION}, so only known in combination: {few}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,34 +13,45 @@ from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.fit_tables import half_widths
 from hydrodamp.report.table import coefficient
 
-WIDTH = 320  # px of a scale
-MAX_HALF_WIDTH = (
-    2.0  # half-width of an interval over the range of the values, beyond which it is cut
-)
+MAX_HALF_WIDTH = 2.0  # half-width of a drawn interval over the range of the values
+MAX_VALUE = 3.0  # drawn value over the median, the first value and the true one, whichever is most
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A value and its interval, in px of the scale; ``is_cut`` at the left and the right end."""
+    """A value, if within the scale, and its interval, in % of the scale.
+
+    ``is_cut`` at the left and the right end.
+    """
 
     model: str
     text: str
-    value: float
+    value: float | None
     interval: tuple[float, float] | None
     is_cut: tuple[bool, bool]
 
 
 @dataclass(frozen=True)
 class ForestRow:
-    """A coefficient: label, unit, position of zero and a mark for each fit."""
+    """A coefficient: label, unit, grade, positions of zero and of the true value, marks of fits."""
 
     label: str
     unit: str
+    grade: str
     zero: float
+    truth: float | None
+    truth_text: str
     marks: tuple[Mark, ...]
 
+    @property
+    def description(self) -> str:
+        """The row in words."""
+        return "; ".join(filter(None, [*(mark.text for mark in self.marks), self.truth_text]))
 
-def forest_rows(fits: Sequence[Fit]) -> tuple[ForestRow, ...]:
+
+def forest_rows(
+    fits: Sequence[Fit], truth: Mapping[str, float] | None = None
+) -> tuple[ForestRow, ...]:
     """Return the coefficients of the first fit that others share, the determined ones first.
 
     Of a single fit, all of them are returned.
@@ -57,6 +68,8 @@ def forest_rows(fits: Sequence[Fit]) -> tuple[ForestRow, ...]:
     return tuple(
         _row(
             label,
+            grades.get(label, Grade.NOT_DETERMINED),
+            (truth or {}).get(label),
             [
                 (fit.model.key, each[label], half[label])
                 for fit, each, half in zip(fits, values, halves, strict=True)
@@ -67,26 +80,34 @@ def forest_rows(fits: Sequence[Fit]) -> tuple[ForestRow, ...]:
     )
 
 
-def _row(label: str, estimates: Iterable[tuple[str, float, float]]) -> ForestRow:
+def _row(
+    label: str, grade: Grade, truth: float | None, estimates: Iterable[tuple[str, float, float]]
+) -> ForestRow:
     listed = list(estimates)
-    numbers = np.array([value for _, value, _ in listed] + [0.0])
-    span = float(np.ptp(numbers)) or 1.0
-    finite = [half for _, _, half in listed if np.isfinite(half)]
+    numbers = np.array([value for _, value, _ in listed])
+    known = [0.0] if truth is None else [0.0, truth]
+    limit = MAX_VALUE * float(np.max(np.abs([np.median(np.abs(numbers)), numbers[0], *known])))
+    drawn_numbers = np.append(numbers[np.abs(numbers) <= limit], known)
+    span = float(np.ptp(drawn_numbers)) or 1.0
+    finite = [half for _, value, half in listed if np.isfinite(half) and abs(value) <= limit]
     margin = min(max(finite, default=0.0), MAX_HALF_WIDTH * span) + 0.05 * span
-    low, high = float(numbers.min()) - margin, float(numbers.max()) + margin
-    unit = coefficient_unit(*read_label(label))
+    low, high = float(drawn_numbers.min()) - margin, float(drawn_numbers.max()) + margin
 
     def position(value: float) -> float:
-        return round(WIDTH * (value - low) / (high - low), 1)
+        return round(100.0 * (min(max(value, low), high) - low) / (high - low), 2)
 
     marks = []
     for model, value, half in listed:
-        ends = (value - half, value + half)
-        is_cut = ends[0] < low, ends[1] > high
-        drawn = (position(max(ends[0], low)), position(min(ends[1], high)))
-        known = bool(np.isfinite(half))
-        margin_text = f" ± {coefficient(half)}" if known else ""
-        text = f"{model}: {coefficient(value)}{margin_text}"
-        interval = drawn if known else None
-        marks.append(Mark(model, text, position(value), interval, is_cut))
-    return ForestRow(label, unit, position(0.0), tuple(marks))
+        is_known = bool(np.isfinite(half))
+        ends = (value - half, value + half) if is_known else (value, value)
+        text = f"{model}: {coefficient(value)}" + (f" ± {coefficient(half)}" if is_known else "")
+        drawn = position(ends[0]), position(ends[1])
+        is_drawn = low <= value <= high
+        interval = drawn if is_known or not is_drawn else None
+        cut = ends[0] < low, ends[1] > high
+        marks.append(Mark(model, text, position(value) if is_drawn else None, interval, cut))
+    unit = coefficient_unit(*read_label(label))
+    if truth is None:
+        return ForestRow(label, unit, grade.word, position(0.0), None, "", tuple(marks))
+    text = f"true value: {coefficient(truth)}"
+    return ForestRow(label, unit, grade.word, position(0.0), position(truth), text, tuple(marks))

@@ -19,7 +19,7 @@ from hydrodamp.report.documents import comparison_document
 from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
-from hydrodamp.report.forest import WIDTH, forest_rows
+from hydrodamp.report.forest import forest_rows
 from hydrodamp.report.narrative import explain_failure, remarks
 from hydrodamp.report.pictures import series
 from hydrodamp.report.provenance import (
@@ -28,6 +28,7 @@ from hydrodamp.report.provenance import (
     provenance_tables,
     timeline,
     track_points,
+    true_coefficients,
 )
 from hydrodamp.report.table import NOTHING, Table
 from hydrodamp.report.verdict_tables import best_by_model, selection_cells
@@ -110,6 +111,7 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
     usable = [row for row in order if row.fit.status.usable]
     best = [row for row, _ in best_by_model(usable, selected) if row.n_coefficients]
     forest_fits = sorted(best, key=lambda row: row is not selected)
+    truth = true_coefficients(comparison)
     colours = enumerate(model_colours(comparison.models).items())
     scores = f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %"
     return {
@@ -129,8 +131,8 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "track": track_points(selected),
         "document": comparison_document(comparison),
         "forest_fits": forest_fits,
-        "forest": forest_rows([row.fit for row in forest_fits]) if forest_fits else (),
-        "forest_width": WIDTH,
+        "forest": forest_rows([row.fit for row in forest_fits], truth) if forest_fits else (),
+        "has_truth": bool(truth),
         "max_rows": MAX_OPEN_ROWS,
         "coefficients": [
             (row, fit_table(row.fit, grades if row is selected else None)) for row in usable

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import platform
-import re
 
 import numpy as np
 
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.table import Table
+from hydrodamp.simulation.campaign.reenact import TRUTHS, CampaignSetup
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -23,13 +24,14 @@ def describe_run(comparison: Comparison, selected: Row | None) -> str:
     sentences = []
     if trained := texts.get("train_segments"):
         duration = "" if selected is None else selected.fit.provenance.get("duration", "")
-        sentences.append(f"Trained on {trained}" + (f" ({duration})" if duration else ""))
+        rate = "" if selected is None else selected.fit.provenance.get("rate", "")
+        details = " at ".join(filter(None, [duration, rate]))
+        sentences.append(f"Trained on {trained}" + (f" ({details})" if details else ""))
     if tested := texts.get("test_segments"):
         sentences.append(f"tested on {tested}")
         if selected is not None and selected.trajectory is not None:
             log = selected.trajectory.log
-            rate = 1.0 / float(np.median(log.steps)) if len(log.steps) else np.nan
-            sentences[-1] += f" ({log.duration:.4g} s at {rate:.3g} Hz)"
+            sentences[-1] += f" ({log.duration:.4g} s at {log.sample_rate:.3g} Hz)"
     return "; ".join(filter(None, [*sentences, texts.get("date")]))
 
 
@@ -110,6 +112,32 @@ def vehicle_facts(vehicle: Vehicle) -> dict[str, str]:
 
 def describe_settings(text: str) -> str:
     """Return the settings of a method, which are recorded as a call, in words."""
-    arguments = re.sub(r"^\w+\((.*)\)$", r"\1", text, flags=re.DOTALL)
-    words = re.sub(r"(\w+)=", lambda match: f"{match[1].replace('_', ' ')}: ", arguments)
-    return words.replace("()", "chosen from the log")
+    try:
+        call = ast.parse(text, mode="eval").body
+    except SyntaxError:
+        return text
+    return "; ".join(_describe_arguments(call)) if isinstance(call, ast.Call) else text
+
+
+def _describe_arguments(call: ast.Call) -> list[str]:
+    named = [(each.arg or "", each.value) for each in call.keywords]
+    listed = [*(("", value) for value in call.args), *named]
+    texts = [(name.replace("_", " "), _describe_value(value)) for name, value in listed]
+    return [f"{name} {text}".strip() for name, text in texts]
+
+
+def _describe_value(value: ast.expr) -> str:
+    """Return a value in words: None, True and calls are no words of a reader of reports."""
+    if isinstance(value, ast.Call):
+        inner = ", ".join(_describe_arguments(value))
+        return f"by {ast.unparse(value.func)}" + (f" ({inner})" if inner else "")
+    if isinstance(value, ast.Tuple | ast.List):
+        return ", ".join(map(_describe_value, value.elts)) or "chosen from the log"
+    text = ast.unparse(value)
+    return {"None": "automatic", "True": "yes", "False": "no"}.get(text, text.strip("'"))
+
+
+def true_coefficients(comparison: Comparison) -> dict[str, float]:
+    """Return the true coefficients of a simulated campaign; none of another log."""
+    truth = comparison.provenance.get("truth")
+    return CampaignSetup.of(truth).truth.damping.as_dict() if truth in TRUTHS else {}

@@ -373,11 +373,16 @@ def replay_warnings(comparison: Comparison) -> Iterator[str]:
             yield from energy_injection_warnings(row.fit.damping, ranges, f"{name}: its")
 
 
-def correlated_pairs(fit: Fit, is_open: Sequence[bool], threshold: float) -> list[tuple[str, str]]:
-    """Return pairs of coefficients of one axis whose estimates are correlated, one of them open."""
+def correlated_pairs(
+    fit: Fit, is_open: Sequence[bool], threshold: float
+) -> list[tuple[str, str, float]]:
+    """Return pairs of coefficients of one axis, one of them open, with a high correlation."""
     covariance, labels = fit.damping.covariance, fit.model.labels
     if covariance is None:
         return []
-    axes, high = np.array([k[0] for k in labels]), np.abs(correlation(covariance)) >= threshold
+    axes, values = np.array([k[0] for k in labels]), correlation(covariance)
+    high = np.abs(values) >= threshold
     high &= np.logical_or.outer(is_open, is_open) & (axes[:, None] == axes)
-    return [(labels[i], labels[j]) for i, j in np.argwhere(np.triu(high, 1)).tolist()]
+    pairs = np.argwhere(np.triu(high, 1)).tolist()
+    listed = [(labels[i], labels[j], float(values[i, j])) for i, j in pairs]
+    return sorted(listed, key=lambda pair: -abs(pair[2]))

@@ -110,6 +110,16 @@ class Verdict:
         )
 
     @property
+    def remedy(self) -> str:
+        """What to do where no model is recommended; else empty."""
+        if self.recommended:
+            return ""
+        return (
+            "check units, axes and signs with `hydrodamp probe LOG --vehicle FILE`; `hydrodamp "
+            "plan` designs a dive with more excitation."
+        )
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """Headline, velocities by light, and reasons."""
         return (self.headline, *describe_lights(self.axes), *self.reasons)

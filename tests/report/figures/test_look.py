@@ -46,6 +46,8 @@ def test_models_differ_for_eyes_without_green():
     perceived = [DEUTERANOPIA @ linear(colours[key]) for key in hd.PAPER_MODELS]
     apart = [np.linalg.norm(a - b) for i, a in enumerate(perceived) for b in perceived[:i]]
     assert min(apart) > 0.1
+    luminances = [linear(colour) @ (0.2126, 0.7152, 0.0722) for colour in colours.values()]
+    assert min(1.05 / (luminance + 0.05) for luminance in luminances) >= 3.0  # WCAG 2.2, 1.4.11
 
 
 @pytest.mark.filterwarnings("ignore:Glyph")  # the font lacks letters, which print as boxes

@@ -5,6 +5,7 @@ Needs ``pip install playwright`` and a Chromium of the system.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -154,13 +155,39 @@ def test_plots_say_in_words_what_they_show(report):
     page = report.page
     plot = page.locator("#plots canvas").first
     band = "95 % band of linear by weak"
-    whole = f"u in m/s over time: measured, linear by weak, {band}"
+    whole = f"u [m/s] over time: measured, linear by weak, {band}"
     assert plot.get_attribute("aria-label") == whole
     page.get_by_role("checkbox", name=band).uncheck()
     assert plot.get_attribute("aria-label") == whole.removesuffix(f", {band}")
     page.get_by_role("checkbox", name="residuals").check()
-    assert plot.get_attribute("aria-label") == "residual of u in m/s over time: linear by weak"
+    assert plot.get_attribute("aria-label") == "residual of u [m/s] over time: linear by weak"
     page.get_by_role("checkbox", name="residuals").uncheck()
     page.get_by_role("checkbox", name="measured", exact=True).uncheck()
     page.get_by_role("checkbox", name=re.compile(r"^linear by weak, \d+ %$")).uncheck()
     assert page.locator("#plots canvas").nth(5).get_attribute("aria-label").endswith(": nothing")
+
+
+def test_a_filter_hides_coefficients_of_other_axes(report):
+    page = report.page
+    assert page.locator(".forest:not([hidden])").count() > 1
+    page.locator("#coefficients select[data-kind=axis]").first.select_option("X")
+    drawn_axes = page.locator(".forest:not([hidden])")
+    assert {drawn_axes.nth(k).get_attribute("data-axis") for k in range(drawn_axes.count())} == {
+        "X"
+    }
+    assert page.locator("#sorted").inner_text().endswith(" coefficients.")
+
+
+def test_tables_and_results_are_downloaded_and_copied(report):
+    page = report.page
+    with page.expect_download() as event:
+        page.get_by_role("button", name="Download CSV: scores.csv").click()
+    rows = event.value.path().read_text("utf-8").splitlines()
+    assert rows[0].startswith("model,method,n,")
+    assert len(rows) == 1 + page.locator("#score-table tbody tr").count()
+    with page.expect_download() as event:
+        page.get_by_role("button", name="Download JSON: comparison.json").click()
+    assert json.loads(event.value.path().read_text("utf-8"))["format"] == "hydrodamp-comparison"
+    button = page.get_by_role("button", name="Copy CSV: scores.csv")
+    button.click()
+    page.wait_for_function("document.body.innerText.match(/Copied|Clipboard refused: downloaded/)")

@@ -175,7 +175,7 @@ def test_coefficients_that_models_share_are_drawn_on_scales_with_zero(comparison
     found = take_apart(comparison_page(comparison))
     drawings = [e.attributes["aria-label"] for e in found.all("svg", role="img")]
     assert len(drawings) == 6  # the diagonal of linear, which the others have too
-    assert drawings[0].startswith("X_u: linear: -1 ± 1.96; ")
+    assert drawings[0].startswith("X_u, not determined: linear: -1 ± 1.96; ")
     summaries = [each.text for each in found.all("summary")]
     assert any(text.startswith("linear by ls") for text in summaries)
     assert not any(text.startswith("coe by ls") for text in summaries)

@@ -17,6 +17,17 @@
     button.addEventListener("click", action);
     parent.append(button);
   };
+  // A browser refuses the clipboard where the page has no permission; then the text is downloaded.
+  const copy = async (event, text, name) => {
+    const button = event.currentTarget;
+    try {
+      await navigator.clipboard.writeText(text);
+      button.textContent = "Copied";
+    } catch {
+      button.textContent = "Clipboard refused: downloaded";
+      download(name, addressOf(text, "text/plain"));
+    }
+  };
   const quote = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   const toCsv = (table) => [...table.rows]
     .filter((row) => !row.hidden)
@@ -26,7 +37,7 @@
     const bar = document.createElement("p");
     table.parentElement.after(bar);
     const name = `${table.dataset.file}.csv`;
-    addButton(bar, "Copy CSV", name, () => navigator.clipboard.writeText(toCsv(table)));
+    addButton(bar, "Copy CSV", name, (event) => copy(event, toCsv(table), name));
     addButton(bar, "Download CSV", name, () => download(name, addressOf(toCsv(table), "text/csv")));
   }
   for (const picture of document.querySelectorAll("figure img")) {
@@ -40,5 +51,5 @@
   addButton(bar, "Download JSON", "comparison.json", () => download("comparison.json", addressOf(comparison, "application/json")));
   const terms = [...provenance.querySelectorAll("dt")];
   const command = terms.find((term) => term.textContent === "command")?.nextElementSibling;
-  if (command) addButton(bar, "Copy command", "this report", () => navigator.clipboard.writeText(command.textContent));
+  if (command) addButton(bar, "Copy command", "this report", (event) => copy(event, command.textContent, "command.txt"));
 }

@@ -64,7 +64,7 @@
     const since = Math.min(Math.max(time, segment.start), segment.stop) - segment.start;
     return `${segment.name} ${since.toFixed(2)} s`;
   };
-  const short = (value) => (value == null ? "–" : Number(value.toPrecision(4)).toString());
+  const short = (value) => (value == null ? "" : Number(value.toPrecision(4)).toString());
 
   // A diverging replay must not flatten the measured velocity: ten times its span is shown.
   const limits = about.velocities.map((_, velocity) => {
@@ -92,7 +92,7 @@
   });
   const between = (plot, k) => {
     const [low, high] = EDGES.map((edge) => (k == null ? null : plot.data[edge][k]));
-    return low == null ? "–" : `${short(low)} to ${short(high)}`;
+    return low == null ? "" : `${short(low)} to ${short(high)}`;
   };
   const edges = () => (hasBand() ? EDGES : []).map(() => ({
     label: about.band.name,
@@ -116,7 +116,7 @@
     points: { show: false },
     value: (_, v) => short(v),
   });
-  const clock = { label: "time", value: (_, time) => (time == null ? "–" : formatTime(time)) };
+  const clock = { label: "time", value: (_, time) => (time == null ? "" : formatTime(time)) };
   const lines = (velocity) => [clock, ...edges(), ...shown.map((series) => line(series, velocity))];
   // The legend has the samples of the boxes; of the two edges of the band one stands for both.
   const addSamples = (plot) => {
@@ -142,8 +142,9 @@
   const describe = () => {
     const names = [...shown.map((series) => lineName(series)), ...(hasBand() && band.checked ? [about.band.name] : [])];
     plots.forEach((plot, velocity) => {
-      const { name, unit } = about.velocities[velocity];
-      plot.ctx.canvas.setAttribute("aria-label", `${isResidual() ? "residual of " : ""}${name} in ${unit} over time: ${names.join(", ") || "nothing"}`);
+      const title = panelTitle(velocity);
+      plot.root.parentElement.querySelector("h3").textContent = title;
+      plot.ctx.canvas.setAttribute("aria-label", `${title} over time: ${names.join(", ") || "nothing"}`);
     });
   };
   const drawJoins = (plot) => {
@@ -205,9 +206,16 @@
     home.append(panel);
     return panel;
   };
-  const isCut = (velocity) => !isResidual() && shown.some((line) =>
-    unpacked("series", line, velocity).some((value) => value !== null
-      && (value < limits[velocity].low || value > limits[velocity].high)));
+  const isCut = (velocity) => !isResidual()
+    && [...shown.map((line) => unpacked("series", line, velocity)),
+      ...(hasBand() && band.checked ? [0, 1] : []).map((side) => unpacked("edges", side, velocity))]
+      .some((values) => values.some((value) => value !== null
+        && (value < limits[velocity].low || value > limits[velocity].high)));
+  const panelTitle = (velocity) => {
+    const { name, unit } = about.velocities[velocity];
+    const cut = isCut(velocity) ? ", lines are cut at ten times the measured range" : "";
+    return `${isResidual() ? "residual of " : ""}${name} [${unit}]${cut}`;
+  };
   // Actuation and depth of the test data, below the velocities.
   const addChannels = ({ label, downward, names, series }) => {
     const panel = addPanel(label);
@@ -233,9 +241,8 @@
   const build = () => {
     for (const plot of [...plots, ...channelPlots]) plot.destroy();
     home.replaceChildren();
-    plots = about.velocities.map(({ name, unit }, velocity) => {
-      const cut = isCut(velocity) ? ", lines are cut at ten times the measured range" : "";
-      const panel = addPanel(`${isResidual() ? "residual of " : ""}${name} [${unit}]${cut}`);
+    plots = about.velocities.map((_, velocity) => {
+      const panel = addPanel(panelTitle(velocity));
       const plot = new uPlot(options(velocity), data(velocity, shown), panel);
       plot.ctx.canvas.setAttribute("role", "img");
       plot.root.querySelector(".u-legend").setAttribute("aria-hidden", "true");

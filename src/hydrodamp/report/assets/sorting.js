@@ -1,6 +1,6 @@
 "use strict";
-// Tables of class sortable: a head sorts by its column, a second click reverses the order. Tables
-// with data-filter have a choice of axis and grade.
+// Tables of class sortable: a head sorts by its column, a second click reverses the order. Elements
+// with data-filter have a choice of axis and grade for the elements that it selects.
 {
   const status = document.getElementById("sorted");
   const addSorting = (table) => {
@@ -25,24 +25,27 @@
       });
     });
   };
-  const addFilter = (table) => {
-    const rows = [...table.tBodies[0].rows];
-    const grade = (row) => row.lastElementChild.textContent.split(":")[0];
-    const axis = (row) => row.cells[0].textContent[0];
-    const addSelect = (label, valueOf) => {
+  const addFilter = (parent) => {
+    const rows = [...parent.querySelectorAll(parent.dataset.filter)];
+    const bar = document.createElement("p");
+    parent.before(bar);
+    const selects = ["axis", "grade"].map((kind) => {
       const box = document.createElement("label");
       const select = document.createElement("select");
-      select.append(new Option("all", ""), ...[...new Set(rows.map(valueOf))].map((text) => new Option(text, text)));
-      box.append(`${label} `, select, " ");
-      table.parentElement.before(box);
-      return (row) => select.value === "" || select.value === valueOf(row);
+      const values = new Set(rows.map((row) => row.dataset[kind]));
+      select.dataset.kind = kind;
+      select.append(new Option("all", ""), ...[...values].map((text) => new Option(text, text)));
+      box.append(`${kind} `, select);
+      bar.append(box, " ");
+      return select;
+    });
+    const isShown = (row) => selects.every((select) => ["", row.dataset[select.dataset.kind]].includes(select.value));
+    const filter = () => {
+      for (const row of rows) row.hidden = !isShown(row);
+      status.textContent = `${rows.filter(isShown).length} of ${rows.length} coefficients.`;
     };
-    const matches = [addSelect("axis", axis), addSelect("grade", grade)];
-    const filter = () => rows.forEach((row) => { row.hidden = !matches.every((match) => match(row)); });
-    for (const select of table.parentElement.parentElement.querySelectorAll("select")) select.addEventListener("change", filter);
+    for (const select of selects) select.addEventListener("change", filter);
   };
-  for (const table of document.querySelectorAll("table.sortable")) {
-    addSorting(table);
-    if (table.dataset.filter) addFilter(table);
-  }
+  for (const table of document.querySelectorAll("table.sortable")) addSorting(table);
+  for (const parent of document.querySelectorAll("[data-filter]")) addFilter(parent);
 }

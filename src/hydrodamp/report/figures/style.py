@@ -39,7 +39,7 @@ MEASURED = "#000000"
 FAINT = "#767676"
 
 # Colours of channels that share a panel.
-SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8A56E2", "#3C96FF")
 
 # Opacity of a band behind its line, and colour of a shaded part of a panel.
 BAND = 0.22
