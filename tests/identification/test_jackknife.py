@@ -7,12 +7,12 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.continuation import continue_over_lengths
-from hydrodamp.identification.gauss_newton import (
+from hydrodamp.identification.held_out_replay import leave_one_out, split_pieces
+from hydrodamp.identification.initial_iterate import (
     best_initial_iterate,
     initial_candidates,
     make_objective,
 )
-from hydrodamp.identification.held_out_replay import leave_one_out, split_pieces
 from hydrodamp.identification.output_error import build_fit, jackknife_uncertainty
 
 

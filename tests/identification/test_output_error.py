@@ -8,12 +8,11 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification import continuation as module
 from hydrodamp.identification.continuation import admissible_lengths, continue_over_lengths
-from hydrodamp.identification.gauss_newton import (
-    FINAL_TOLERANCE,
+from hydrodamp.identification.gauss_newton import FINAL_TOLERANCE, minimise
+from hydrodamp.identification.initial_iterate import (
     best_initial_iterate,
     initial_candidates,
     make_objective,
-    minimise,
 )
 from hydrodamp.simulation.campaign.conditions import true_damping
 

@@ -7,8 +7,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import output_error as module
-from hydrodamp.identification.gauss_newton import make_objective
 from hydrodamp.identification.held_out_replay import is_lower, split_pieces
+from hydrodamp.identification.initial_iterate import make_objective
 
 
 @pytest.fixture(scope="module")

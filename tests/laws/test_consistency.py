@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.continuation import update_prior
-from hydrodamp.identification.gauss_newton import best_initial_iterate, make_objective
+from hydrodamp.identification.initial_iterate import best_initial_iterate, make_objective
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 

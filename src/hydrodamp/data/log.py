@@ -18,6 +18,11 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data import attitude as attitudes
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.checks import check_blocks, name_faults, record_faults, segment_faults
+from hydrodamp.data.measurement import (
+    Measurement,
+    concatenate_measurements,
+    extract_measurements,
+)
 from hydrodamp.data.record import (
     EPOCH_GAP_S,
     Record,
@@ -68,6 +73,8 @@ class Log:
     specific_force : ndarray, shape (n, 3), or None
         Acceleration less gravity, as an accelerometer measures it, body frame
         [m/s^2]: (0, 0, -9.81) at rest and level.
+    measurements : tuple of Measurement
+        Sensors at their own times.
     segments : tuple of Segment
         They cover all samples in order; one segment where none is given.
     source : str
@@ -98,6 +105,7 @@ class Log:
     propulsion_ratio: FloatArray | None = None
     position: FloatArray | None = None
     specific_force: FloatArray | None = None
+    measurements: tuple[Measurement, ...] = ()
     segments: tuple[Segment, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
@@ -106,7 +114,7 @@ class Log:
         """Copy and check the arrays."""
         blocks, faults = check_blocks({name: getattr(self, name) for name in _ARRAYS})
         values: dict[str, Any] = {**blocks}
-        for name in ("velocity_names", "command_names", "notes", "segments"):
+        for name in ("velocity_names", "command_names", "notes", "segments", "measurements"):
             values[name] = tuple(getattr(self, name))
         values["segments"] = values["segments"] or (Segment("1", 0, np.size(self.time)),)
         if not faults:
@@ -398,7 +406,8 @@ def extract_segments(log: Log, pieces: Sequence[Segment]) -> Log:
     rows = np.concatenate([np.arange(piece.start, piece.stop) for piece in pieces])
     segments = consecutive_segments((piece.name for piece in pieces), map(len, pieces))
     blocks: dict[str, Any] = {name: block[rows] for name, block in recorded_arrays(log).items()}
-    return dataclasses.replace(log, **blocks, segments=segments)
+    measurements = extract_measurements(log.measurements, log.time, log.segments, pieces)
+    return dataclasses.replace(log, **blocks, segments=segments, measurements=measurements)
 
 
 def recorded_arrays(log: Log) -> dict[str, FloatArray]:
@@ -450,6 +459,9 @@ def concatenate(logs: Iterable[Log]) -> Log:
         first,
         **blocks,
         commands=np.concatenate(commands),
+        measurements=concatenate_measurements(
+            [(log.measurements, len(log.segments)) for log in log_list]
+        ),
         segments=consecutive_segments(names, lengths),
         source=", ".join(dict.fromkeys(log.source for log in log_list if log.source)),
         notes=tuple(dict.fromkeys(note for log in log_list for note in log.notes)),

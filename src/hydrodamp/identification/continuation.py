@@ -20,18 +20,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, factorisation
+from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
     STAGE_TOLERANCE,
     Iterate,
     ShootingObjective,
-    best_initial_iterate,
-    initial_candidates,
     minimise,
 )
 from hydrodamp.identification.har_covariance import Bins
+from hydrodamp.identification.initial_iterate import best_initial_iterate, initial_candidates
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -40,6 +39,9 @@ RELATIVE_LENGTHS = (0.75, 1.5, 3.0, 6.0)
 
 #: Bounds of the prior strength λ [1].
 PRIOR_STRENGTH_BOUNDS = 1e-6, 10.0
+
+#: Sampling intervals of the slowest sensor in the shortest window.
+MIN_INTERVALS = 4.0
 
 #: Prior standard deviation [1] of the injected power over the usual power.
 POWER_STD = 0.01
@@ -54,6 +56,9 @@ RELATIVE_TOLERANCE = 0.2
 #: Windows from which the correlation time of residuals is estimated, and bins of their time.
 MAX_EVIDENCE_WINDOWS, MAX_TIME_BINS = 32, 2048
 
+#: Residuals from which a correlation time is estimated.
+MIN_SERIES = 8
+
 
 def fit_windows(
     objective: ShootingObjective,
@@ -65,7 +70,9 @@ def fit_windows(
 
     Lengths [s] are multiples of the time scale of the motion by default.
     """
-    default = (*(each * objective.time_scale for each in RELATIVE_LENGTHS), np.inf)
+    shortest = MIN_INTERVALS * objective.outputs.interval
+    multiples = (max(each * objective.time_scale, shortest) for each in RELATIVE_LENGTHS)
+    default = (*dict.fromkeys(multiples), np.inf)
     lengths = admissible_lengths(objective.problem, lengths or default)
     candidates = [*initial, *initial_candidates(objective, model)]
     start = best_initial_iterate(objective, candidates, lengths[0])
@@ -81,7 +88,7 @@ def continue_over_lengths(
         iterate = objective.add_length(iterate, objective.windows(length))
         # the damping of a stage that failed must not block the next one
         iterate = replace(iterate, damping=min(iterate.damping, 1.0))
-    iterate, p = update_prior(objective, iterate), len(objective.scale)
+    iterate, p = update_prior(objective, iterate), objective.n_coefficients
     widening = max(iterate.n_free / (RESIDUALS_PER_COEFFICIENT * p), 1.0)
     iterate = objective.widen_initial_states(iterate, np.sqrt(widening))
     tolerance = min(FINAL_TOLERANCE, RELATIVE_TOLERANCE * p / iterate.n_free)
@@ -103,15 +110,20 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
     """
     windows, residual_std, *_ = iterate.linearisations[-1]
     subset = windows.select(slice(None, None, -(-len(windows.bounds) // MAX_EVIDENCE_WINDOWS)))
-    residuals = subset.residuals(iterate.coefficients)
-    window_index = np.repeat(np.arange(len(subset.spans)), np.diff(subset.spans, axis=1).ravel())
-    bins = Bins.of(window_index, objective.problem.inputs.time[subset.samples], MAX_TIME_BINS)
-    sums, step = bins.sums(residuals), median_step(objective.problem)
-    correlation = [max(bins.correlation_time(column[:, None]) / step, 1.0) for column in sums.T]
-    n_independent = objective.problem.n_samples * float(np.sum(1.0 / np.array(correlation)))
-    misfit = float(np.mean(1.0 - (objective.noise_std / residual_std) ** 2))
-    eigenvalues = np.maximum(np.linalg.eigvalsh(objective.gauss_newton(iterate)[0]), 0.0)
-    square = float(np.sum((iterate.coefficients / objective.scale) ** 2))
+    series = (
+        (each.window, each.time, column)
+        for each in subset.outputs.residuals(subset, iterate.coefficients)
+        for column in each.residuals.T
+    )
+    steps = median_step(objective.problem) * objective.problem.n_samples / objective.counts
+    pairs = zip(series, steps.tolist(), strict=True)
+    correlation = [_correlation_length(*each, step) for each, step in pairs]
+    n_independent = float(np.sum(objective.counts / np.array(correlation)))
+    share = objective.weights * objective.counts / objective.counts.sum()
+    misfit = float(share @ (1.0 - (objective.noise_std / residual_std) ** 2))
+    eigenvalues = np.maximum(np.linalg.eigvalsh(_coefficient_hessian(objective, iterate)), 0.0)
+    p = objective.n_coefficients
+    square = float(np.sum((iterate.coefficients / objective.scale)[:p] ** 2))
     p, strength, variance = len(eigenvalues), iterate.prior_strength, iterate.prior_variance
     n_free = n_independent
     for _ in range(5):
@@ -130,3 +142,23 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
         penalty_weight=weight,
         n_free=n_free,
     )
+
+
+def _correlation_length(
+    window: IntArray, time: FloatArray, residuals: FloatArray, step: float
+) -> float:
+    """Return the correlation time of residuals over their sampling step, at least 1."""
+    if len(time) < MIN_SERIES:
+        return 1.0
+    bins = Bins.of(window, time, MAX_TIME_BINS)
+    return max(bins.correlation_time(bins.sums(residuals[:, None])) / step, 1.0)
+
+
+def _coefficient_hessian(objective: ShootingObjective, iterate: Iterate) -> FloatArray:
+    """Return the Hessian of the likelihood in the coefficients, parameters of sensors optimal."""
+    hessian, p = objective.gauss_newton(iterate)[0], objective.n_coefficients
+    if len(hessian) == p:
+        return hessian
+    nuisance = hessian[p:, p:] + objective.nuisance_weight * np.eye(len(hessian) - p)
+    cross = hessian[:p, p:]
+    return np.asarray(hessian[:p, :p] - cross @ np.linalg.solve(nuisance, cross.T))

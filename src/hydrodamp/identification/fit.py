@@ -255,6 +255,8 @@ class Fit:
         How well the training data determine each coefficient, by label; empty where not graded.
     vehicle : Vehicle or None
         The vehicle that the coefficients belong to; None where unknown.
+    sensor_parameters : dict of str to tuple of float
+        Value and standard error of each estimated bias, delay, lever arm and current, by label.
     """
 
     damping: Damping
@@ -269,6 +271,7 @@ class Fit:
     training_range: dict[str, tuple[float, float]] = field(default_factory=dict)
     grades: dict[str, Grade] = field(default_factory=dict)
     vehicle: Vehicle | None = None
+    sensor_parameters: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def model(self) -> DampingModel:
@@ -454,6 +457,18 @@ def empty_fit(
     return Fit(damping, method, status, n_samples=problem.n_samples, remarks=remarks)
 
 
+def check_sensors(problem: Problem, method: Method) -> None:
+    """Raise if a method needs velocities that the log has not recorded."""
+    sensor_log = problem.sensor_log
+    if sensor_log is None or not sensor_log.names or getattr(method, "compares_sensors", False):
+        return
+    raise MethodError(
+        f"`{method.key}` needs the velocities {' '.join(sensor_log.names)} at every sample, and "
+        f"the log has {sensor_log.description}: use `oe` or `recommended`, which compare sensors "
+        "at their own times, or record the velocities, as by a DVL"
+    )
+
+
 def check_actuation(problem: Problem, model: DampingModel) -> None:
     """Raise if the log has no motion, or neither wrench nor a command that a term uses."""
     if not problem.inputs.velocity.any():
@@ -469,6 +484,7 @@ def identify_or_refuse(method: Method, problem: Problem, model: DampingModel) ->
     """Return the fit of a method; where it raises, an empty fit with the message as remark."""
     try:
         check_actuation(problem, model)
+        check_sensors(problem, method)
         return method.identify(problem, model)
     except MethodError as error:
         free = model.restricted_to(problem.vehicle.axes)

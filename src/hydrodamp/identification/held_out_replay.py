@@ -50,8 +50,8 @@ def leave_one_out(objective: ShootingObjective, iterate: Iterate, pieces: IntArr
         windows = restricted.windows_like(previous.windows)
         block = np.searchsorted(first, windows.bounds[:, 0], side="right") - 1
         normals += windows.block_normal_matrices(
-            iterate.coefficients, previous.residual_std, block
-        ) / (len(previous.residual_std) * len(iterate.linearisations))
+            iterate.coefficients, previous.residual_std / np.sqrt(objective.weights), block
+        ) / (objective.residuals_per_sample * len(iterate.linearisations))
     column_scale = np.append(scale, 1.0)
     normals *= column_scale[:, None] * column_scale
     x = iterate.coefficients / scale

@@ -111,13 +111,14 @@ def identify_all(
     fits : tuple of Fit
         In the order of the models.
     """
-    from hydrodamp.identification.fit import check_actuation, identify_or_refuse
+    from hydrodamp.identification.fit import check_actuation, check_sensors, identify_or_refuse
     from hydrodamp.progress import run_parallel
 
     requested = tuple(models)
     identify_jointly = getattr(method, "identify_all", None)
     if identify_jointly is not None:
         with suppress(MethodError):  # then separately, to find the model at fault
+            check_sensors(problem, method)
             for model in requested:
                 check_actuation(problem, model)
             fits: tuple[Fit, ...] = identify_jointly(problem, requested)

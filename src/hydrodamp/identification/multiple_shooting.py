@@ -8,16 +8,18 @@ each window is estimated; its correction δ is eliminated by a Schur complement.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.regression import update_factor
+from hydrodamp.identification.sensor_parameters import SensorParameter
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
@@ -57,15 +59,55 @@ def eliminate_initial_states(normal: FloatArray, initial_state_std: FloatArray) 
 
 
 class LinearisedResiduals(NamedTuple):
-    """Weighted averages of residuals (m,) and Jacobian [A B] (m, p + 6) of some windows.
+    """Weighted averages of residuals of some windows, with their Jacobians.
 
-    ``edges`` are the first rows of the windows and the end; ``simulated`` is their simulation.
+    ``columns`` (m, f + q + 1) are [B A ε], ``edges`` the first rows of the windows and the end,
+    ``output`` (m,) the output of each row; ``square`` and ``number`` (n_outputs,) are sums of
+    squares and numbers of the residuals before averaging and weighting.
     """
 
-    jacobian: FloatArray
-    residuals: FloatArray
+    columns: FloatArray
     edges: IntArray
-    simulated: FloatArray
+    output: IntArray
+    square: FloatArray
+    number: FloatArray
+
+
+class ResidualSeries(NamedTuple):
+    """Residuals (n, k) of outputs that share their times [s] and windows, (n,) each."""
+
+    window: IntArray
+    time: FloatArray
+    residuals: FloatArray
+
+
+class Outputs(Protocol):
+    """What the simulation of windows is compared with."""
+
+    @property
+    def interval(self) -> float:
+        """Sampling interval of the slowest sensor [s], zero for the samples of the log."""
+
+    @property
+    def parameters(self) -> Sequence[SensorParameter]:
+        """Parameters of sensors that all windows share."""
+
+    def jacobian_entries(self, windows: Windows) -> int:
+        """Return the entries of the Jacobian of a window."""
+
+    def weights(self, counts: FloatArray) -> FloatArray:
+        """Return weights of the residuals of each output, with a mean of one."""
+
+    def select(self, samples: IntArray) -> Outputs:
+        """Return the outputs of some samples, in successive runs."""
+
+    def linearise(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> LinearisedResiduals:
+        """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
+
+    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
+        """Yield measured minus simulated outputs, a large value after a divergence."""
 
 
 class EliminatedWindows(NamedTuple):
@@ -88,7 +130,8 @@ class Windows:
     """Windows of a log: rows (first, one past the last) of ``bounds``, initial states (n, 6).
 
     ``length`` and ``max_step``, the longest Runge-Kutta step, are times [s];
-    ``initial_state_std`` (f,) is the prior standard deviation of the free axes.
+    ``initial_state_std`` (f,) is the prior standard deviation of the free axes, then of the
+    offsets that the outputs add.
     """
 
     length: float
@@ -98,6 +141,7 @@ class Windows:
     initial_states: FloatArray
     initial_state_std: FloatArray
     max_step: float
+    outputs: Outputs = field(default_factory=lambda: VelocityOutputs())
 
     @cached_property
     def spans(self) -> IntArray:
@@ -112,8 +156,7 @@ class Windows:
     @cached_property
     def chunks(self) -> tuple[Windows, ...]:
         """The windows in chunks that are linearised at once."""
-        entries_per_window = 6 * 2 * AVERAGES_PER_WINDOW * (len(self.entries[0]) + 6)
-        size = max(MAX_JACOBIAN_ENTRIES // entries_per_window, 1)
+        size = max(MAX_JACOBIAN_ENTRIES // self.outputs.jacobian_entries(self), 1)
         firsts = range(0, len(self.bounds), size)
         return tuple(self.select(slice(first, first + size)) for first in firsts)
 
@@ -133,18 +176,27 @@ class Windows:
         """Return some of the windows."""
         return replace(self, bounds=self.bounds[index], initial_states=self.initial_states[index])
 
-    def residuals(self, coefficients: FloatArray) -> FloatArray:
-        """Return measured minus simulated velocity (n, f), a large value after a divergence."""
+    def simulate(self, parameters: FloatArray) -> FloatArray:
+        """Return the simulated velocities (n, 6)."""
         equations = self.problem.equations
-        matrix = equations.with_unknown(self.entries, coefficients)
+        matrix = equations.with_unknown(self.entries, parameters[: len(self.entries[0])])
         arguments = equations.plant, matrix, self.inputs, self.spans
-        return self._residuals(core.replay(*arguments, max_step=self.max_step)[0])
+        return core.replay(*arguments, max_step=self.max_step)[0]
 
-    def _residuals(self, simulated: FloatArray) -> FloatArray:
-        measured = self.problem.inputs.velocity[:, self.free]
-        residuals = measured[self.samples] - simulated[:, self.free]
-        largest = np.abs(measured).max(axis=0)
-        return np.where(np.isnan(residuals), DIVERGENCE_FACTOR * largest, residuals)
+    def linearise_simulation(
+        self, parameters: FloatArray, block: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return simulated velocities (n, 6) and their Jacobian, averaged over blocks."""
+        equations = self.problem.equations
+        matrix = equations.with_unknown(self.entries, parameters[: len(self.entries[0])])
+        arguments = equations.plant, matrix, self.inputs, self.spans, self.entries
+        simulated, _, jacobian = core.replay(*arguments, max_step=self.max_step, block=block)
+        return simulated, jacobian
+
+    def residuals(self, parameters: FloatArray) -> FloatArray:
+        """Return measured minus simulated velocity (n, f), a large value after a divergence."""
+        (series,) = VelocityOutputs().residuals(self, parameters)
+        return series.residuals
 
     def block_normal_matrices(
         self, coefficients: FloatArray, residual_std: FloatArray, block_of_window: IntArray
@@ -153,7 +205,9 @@ class Windows:
         p, first = len(coefficients), 0
         normals = np.zeros((block_of_window[-1] + 1, p + 1, p + 1))
         for windows in self.chunks:
-            eliminated = windows._eliminate(windows._linearise_chunk(coefficients, residual_std))
+            eliminated = windows._eliminate(
+                windows.outputs.linearise(windows, coefficients, residual_std)
+            )
             block = block_of_window[first : first + len(eliminated.gains)]
             for number in np.unique(block):
                 run = np.flatnonzero(block == number)
@@ -164,78 +218,125 @@ class Windows:
     def linearise(
         self, coefficients: FloatArray, residual_std: FloatArray
     ) -> tuple[FloatArray, FloatArray, float]:
-        """Return normal matrix of [A ε], mean square residuals (f,), and state correction.
+        """Return normal matrix of [A ε], mean square residuals, and state correction.
 
-        Initial states are optimal. Means over samples; the matrix (p + 1, p + 1) and the squared
-        correction δᵀP⁻¹δ are means over velocities, too.
+        Initial states are optimal. The mean squares are over the residuals of each output, the
+        matrix (q + 1, q + 1) and the squared correction δᵀP⁻¹δ over all residuals.
         """
-        p, free = len(coefficients), self.free
-        normal, square, correction = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
+        q, f, n = len(coefficients), len(self.initial_state_std), len(residual_std)
+        normal, correction = np.zeros((q + 1, q + 1)), 0.0
+        square, count = np.zeros(n), np.zeros(n)
         for windows in self.chunks:
-            linearised = windows._linearise_chunk(coefficients, residual_std)
-            jacobian, residuals, edges, simulated = linearised
+            linearised = windows.outputs.linearise(windows, coefficients, residual_std)
             eliminated = windows._eliminate(linearised)
+            columns, residuals = linearised.columns, linearised.columns[:, -1]
             normal += eliminated.normal(0, len(eliminated.gains))
-            shift = eliminated.gains[:, :, p]
-            change = jacobian[:, p + free] * np.repeat(shift, np.diff(edges), axis=0)
+            shift = eliminated.gains[:, :, q]
+            change = columns[:, :f] * np.repeat(shift, np.diff(linearised.edges), axis=0)
             corrected = residuals - np.sum(change, axis=1)
-            reduction = (residuals**2 - corrected**2).reshape(-1, 6).sum(axis=0)[free]
-            square += np.sum(windows._residuals(simulated) ** 2, axis=0)
-            square -= reduction * residual_std**2
+            reduction = np.bincount(linearised.output, residuals**2 - corrected**2, n)
+            square += linearised.square - reduction * residual_std**2
+            count += linearised.number
             correction += float(np.sum((shift / self.initial_state_std) ** 2))
-        n = len(self.samples)
-        return normal / n / len(free), square / n, correction / n / len(free)
+        total = count.sum()
+        return normal / total, square / np.maximum(count, 1.0), correction / total
 
     def _eliminate(self, linearised: LinearisedResiduals) -> EliminatedWindows:
         """Eliminate the initial states of the windows of a chunk."""
-        jacobian, residuals, edges, _ = linearised
-        p, f = jacobian.shape[1] - 6, len(self.free)
-        columns = np.column_stack([jacobian[:, p + self.free], jacobian[:, :p], residuals])
-        bounds = pairwise(edges)
+        columns, f = linearised.columns, len(self.initial_state_std)
+        bounds = pairwise(linearised.edges)
         cross = np.array([columns[a:b, :f].T @ columns[a:b] for a, b in bounds])
         gains = initial_state_gains(cross, self.initial_state_std)
-        return EliminatedWindows(columns[:, f:], edges, cross[:, :, f:], gains)
+        return EliminatedWindows(columns[:, f:], linearised.edges, cross[:, :, f:], gains)
 
     def qr_factor(self, coefficients: FloatArray, residual_std: FloatArray) -> FloatArray:
         """Return the R factor of [A ε] with fixed initial states; it keeps more digits."""
-        p = len(coefficients)
-        factor: FloatArray = np.zeros((p + 1, p + 1))
+        q, f = len(coefficients), len(self.initial_state_std)
+        factor: FloatArray = np.zeros((q + 1, q + 1))
         for windows in self.chunks:
-            jacobian, residuals, *_ = windows._linearise_chunk(coefficients, residual_std)
-            factor = update_factor(factor, np.column_stack([jacobian[:, :p], residuals]))
+            linearised = windows.outputs.linearise(windows, coefficients, residual_std)
+            factor = update_factor(factor, linearised.columns[:, f:])
         return factor
 
-    def _linearise_chunk(
-        self, coefficients: FloatArray, residual_std: FloatArray
+    def irregular(
+        self, coefficients: FloatArray, deviation: FloatArray, slopes: FloatArray
+    ) -> IntArray:
+        """Return the windows that diverge or whose end is too sensitive.
+
+        ``deviation`` (m, 6) and ``slopes`` (m, 6, p + 6) are those of the velocity at the ends.
+        """
+        p, free = len(self.entries[0]), self.free
+        bound = DIVERGENCE_FACTOR * np.abs(self.problem.inputs.velocity).max(axis=0)
+        change = np.zeros(p + 6)
+        change[:p] = np.abs(COEFFICIENT_CHANGE * coefficients[:p])
+        change[p + free] = self.initial_state_std[: len(free)]
+        sensitivity = np.max(np.abs(slopes) * change, axis=2)
+        regular = np.maximum(np.abs(deviation), sensitivity) <= bound  # False for NaN
+        return np.flatnonzero(~np.all(regular[:, free], axis=1))
+
+
+@dataclass(frozen=True)
+class VelocityOutputs:
+    """The velocities of the free axes at the samples of the log."""
+
+    interval: float = 0.0
+    parameters: tuple[SensorParameter, ...] = ()
+
+    def jacobian_entries(self, windows: Windows) -> int:
+        """Return the entries of the Jacobian of a window."""
+        return 6 * 2 * AVERAGES_PER_WINDOW * (len(windows.entries[0]) + 6)
+
+    def weights(self, counts: FloatArray) -> FloatArray:
+        """Return ones: the velocities have the same number of residuals."""
+        return np.ones(len(counts))
+
+    def select(self, samples: IntArray) -> VelocityOutputs:
+        """Return the outputs of some samples."""
+        return self
+
+    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
+        """Yield measured minus simulated velocity (n, f), a large value after a divergence."""
+        window = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
+        time = windows.problem.inputs.time[windows.samples]
+        yield ResidualSeries(window, time, self._residuals(windows, windows.simulate(parameters)))
+
+    def _residuals(self, windows: Windows, simulated: FloatArray) -> FloatArray:
+        measured = windows.problem.inputs.velocity[:, windows.free]
+        residuals = measured[windows.samples] - simulated[:, windows.free]
+        largest = np.abs(measured).max(axis=0)
+        return np.where(np.isnan(residuals), DIVERGENCE_FACTOR * largest, residuals)
+
+    def linearise(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
-        equations, p, free = self.problem.equations, len(coefficients), self.free
-        block = max(int(np.median(np.diff(self.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
-        matrix = equations.with_unknown(self.entries, coefficients)
-        arguments = equations.plant, matrix, self.inputs, self.spans, self.entries
-        simulated, _, jacobian = core.replay(*arguments, max_step=self.max_step, block=block)
-        first = np.concatenate([np.arange(start, stop, block) for start, stop in self.spans])
-        edges = np.searchsorted(first, np.append(self.spans[:, 0], len(simulated)))
-        count = np.diff(np.append(first, len(simulated)))
-        residuals = self.problem.inputs.velocity[self.samples] - simulated
-        residuals = np.add.reduceat(residuals, first, axis=0) / np.sqrt(count)[:, None]
+        p, free = len(parameters), windows.free
+        sizes = np.diff(windows.bounds, axis=1)
+        block = max(int(np.median(sizes)) // AVERAGES_PER_WINDOW, 1)
+        simulated, jacobian = windows.linearise_simulation(parameters, block)
+        spans = windows.spans
+        first = np.concatenate([np.arange(start, stop, block) for start, stop in spans])
+        edges = np.searchsorted(first, np.append(spans[:, 0], len(simulated)))
+        count = np.sqrt(np.diff(np.append(first, len(simulated))))[:, None]
+        residuals = windows.problem.inputs.velocity[windows.samples] - simulated
+        residuals = np.add.reduceat(residuals, first, axis=0) / count
+        end = edges[1:] - 1  # what grows in a window is largest at its end
+        ends = residuals[end] / np.sqrt(block), jacobian[end] / np.sqrt(block)
         weight = np.zeros(6)
         weight[free] = 1.0 / residual_std
-        jacobian *= weight[:, None]
-        residuals *= weight
-        largest = np.abs(self.problem.inputs.velocity).max(axis=0)
-        bound = DIVERGENCE_FACTOR * largest * weight * np.sqrt(block)
-        change = np.zeros(p + 6)
-        change[:p] = np.abs(COEFFICIENT_CHANGE * coefficients)
-        change[p + free] = self.initial_state_std
-        end = edges[1:] - 1  # what grows in a window is largest at its end
-        sensitivity = np.max(np.abs(jacobian[end]) * change, axis=2)
-        regular = np.maximum(np.abs(residuals[end]), sensitivity) <= bound  # False for NaN
-        for window in np.flatnonzero(~np.all(regular, axis=1)):
-            rows = slice(edges[window], edges[window + 1])
-            residuals[rows] = jacobian[rows] = 0.0
-        jacobian = jacobian.reshape(-1, p + 6)
-        return LinearisedResiduals(jacobian, residuals.ravel(), 6 * edges, simulated)
+        columns = np.empty((len(first), 6, len(free) + p + 1))
+        columns[:, :, : len(free)] = jacobian[:, :, p + free]
+        columns[:, :, len(free) : -1] = jacobian[:, :, :p]
+        columns[:, :, -1] = residuals
+        columns *= weight[:, None]
+        for window in windows.irregular(parameters, *ends):
+            columns[edges[window] : edges[window + 1]] = 0.0
+        output = np.zeros(6, dtype=np.intp)
+        output[free] = np.arange(len(free))
+        square = np.sum(self._residuals(windows, simulated) ** 2, axis=0)
+        n_samples = np.full(len(free), float(len(simulated)))
+        rows = columns.reshape(-1, columns.shape[2])
+        return LinearisedResiduals(rows, 6 * edges, np.tile(output, len(first)), square, n_samples)
 
 
 def split_windows(problem: Problem, length: float) -> IntArray:

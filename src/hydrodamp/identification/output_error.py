@@ -34,9 +34,6 @@ from hydrodamp.identification.gauss_newton import (
     MIN_DAMPING,
     Iterate,
     ShootingObjective,
-    best_initial_iterate,
-    initial_candidates,
-    make_objective,
     minimise,
 )
 from hydrodamp.identification.held_out_replay import (
@@ -44,6 +41,11 @@ from hydrodamp.identification.held_out_replay import (
     leave_one_out,
     replay_pieces,
     split_pieces,
+)
+from hydrodamp.identification.initial_iterate import (
+    best_initial_iterate,
+    initial_candidates,
+    make_objective,
 )
 from hydrodamp.identification.regression import column_span
 from hydrodamp.models.model import DampingModel
@@ -85,6 +87,7 @@ class OutputError:
     windows: tuple[float, ...] = ()
 
     key = "oe"
+    compares_sensors = True
 
     def __post_init__(self) -> None:
         """Check the window lengths."""
@@ -153,7 +156,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
     ) -> Fit:
         pieces = split_pieces(objective.problem)
-        if len(pieces) < MIN_BLOCKS:
+        if len(pieces) < MIN_BLOCKS or objective.problem.sensor_log is not None:
             return super()._build_fit(objective, model, start, result)
         weak = partial(_weak_form, model=model, length=start.window_lengths[0])
         other_half = 1 - np.arange(len(pieces)) % 2
@@ -223,20 +226,22 @@ def build_fit(
 
     Intervals allow for its shift from the start and the difference of halves.
     """
-    problem, coefficients = objective.problem, result.coefficients
+    problem, p = objective.problem, objective.n_coefficients
+    coefficients = result.coefficients[:p]
     windows, residual_std, *_ = result.linearisations[0]
-    factor = windows.qr_factor(coefficients, residual_std)
-    span = column_span(factor[:, :-1], model.labels)
+    factor = windows.qr_factor(result.coefficients, residual_std)
+    span = column_span(factor[:p, :p], model.labels)
     uncertainty = jackknife_uncertainty(objective, result, replicates)
     if uncertainty is not None and half_difference is not None:
         axes = objective.entries[1]
-        uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference, axes))
+        uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference[:p], axes))
     if uncertainty is not None and start is not result:
         allowance = "the shift from the weak-form to this estimate"
-        uncertainty = uncertainty.inflate(coefficients - start.coefficients, allowance)
+        uncertainty = uncertainty.inflate(coefficients - start.coefficients[:p], allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    return make_fit(
+    sensors, sentence = sensor_estimates(objective, result, replicates)
+    fit = make_fit(
         problem,
         model,
         method,  # exactly zero, not the solver's 1e-17
@@ -245,8 +250,30 @@ def build_fit(
         rank=span.rank,
         aliased=span.aliased,
         status=status if result.converged or result is start else Status.STOPPED,
-        remarks=(_remark(start, result),),
+        remarks=(_remark(start, result), *sentence),
     )
+    return replace(fit, sensor_parameters=sensors)
+
+
+def sensor_estimates(
+    objective: ShootingObjective, result: Iterate, replicates: FloatArray
+) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
+    """Return value and standard error of each parameter of sensors, and a sentence on them."""
+    p, parameters = objective.n_coefficients, objective.outputs.parameters
+    if not parameters:
+        return {}, ()
+    error = np.full(len(parameters), np.nan)
+    if len(replicates) >= MIN_BLOCKS:
+        error = np.sqrt(
+            np.diag(jackknife(replicates[:, p:], objective.problem.duration).covariance)
+        )
+    pairs = zip(result.coefficients[p:].tolist(), error.tolist(), strict=True)
+    estimates = {each.label: pair for each, pair in zip(parameters, pairs, strict=True)}
+    texts = [
+        f"{each.label} {estimates[each.label][0]:.3g} ± {estimates[each.label][1]:.2g} {each.unit}"
+        for each in parameters
+    ]
+    return estimates, (f"Sensors (value ± standard error): {'; '.join(texts)}.",)
 
 
 def _inflation(uncertainty: Uncertainty, half_difference: FloatArray, axes: IntArray) -> FloatArray:
@@ -272,10 +299,11 @@ def jackknife_uncertainty(
     """
     if len(replicates) < MIN_BLOCKS:
         return None
-    scale, p = objective.scale, len(objective.scale)
-    uncertainty = jackknife(replicates, objective.problem.duration)
+    p = objective.n_coefficients
+    scale = objective.scale[:p]
+    uncertainty = jackknife(replicates[:, :p], objective.problem.duration)
     prior = result.prior_strength / p
-    hessian = objective.gauss_newton(result)[0] + prior * np.eye(p)
+    hessian = objective.gauss_newton(result)[0][:p, :p] + prior * np.eye(p)
     prior_root = prior * np.linalg.inv(hessian) * scale[:, None]
     variance = result.prior_variance * (prior_root @ prior_root.T)
     noise = uncertainty.covariance

@@ -36,7 +36,7 @@ from hydrodamp.identification.dissipativity import (
     velocity_box,
 )
 from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
-from hydrodamp.identification.gauss_newton import make_objective
+from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping

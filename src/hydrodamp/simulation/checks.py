@@ -144,13 +144,35 @@ def _quoted(names: Iterable[str]) -> str:
 
 def _velocities(vehicle: Vehicle, log: Log) -> Iterator[str]:
     needed = [VELOCITY_OF[axis] for axis in vehicle.axes]
-    missing = [name for name in needed if name not in log.velocity_names]
+    missing = [name for name in needed if name not in observed_velocities(log)]
     if missing:
         yield (
             f"vehicle '{vehicle.name}' has the free axes {' '.join(vehicle.axes)} and needs the "
-            f"columns {' '.join(needed)}; {' '.join(missing)} not found. Record them, or name "
-            "fewer `axes` in the vehicle file."
+            f"columns {' '.join(needed)}; {' '.join(missing)} not found. Record them, or a sensor "
+            "that observes them (position, attitude, specific force), or name fewer `axes` in the "
+            "vehicle file."
         )
+
+
+#: Velocities that the components of a sensor observe.
+_OBSERVED = {
+    "position": {"north": "uvw", "east": "uvw", "down": "uvw"},
+    "attitude": {"roll": "pqr", "pitch": "pqr", "yaw": "qr"},
+    "specific_force": {"x": "uvw", "y": "uvw", "z": "uvw"},
+}
+
+
+def observed_velocities(log: Log) -> set[str]:
+    """Return the velocities that a log or one of its sensors observes."""
+    observed = {*log.velocity_names}
+    for each in log.measurements:
+        table = _OBSERVED.get(each.kind, {})
+        observed |= {name for axis in each.components for name in table.get(axis, axis)}
+    if log.position is not None:
+        observed |= {*"uvw"}
+    if log.attitude is not None:
+        observed |= {*"pqr"}
+    return observed
 
 
 def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:

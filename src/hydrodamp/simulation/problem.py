@@ -12,9 +12,10 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.basis import Basis, guarded_speed
-from hydrodamp.basis.term import FIRST_CHANNEL
+from hydrodamp.basis.term import FIRST_CHANNEL, VELOCITY_OF
+from hydrodamp.conditioning.sensor_log import SensorLog, rebuild_velocities
 from hydrodamp.data.log import Log
-from hydrodamp.errors import ModelError, PropulsionWarning
+from hydrodamp.errors import HydrodampWarning, ModelError, PropulsionWarning
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
@@ -226,6 +227,8 @@ class Problem:
         First sample and one past the last of each segment.
     propulsion_known : bool
         Whether the log has a propulsion ratio, or a propeller speed that gives one.
+    sensor_log : SensorLog or None
+        The sensors of the log, and its velocities sensor_log from them; None without sensors.
     """
 
     log: Log
@@ -234,6 +237,7 @@ class Problem:
     inputs: Inputs
     segments: IntArray
     propulsion_known: bool = True
+    sensor_log: SensorLog | None = None
 
     @property
     def vehicle(self) -> Vehicle:
@@ -340,7 +344,8 @@ class Problem:
         free = tuple(model.restricted_to(self.vehicle.axes) for model in models)
         if all(term in self.equations.basis for model in free for term in model.basis):
             return self
-        return _fill(self.vehicle, self.log, (*self.models, *free))
+        extended = _fill(self.vehicle, self.log, (*self.models, *free))
+        return replace(extended, sensor_log=self.sensor_log)
 
     @property
     def used_commands(self) -> tuple[str, ...]:
@@ -351,7 +356,8 @@ class Problem:
 
     def with_log(self, log: Log) -> Problem:
         """Return the problem of the same vehicle and models with another log."""
-        return _fill(self.vehicle, log, self.models)
+        log, sensor_log = _rebuild(self.vehicle, log)
+        return replace(_fill(self.vehicle, log, self.models), sensor_log=sensor_log)
 
     def undetermined(self, model: DampingModel) -> tuple[tuple[str], ...]:
         """Return labels with (eta-1) where the propulsion ratio is unknown, as groups of one."""
@@ -388,7 +394,8 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     requested = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in requested)
     check_log(vehicle, log, free)
-    problem = _fill(vehicle, log, free)
+    log, sensor_log = _rebuild(vehicle, log)
+    problem = replace(_fill(vehicle, log, free), sensor_log=sensor_log)
     if any(problem.undetermined(model) for model in free):
         warnings.warn(
             "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio "
@@ -398,6 +405,17 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
             stacklevel=2,
         )
     return problem
+
+
+def _rebuild(vehicle: Vehicle, log: Log) -> tuple[Log, SensorLog | None]:
+    """Return the log with the velocities that it lacks, and its sensors, if any."""
+    needed = [VELOCITY_OF[axis] for axis in vehicle.axes]
+    if not log.measurements and set(needed) <= set(log.velocity_names):
+        return log, None
+    sensor_log = rebuild_velocities(log, needed)
+    for sentence in sensor_log.remarks:
+        warnings.warn(sentence, HydrodampWarning, stacklevel=4)
+    return sensor_log.log, sensor_log
 
 
 def _fill(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:

@@ -1,0 +1,250 @@
+"""Residuals of sensors at their own times over windows, in place of those of velocities.
+
+The outputs are those of :mod:`hydrodamp.identification.output_equations`. The pose at the start of
+a window is estimated like its initial velocity; biases, delays, lever arms and a current are
+parameters θ of all windows. Each degree of freedom has the same total weight, as measured
+velocities have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.conditioning.sensor_log import SensorLog, component_matrix
+from hydrodamp.conditioning.velocity_smoother import Interpolation, angle_rate_matrices
+from hydrodamp.data.attitude import rotation_matrices
+from hydrodamp.data.log import Log
+from hydrodamp.data.measurement import KINDS
+from hydrodamp.identification.multiple_shooting import (
+    DIVERGENCE_FACTOR,
+    LinearisedResiduals,
+    ResidualSeries,
+    Windows,
+)
+from hydrodamp.identification.output_equations import Output, WindowMotion
+from hydrodamp.identification.sensor_parameters import SensorParameter, assign_parameters
+from hydrodamp.identification.window_series import average_rows, fill_gaps, rows_in_windows
+
+#: Prior standard deviation of the pose at the start of a window over the noise of its sensor.
+OFFSET_FACTOR = 30.0
+
+#: Name of the velocities recorded at the samples of a log.
+RECORDED = "recorded"
+
+
+@dataclass(frozen=True, eq=False)
+class SensorOutputs:
+    """The outputs of all sensors of a problem.
+
+    ``rotations`` and ``angle_rates`` (n, 3, 3) belong to the samples; ``coordinates`` (n, 6) are
+    the prior means of the poses at the start of a window; ``interval`` [s] is that of the slowest
+    sensor.
+    """
+
+    outputs: tuple[Output, ...]
+    parameters: tuple[SensorParameter, ...]
+    rotations: FloatArray
+    angle_rates: FloatArray
+    coordinates: FloatArray
+    offset_std: FloatArray
+    interval: float = 0.0
+
+    @classmethod
+    def of(cls, sensor_log: SensorLog, free: Sequence[str]) -> SensorOutputs:
+        """Build the outputs of the sensors of a log and of its recorded velocities."""
+        log, sensors = sensor_log.log, sensor_log.sensors
+        parameters, indices = assign_parameters(sensor_log)
+        offset_std = np.zeros(6)
+        outputs = [*_recorded_outputs(log, [name for name in free if name not in sensor_log.names])]
+        for sensor, index in zip(sensors, indices, strict=True):
+            measurement, offset = sensor.measurement, -1
+            output = Output(
+                measurement.name, sensor.kind, component_matrix(sensor), sensor.rows,
+                measurement.values, sensor.valid, sensor.std, measurement.lever_arm, index,
+            )  # fmt: skip
+            if sensor.kind in ("position", "attitude"):
+                offset = 0 if sensor.kind == "position" else 3
+                std = OFFSET_FACTOR * sensor.std
+                np.maximum.at(offset_std, output.freedom, std)
+            outputs.append(replace(output, offset=offset))
+        fallback = float(offset_std[offset_std > 0.0].min(initial=1.0))
+        attitude = (
+            np.tile([1.0, 0.0, 0.0, 0.0], (log.n, 1)) if log.attitude is None else log.attitude
+        )
+        rates = [sensor.measurement.rate for sensor in sensors]
+        return cls(
+            tuple(outputs),
+            parameters,
+            rotation_matrices(attitude),
+            angle_rate_matrices(sensor_log.coordinates[:, 3:]),
+            sensor_log.coordinates,
+            np.where(offset_std > 0.0, offset_std, fallback),
+            max((1.0 / rate for rate in rates if np.isfinite(rate)), default=0.0),
+        )
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Name of each output."""
+        return tuple(
+            f"{output.name} {KINDS[output.kind][int(np.argmax(unit))]}"
+            for output in self.outputs
+            for unit in output.components
+        )
+
+    def noise_std(self, velocity_std: FloatArray, free: BoolArray) -> FloatArray:
+        """Return the noise of each output, with that (f,) of recorded velocities."""
+        rank = np.cumsum(free) - 1
+        stds = [
+            velocity_std[rank[output.freedom]] if output.name == RECORDED else output.std
+            for output in self.outputs
+        ]
+        return np.concatenate(stds)
+
+    def weights(self, counts: FloatArray) -> FloatArray:
+        """Return weights of the residuals: each degree of freedom has the same sum."""
+        freedom = np.concatenate([output.freedom for output in self.outputs])
+        total = np.bincount(freedom, counts, minlength=6)
+        return np.asarray(counts.sum() / np.count_nonzero(total) / total[freedom])
+
+    @cached_property
+    def counts(self) -> FloatArray:
+        """Number of values of each output, at least one."""
+        numbers = np.concatenate([output.valid.sum(axis=0) for output in self.outputs])
+        return np.maximum(numbers.astype(np.float64), 1.0)
+
+    def jacobian_entries(self, windows: Windows) -> int:
+        """Return the entries of the Jacobian of a window."""
+        length = int(np.median(np.diff(windows.bounds, axis=1)))
+        return 4 * 6 * length * (len(windows.entries[0]) + 6)
+
+    def select(self, samples: IntArray) -> SensorOutputs:
+        """Return the outputs of some samples, in successive runs."""
+        rank = np.full(len(self.rotations), -2)
+        rank[samples] = np.arange(len(samples))
+        outputs = []
+        for output in self.outputs:
+            lower, share, _ = output.rows
+            first, second = rank[lower], rank[np.minimum(lower + 1, len(rank) - 1)]
+            is_sample = (share == 0.0) & (first >= 0)
+            rows = np.flatnonzero(((first >= 0) & (second == first + 1)) | is_sample)
+            rows = rows[np.argsort(first[rows] + share[rows], kind="stable")]
+            inside = np.ones(len(rows), dtype=bool)
+            selected = Interpolation(first[rows], share[rows], inside)
+            values, valid = output.values[rows], output.valid[rows]
+            outputs.append(replace(output, rows=selected, values=values, valid=valid))
+        return replace(
+            self,
+            outputs=tuple(outputs),
+            rotations=self.rotations[samples],
+            angle_rates=self.angle_rates[samples],
+            coordinates=self.coordinates[samples],
+        )
+
+    def _motion(
+        self, windows: Windows, velocity: FloatArray, jacobian: FloatArray | None
+    ) -> WindowMotion:
+        samples, spans = windows.samples, windows.spans
+        start = np.repeat(samples[spans[:, 0]], np.diff(spans, axis=1).ravel())
+        attitude = self.rotations[samples], self.angle_rates[samples]
+        return WindowMotion(windows, velocity, jacobian, *attitude, self.coordinates[start])
+
+    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
+        """Yield measured minus simulated outputs, a large value after a divergence."""
+        velocity, diverged = fill_gaps(windows.simulate(parameters))
+        motion, theta = self._motion(windows, velocity, None), parameters[len(windows.entries[0]) :]
+        for output in self.outputs:
+            rows = rows_in_windows(windows, output.rows)
+            residuals = output.values[rows.number] - motion.predict(output, rows, theta)[0]
+            residuals[diverged[rows.lower]] = divergence_residual(output)
+            moments = (1.0 - rows.share) * motion.time[rows.lower]
+            moments = moments + rows.share * motion.time[rows.upper]
+            for column, valid in enumerate(output.valid[rows.number].T):
+                series = residuals[valid, column : column + 1]
+                yield ResidualSeries(rows.window[valid], moments[valid], series)
+
+    def linearise(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> LinearisedResiduals:
+        """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
+        n_windows, n = len(windows.spans), len(residual_std)
+        raw, jacobian = windows.linearise_simulation(parameters, 1)
+        velocity, diverged = fill_gaps(raw)
+        ends = windows.spans[:, 1] - 1
+        deviation = windows.problem.inputs.velocity[windows.samples[ends]] - raw[ends]
+        regular = np.ones(n_windows, dtype=bool)
+        regular[windows.irregular(parameters, deviation, jacobian[ends])] = False
+        jacobian[diverged] = 0.0
+        motion, theta = (
+            self._motion(windows, velocity, jacobian),
+            parameters[len(windows.entries[0]) :],
+        )
+        blocks: list[tuple[FloatArray, IntArray, IntArray]] = []
+        square, number, first = np.zeros(n), np.zeros(n), 0
+        for output in self.outputs:
+            rows = rows_in_windows(windows, output.rows)
+            prediction = motion.predict(output, rows, theta)
+            columns = _columns(output, rows.number, prediction, windows, len(parameters))
+            late, valid = diverged[rows.lower], output.valid[rows.number]
+            residuals = np.where(late[:, None], divergence_residual(output), columns[:, :, -1])
+            for column in range(len(output.components)):
+                index, used = first + column, valid[:, column]
+                square[index] = float(np.sum(residuals[used, column] ** 2))
+                number[index] = np.count_nonzero(used)
+                chosen = np.flatnonzero(used & regular[rows.window])
+                averaged, window = average_rows(
+                    columns[chosen, column], rows.window[chosen], number[index] / n_windows
+                )
+                label = np.full(len(window), index)
+                blocks.append((averaged / residual_std[index], window, label))
+            first += len(output.components)
+        stacked, window, label = (np.concatenate(each) for each in zip(*blocks, strict=True))
+        order = np.argsort(window, kind="stable")
+        edges = np.searchsorted(window[order], np.arange(n_windows + 1))
+        return LinearisedResiduals(stacked[order], edges, label[order], square, number)
+
+
+def _columns(
+    output: Output,
+    number: IntArray,
+    prediction: tuple[FloatArray, FloatArray],
+    windows: Windows,
+    q: int,
+) -> FloatArray:
+    """Return the columns [B A ε] (m, k, f + q + 1) of the values of one sensor."""
+    predicted, slopes = prediction
+    p, free = len(windows.entries[0]), windows.free
+    f = len(windows.initial_state_std)
+    columns = np.zeros((*predicted.shape, f + q + 1))
+    columns[:, :, : len(free)] = slopes[:, :, p + free]
+    columns[:, :, f : f + p] = slopes[:, :, :p]
+    columns[:, :, f + p : f + q] = slopes[:, :, p + 6 :]
+    if output.offset >= 0:
+        start = len(free) + output.offset
+        columns[:, :, start : start + 3] = output.components
+    columns[:, :, -1] = output.values[number] - predicted
+    return columns
+
+
+def divergence_residual(output: Output) -> FloatArray:
+    """Return the residual of each component of a diverged simulation, (k,)."""
+    values = np.where(output.valid, output.values, np.nan)
+    spread = [np.nanstd(column) if np.isfinite(column).any() else 1.0 for column in values.T]
+    return DIVERGENCE_FACTOR * np.array(spread)
+
+
+def _recorded_outputs(log: Log, names: Sequence[str]) -> Iterator[Output]:
+    """Yield the velocities recorded at the samples of the log, as sensors."""
+    rows = Interpolation(np.arange(log.n), np.zeros(log.n), np.ones(log.n, dtype=bool))
+    for kind in ("velocity", "rates"):
+        chosen = [name for name in KINDS[kind] if name in names]
+        if chosen:
+            values = log.velocity[:, [VELOCITIES.index(name) for name in chosen]]
+            components = np.eye(3)[[KINDS[kind].index(name) for name in chosen]]
+            valid, std = np.ones(values.shape, dtype=bool), np.ones(len(chosen))
+            yield Output(RECORDED, kind, components, rows, values, valid, std, np.zeros(3), {})

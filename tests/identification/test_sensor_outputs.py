@@ -1,0 +1,178 @@
+"""Output error on sensors at their own times, against simulations with known coefficients."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.conditioning.sensor_log import rebuild_velocities
+from hydrodamp.data.attitude import rotation_matrices
+from hydrodamp.identification.initial_iterate import make_objective
+from hydrodamp.identification.multiple_shooting import VelocityOutputs
+from hydrodamp.simulation.replay import replay
+
+from .sensors import euler_angles, integrate_position, sample, without
+
+ARM = np.array([0.6, -0.1, 0.2])
+MODEL = hd.catalog["linear"]
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """A replay of known linear damping: velocities without noise, and the problem."""
+    campaign = hd.reenact(seed=3, duration=40.0)
+    problem = hd.prepare(campaign.vehicle, campaign.exact_train, MODEL)
+    fit = hd.LeastSquares().identify(problem, MODEL)
+    motion = replay(problem, fit.damping)
+    log = replace(campaign.exact_train, velocity=motion.velocity, acceleration=None)
+    return campaign.vehicle, log, fit.damping
+
+
+def all_sensors(log, estimate=()):
+    """Every kind of sensor, with a lever arm."""
+    position, rotations = integrate_position(log), rotation_matrices(log.attitude)
+    rates = log.velocity[:, 3:]
+    at_arm = log.velocity[:, :3] + np.cross(rates, ARM)
+    settings = {"lever_arm": ARM, "estimate": estimate}
+    return (
+        sample(log, "usbl", "position", position + rotations @ ARM, 1.0, 1e-3, **settings),
+        sample(log, "dvl", "velocity", at_arm, 0.5, 1e-3, **settings),
+        sample(log, "bottom", "ground_velocity", at_arm, 0.7, 1e-3, **settings),
+        sample(log, "gyro", "rates", rates, 0.25, 1e-4, estimate=estimate[:1]),
+        sample(log, "ahrs", "attitude", euler_angles(log), 0.4, 1e-3, estimate=estimate[:1]),
+        sample(log, "accelerometer", "specific_force", rates, 0.3, 1e-2, **settings),
+    )
+
+
+@pytest.fixture(scope="module")
+def linearised(exact):
+    """Windows of all sensors with all parameters, and random values of them."""
+    vehicle, log, damping = exact
+    estimate = ("bias", "delay", "lever_arm")
+    sensors = all_sensors(log, estimate)
+    moving = [replace(each, estimate=(*each.estimate, "current")) for each in sensors[:3:2]]
+    bare = without(log, *"uvw", measurements=(*moving, *sensors[1:2], *sensors[3:]))
+    objective = make_objective(hd.prepare(vehicle, bare, MODEL), MODEL)
+    rng = np.random.default_rng(5)
+    theta = 0.01 * rng.standard_normal(len(objective.scale) - MODEL.n_coefficients)
+    windows = objective.windows(1.5)  # fifteen samples: residuals are not averaged
+    return objective, windows, np.concatenate([damping.coefficients, theta])
+
+
+def stacked(objective, windows, parameters):
+    return np.concatenate(
+        [each.residuals[:, 0] for each in objective.outputs.residuals(windows, parameters)]
+    )
+
+
+def test_slopes_are_the_derivatives_of_the_residuals(linearised):
+    """Jᵀε of the linearisation, against central differences of the sum of squares."""
+    objective, windows, parameters = linearised
+    std = np.ones(len(objective.counts))
+    rows = objective.outputs.linearise(windows, parameters, std)
+    f = len(windows.initial_state_std)
+    step, gradient = 1e-6 * np.maximum(objective.scale, 1e-3), []
+    for k, size in enumerate(step):
+        change = np.zeros(len(step))
+        change[k] = size
+        ends = [stacked(objective, windows, parameters + sign * change) for sign in (1.0, -1.0)]
+        gradient.append(np.sum(ends[0] ** 2 - ends[1] ** 2) / (4.0 * size))
+    blocks = {
+        round(each.n / windows.problem.log.duration) for each in objective.problem.log.measurements
+    }
+    assert len(blocks) > 1
+    exact = -rows.columns[:, f:-1].T @ rows.columns[:, -1]
+    scale = np.abs(gradient) + 1e-3 * np.max(np.abs(gradient))
+    assert np.max(np.abs(exact - gradient) / scale) < 2e-3
+
+
+def test_labels_and_parameters_name_sensors(linearised):
+    objective, *_ = linearised
+    labels = [each.label for each in objective.outputs.parameters]
+    assert "usbl delay" in labels
+    assert "gyro bias p" in labels
+    assert sum(label.startswith("current") for label in labels) == 3
+    assert objective.outputs.labels[:3] == ("recorded p", "recorded q", "recorded r")
+
+
+def test_exact_sensors_have_residuals_of_their_noise(exact):
+    """With true coefficients and initial velocities, residuals are noise and interpolation."""
+    vehicle, log, damping = exact
+    sensors = all_sensors(log)
+    bare = without(log, measurements=sensors[:5])
+    objective = make_objective(hd.prepare(vehicle, bare, MODEL), MODEL)
+    windows = objective.windows(4.0)
+    windows = replace(windows, initial_states=log.velocity[windows.bounds[:, 0]])
+    for label, series in zip(
+        objective.outputs.labels,
+        objective.outputs.residuals(windows, damping.coefficients),
+        strict=True,
+    ):
+        if not label.startswith(("usbl", "ahrs")):  # their first pose is estimated
+            assert np.sqrt(np.mean(series.residuals**2)) < 5e-3, label
+
+
+def test_velocities_are_compared_where_all_are_recorded(exact):
+    vehicle, log, _ = exact
+    assert isinstance(
+        make_objective(hd.prepare(vehicle, log, MODEL), MODEL).outputs, VelocityOutputs
+    )
+
+
+@pytest.mark.parametrize("mask", ["dvl", "usbl", "heading"])
+def test_coefficients_are_those_of_the_simulation(exact, mask):
+    """Replays with estimates from sensors follow the exact motion."""
+    vehicle, log, _ = exact
+    sensors = {each.name: each for each in all_sensors(log)}
+    chosen = {"dvl": ("dvl",), "usbl": ("usbl",), "heading": ("usbl", "ahrs")}[mask]
+    missing = "uvwpqr" if mask == "heading" else "uvw"
+    bare = without(log, *missing, measurements=[sensors[name] for name in chosen])
+    problem = hd.prepare(vehicle, bare, MODEL)
+    fit = hd.OutputError().identify(problem, MODEL)
+    truth = hd.prepare(vehicle, log, MODEL)
+    motion, measured = replay(truth, fit.damping).velocity, log.velocity
+    moving = np.array([0, 1, 2, 5])
+    error = np.std(motion - measured, axis=0)[moving] / np.std(measured, axis=0)[moving]
+    assert np.max(error) < 0.15
+
+
+def test_outliers_are_left_out_and_told(exact):
+    vehicle, log, _ = exact
+    fixes = all_sensors(log)[0]
+    values = fixes.values.copy()
+    values[20, 1] += 30.0
+    bare = without(log, *"uvw", measurements=[replace(fixes, values=values)])
+    with pytest.warns(hd.HydrodampWarning, match="usbl: 1 outlier.* of east left out, at 20 s"):
+        problem = hd.prepare(vehicle, bare, MODEL)
+    assert problem.sensor_log.sensors[0].valid[20].tolist() == [True, False, True]
+
+
+def test_a_delay_and_a_bias_are_estimated(exact):
+    """A delay of 0.3 s and a bias of 0.05 m/s are found from a log of 160 s."""
+    vehicle, log, _ = exact
+    dvl = sample(log, "dvl", "velocity", log.velocity[:, :3] + [0.05, 0.0, 0.0], 0.5, 1e-3,
+                 true_delay=0.3, estimate=("bias", "delay"))  # fmt: skip
+    bare = without(log, *"uvw", measurements=[dvl])
+    fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
+    assert fit.sensor_parameters["dvl delay"][0] == pytest.approx(0.3, abs=0.05)
+    assert fit.sensor_parameters["dvl bias u"][0] == pytest.approx(0.05, abs=0.015)
+
+
+def test_methods_that_need_velocities_say_so(exact):
+    vehicle, log, _ = exact
+    problem = hd.prepare(vehicle, without(log, *"uvw", measurements=all_sensors(log)[:1]), MODEL)
+    (fit,) = hd.identify_all(problem, [MODEL], hd.LeastSquares())
+    assert fit.status is hd.Status.REFUSED
+    assert fit.remarks[0].startswith("`ls` needs the velocities u v w at every sample")
+    assert "`oe` or `recommended`" in fit.remarks[0]
+
+
+def test_rebuilt_velocities_have_an_honest_standard_deviation(exact):
+    """The RMS error of u v w is within a factor of two of the posterior standard deviation."""
+    _, log, _ = exact
+    fixes = sample(log, "usbl", "position", integrate_position(log), 1.0, 0.1)
+    rebuilt = rebuild_velocities(without(log, *"uvw", measurements=[fixes]), [*"uvwpqr"])
+    error = np.sqrt(np.mean((rebuilt.log.velocity - log.velocity)[:, :3] ** 2, axis=0))
+    ratio = error / rebuilt.velocity_std[:3]
+    assert np.all((ratio > 0.3) & (ratio < 2.0))
