@@ -297,7 +297,7 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.Damping
         for command in term.commands
     }
     if gains:
-        for message in check_channel_axes(estimate_delays(log), sorted(gains)):
+        for message in check_channel_axes(estimate_delays(log), sorted(gains), log.velocity_names):
             warnings.warn(message, HydrodampWarning, stacklevel=2)
     n_terms = min(max(map(len, model.terms), default=0) for model in restricted)
     if log.n < n_terms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.basis.term import VELOCITY_OF
-from hydrodamp.cli.inputs import read_logs, warn_quality_issues
+from hydrodamp.cli.inputs import list_models, read_logs, warn_quality_issues
 from hydrodamp.cli.output import check_out_log, collected_warnings, note, print_output
 from hydrodamp.files import save_all
 from hydrodamp.progress import progress
@@ -17,6 +18,7 @@ from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
     from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements
+    from hydrodamp.report.table import Table
 
 
 def convert(
@@ -30,6 +32,8 @@ def convert(
     check_out_log(out, (*logs, mapping), force)
     log = read_logs(logs, mapping)
     warn_quality_issues(log)
+    if names := ", ".join(each.name for each in log.measurements):
+        note(f"the canonical form has one clock: the sensors {names} are not part of it.")
     hd.write_log(log, out)
     note(f"written to {out}")
     print_output(json, log_document(log) | {"paths": {"log": str(out)}}, str(log))
@@ -52,6 +56,7 @@ def probe(
     logs: list[str],
     vehicle: str | None = None,
     mapping: str | None = None,
+    model: str | None = None,
     draft: Path | None = None,
     force: bool = False,
     json: bool = False,
@@ -61,8 +66,8 @@ def probe(
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
     requirements = None if vehicle is None else partial(_requirements, hd.find_vehicle(vehicle))
-    model = None if draft is None else draft.with_suffix(f".model{draft.suffix or '.yaml'}")
-    for path in filter(None, (draft, model)):
+    gains = None if draft is None else draft.with_suffix(f".model{draft.suffix or '.yaml'}")
+    for path in filter(None, (draft, gains)):
         check_new_file(path, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     if message := describe_join(recordings):
@@ -70,11 +75,27 @@ def probe(
     with progress("inspecting"):
         result = hd.probe(*recordings)
         judged = inspect(result, recordings, mapping, requirements)
-    if draft is not None and model is not None:
-        write_drafts(result.draft.text, judged.report, draft, model)
-    print_output(json, probe_document(result, judged), *probe_tables(result, judged))
+    if draft is not None and gains is not None:
+        write_drafts(result.draft.text, judged.report, draft, gains)
+    tables = [*probe_tables(result, judged), *_sensor_tables(vehicle, model, judged.log)]
+    print_output(json, probe_document(result, judged), *tables)
     if not json and judged.report is not None and judged.report.is_poorly_excited:
         note("`hydrodamp plan` designs a dive with sufficient excitation.")
+
+
+def _sensor_tables(vehicle: str | None, model: str | None, log: hd.Log | None) -> Iterator[Table]:
+    """Yield the sensors of a log and, of a model, the standard errors that they allow."""
+    from hydrodamp.conditioning.sensor_log import rebuild_velocities
+    from hydrodamp.report.sensor_tables import sensor_table, sensor_tables
+
+    if log is None or not log.measurements:
+        return
+    if vehicle is None or model is None:
+        yield sensor_table(rebuild_velocities(log, log.velocity_names))
+        note("`--vehicle V --model M` predicts the standard errors that these sensors allow.")
+        return
+    craft, models = hd.find_vehicle(vehicle), list_models(model).models
+    yield from sensor_tables(hd.prepare(craft, log, models), models[0])
 
 
 def write_drafts(text: str, report: QualityReport | None, draft: Path, model: Path) -> None:

@@ -117,7 +117,7 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
     )
     steps = median_step(objective.problem) * objective.problem.n_samples / objective.counts
     pairs = zip(series, steps.tolist(), strict=True)
-    correlation = [_correlation_length(*each, step) for each, step in pairs]
+    correlation = [correlation_length(*each, step) for each, step in pairs]
     n_independent = float(np.sum(objective.counts / np.array(correlation)))
     share = objective.weights * objective.counts / objective.counts.sum()
     misfit = float(share @ (1.0 - (objective.noise_std / residual_std) ** 2))
@@ -144,7 +144,7 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
     )
 
 
-def _correlation_length(
+def correlation_length(
     window: IntArray, time: FloatArray, residuals: FloatArray, step: float
 ) -> float:
     """Return the correlation time of residuals over their sampling step, at least 1."""

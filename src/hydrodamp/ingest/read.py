@@ -21,8 +21,8 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, first_few
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
+from hydrodamp.ingest.mapping.channel_schema import Entry, Source
 from hydrodamp.ingest.mapping.columns import FoundColumn, read_labels
-from hydrodamp.ingest.mapping.schema import Entry, Source
 
 #: A file or a folder.
 LogPath = str | Path

@@ -19,9 +19,10 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, ProblemError, first_few
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import Assembly, build_resampler
+from hydrodamp.ingest.mapping.channel_schema import Source
 from hydrodamp.ingest.mapping.columns import read_timestamps
 from hydrodamp.ingest.mapping.resampling import Stream
-from hydrodamp.ingest.mapping.schema import Clock, Source
+from hydrodamp.ingest.mapping.schema import Clock
 from hydrodamp.live.samples import Row
 
 UPDATE_INTERVAL = 0.2  # s, between two runs of the mapping; by choice

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import HydrodampWarning, MethodError
 from hydrodamp.identification.dissipativity import velocity_ranges
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
@@ -290,6 +291,8 @@ def compare(
     if horizon is not None:
         check_horizon(horizon)
     problem = prepare(vehicle, test, [fit.model for fit in requested])
+    if problem.sensor_log is not None and problem.sensor_log.names:
+        warnings.warn(problem.sensor_log.error_note, HydrodampWarning, stacklevel=2)
     for fit in requested:
         warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
     calls = [(problem, fit, attitude, rate_unit, horizon) for fit in requested]

@@ -138,7 +138,8 @@ def test_all_faults_of_a_mapping_are_told_at_once() -> None:
         "`sensors.velocity.rotation` has no `rol`. Did you mean 'roll'? It takes: roll pitch yaw"
         " unit",
         "`sensors.velocity.position` must be a list of 3; got [1, 2]",
-        "`sensors` has no `dvl`. It takes: velocity rates attitude specific_force",
+        "`sensors.dvl.kind` is missing",
+        "`sensors.dvl.columns` is missing",
         "`topics.imu` must be a list; got 3",
     ):
         (matching,) = (fault for fault in messages if fault.startswith(says))

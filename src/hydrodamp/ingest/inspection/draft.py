@@ -14,7 +14,7 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
 from hydrodamp.ingest.inspection.names import YAML_KEYWORDS, command_names
 from hydrodamp.ingest.inspection.roles import Guess, Roles
-from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
+from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
 
 #: Confidence [%] below which a guess is omitted, and from which it is preferred.
 MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70

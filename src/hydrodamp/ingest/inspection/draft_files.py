@@ -70,17 +70,21 @@ def _describe(delay: Delay) -> str:
     )
 
 
-def check_channel_axes(delays: Sequence[Delay], gains: Iterable[tuple[str, str]]) -> Iterator[str]:
+def check_channel_axes(
+    delays: Sequence[Delay], gains: Iterable[tuple[str, str]], recorded: Sequence[str] = VELOCITIES
+) -> Iterator[str]:
     """Yield a sentence on each gain, a pair of axis and command, on an axis that it does not move.
 
-    A command whose gains include the axis that it moves is not reported.
+    A command whose gains include the axis that it moves is not reported, nor one with a gain on an
+    axis whose velocity was not recorded.
     """
     axes: dict[str, list[str]] = {}
     for axis, command in gains:
         axes.setdefault(command, []).append(axis)
     for delay in delays:
         assigned, moved = axes.get(delay.command, []), axis_of(delay)
-        if assigned and moved not in assigned:
+        is_known = all(VELOCITIES[AXES.index(axis)] in recorded for axis in assigned)
+        if assigned and is_known and moved not in assigned:
             yield (
                 f"the model has a gain of {delay.command} on {' '.join(assigned)}, but it moves "
                 f"{delay.velocity} ({_describe(delay)}): assign it to {moved}"

@@ -12,8 +12,8 @@ from hydrodamp.basis.term import check_command_name
 from hydrodamp.data.channels import EULER, RESERVED, UNITS, WRENCH, parse_unit, trailing_unit
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.mapping.channel_schema import quantity_of
 from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
-from hydrodamp.ingest.mapping.schema import quantity_of
 
 _TABLES = yaml.safe_load(Path(__file__).with_name("words.yaml").read_text("utf-8"))
 #: Words in names by their meaning.

@@ -208,6 +208,7 @@ class Inspection:
     notes: tuple[str, ...] = ()
     is_drafted: bool = False
     reason: str = ""
+    log: Log | None = None
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -239,7 +240,7 @@ def inspect(
         unsure = roles.vertical_axis.warnings if isinstance(mapping, LogMapping) else ()
         report = replace(report, remarks=(*unsure, *report.remarks))
         report = omit_applied_steps(report, () if read is None else read.steps)
-        return Inspection(origin, report, log.notes)
+        return Inspection(origin, report, log.notes, log=log)
 
     if mapping is not None:
         return make_report(f"by the mapping {mapping}", mapping)

@@ -29,7 +29,7 @@ from hydrodamp.ingest.inspection.frames import (
     match_velocity,
 )
 from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
-from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS
+from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo
 _SERVO_WORDS = {*["pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"]}

@@ -34,6 +34,7 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import ClockWarning, LogError, warn
 from hydrodamp.ingest.clock import IrregularityKind, describe_irregularities
 from hydrodamp.ingest.formats.files import SKIPPED
+from hydrodamp.ingest.mapping.channel_schema import RECORDED_TIME, SINGLE_CHANNELS, Entry, Source
 from hydrodamp.ingest.mapping.columns import (
     find_columns,
     locate_column,
@@ -41,13 +42,7 @@ from hydrodamp.ingest.mapping.columns import (
     resolve_topics,
 )
 from hydrodamp.ingest.mapping.resampling import Resampler, build_streams
-from hydrodamp.ingest.mapping.schema import (
-    RECORDED_TIME,
-    SINGLE_CHANNELS,
-    Entry,
-    MappingFile,
-    Source,
-)
+from hydrodamp.ingest.mapping.schema import MappingFile
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 _FLU_TO_FRD = np.array([1.0, -1.0, -1.0])
@@ -62,9 +57,11 @@ _ENU_TO_NED = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])  # quaternion
 _NOTE_ONLY = (IrregularityKind.DROPOUT, IrregularityKind.INVALID)
 
 
-def build_record(mapping: MappingFile, recording: Recording) -> Record:
+def build_record(
+    mapping: MappingFile, recording: Recording, resampler: Resampler | None = None
+) -> Record:
     """Return the record of a recording by a mapping."""
-    resampler = build_resampler(mapping, recording)
+    resampler = resampler or build_resampler(mapping, recording)
     assembly = Assembly(mapping, resampler)
     record, faults = record_of_columns(
         assembly.numbers,

@@ -13,7 +13,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, did_you_mean, first_few
 from hydrodamp.ingest.clock import COARSE_SHARE
 from hydrodamp.ingest.formats.cells import invalid_cells, parse_number
-from hydrodamp.ingest.mapping.schema import RECORDED_TIME, Entry, Source
+from hydrodamp.ingest.mapping.channel_schema import RECORDED_TIME, Entry, Source
 
 # Words found in place of a unit: time scales, frames, sensors, processing.
 _NON_UNIT_TEXT = """

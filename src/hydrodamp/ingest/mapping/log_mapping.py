@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,10 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
 from hydrodamp.files import PackageData, load_yaml, nearest_file, wrong_kind_message
-from hydrodamp.ingest.mapping.assemble import build_record
-from hydrodamp.ingest.mapping.schema import WORLD_DIRECTIONS, MappingFile, commands_by_name
+from hydrodamp.ingest.mapping.assemble import build_record, build_resampler
+from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
+from hydrodamp.ingest.mapping.schema import MappingFile, commands_by_name
+from hydrodamp.ingest.mapping.sensor_channels import build_measurements
 
 _WORLDS_BY_FRAME = {"FRD": ("NED",), "FLU": ("NWU", "ENU")}
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
@@ -35,8 +38,13 @@ def find_contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
             "`time` is missing; it must name the column of the clock. For topics with a recorded"
             " time, set `time: recorded`"
         )
-    if not content.get("velocity") and not content.get("position"):
-        yield "`velocity` is missing; it must name the column of at least one of u v w p q r"
+    sensors = _subtable(content, "sensors")
+    has_sensor = any("kind" in _subtable(sensors, name) for name in sensors)
+    if not (content.get("velocity") or content.get("position") or has_sensor):
+        yield (
+            "`velocity` is missing; it must name the column of at least one of u v w p q r, or "
+            "`sensors` one sensor with its `kind`"
+        )
     forms = ((*EULER, "heading"), ATTITUDE.columns, ("quaternion",))
     present = [_names_in(attitude, form) for form in forms if _names_in(attitude, form)]
     if len(present) > 1:
@@ -229,7 +237,10 @@ class LogMapping(MappingFile):
         [1.0, 2.0, 3.0]
         """
         try:
-            return clean(Log.from_record(build_record(self, recording)), self.steps)
+            resampler = build_resampler(self, recording)
+            log = Log.from_record(build_record(self, recording, resampler))
+            measurements = build_measurements(self, resampler, log)
+            return clean(replace(log, measurements=measurements), self.steps)
         except LogError as error:
             faults = [self._add_column_names(fault) for fault in error.faults]
             raise LogError(faults, source=recording.source) from error

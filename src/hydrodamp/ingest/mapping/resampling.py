@@ -27,6 +27,7 @@ from hydrodamp.ingest.clock import (
     make_even_ticks,
     sample_and_hold,
 )
+from hydrodamp.ingest.mapping.channel_schema import Source
 from hydrodamp.ingest.mapping.columns import (
     FoundColumn,
     describe_topic,
@@ -36,7 +37,6 @@ from hydrodamp.ingest.mapping.columns import (
     read_labels,
     read_timestamps,
 )
-from hydrodamp.ingest.mapping.schema import Source
 
 _MAX_FLOAT = np.finfo(np.float64).max
 _LINEAR = tuple(f"velocity.{name}" for name in "uvw")

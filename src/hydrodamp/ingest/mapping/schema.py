@@ -2,173 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     FiniteFloat,
     PrivateAttr,
-    StrictBool,
     StrictStr,
     create_model,
-    model_validator,
 )
 
 from hydrodamp.basis.term import check_command_name
 from hydrodamp.conditioning.pipeline import Step, parse_steps
 from hydrodamp.data.channels import (
-    ATTITUDE,
-    BLOCKS,
-    EULER,
-    POSITION,
     RESERVED,
-    VELOCITY,
-    unit_factor,
 )
 from hydrodamp.errors import LogError
-
-#: Value of `time` for topics with a recorded time.
-RECORDED_TIME = "recorded"
-
-#: Velocity components in world axes; rotation to body axes needs the attitude.
-WORLD_DIRECTIONS = ("north", "east", "down", "up")
-
-#: Aliases of the down component, and their sign.
-VERTICAL_ALIASES = {"up": ("down", -1.0), "depth": ("down", 1.0)}
-
-_EXTRA_CHANNELS = {
-    ATTITUDE.name: dict.fromkeys((*EULER, "heading"), "angle"),
-    VELOCITY.name: dict.fromkeys(WORLD_DIRECTIONS, "speed"),
-    POSITION.name: dict.fromkeys(VERTICAL_ALIASES, "length"),
-}
-
-#: Channels of each group and their quantities; commands are named by the user.
-CHANNEL_GROUPS: dict[str, dict[str, str]] = {
-    block.name: {**block.quantities, **_EXTRA_CHANNELS.get(block.name, {})}
-    for block in BLOCKS
-    if block.shape
-}
-
-#: Channels without a group.
-SINGLE_CHANNELS = {
-    name: what for block in BLOCKS if not block.shape for name, what in block.quantities.items()
-}
-
-
-def quantity_of(group: str, name: str) -> str | None:
-    """Return the quantity of a channel; None if any is allowed."""
-    return SINGLE_CHANNELS.get(group) or CHANNEL_GROUPS.get(group, {}).get(name)
-
-
-Axes = Literal["FRD", "FLU"]
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-
-def _table_from_name(
-    table: Callable[[str], dict[str, Any]], wanted: str, kind: Any = dict
-) -> BeforeValidator:
-    """Return a validator that expands a bare name to its table."""
-
-    def expand(given: object) -> object:
-        if isinstance(given, str):
-            return table(given)
-        if isinstance(given, dict | BaseModel):
-            return given
-        raise ValueError(f"must {wanted}; got {given!r}")
-
-    return BeforeValidator(expand, json_schema_input_type=str | kind)
-
-
-_FIELD_VALUES = _table_from_name(
-    lambda name: {name: None},
-    "be the name of a field, or a table of fields and values",
-    dict[str, float],
+from hydrodamp.ingest.mapping.channel_schema import (
+    CHANNEL_GROUPS,
+    SINGLE_CHANNELS,
+    VERTICAL_ALIASES,
+    Axes,
+    Channel,
+    Entry,
+    Quaternion,
+    Source,
+    Strict,
+    check_units,
+    quantity_of,
+    table_from_name,
 )
-
-
-class Source(_Strict):
-    """A column of a log and the conversion of its numbers; or a constant value."""
-
-    column: StrictStr = ""
-    value: FiniteFloat | None = None
-    rate: Annotated[FiniteFloat, Field(gt=0)] | None = None
-    unit: str | None = None
-    sign: Literal[1, -1] = 1
-    scale: FiniteFloat = 1.0
-    offset: FiniteFloat = 0.0
-    plus: dict[str, FiniteFloat] = Field({})
-    hold: StrictBool | None = None
-    delay: FiniteFloat = 0.0
-    where: Annotated[dict[str, FiniteFloat | None], _FIELD_VALUES] = Field({})
-    optional: StrictBool = False
-
-    @model_validator(mode="after")
-    def _check_source(self) -> Self:
-        if self.value is None and not self.column and self.rate is None:
-            raise ValueError("must have a `column` or a `value`")
-        if self.rate is not None and self.model_fields_set != {"rate"}:
-            raise ValueError("allows no other key with `rate`")
-        if self.value is not None and not self.model_fields_set <= {"value", "unit", "sign"}:
-            raise ValueError("allows only `unit` and `sign` with `value`")
-        return self
-
-
-def _as_choices(given: object) -> object:
-    if given == []:
-        raise ValueError("must be a list of at least one column; got []")
-    return given if isinstance(given, list) else [given]
-
-
-def _check_units(choices: tuple[Source, ...], quantity: str) -> tuple[Source, ...]:
-    for source in choices:
-        if source.unit is not None:
-            unit_factor(source.unit, quantity)
-    return choices
-
-
-_SourceInput = str | Source
-
-#: A column, a source table, or a list of alternatives; the first one in the log is used.
-Channel = Annotated[
-    tuple[Annotated[Source, _table_from_name(lambda name: {"column": name}, "name a column")], ...],
-    BeforeValidator(_as_choices, json_schema_input_type=_SourceInput | list[_SourceInput]),
-]
-
-
-class Entry(NamedTuple):
-    """A channel of a mapping; ``sign`` is -1 for an alias such as ``up`` of ``down``."""
-
-    group: str
-    name: str
-    choices: tuple[Source, ...]
-    quantity: str | None = None
-    sign: float = 1.0
-
-    @property
-    def column(self) -> str:
-        """Column of the first choice."""
-        return self.choices[0].column
-
-    @property
-    def channel(self) -> str:
-        """Full name of the channel: ``group.name``."""
-        return f"{self.group}.{self.name}"
-
-
-class Quaternion(_Strict):
-    """Quaternion of one message: an array, or four fields."""
-
-    column: StrictStr
-    order: Literal["wxyz", "xyzw"] | None = None
+from hydrodamp.ingest.mapping.sensor_schema import Sensors
 
 
 def _entries(group: str, channels: Iterable[tuple[str, Any]]) -> Iterator[Entry]:
@@ -185,45 +53,19 @@ def _entries(group: str, channels: Iterable[tuple[str, Any]]) -> Iterator[Entry]
 
 def _channel_field(quantity: str) -> tuple[Any, Any]:
     """Return the model field of an optional channel with a check of its unit."""
-    kind = Annotated[Channel, AfterValidator(partial(_check_units, quantity=quantity))] | None
+    kind = Annotated[Channel, AfterValidator(partial(check_units, quantity=quantity))] | None
     return kind, Field(None, description=quantity)
 
 
-def _group_model(name: str, channels: dict[str, str]) -> type[_Strict]:
+def _group_model(name: str, channels: dict[str, str]) -> type[Strict]:
     """Return the model of a group, with one field per channel."""
     fields: dict[str, Any] = {name: _channel_field(quantity) for name, quantity in channels.items()}
     if name == "attitude":
         fields["quaternion"] = (Quaternion | None, None)
-    return create_model(name.capitalize(), __base__=_Strict, **fields)
+    return create_model(name.capitalize(), __base__=Strict, **fields)
 
 
-class Rotation(_Strict):
-    """Mounting angles of a sensor relative to the body."""
-
-    roll: FiniteFloat = 0.0
-    pitch: FiniteFloat = 0.0
-    yaw: FiniteFloat = 0.0
-    unit: Literal["deg", "rad"] = "deg"
-
-
-class Sensor(_Strict):
-    """Axes, mounting angles and position of a sensor in the vehicle."""
-
-    axes: Axes | None = None
-    rotation: Rotation = Rotation()
-    position: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
-
-
-class Sensors(_Strict):
-    """Sensors of the channel groups."""
-
-    velocity: Sensor = Sensor()
-    rates: Sensor = Sensor()
-    attitude: Sensor = Sensor()
-    specific_force: Sensor = Sensor()
-
-
-class Clock(_Strict):
+class Clock(Strict):
     """Reference clock to which all channels are resampled."""
 
     topic: StrictStr | None = None
@@ -253,13 +95,13 @@ def commands_by_name(commands: Any) -> Any:
 
 if TYPE_CHECKING:
 
-    class _Channels(_Strict):
+    class _Channels(Strict):
         time: Channel
 
 else:
     _Channels = create_model(
         "_Channels",
-        __base__=_Strict,
+        __base__=Strict,
         **{
             name: (_group_model(name, channels) | None, None)
             for name, channels in CHANNEL_GROUPS.items()
@@ -272,7 +114,7 @@ _ALTERNATIVES = BeforeValidator(
     lambda given: [given] if isinstance(given, str) else given,
     json_schema_input_type=str | list[str],
 )
-_CLOCK_OF_TOPIC = _table_from_name(
+_CLOCK_OF_TOPIC = table_from_name(
     lambda name: {"topic": name}, "be a topic, or a table of `topic` or `rate`", Clock
 )
 _COMMANDS_BY_NAME = BeforeValidator(
@@ -314,4 +156,6 @@ class MappingFile(_Channels):
         for group in CHANNEL_GROUPS:
             entries += _entries(group, getattr(self, group) or ())
         entries += [Entry("commands", name, choices) for name, choices in self.commands.items()]
+        for name, sensor in self.sensors.measured.items():
+            entries += sensor.entries(name)
         return tuple(entry for entry in entries if entry.choices)

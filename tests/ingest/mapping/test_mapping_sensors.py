@@ -1,0 +1,76 @@
+"""Sensors that keep their own times, read from tables with empty cells and from topics."""
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import LogError
+
+BASE = {"time": "t", "velocity": {"r": "r"}, "attitude": {"heading": "psi"}, "commands": ["rudder"]}
+
+
+def test_empty_cells_of_a_table_are_no_gaps(tmp_path):
+    """Ten rows of the base clock, and three fixes between them."""
+    lines = ["t,r,psi,rudder,n,e"]
+    lines += [f"{k / 10},0.1,{k / 100},{k % 2},," for k in range(10)]
+    lines += [f"{t},,,,{10 * t},{-t}" for t in (0.05, 0.35, 0.65)]
+    path = tmp_path / "boat.csv"
+    path.write_text("\n".join([lines[0], *sorted(lines[1:], key=lambda x: float(x.split(",")[0]))]))
+    sensors = {"gps": {"kind": "position", "columns": {"north": "n", "east": "e"}, "std": 0.5,
+                       "delay": 0.2, "lever_arm": [1, 0, -2], "estimate": ["delay"]}}  # fmt: skip
+    log = hd.read_log(path, hd.LogMapping.from_dict({**BASE, "sensors": sensors}))
+    (gps,) = log.measurements
+    assert (log.n, len(log.segments)) == (10, 1)
+    np.testing.assert_allclose(gps.time, [0.05, 0.35, 0.65])
+    np.testing.assert_allclose(gps.values, [[0.5, -0.05], [3.5, -0.35], [6.5, -0.65]])
+    assert (gps.std.tolist(), gps.delay, gps.estimate) == ([0.5, 0.5], 0.2, ("delay",))
+    assert gps.lever_arm.tolist() == [1.0, 0.0, -2.0]
+
+
+def test_topics_keep_their_clocks_units_and_axes():
+    """A depth in cm, up positive, and a specific force in forward-port-up axes."""
+    time = np.arange(20) / 10
+    base = Topic("base", time, {"r": np.full(20, 0.1), "psi": time, "rudder": time})
+    altitude = Topic("sonar", [0.0, 0.7, 1.4], {"z": [-100.0, -110.0, -120.0]})
+    imu = Topic("imu", time[:15] + 0.03, {"x": np.ones(15), "y": np.full(15, 2.0)})
+    mapping = hd.LogMapping.from_dict({
+        "time": "recorded", "frame": "FLU", "clock": "base",
+        "velocity": {"r": "base.r"}, "attitude": {"yaw": "base.psi"},
+        "sensors": {
+            "depth": {"kind": "position", "columns": {"up": {"column": "sonar.z", "unit": "cm"}}},
+            "imu": {"kind": "specific_force", "columns": {"x": "imu.x", "y": "imu.y"}},
+        },
+    })  # fmt: skip
+    log = mapping.log(Recording((base, altitude, imu), "dive", "example"))
+    depth, force = log.measurements
+    np.testing.assert_allclose(depth.values[:, 0], [1.0, 1.1, 1.2])
+    assert depth.components == ("down",)
+    np.testing.assert_allclose(force.values[0], [1.0, -2.0])
+    np.testing.assert_allclose(force.time[0], 0.03)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "says"),
+    [
+        ({"kind": "positon", "columns": {"north": "n"}}, "`sensors.gps.kind` must be position,"),
+        ({"kind": "position", "columns": {"nort": "n"}}, "north east down; got nort"),
+        ({"kind": "position", "columns": {"north": "gps.lat"}}, "`gps.lat` is an angle: project"),
+        (
+            {"kind": "position", "columns": {"north": {"column": "n", "unit": "deg"}}},
+            "'deg' is no unit of length",
+        ),
+        ({"kind": "rates", "columns": {"p": "p"}, "std": -1}, "must be greater than 0; got -1"),
+        ({"kind": "rates", "columns": {"p": "p"}, "std": {"q": 1.0}}, "`std` must be a number"),
+        ({"kind": "rates", "columns": {"p": "p"}, "estimate": ["x"]}, "must be bias, delay,"),
+    ],
+)
+def test_faults_of_a_sensor_are_told(sensor, says):
+    with pytest.raises(LogError) as caught:
+        hd.LogMapping.from_dict({**BASE, "sensors": {"gps": sensor}})
+    assert says in str(caught.value)
+
+
+def test_a_log_needs_a_velocity_or_a_sensor():
+    with pytest.raises(LogError, match="or `sensors` one sensor with its `kind`"):
+        hd.LogMapping.from_dict({"time": "t", "attitude": {"heading": "psi"}})
