@@ -39,6 +39,7 @@ from .conditioning.quality_checks import (
 )
 from .data.canonical import write_log as write_log
 from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
+from .data.measurement import Measurement as Measurement
 from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
     ClockWarning as ClockWarning,
