@@ -49,3 +49,32 @@ def test_against_scipy(benchmark, ledger, key, target):
     ledger.faster(
         f"output error, {key}: least_squares with finite differences", fast, slow, target=target
     )
+
+
+def test_sensors_against_velocities(benchmark, ledger):
+    """`oe` on five sensors at their own times, with p q r, against `oe` on all velocities."""
+    campaign, model = hd.reenact(seed=0), hd.catalog["linear"]
+    log = campaign.train
+    position = hd.Measurement("usbl", "position", *_every(log, 10, np.zeros((log.n, 3))))
+    speed = hd.Measurement("dvl", "velocity", *_every(log, 5, log.velocity[:, :3]))
+    force = hd.Measurement(
+        "imu", "specific_force", *_every(log, 1, np.tile([0, 0, -9.8], (log.n, 1)))
+    )
+    rates = hd.Measurement("gyro", "rates", *_every(log, 1, log.velocity[:, 3:]))
+    bottom = hd.Measurement("bottom", "ground_velocity", *_every(log, 2, log.velocity[:, :3]))
+    sensors = (position, speed, force, rates, bottom)
+    bare = replace(log, velocity_names=("p", "q", "r"), measurements=sensors)
+    problems = [hd.prepare(campaign.vehicle, each, model) for each in (bare, log)]
+    sensed, measured = (
+        lambda problem=problem: hd.OutputError().identify(problem, model) for problem in problems
+    )
+    fast, slow = interleaved(benchmark, measured, sensed, rounds=2, other_rounds=1)
+    ledger.faster(
+        "output error, linear: five sensors instead of velocities", fast, slow, target=None
+    )
+
+
+def _every(log: hd.Log, step: int, series: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return time, values, components, noise and segment of every so many samples."""
+    segment = np.repeat(np.arange(len(log.segments)), np.diff(log.bounds, axis=1).ravel())
+    return log.time[::step], series[::step], (), np.full(3, 0.05), segment[::step]

@@ -3,11 +3,11 @@
     python studies/sensors.py --draws 10 --out FOLDER [--data DATA]
 
 A log is the replay of a model that was fitted to a simulated campaign, so model, mass matrix and
-actuation are exact; `sname` is the vehicle of the paper with the terms of Prestero, `rov` a BlueROV2
-with a gain of each channel. Each draw adds white noise to the sensors of a mask. The bound is the
-Cramér-Rao bound of the same windows at the true coefficients. Results are kept in FOLDER, one line
-a draw, and a second call continues. With DATA, runs of a BlueROV2 are thinned to fixes of
-1 Hz with noise, each run held out in turn.
+actuation are exact; `sname` is the vehicle of the paper with the terms of Prestero, `rov` a
+BlueROV2 with a gain of each channel. Each draw adds white noise to the sensors of a mask. The bound
+is that of `predict_standard_errors` at the true coefficients. FOLDER has one line a draw, and a
+second call continues. With DATA, runs of a BlueROV2 are thinned to fixes of 1 Hz with noise, each
+run held out in turn.
 """
 
 from __future__ import annotations
@@ -282,7 +282,8 @@ def table(results: list[dict[str, object]]) -> str:
         cpu = np.median([each["cpu"] for each in chosen])
         rows.append(
             f"| {case} | {mask} | {len(chosen)} | {np.median(ratio):.2f} | "
-            f"{np.quantile(ratio, 0.9):.2f} | {100 * covered:.0f} % | {100 * error:.1f} % | {cpu:.1f} |"
+            f"{np.quantile(ratio, 0.9):.2f} | {100 * covered:.0f} % | {100 * error:.1f} % | "
+            f"{cpu:.1f} |"
         )
     return "\n".join(rows)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen, mad_std
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.conditioning.position_outliers import position_outliers
 from hydrodamp.conditioning.velocity_smoother import (
     PRIOR_FACTOR,
     Interpolation,
@@ -28,14 +29,8 @@ from hydrodamp.data.attitude import quaternion_from_euler, rotation_matrices
 from hydrodamp.data.log import Log
 from hydrodamp.data.measurement import KINDS, Measurement
 
-#: Value minus the cubic through the two values on either side.
-CUBIC_RESIDUAL = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
-
-#: Share of the values that are far from any outlier, for certain.
-USUAL_SHARE = 0.75
-
-#: Deviation of an outlier over the noise and over the usual deviation; it passes a usual step, too.
-MAX_DEVIATION = 6.0
+#: Share of the log that a sensor must cover, else a warning.
+MIN_COVERAGE = 0.8
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 #: Kinds that observe the linear and the angular velocities.
@@ -136,7 +131,7 @@ def rebuild_velocities(log: Log, free: Sequence[str]) -> SensorLog:
         texts = (f"{name} {std[VELOCITIES.index(name)]:.2g}" for name in missing)
         log = log.with_notes(f"rebuilt from sensors, standard deviation: {', '.join(texts)}")
     log = replace(log, velocity=velocity, velocity_names=recorded)
-    remarks = [sentence for sensor in sensors for sentence in _describe_outliers(sensor)]
+    remarks = [sentence for sensor in sensors for sentence in _describe_faults(log, sensor)]
     return SensorLog(
         log, tuple(missing), tuple(sensors), std, acceleration_std, coordinates, tuple(remarks)
     )
@@ -187,31 +182,8 @@ def _sensor(log: Log, measurement: Measurement) -> Sensor:
         ])  # fmt: skip
     valid = np.isfinite(values) & rows.inside[:, None]
     if measurement.kind == "position":
-        valid &= ~_jumps(measurement, std)
+        valid &= ~position_outliers(measurement, std)
     return Sensor(measurement, rows, std, valid)
-
-
-def _jumps(measurement: Measurement, std: FloatArray) -> BoolArray:
-    """Return which positions deviate from a cubic through the values on either side, (m, k)."""
-    jumps = np.zeros(measurement.values.shape, dtype=bool)
-    for column, noise in enumerate(std.tolist()):
-        series = measurement.values[:, column]
-        for number in np.unique(measurement.segment):
-            rows = np.flatnonzero((measurement.segment == number) & np.isfinite(series))
-            if len(rows) > len(CUBIC_RESIDUAL):
-                jumps[rows[_isolated(series[rows], noise)], column] = True
-    return jumps
-
-
-def _isolated(series: FloatArray, noise: float) -> BoolArray:
-    """Return the values of the largest deviation nearby, where it is large."""
-    half = len(CUBIC_RESIDUAL) // 2
-    padded = np.pad(series, half, mode="reflect", reflect_type="odd")
-    deviation = np.abs(np.convolve(padded, CUBIC_RESIDUAL, mode="valid"))
-    usual = max(float(np.quantile(deviation, USUAL_SHARE)), noise)
-    limit = max(MAX_DEVIATION * usual, float(np.quantile(np.abs(np.diff(series)), USUAL_SHARE)))
-    nearby = np.lib.stride_tricks.sliding_window_view(np.pad(deviation, half), 2 * half + 1)
-    return np.asarray((deviation > limit) & (deviation >= nearby.max(axis=1)))
 
 
 def _unwrap(log: Log, measurement: Measurement, rows: Interpolation) -> Measurement:
@@ -312,9 +284,19 @@ def _scale_of_forces(log: Log, sensors: Iterable[Sensor]) -> float:
     return max(spreads, default=1.0) * log.time_scale / PRIOR_FACTOR
 
 
-def _describe_outliers(sensor: Sensor) -> Iterator[str]:
-    """Yield a sentence on the finite values of each component that are left out."""
+def _describe_faults(log: Log, sensor: Sensor) -> Iterator[str]:
+    """Yield a sentence on what a sensor does not cover, and on its outliers."""
     measurement = sensor.measurement
+    covered = 0.0
+    for number, (start, stop) in enumerate(log.bounds.tolist()):
+        moments = measurement.time[(measurement.segment == number) & sensor.valid.any(axis=1)]
+        span = log.time[start], log.time[stop - 1]
+        covered += float(np.ptp(np.clip(moments, *span))) if len(moments) else 0.0
+    if covered < MIN_COVERAGE * log.duration:
+        yield (
+            f"{measurement.name} covers {100.0 * covered / log.duration:.0f} % of the log: "
+            "elsewhere only the other sensors count."
+        )
     finite = np.isfinite(measurement.values) & sensor.rows.inside[:, None]
     for column, name in enumerate(measurement.components):
         wrong = np.flatnonzero(finite[:, column] & ~sensor.valid[:, column])

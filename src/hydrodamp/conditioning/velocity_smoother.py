@@ -24,7 +24,10 @@ from hydrodamp.data.measurement import Measurement
 #: Standard deviation of the kinematic constraint over that of the coordinates.
 CONSTRAINT_SHARE = 0.03
 
-#: Weak prior of a velocity over the scale of the motion.
+#: Smallest standard deviation of the constraint over the length of a run: rounding is below it.
+MIN_RELATIVE_SLACK = 1e-6
+
+#: Weak prior of a velocity over the scale of the motion, and of a coordinate over its length.
 PRIOR_FACTOR = 10.0
 
 #: Samples whose posterior variance is computed.
@@ -153,7 +156,8 @@ class _System:
         data, rough = np.zeros((18, 6 * n)), np.zeros((18, 6 * n))
         rhs, square = np.zeros(6 * n), 0.0
         position = [each.std for each in observations if each.coordinate.any()]
-        slack = CONSTRAINT_SHARE * min(position, default=scale)
+        length = scale * max(log.time[stop - 1] - log.time[start] for start, stop in log.bounds)
+        slack = max(CONSTRAINT_SHARE * min(position, default=scale), MIN_RELATIVE_SLACK * length)
         n_rough, log_intervals = 0, 0.0
         observed_axes = [k for k in range(3) if any(each.coordinate[k] for each in observations)]
         for start, stop in log.bounds.tolist():
@@ -179,7 +183,7 @@ class _System:
                 n_rough += len(middle)
                 log_intervals += float(np.sum(np.log(between)))
         for axis in range(3):
-            data[17, 3 + axis :: 6] += 0.0 if axis in observed_axes else 1.0
+            data[17, 3 + axis :: 6] += (PRIOR_FACTOR * length) ** -2.0
             data[17, axis::6] += (PRIOR_FACTOR * scale) ** -2.0
         for each in observations:
             observed, shares = _observation_entries(each)

@@ -165,9 +165,9 @@ class WindowMotion:
 
     def _rate(self, series: FloatArray, rows: WindowRows) -> FloatArray:
         """Return the rate of a series at the measurements."""
-        step = self.time[rows.upper] - self.time[rows.lower]
-        step = np.where(step > 0.0, step, 1.0).reshape(-1, *(1,) * (series.ndim - 1))
-        return np.asarray((series[rows.upper] - series[rows.lower]) / step)
+        upper = np.minimum(rows.lower + 1, self.windows.spans[rows.window, 1] - 1)
+        step = (self.time[upper] - self.time[upper - 1]).reshape(-1, *(1,) * (series.ndim - 1))
+        return np.asarray((series[upper] - series[upper - 1]) / step)
 
     def _at(self, series: FloatArray, rows: WindowRows, delay: float) -> FloatArray:
         """Return a series at the measurements, to first order in their delay."""
