@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +14,7 @@ from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all
 from hydrodamp.cli.output import check_out_file, fail, note, print_output, run_provenance
 from hydrodamp.cli.report import report_paths, write_fit_report
+from hydrodamp.errors import no_such
 from hydrodamp.files import save_json
 from hydrodamp.results import check_results, remove_results
 
@@ -56,13 +57,8 @@ def identify(
     models = listed.complete(craft, log, estimate_gains)
     problem = hd.prepare(craft, log, models)
     if estimate is not None:
-        parameters = inputs.split_names(estimate)
-        response = hd.estimate_command_response(problem, models[0], parameters)
-        log = response.apply(log)
-        problem = problem.with_log(log)
-        note(f"{response}.")
-        if response.is_significant:
-            note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
+        problem = _estimate_parameters(problem, models[0], inputs.split_names(estimate))
+        craft, log = problem.vehicle, problem.log
     if check_actuators:
         from hydrodamp.validation.sensitivity import check_gains
 
@@ -130,6 +126,30 @@ def fit_output(
     is_complete = verbose or not row.fit.grades
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
     return (verdict_table(comparison.verdict(), notes), coefficients)
+
+
+def _estimate_parameters(
+    problem: hd.Problem, model: hd.DampingModel, names: Sequence[str]
+) -> hd.Problem:
+    """Return the problem with estimated parameters of the commands and of the vehicle."""
+    from hydrodamp.identification.command_response import PARAMETERS
+    from hydrodamp.identification.vehicle_parameters import VEHICLE_PARAMETERS
+
+    known = (*PARAMETERS, *VEHICLE_PARAMETERS)
+    if unknown := [name for name in names if name not in known]:
+        raise hd.MethodError(no_such("parameter", unknown[0], known))
+    if commands := [name for name in names if name in PARAMETERS]:
+        response = hd.estimate_command_response(problem, model, commands)
+        problem = problem.with_log(response.apply(problem.log))
+        note(f"{response}.")
+        if response.is_significant:
+            note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
+    if of_vehicle := [name for name in names if name in VEHICLE_PARAMETERS]:
+        result = hd.estimate_vehicle_parameters(problem, model, of_vehicle)
+        for line in str(result).splitlines():
+            note(line)
+        problem = hd.prepare(result.vehicle, problem.log, problem.models)
+    return problem
 
 
 @contextmanager

@@ -161,9 +161,9 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         weak = partial(_weak_form, model=model, length=start.window_lengths[0])
         other_half = 1 - np.arange(len(pieces)) % 2
         replicates = leave_one_out(objective, result, pieces)
-        held_out = _half_estimates(objective, pieces, weak)[other_half], replicates
+        held_out = half_estimates(objective, pieces, weak)[other_half], replicates
         weak_error, error = (replay_pieces(objective, pieces, each) for each in held_out)
-        halves = _half_estimates(objective, pieces, partial(_update, iterate=result))
+        halves = half_estimates(objective, pieces, partial(update_estimate, iterate=result))
         if is_lower(weak_error, error):
             result, replicates = start, leave_one_out(objective, start, pieces)
         difference = (halves[0] - halves[1]) / 2.0
@@ -171,7 +171,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         return replace(fit, remarks=(*fit.remarks, *response_remarks(objective.problem, model)))
 
 
-def _half_estimates(
+def half_estimates(
     objective: ShootingObjective,
     pieces: IntArray,
     estimate: Callable[[ShootingObjective], FloatArray],
@@ -185,7 +185,7 @@ def _weak_form(half: ShootingObjective, *, model: DampingModel, length: float) -
     return best_initial_iterate(half, initial_candidates(half, model), length).coefficients
 
 
-def _update(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
+def update_estimate(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
     """Return an estimate after one step on a part of the log."""
     linearisations = tuple(
         previous._replace(windows=half.windows_like(previous.windows))

@@ -196,10 +196,11 @@ class SensorOutputs:
                 index, used = first + column, valid[:, column]
                 square[index] = float(np.sum(residuals[used, column] ** 2))
                 number[index] = np.count_nonzero(used)
-                chosen = np.flatnonzero(used & regular[rows.window])
+                chosen = np.flatnonzero(used)
                 averaged, window = average_rows(
                     columns[chosen, column], rows.window[chosen], number[index] / n_windows
                 )
+                averaged = averaged * regular[window, None]
                 label = np.full(len(window), index)
                 blocks.append((averaged / residual_std[index], window, label))
             first += len(output.components)
