@@ -176,3 +176,16 @@ def test_rebuilt_velocities_have_an_honest_standard_deviation(exact):
     error = np.sqrt(np.mean((rebuilt.log.velocity - log.velocity)[:, :3] ** 2, axis=0))
     ratio = error / rebuilt.velocity_std[:3]
     assert np.all((ratio > 0.3) & (ratio < 2.0))
+
+
+def test_positions_without_attitude_are_told_before_any_work(exact):
+    vehicle, log, _ = exact
+    bare = replace(without(log, *"uvw", measurements=all_sensors(log)[:1]), attitude=None)
+    with pytest.raises(hd.ProblemError, match="`usbl` measures position, which needs the attitude"):
+        hd.prepare(vehicle, bare, MODEL)
+
+
+def test_velocities_that_no_sensor_observes_are_told(exact):
+    vehicle, log, _ = exact
+    with pytest.raises(hd.ProblemError, match=r"u v w p q r; u v w not found.*or a sensor"):
+        hd.prepare(vehicle, replace(without(log, *"uvw"), position=None), MODEL)

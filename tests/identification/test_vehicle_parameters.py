@@ -62,6 +62,8 @@ def test_free_gains_leave_the_scale_open_and_the_result_says_so(simulated):
     result = hd.estimate_vehicle_parameters(problem, model, ["added-mass"])
     assert result.remarks[0].startswith("The gains of commands on N are free")
     assert "known ballast" in str(result)
+    assert not result.parameters["A_N"].is_determined
+    assert result.vehicle.added_mass[5, 5] == bare.added_mass[5, 5]
 
 
 def test_faults_are_told(simulated):

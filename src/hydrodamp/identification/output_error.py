@@ -156,19 +156,32 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
     ) -> Fit:
         pieces = split_pieces(objective.problem)
-        if len(pieces) < MIN_BLOCKS or objective.problem.sensor_log is not None:
+        if len(pieces) < MIN_BLOCKS:
             return super()._build_fit(objective, model, start, result)
-        weak = partial(_weak_form, model=model, length=start.window_lengths[0])
-        other_half = 1 - np.arange(len(pieces)) % 2
         replicates = leave_one_out(objective, result, pieces)
-        held_out = half_estimates(objective, pieces, weak)[other_half], replicates
-        weak_error, error = (replay_pieces(objective, pieces, each) for each in held_out)
         halves = half_estimates(objective, pieces, partial(update_estimate, iterate=result))
-        if is_lower(weak_error, error):
+        if _is_weak_form_better(objective, model, start, replicates, pieces):
             result, replicates = start, leave_one_out(objective, start, pieces)
         difference = (halves[0] - halves[1]) / 2.0
         fit = build_fit(objective, model, self, start, result, replicates, difference)
         return replace(fit, remarks=(*fit.remarks, *response_remarks(objective.problem, model)))
+
+
+def _is_weak_form_better(
+    objective: ShootingObjective,
+    model: DampingModel,
+    start: Iterate,
+    replicates: FloatArray,
+    pieces: IntArray,
+) -> bool:
+    """Return whether the weak form replays held-out pieces better; it needs all velocities."""
+    if objective.problem.sensor_log is not None:
+        return False
+    weak = partial(_weak_form, model=model, length=start.window_lengths[0])
+    other_half = 1 - np.arange(len(pieces)) % 2
+    held_out = half_estimates(objective, pieces, weak)[other_half], replicates
+    weak_error, error = (replay_pieces(objective, pieces, each) for each in held_out)
+    return is_lower(weak_error, error)
 
 
 def half_estimates(

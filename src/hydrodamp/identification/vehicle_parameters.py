@@ -171,7 +171,9 @@ def estimate_vehicle_parameters(
         difference = (halves[0] - halves[1])[-len(std) :] / 2.0
         remaining = _newton_step(objective, result)[-len(std) :]
         errors = np.minimum(np.sqrt(variance + difference**2 + remaining**2), std)
-    determined = errors < MAX_DETERMINED_RATIO * std
+    free = _free_gains(problem, model) if "added-mass" in names else []
+    has_scale = [each.group != "added-mass" or AXES[each.axis] not in free for each in parameters]
+    determined = (errors < MAX_DETERMINED_RATIO * std) & has_scale
     chosen = np.where(determined, mean, 0.0)
     estimates = {
         each.label: each.estimate(value, error, bool(known))
@@ -179,7 +181,13 @@ def estimate_vehicle_parameters(
             parameters, mean.tolist(), errors.tolist(), determined, strict=True
         )
     }
-    remarks = _scale_remarks(problem, model, names)
+    remarks: tuple[str, ...] = ()
+    if free:
+        remarks = (
+            f"The gains of commands on {' '.join(free)} are free: mass, damping and gains of such "
+            "an axis have a common factor that no log determines. A known thrust [N], or a dive "
+            "with a known ballast, resolves it.",
+        )
     if not determined.all():
         labels = " ".join(
             each.label for each, known in zip(parameters, determined, strict=True) if not known
@@ -241,23 +249,14 @@ def _parameters(vehicle: Vehicle, names: Sequence[str]) -> tuple[_Parameter, ...
     return tuple(parameters)
 
 
-def _scale_remarks(problem: Problem, model: DampingModel, names: Sequence[str]) -> tuple[str, ...]:
-    """Return a sentence where mass, damping and gains have a common factor."""
-    if "added-mass" not in names:
-        return ()
+def _free_gains(problem: Problem, model: DampingModel) -> list[str]:
+    """Return the axes on which a command has an unknown gain."""
     actuated = set(channel_names(problem.vehicle, problem.log))
-    free = [
+    return [
         AXES[axis]
         for axis, terms in enumerate(model.terms)
         if any(set(term.commands) - actuated for term in terms)
     ]
-    if not free:
-        return ()
-    return (
-        f"The gains of commands on {' '.join(free)} are free: mass, damping and gains of such an "
-        "axis have a common factor that no log determines. A known thrust [N], or a dive with a "
-        "known ballast, resolves it.",
-    )
 
 
 def _vehicle_at(vehicle: Vehicle, parameters: Sequence[_Parameter], mu: FloatArray) -> Vehicle:

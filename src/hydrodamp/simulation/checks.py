@@ -78,6 +78,7 @@ def check_log(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Non
 def missing_data(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:
     """Yield a message for each kind of required data that a log lacks."""
     yield from _velocities(vehicle, log)
+    yield from _sensors(log)
     yield from _commands(vehicle, log, models)
     yield from _attitude(vehicle, log, models)
 
@@ -152,6 +153,22 @@ def _velocities(vehicle: Vehicle, log: Log) -> Iterator[str]:
             "that observes them (position, attitude, specific force), or name fewer `axes` in the "
             "vehicle file."
         )
+
+
+#: Kinds of measurements whose output equation has the rotation matrix.
+_ROTATED = ("position", "specific_force")
+
+
+def _sensors(log: Log) -> Iterator[str]:
+    has_attitude = log.attitude is not None or any(
+        each.kind == "attitude" for each in log.measurements
+    )
+    for each in log.measurements:
+        if each.kind in _ROTATED and not has_attitude and each.components != ("down",):
+            yield (
+                f"the sensor `{each.name}` measures {each.kind.replace('_', ' ')}, which needs the "
+                "attitude: record roll pitch yaw, or the heading of a vehicle that stays level."
+            )
 
 
 #: Velocities that the components of a sensor observe.
