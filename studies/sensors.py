@@ -146,7 +146,7 @@ def measure(case: Case, test: hd.Log, log: hd.Log) -> dict[str, object]:
     model = case.damping.model
     problem = hd.prepare(case.vehicle, log, model)
     begin = time.process_time()
-    fit = hd.Recommended().identify(problem, model)
+    fit = hd.OutputError().identify(problem, model)
     seconds = time.process_time() - begin
     truth = case.damping.coefficients
     bound = predict_standard_errors(problem, model, truth)["all sensors"]
