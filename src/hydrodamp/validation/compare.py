@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hydrodamp.data.log import Log
@@ -55,6 +55,8 @@ class Row:
         The errors of the replay in blocks of the test data; None where nothing was identified.
     divergences : tuple of str
         Segment, time and motion of each divergence.
+    rebuilt : tuple of str
+        Velocities of the test data that were rebuilt from sensors.
     """
 
     fit: Fit
@@ -63,6 +65,7 @@ class Row:
     windows: HorizonScore | None = None
     blocks: BlockErrors | None = None
     divergences: tuple[str, ...] = ()
+    rebuilt: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Return model, method, error and status in one line."""
@@ -206,7 +209,9 @@ class Comparison:
             return judge_selection(selection, self.rate_unit)
         tested = velocity_ranges(run.log.velocity, run.axes)
         imbalance = compare_excitation(selection.row.fit.training_range, tested)
-        return judge_selection(selection, self.rate_unit, imbalance.sentences, imbalance.reasons)
+        doubts = dict.fromkeys(selection.row.rebuilt, "against a velocity rebuilt from sensors")
+        reasons = {**doubts, **imbalance.reasons}
+        return judge_selection(selection, self.rate_unit, imbalance.sentences, reasons)
 
     def best(self) -> Row:
         """Return the row of :meth:`select`.
@@ -320,7 +325,9 @@ def _row(
     trajectory, windows = replay(problem, fit.damping, attitude), None
     if horizon is not None:
         windows = horizon_score(problem, fit.damping, horizon, attitude, rate_unit)
-    return replayed_row(fit, score(trajectory, rate_unit), trajectory, windows)
+    row = replayed_row(fit, score(trajectory, rate_unit), trajectory, windows)
+    sensor_log = problem.sensor_log
+    return row if sensor_log is None else replace(row, rebuilt=sensor_log.names)
 
 
 def replayed_row(
