@@ -23,6 +23,7 @@ from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.channel_schema import Entry, Source
 from hydrodamp.ingest.mapping.columns import FoundColumn, read_labels
+from hydrodamp.ingest.sparse_table import sparse_mapping
 
 #: A file or a folder.
 LogPath = str | Path
@@ -141,7 +142,12 @@ def combine_recordings(
 def _make_log(recording: Recording, mapping: LogMapping | None) -> Log:
     if mapping is not None and mapping.entries:
         return mapping.log(recording)
-    log = Log.from_record(canonical_record(recording))
+    topics = recording.topics
+    content = sparse_mapping(topics[0]) if len(topics) == 1 and is_canonical(topics[0]) else {}
+    if content:
+        log = LogMapping.from_dict(content, recording.source).log(recording)
+    else:
+        log = Log.from_record(canonical_record(recording))
     return log if mapping is None else clean(log, mapping.steps)
 
 

@@ -74,3 +74,18 @@ def test_faults_of_a_sensor_are_told(sensor, says):
 def test_a_log_needs_a_velocity_or_a_sensor():
     with pytest.raises(LogError, match="or `sensors` one sensor with its `kind`"):
         hd.LogMapping.from_dict({"time": "t", "attitude": {"heading": "psi"}})
+
+
+def test_sparse_columns_of_a_canonical_table_are_sensors(tmp_path):
+    """Depth at every sample, fixes in rows of their own; no mapping."""
+    lines = [f"{k / 10},0,0,{k / 100},0.1,0.2,0.3,{k % 2},,,{k / 10}" for k in range(40)]
+    lines += [f"{t},,,,,,,,{10 * t},{-t}," for t in (0.05, 1.05, 2.05)]
+    lines.sort(key=lambda line: float(line.split(",")[0]))
+    path = tmp_path / "dive.csv"
+    path.write_text("\n".join(["time,roll,pitch,yaw,p,q,r,fin,north,east,down", *lines]))
+    log = hd.read_log(path)
+    fixes, depth = log.measurements
+    assert (log.n, len(log.segments), log.velocity_names) == (40, 1, ("p", "q", "r"))
+    assert (fixes.name, fixes.n, depth.name, depth.n) == ("position", 3, "depth", 40)
+    np.testing.assert_allclose(fixes.values[:, 0], [0.5, 10.5, 20.5])
+    assert log.command_names == ("fin",)
