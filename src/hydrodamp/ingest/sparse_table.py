@@ -57,5 +57,5 @@ def sparse_mapping(table: Topic) -> dict[str, Any]:
 
 def _is_sparse(table: Topic, columns: tuple[str, ...]) -> bool:
     """Return whether some rows, but fewer than half of them, have a column."""
-    counts = [np.count_nonzero(np.isfinite(table.fields[name])) for name in columns]
+    counts = [int(np.count_nonzero(np.isfinite(table.fields[name]))) for name in columns]
     return 0 < sum(counts) < MAX_SHARE * table.n * len(columns)
