@@ -87,7 +87,7 @@ def _find_gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
     after = np.minimum.accumulate(np.where(lost, log.n, index)[::-1])[::-1]
     inside = (before >= 0) & (after < log.n)
     before, after = np.maximum(before, 0), np.minimum(after, log.n - 1)
-    segment = np.repeat(np.arange(len(log.segments)), np.diff(log.bounds, axis=1).ravel())
+    segment = log.segment_numbers
     near = inside & (segment[before] == segment) & (segment[after] == segment)
     span = log.time[after] - log.time[before]
     bridged = lost & near & (span <= longest * (1 + 1e-9))

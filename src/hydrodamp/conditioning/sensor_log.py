@@ -21,9 +21,10 @@ from hydrodamp.conditioning.velocity_smoother import (
     Observation,
     angle_rate_matrices,
     interpolate_rows,
-    noise_std,
+    interpolate_series,
     smooth_velocities,
     unwrapped_euler,
+    white_noise_std,
 )
 from hydrodamp.data.attitude import quaternion_from_euler, rotation_matrices
 from hydrodamp.data.log import Log
@@ -61,8 +62,7 @@ class SensorLog:
     """A log with rebuilt velocities, its sensors, and what is known of its poses.
 
     ``velocity_std`` and ``acceleration_std`` (6,) are zero where a velocity was recorded;
-    ``coordinates`` (n, 6) are north,
-    east, down [m] and roll, pitch, yaw [rad], without jumps.
+    ``coordinates`` (n, 6) are north, east, down [m] and roll, pitch, yaw [rad], without jumps.
     """
 
     log: Log
@@ -137,7 +137,7 @@ def rebuild_velocities(log: Log, free: Sequence[str]) -> SensorLog:
 
 def _recorded_poses(log: Log, missing: Iterable[str]) -> Iterator[Measurement]:
     """Yield position and attitude of the log as measurements where they must serve."""
-    segment = np.repeat(np.arange(len(log.segments)), np.diff(log.bounds, axis=1).ravel())
+    segment = log.segment_numbers
     kinds = {each.kind for each in log.measurements}
     if log.position is not None and "position" not in kinds and {*missing} & {*_LINEAR}:
         yield Measurement("position", "position", log.time, log.position, segment=segment)
@@ -175,7 +175,7 @@ def _sensor(log: Log, measurement: Measurement) -> Sensor:
     std = measurement.std
     if std is None:
         std = np.array([
-            noise_std(column[np.isfinite(column)], measurement.segment[np.isfinite(column)])
+            white_noise_std(column[np.isfinite(column)], measurement.segment[np.isfinite(column)])
             for column in values.T
         ])  # fmt: skip
     valid = np.isfinite(values) & rows.inside[:, None]
@@ -205,14 +205,8 @@ def known_part(sensor: Sensor, rates: FloatArray, rotations: FloatArray) -> Floa
     if not arm.any() or sensor.kind in ANGULAR_KINDS:
         return np.zeros(sensor.valid.shape)
     series = rotations @ arm if sensor.kind == "position" else np.cross(rates, arm)
-    return np.asarray(interpolate(series, rows) @ component_matrix(sensor).T)
-
-
-def interpolate(series: FloatArray, rows: Interpolation) -> FloatArray:
-    """Return a series (n, ...) at interpolated rows."""
-    share = rows.share.reshape(-1, *(1,) * (series.ndim - 1))
-    upper = np.minimum(rows.lower + 1, len(series) - 1)
-    return np.asarray((1.0 - share) * series[rows.lower] + share * series[upper])
+    values = interpolate_series(series, rows.lower, rows.upper, rows.share)
+    return np.asarray(values @ component_matrix(sensor).T)
 
 
 def _observations(
@@ -226,10 +220,8 @@ def _observations(
         used = sensor.valid[:, column]
         rows = sensor.rows._replace(inside=used)
         pair = (unit, np.zeros(3)) if is_pose else (np.zeros(3), unit)
-        yield Observation(
-            f"{sensor.measurement.name} {sensor.measurement.components[column]}",
-            rows, np.where(used, values[:, column], 0.0), float(sensor.std[column]), *pair,
-        )  # fmt: skip
+        series = np.where(used, values[:, column], 0.0)
+        yield Observation(rows, series, float(sensor.std[column]), *pair)
 
 
 def _recorded_observations(
@@ -241,14 +233,13 @@ def _recorded_observations(
     share = np.zeros(log.n)
     lower[last], share[last] = last - 1, 1.0
     rows = Interpolation(lower, share, np.ones(log.n, dtype=bool))
-    segment = np.repeat(np.arange(len(log.segments)), np.diff(log.bounds, axis=1).ravel())
     for index, name in enumerate(names):
         column = log.velocity[:, VELOCITIES.index(name)]
         if name in fixed:
-            yield Observation(name, rows, np.zeros(log.n), 1e-6, np.zeros(3), np.eye(3)[index])
+            yield Observation(rows, np.zeros(log.n), 1e-6, np.zeros(3), np.eye(3)[index])
         elif name in log.velocity_names:
-            std = noise_std(column, segment)
-            yield Observation(name, rows, column, std, np.zeros(3), np.eye(3)[index])
+            std = white_noise_std(column, log.segment_numbers)
+            yield Observation(rows, column, std, np.zeros(3), np.eye(3)[index])
 
 
 def _velocity_scale(log: Log, observations: Sequence[Observation]) -> float:
@@ -272,7 +263,7 @@ def _velocity_scale(log: Log, observations: Sequence[Observation]) -> float:
 
 
 def _scale_of_forces(log: Log, sensors: Iterable[Sensor]) -> float:
-    """Return the spread of the specific force times the correlation time, in PRIOR_FACTOR parts."""
+    """Return the spread of the specific force times the correlation time, over PRIOR_FACTOR."""
     spreads = [
         float(np.nanstd(each.measurement.values[:, column]))
         for each in sensors

@@ -44,10 +44,25 @@ class Interpolation(NamedTuple):
     share: FloatArray
     inside: BoolArray
 
+    @property
+    def upper(self) -> IntArray:
+        """Rows after the measurements; the same row where one coincides with a sample."""
+        return self.lower + (self.share > 0.0)
 
-def interpolate_rows(log: Log, measurement: Measurement, delay: float = 0.0) -> Interpolation:
+
+def interpolate_series(
+    series: FloatArray, lower: IntArray, upper: IntArray, share: FloatArray
+) -> FloatArray:
+    """Return a series (n, ...) between two rows each, with the share of the second."""
+    share = share.reshape(-1, *(1,) * (series.ndim - 1))
+    if not share.any():
+        return np.asarray(series[lower])
+    return np.asarray((1.0 - share) * series[lower] + share * series[upper])
+
+
+def interpolate_rows(log: Log, measurement: Measurement) -> Interpolation:
     """Return where the measurements lie between the samples of a log."""
-    moment = measurement.time - measurement.delay - delay
+    moment = measurement.time - measurement.delay
     lower = np.zeros(measurement.n, dtype=np.int64)
     share, inside = np.zeros(measurement.n), np.zeros(measurement.n, dtype=bool)
     for number, (start, stop) in enumerate(log.bounds.tolist()):
@@ -88,11 +103,9 @@ def unwrapped_euler(log: Log) -> FloatArray:
 class Observation:
     """Linear observations of one component: y = C x + D v at interpolated rows.
 
-    ``coordinate`` (3,) selects the coordinates, ``velocity`` (3,) the velocities; ``known`` is
-    what is subtracted from ``values``.
+    ``coordinate`` (3,) selects the coordinates, ``velocity`` (3,) the velocities.
     """
 
-    name: str
     rows: Interpolation
     values: FloatArray
     std: float
@@ -100,7 +113,7 @@ class Observation:
     velocity: FloatArray
 
 
-def noise_std(values: FloatArray, segment: IntArray) -> float:
+def white_noise_std(values: FloatArray, segment: IntArray) -> float:
     """Return the standard deviation of white noise of a series from its third differences."""
     pieces = [np.diff(values[segment == number], 3) for number in np.unique(segment)]
     third = np.concatenate(pieces) if pieces else np.empty(0)
@@ -130,9 +143,9 @@ def smooth_velocities(
     ``matrices`` (n, 3, 3) are A(t), ``scale`` is the size of the velocities, for their prior.
     """
     system = _System.of(log, matrices, observations, scale)
-    roughness = system.best_roughness()
-    solution = system.solve(roughness)
-    return SmootherResult(solution[:, :3], solution[:, 3:], *system.posterior_std(roughness))
+    factor = system.factor(system.best_roughness())
+    solution = system.solve(factor).reshape(-1, 6)
+    return SmootherResult(solution[:, :3], solution[:, 3:], *system.posterior_std(factor))
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,32 +218,29 @@ class _System:
         return float(self.reference * np.exp(result.x))
 
     def _deviance(self, exponent: float) -> float:
-        from scipy.linalg import cho_solve_banded
-
         q = self.reference * np.exp(exponent)
-        factor = self._factor(q)
-        fitted = float(self.rhs @ cho_solve_banded((factor, False), self.rhs))
+        factor = self.factor(q)
+        fitted = float(self.rhs @ self.solve(factor))
         logdet = 2.0 * float(np.sum(np.log(factor[-1])))
         volume = self.n_rough * float(np.log(q)) + self.log_intervals
         return self.square - fitted + logdet + volume
 
-    def _factor(self, roughness: float) -> FloatArray:
+    def factor(self, roughness: float) -> FloatArray:
+        """Return the banded Cholesky factor at a roughness q."""
         from scipy.linalg import cholesky_banded
 
         return np.asarray(cholesky_banded(self.data + self.rough / roughness, check_finite=False))
 
-    def solve(self, roughness: float) -> FloatArray:
-        """Return the unknowns (n, 6)."""
+    def solve(self, factor: FloatArray) -> FloatArray:
+        """Return the unknowns (6 n,)."""
         from scipy.linalg import cho_solve_banded
 
-        solution = cho_solve_banded((self._factor(roughness), False), self.rhs)
-        return np.asarray(solution).reshape(-1, 6)
+        return np.asarray(cho_solve_banded((factor, False), self.rhs))
 
-    def posterior_std(self, roughness: float) -> tuple[FloatArray, FloatArray]:
+    def posterior_std(self, factor: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the RMS posterior standard deviations of velocities and accelerations."""
         from scipy.linalg import cho_solve_banded
 
-        factor = self._factor(roughness), False
         first = np.concatenate([np.arange(a, b - 1) for a, b in self.log.bounds.tolist()])
         chosen = first[
             np.linspace(0, len(first) - 1, min(VARIANCE_SAMPLES, len(first))).astype(int)
@@ -241,12 +251,12 @@ class _System:
         levels, slopes = np.zeros((2, 6 * self.log.n, before.size))
         levels[before, columns] = 1.0
         slopes[after, columns], slopes[before, columns] = 1.0 / step, -1.0 / step
-        variances = (
-            np.sum(units * cho_solve_banded(factor, units), axis=0).reshape(-1, 3).mean(axis=0)
+        variances = [
+            np.sum(units * cho_solve_banded((factor, False), units), axis=0)
             for units in (levels, slopes)
-        )
-        velocity, acceleration = map(np.sqrt, variances)
-        return np.asarray(velocity), np.asarray(acceleration)
+        ]
+        velocity, acceleration = np.sqrt(np.reshape(variances, (2, -1, 3)).mean(axis=1))
+        return velocity, acceleration
 
 
 def _observation_entries(each: Observation) -> tuple[IntArray, FloatArray]:

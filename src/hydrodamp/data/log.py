@@ -222,8 +222,12 @@ class Log:
     @property
     def bounds(self) -> IntArray:
         """First and one-past-last sample of each segment, shape (s, 2)."""
-        edges = [(segment.start, segment.stop) for segment in self.segments]
-        return np.array(edges, dtype=np.int64)
+        return np.array([(each.start, each.stop) for each in self.segments], dtype=np.int64)
+
+    @property
+    def segment_numbers(self) -> IntArray:
+        """Index of the segment of each sample, shape (n,)."""
+        return np.repeat(np.arange(len(self.segments)), np.diff(self.bounds, axis=1).ravel())
 
     @cached_property
     def steps(self) -> FloatArray:

@@ -23,27 +23,24 @@ from functools import cached_property
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.conditioning.sensor_log import ANGULAR_KINDS
-from hydrodamp.conditioning.velocity_smoother import Interpolation
+from hydrodamp.conditioning.velocity_smoother import Interpolation, interpolate_series
 from hydrodamp.identification.multiple_shooting import Windows
 from hydrodamp.identification.window_series import (
     WindowRows,
     differentiate,
     integrate,
-    interpolate_series,
-    skew_matrices,
 )
+from hydrodamp.vehicle.mass import cross_matrix
 
-#: Standard gravity [m/s²].
-GRAVITY = 9.80665
+#: First index among the offsets of a window of the pose of each kind.
+POSE_OFFSETS = {"position": 0, "attitude": 3}
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """One sensor: components (k, 3), values, rows, noise; indices of its parameters in θ.
-
-    ``offset`` is the first index of its pose among the offsets of a window, -1 without.
-    """
+    """One sensor: components (k, 3), values, rows, noise; indices of its parameters in θ."""
 
     name: str
     kind: str
@@ -54,7 +51,11 @@ class Output:
     std: FloatArray
     lever_arm: FloatArray
     parameters: dict[str, IntArray]
-    offset: int = -1
+
+    @property
+    def offset(self) -> int | None:
+        """The first index of its pose among the offsets of a window, None without."""
+        return POSE_OFFSETS.get(self.kind)
 
     @property
     def freedom(self) -> IntArray:
@@ -106,7 +107,7 @@ class WindowMotion:
         if output.kind == "specific_force":
             force, slopes = self._specific_force(arm)
             return force @ select.T, None if slopes is None else np.asarray(select @ slopes)
-        lever = [select, -select @ skew_matrices(arm)]
+        lever = [select, -select @ cross_matrix(arm)]
         rates = [np.zeros_like(select), select]
         matrix = np.hstack(rates if output.kind == "rates" else lever)
         series = self.velocity @ matrix.T
@@ -136,7 +137,7 @@ class WindowMotion:
         if jacobian is None:
             return force, None
         slope = differentiate(jacobian, time, spans)
-        a, w, v = map(skew_matrices, (arm, angular, total))
+        a, w, v = map(cross_matrix, (arm, angular, total))
         slopes = slope[:, :3] - a @ slope[:, 3:] + w @ jacobian[:, :3]
         return force, np.asarray(slopes - (v + w @ a) @ jacobian[:, 3:])
 
@@ -171,7 +172,7 @@ class WindowMotion:
 
     def _at(self, series: FloatArray, rows: WindowRows, delay: float) -> FloatArray:
         """Return a series at the measurements, to first order in their delay."""
-        values = interpolate_series(series, rows)
+        values = interpolate_series(series, rows.lower, rows.upper, rows.share)
         return values - delay * self._rate(series, rows) if delay else values
 
     def _parameter_slopes(
@@ -188,8 +189,8 @@ class WindowMotion:
             transposed = np.swapaxes(self.rotations, 1, 2)
             return np.asarray(select @ self._at(transposed, rows, delay))
         angular, spans = self.velocity[:, 3:], self.windows.spans
-        matrices = self.rotations if is_position else skew_matrices(angular)
+        matrices = self.rotations if is_position else cross_matrix(angular)
         if output.kind == "specific_force":
             rate = differentiate(angular, self.time, spans)
-            matrices = skew_matrices(rate) + matrices @ matrices
+            matrices = cross_matrix(rate) + matrices @ matrices
         return np.asarray(select @ self._at(matrices, rows, delay))

@@ -118,12 +118,11 @@ def _standard_errors(
     windows: Windows, theta: FloatArray, residuals: FloatArray, objective: ShootingObjective
 ) -> FloatArray:
     p = objective.n_coefficients
-    normal, *_ = windows.linearise(theta, residuals)
-    count = float(sum(len(each.time) * each.residuals.shape[1]
-                      for each in windows.outputs.residuals(windows, theta)))  # fmt: skip
+    one_block = np.zeros(len(windows.bounds), dtype=np.intp)
+    (normal,) = windows.block_normal_matrices(theta, residuals, one_block)
     prior = np.full(len(theta), PRIOR_FACTOR**-2.0)
     prior[p:] = 1.0
-    information = normal[:-1, :-1] * count * objective.scale[:, None] * objective.scale
+    information = normal[:-1, :-1] * objective.scale[:, None] * objective.scale
     covariance = np.linalg.inv(information + np.diag(prior))
     return np.asarray(np.sqrt(np.diag(covariance))[:p] * objective.scale[:p])
 

@@ -63,16 +63,14 @@ class SensorOutputs:
         offset_std = np.zeros(6)
         outputs = [*_recorded_outputs(log, [name for name in free if name not in sensor_log.names])]
         for sensor, index in zip(sensors, indices, strict=True):
-            measurement, offset = sensor.measurement, -1
+            measurement = sensor.measurement
             output = Output(
                 measurement.name, sensor.kind, component_matrix(sensor), sensor.rows,
                 measurement.values, sensor.valid, sensor.std, measurement.lever_arm, index,
             )  # fmt: skip
-            if sensor.kind in ("position", "attitude"):
-                offset = 0 if sensor.kind == "position" else 3
-                std = OFFSET_FACTOR * sensor.std
-                np.maximum.at(offset_std, output.freedom, std)
-            outputs.append(replace(output, offset=offset))
+            if output.offset is not None:
+                np.maximum.at(offset_std, output.freedom, OFFSET_FACTOR * sensor.std)
+            outputs.append(output)
         fallback = float(offset_std[offset_std > 0.0].min(initial=1.0))
         attitude = (
             np.tile([1.0, 0.0, 0.0, 0.0], (log.n, 1)) if log.attitude is None else log.attitude
@@ -225,7 +223,7 @@ def _columns(
     columns[:, :, : len(free)] = slopes[:, :, p + free]
     columns[:, :, f : f + p] = slopes[:, :, :p]
     columns[:, :, f + p : f + q] = slopes[:, :, p + 6 :]
-    if output.offset >= 0:
+    if output.offset is not None:
         start = len(free) + output.offset
         columns[:, :, start : start + 3] = output.components
     columns[:, :, -1] = output.values[number] - predicted

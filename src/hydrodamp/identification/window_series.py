@@ -23,8 +23,7 @@ class WindowRows(NamedTuple):
 
 def rows_in_windows(windows: Windows, rows: Interpolation) -> WindowRows:
     """Return the measurements of a sensor in each window."""
-    lower, share, _ = rows
-    last = lower + (share > 0.0)
+    lower, share, last = rows.lower, rows.share, rows.upper
     first = np.searchsorted(lower, windows.bounds[:, 0])
     stop = np.maximum(np.searchsorted(last, windows.bounds[:, 1]), first)
     counts = stop - first
@@ -39,14 +38,6 @@ def fill_gaps(simulated: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Return simulated velocities with zeros after a divergence, and where that is."""
     diverged = ~np.all(np.isfinite(simulated), axis=1)
     return np.where(diverged[:, None], 0.0, simulated), diverged
-
-
-def interpolate_series(series: FloatArray, rows: WindowRows) -> FloatArray:
-    """Return a series of the windows (n, ...) at the measurements."""
-    share = rows.share.reshape(-1, *(1,) * (series.ndim - 1))
-    if not share.any():
-        return np.asarray(series[rows.lower])
-    return np.asarray((1.0 - share) * series[rows.lower] + share * series[rows.upper])
 
 
 def integrate(rates: FloatArray, time: FloatArray, spans: IntArray) -> FloatArray:
@@ -82,11 +73,3 @@ def average_rows(
     first = np.flatnonzero(position % block == 0)
     size = np.diff(np.append(first, len(window)))
     return np.add.reduceat(columns, first, axis=0) / np.sqrt(size)[:, None], window[first]
-
-
-def skew_matrices(vectors: FloatArray) -> FloatArray:
-    """Return the matrices of cross products with vectors (..., 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
-    return np.moveaxis(rows, (0, 1), (-2, -1))

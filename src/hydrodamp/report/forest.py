@@ -107,7 +107,6 @@ def _row(
         cut = ends[0] < low, ends[1] > high
         marks.append(Mark(model, text, position(value) if is_drawn else None, interval, cut))
     unit = coefficient_unit(*read_label(label))
-    if truth is None:
-        return ForestRow(label, unit, grade.word, position(0.0), None, "", tuple(marks))
-    text = f"true value: {coefficient(truth)}"
-    return ForestRow(label, unit, grade.word, position(0.0), position(truth), text, tuple(marks))
+    true_position = None if truth is None else position(truth)
+    text = "" if truth is None else f"true value: {coefficient(truth)}"
+    return ForestRow(label, unit, grade.word, position(0.0), true_position, text, tuple(marks))

@@ -228,7 +228,7 @@ class Problem:
     propulsion_known : bool
         Whether the log has a propulsion ratio, or a propeller speed that gives one.
     sensor_log : SensorLog or None
-        The sensors of the log, and its velocities sensor_log from them; None without sensors.
+        The sensors of the log, and the velocities rebuilt from them; None without sensors.
     """
 
     log: Log

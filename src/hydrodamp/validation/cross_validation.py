@@ -303,8 +303,7 @@ def split_holdout(
 
     Return pairs of training and test data.
     """
-    lengths = [len(segment) for segment in log.segments]
-    number = np.repeat(np.arange(len(lengths)), lengths)
+    number = log.segment_numbers
     samples = Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), number, log.time)
     if gap is None:
         gap = _RELATIVE_GAP * log.time_scale

@@ -29,9 +29,11 @@ def checked_array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: st
 
 
 def cross_matrix(vector: npt.ArrayLike) -> FloatArray:
-    """Return S with ``S @ b == cross(vector, b)``."""
-    x, y, z = np.asarray(vector, dtype=np.float64)
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """Return S with ``S @ b == cross(vector, b)``, for vectors (..., 3) a stack (..., 3, 3)."""
+    x, y, z = np.moveaxis(np.asarray(vector, dtype=np.float64), -1, 0)
+    zero = np.zeros_like(x)
+    rows = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
+    return np.moveaxis(rows, (0, 1), (-2, -1))
 
 
 def rigid_body_mass_matrix(
