@@ -68,6 +68,8 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
     assert "0.33 (0.33 to 0.33)" in said
     done = call(f"{LINE} --check-actuators --method weak --estimate-actuator-gains --out d.json")
     assert "inconsistent with the motion" not in done.stderr
+    named = call(f"{LINE} --method weak --estimate gains --out d.json --force")
+    assert named.stdout == done.stdout
     damping = hd.read_damping(folder / "d.json")
     assert damping["X_actuation_X"] == pytest.approx(-2.0 / 3.0, abs=0.01)
     assert damping["X_u"] == pytest.approx(-8.0, rel=0.03)

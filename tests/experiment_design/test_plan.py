@@ -9,7 +9,7 @@ import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
-from hydrodamp.experiment_design.ensemble import hull_damping, prior_damping
+from hydrodamp.experiment_design.ensemble import prior_damping
 from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.optimise import Optimiser
 from hydrodamp.experiment_design.verification import (
@@ -18,6 +18,7 @@ from hydrodamp.experiment_design.verification import (
     enforce_envelope,
 )
 from hydrodamp.identification.grades import Cause
+from hydrodamp.simulation.damping_estimate import hull_damping
 from hydrodamp.simulation.problem import vehicle_stamp
 
 

@@ -8,6 +8,8 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.conditioning.sensor_log import rebuild_velocities
 from hydrodamp.data.attitude import rotation_matrices
+from hydrodamp.identification.gauss_newton import Iterate
+from hydrodamp.identification.indirect_coefficients import find_indirect_coefficients
 from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.simulation.replay import replay
@@ -157,6 +159,43 @@ def test_a_delay_and_a_bias_are_estimated(exact):
     fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
     assert fit.sensor_parameters["dvl delay"][0] == pytest.approx(0.3, abs=0.05)
     assert fit.sensor_parameters["dvl bias u"][0] == pytest.approx(0.05, abs=0.015)
+
+
+def test_a_delay_that_is_not_stated_is_told(exact):
+    vehicle, log, _ = exact
+    late = sample(log, "dvl", "velocity", log.velocity[:, :3], 0.5, 1e-3, true_delay=0.3)
+    bare = without(log, *"uvw", measurements=[late])
+    fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
+    assert "The log suggests delays of dvl 0.3" in " ".join(fit.remarks)
+
+
+@pytest.mark.parametrize(("name", "indirect"), [("depth", True), ("dvl", False)])
+def test_sway_coefficients_without_a_sensor_of_sway_are_indirect(exact, name, indirect):
+    """A gyro determines sway through the Munk moment; a depth does not observe it, a DVL does."""
+    vehicle, log, damping = exact
+    sensors = {
+        "depth": sample(log, "depth", "position", integrate_position(log)[:, 2:], 0.5, 0.02,
+                        components=("down",)),
+        "dvl": sample(log, "dvl", "velocity", log.velocity[:, :3], 0.1, 1e-4),
+    }  # fmt: skip
+    problem = hd.prepare(vehicle, without(log, *"uvw", measurements=[sensors[name]]), MODEL)
+    objective = make_objective(problem, MODEL)
+    result = objective.add_length(Iterate(damping.coefficients, ()), objective.windows(4.0))
+    half_width = 0.3 * np.abs(damping.coefficients)
+    found = find_indirect_coefficients(objective, result, half_width)
+    assert found[MODEL.index("Y_v")] == indirect
+    assert not found[MODEL.index("N_r")]
+
+
+def test_indirect_coefficients_are_at_best_weak(exact):
+    vehicle, log, _ = exact
+    problem = hd.prepare(vehicle, log, MODEL)
+    fit = hd.OutputError().identify(problem, MODEL)
+    by_axis = hd.grade_fit(problem, fit).grades
+    limited = hd.grade_fit(problem, replace(fit, indirect=("X_u",))).grades
+    assert by_axis["X_u"] in {hd.Grade.DETERMINED, hd.Grade.MINOR}
+    assert limited["X_u"] is hd.Grade.WEAK
+    assert {**limited, "X_u": by_axis["X_u"]} == by_axis
 
 
 def test_methods_that_need_velocities_say_so(exact):

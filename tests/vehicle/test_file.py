@@ -24,7 +24,8 @@ def test_round_trip_of_every_setting():
         hd.Fin("rudder", {"Y": 9.0}, dead_zone=(-0.01, 0.02)),
         hd.Propeller("rpm", 3e-6, dead_zone=(-50, 50), limit=1500),
     )
-    ship = hd.Vehicle("s", np.eye(3), 0.0, 0.0, axes=("X", "Y", "N"), actuators=actuators)
+    settings = {"axes": ("X", "Y", "N"), "actuators": actuators, "estimate": ("gains",)}
+    ship = hd.Vehicle("s", np.eye(3), 0.0, 0.0, **settings)
     assert parse_vehicle(format_vehicle(ship)) == ship
 
 

@@ -21,6 +21,9 @@ from hydrodamp.results import check_results, remove_results
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
 
+#: Name in ``--estimate`` of the gains of the actuators.
+GAINS = "gains"
+
 
 def identify(
     vehicle: str = "",
@@ -54,10 +57,13 @@ def identify(
     estimator, provenance = hd.find_method(method), run_provenance(files)
     log = inputs.training_log(logs, train, mapping)
     inputs.check_training(craft, log, listed.candidates(craft, log))
-    models = listed.complete(craft, log, estimate_gains)
-    problem = hd.prepare(craft, log, models)
+    names = tuple(name.replace("_", "-") for name in craft.estimate)
     if estimate is not None:
-        problem = _estimate_parameters(problem, models[0], inputs.split_names(estimate))
+        names = tuple(inputs.split_names(estimate))
+    models = listed.complete(craft, log, estimate_gains or GAINS in names)
+    problem = hd.prepare(craft, log, models)
+    if parameters := [name for name in names if name != GAINS]:
+        problem = _estimate_parameters(problem, models[0], parameters)
         craft, log = problem.vehicle, problem.log
     if check_actuators:
         from hydrodamp.validation.sensitivity import check_gains
@@ -135,7 +141,7 @@ def _estimate_parameters(
     from hydrodamp.identification.command_response import PARAMETERS
     from hydrodamp.identification.vehicle_parameters import VEHICLE_PARAMETERS
 
-    known = (*PARAMETERS, *VEHICLE_PARAMETERS)
+    known = (*PARAMETERS, *VEHICLE_PARAMETERS, GAINS)
     if unknown := [name for name in names if name not in known]:
         raise hd.MethodError(no_such("parameter", unknown[0], known))
     if commands := [name for name in names if name in PARAMETERS]:

@@ -6,7 +6,7 @@ covariance, z and e standard normal, and s the scale of terms that the model lac
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,12 +14,10 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ModelError
 from hydrodamp.identification.har_covariance import reference_model
-from hydrodamp.models.catalog import published
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.checks import estimate_length
+from hydrodamp.simulation.damping_estimate import hull_damping, published_damping
 from hydrodamp.simulation.problem import vehicle_stamp
-from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 from hydrodamp.vehicle.vehicle import Vehicle
 
 MAX_RELATIVE_STD = 0.3
@@ -27,16 +25,6 @@ MAX_RELATIVE_STD = 0.3
 
 MODEL_FORM_SHARE = 0.02
 """Share of the force on an axis that is of terms that the model lacks; assumed."""
-
-WATER_DENSITY = 1000.0
-"""[kg/m^3]; fresh water."""
-
-FRONTAL_DRAG, CROSSFLOW_DRAG = 0.2, 1.1
-"""Drag coefficients of a smooth hull ahead (frontal area) and of a cylinder across the flow:
-S. F. Hoerner, Fluid-Dynamic Drag (1965), chapters 6 and 3."""
-
-LIFT_SLOPE = 0.03
-"""Lift slope of a slender hull with tail fins, with the squared length as area; assumed."""
 
 
 def prior_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None) -> Damping:
@@ -56,39 +44,7 @@ def prior_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None
             f"model '{free.key}' has gains of {' '.join(free.commands)}, and no prior for them: "
             "give `damping`, identified from a log."
         )
-    for name, damping in published.items():
-        if damping.vehicle is not None and not foreign_to(damping, vehicle_stamp(vehicle)):
-            return replace(damping, source=f"published set '{name}'")
-    return hull_damping(vehicle)
-
-
-def hull_damping(vehicle: Vehicle) -> Damping:
-    """Estimate damping from length and displacement, to a factor of two.
-
-    The hull is a cylinder in crossflow, a smooth body ahead, and a slender body in lift.
-    """
-    length = estimate_length(vehicle) or 1.0
-    volume = vehicle.weight / STANDARD_GRAVITY / WATER_DENSITY
-    diameter = float(np.sqrt(4.0 * volume / np.pi / length))
-    crossflow = 0.5 * WATER_DENSITY * CROSSFLOW_DRAG * diameter * length
-    lift = 0.5 * WATER_DENSITY * LIFT_SLOPE * length**2
-    yaw, roll = crossflow * length**3 / 32.0, 0.5 * WATER_DENSITY * CROSSFLOW_DRAG * diameter**5
-    values = {
-        "X_u|u|": -0.5 * WATER_DENSITY * FRONTAL_DRAG * np.pi / 4.0 * diameter**2,
-        "Y_v|v|": -crossflow,
-        "Z_w|w|": -crossflow,
-        "Y_uv": -lift,
-        "Z_uw": -lift,
-        "N_r|r|": -yaw,
-        "M_q|q|": -yaw,
-        "N_ur": -lift * length**2 / 4.0,
-        "M_uq": -lift * length**2 / 4.0,
-        "K_p|p|": -roll,
-        "K_up": -roll,
-    }
-    coefficients = {label: value for label, value in values.items() if label[0] in vehicle.axes}
-    source = f"a hull of {length:.2g} m and {diameter:.2g} m"
-    return Damping.from_dict(None, coefficients, source=source, vehicle=vehicle_stamp(vehicle))
+    return published_damping(vehicle) or hull_damping(vehicle)
 
 
 @dataclass(frozen=True, eq=False)

@@ -257,6 +257,8 @@ class Fit:
         The vehicle that the coefficients belong to; None where unknown.
     sensor_parameters : dict of str to tuple of float
         Value and standard error of each estimated bias, delay, lever arm and current, by label.
+    indirect : tuple of str
+        Labels of coefficients that only sensors of other motions determine; weak at best.
     """
 
     damping: Damping
@@ -272,6 +274,7 @@ class Fit:
     grades: dict[str, Grade] = field(default_factory=dict)
     vehicle: Vehicle | None = None
     sensor_parameters: dict[str, tuple[float, float]] = field(default_factory=dict)
+    indirect: tuple[str, ...] = ()
 
     @property
     def model(self) -> DampingModel:

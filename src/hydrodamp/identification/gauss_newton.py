@@ -279,3 +279,12 @@ def minimise(
         if decrease < tolerance:
             break
     return replace(iterate, converged=converged, damping=damping)
+
+
+def newton_step(objective: ShootingObjective, result: Iterate) -> FloatArray:
+    """Return the undamped step from an iterate: what a narrow valley has left."""
+    x = result.coefficients / objective.scale
+    hessian, rhs = objective.gauss_newton(result)
+    penalty = objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
+    step = np.linalg.solve(hessian + penalty, rhs - penalty @ x)
+    return np.asarray(step * objective.scale)

@@ -303,7 +303,19 @@ def _grade_fit(excitation: Excitation, fit: Fit) -> Identifiability:
     half = known.critical_value() * known.standard_errors
     by_fit = grade_by_excitation(excitation, half, damping.coefficients)
     pairs = zip(by_log.axes, by_fit.axes, strict=True)
-    return replace(by_log, axes=tuple(_worse(*pair) for pair in pairs))
+    axes = (_limit_to_weak(_worse(*pair), fit.indirect) for pair in pairs)
+    return replace(by_log, axes=tuple(axes))
+
+
+def _limit_to_weak(axis: AxisIdentifiability, labels: tuple[str, ...]) -> AxisIdentifiability:
+    """Return an axis on which these labels are weak or worse."""
+    order = list(Grade)
+    graded = zip(axis.labels, axis.grades, strict=True)
+    grades = (
+        max(grade, Grade.WEAK, key=order.index) if label in labels else grade
+        for label, grade in graded
+    )
+    return replace(axis, grades=tuple(grades))
 
 
 def _worse(first: AxisIdentifiability, second: AxisIdentifiability) -> AxisIdentifiability:

@@ -1,7 +1,8 @@
 """The objective of a problem, and the initial iterate: weak-form ridge estimates.
 
 Candidates are weak-form estimates with several prior strengths λ and the energy-injection penalty;
-the one of the lowest objective on windows of the first length is the initial iterate.
+where velocities are rebuilt from sensors also published, hull and zero damping. The one of the
+lowest objective on windows of the first length is the initial iterate.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from hydrodamp.identification.regression import solve_axis
 from hydrodamp.identification.sensor_outputs import SensorOutputs
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.damping_estimate import hull_damping, published_damping
 from hydrodamp.simulation.problem import Problem
 
 #: Smallest standard deviation of a velocity, relative to its largest: rounding is below it.
@@ -109,7 +111,7 @@ def _compare_sensors(objective: ShootingObjective, sensor_log: SensorLog) -> Sho
 
 @factorisation("normal matrix of the weak form")
 def initial_candidates(objective: ShootingObjective, model: DampingModel) -> list[FloatArray]:
-    """Return weak-form ridge estimates with the energy penalty, one for each prior strength."""
+    """Return weak-form ridge estimates; of sensors, also damping that needs no log."""
     triangle = WeakRegression().rows(objective.problem).triangle()
     blocks, targets = [], []
     for axis, terms in enumerate(model.terms):
@@ -133,6 +135,11 @@ def initial_candidates(objective: ShootingObjective, model: DampingModel) -> lis
             if np.allclose(x, previous, rtol=1e-6):
                 break
         candidates.append(x * scale)
+    if objective.problem.sensor_log is not None:  # rebuilt velocities may be inaccurate
+        vehicle = objective.problem.vehicle
+        known = published_damping(vehicle), hull_damping(vehicle)
+        candidates += [each.onto(model) for each in known if each is not None]
+        candidates.append(np.zeros(len(scale)))
     return candidates
 
 

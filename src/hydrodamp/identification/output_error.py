@@ -42,15 +42,20 @@ from hydrodamp.identification.held_out_replay import (
     replay_pieces,
     split_pieces,
 )
+from hydrodamp.identification.indirect_coefficients import find_indirect_coefficients
 from hydrodamp.identification.initial_iterate import (
     best_initial_iterate,
     initial_candidates,
     make_objective,
 )
 from hydrodamp.identification.regression import column_span
+from hydrodamp.identification.sensor_delays import significant_delays
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.status import Status
+
+#: Initial estimates of logs whose velocities are rebuilt from sensors.
+SENSOR_STARTS = "the best of weak-form, published, hull and zero damping"
 
 
 @dataclass(frozen=True)
@@ -209,7 +214,7 @@ def update_estimate(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
     return minimise(half, start, FINAL_TOLERANCE, max_iterations=1).coefficients
 
 
-def _remark(start: Iterate, result: Iterate) -> str:
+def _remark(problem: Problem, start: Iterate, result: Iterate) -> str:
     """Return a sentence on the window lengths and the prior of the result."""
     if result is start:
         return (
@@ -220,8 +225,9 @@ def _remark(start: Iterate, result: Iterate) -> str:
         "entire segments" if np.isinf(length) else f"{length:.3g} s"
         for length in result.window_lengths
     )
+    origin = "the weak form" if problem.sensor_log is None else SENSOR_STARTS
     return (
-        f"The minimisation started from the weak form; window lengths: {lengths}; prior strength "
+        f"The minimisation started from {origin}; window lengths: {lengths}; prior strength "
         f"relative to the residuals: {result.prior_strength:.2g}."
     )
 
@@ -249,11 +255,24 @@ def build_fit(
         axes = objective.entries[1]
         uncertainty = uncertainty.rescale(_inflation(uncertainty, half_difference[:p], axes))
     if uncertainty is not None and start is not result:
-        allowance = "the shift from the weak-form to this estimate"
+        origin = "weak-form" if problem.sensor_log is None else "initial"
+        allowance = f"the shift from the {origin} to this estimate"
         uncertainty = uncertainty.inflate(coefficients - start.coefficients[:p], allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    sensors, sentence = sensor_estimates(objective, result, replicates)
+    sensors, sentences = sensor_estimates(objective, result, replicates)
+    if delays := significant_delays(objective, result):
+        sentences += (f"The log suggests delays of {'; '.join(map(str, delays))}.",)
+    indirect: tuple[str, ...] = ()
+    if uncertainty is not None:
+        half_width = uncertainty.critical_value() * uncertainty.standard_errors
+        is_indirect = find_indirect_coefficients(objective, result, half_width)
+        indirect = tuple(np.array(model.labels)[is_indirect].tolist())
+    if indirect:
+        sentences += (
+            f"Only sensors of other motions determine {' '.join(indirect)}, through the coupling "
+            "of the mass matrix: these are weak.",
+        )
     fit = make_fit(
         problem,
         model,
@@ -263,9 +282,9 @@ def build_fit(
         rank=span.rank,
         aliased=span.aliased,
         status=status if result.converged or result is start else Status.STOPPED,
-        remarks=(_remark(start, result), *sentence),
+        remarks=(_remark(problem, start, result), *sentences),
     )
-    return replace(fit, sensor_parameters=sensors)
+    return replace(fit, sensor_parameters=sensors, indirect=indirect)
 
 
 def sensor_estimates(

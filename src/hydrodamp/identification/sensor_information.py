@@ -71,7 +71,7 @@ def predict_standard_errors(
     theta[: len(coefficients)] = coefficients
     if sensors is None or not isinstance(outputs, SensorOutputs):
         residuals = effective_residuals(objective, windows, theta)
-        return {"all sensors": _standard_errors(windows, theta, residuals, objective)}
+        return {"all sensors": fisher_standard_errors(objective, windows, theta, residuals)}
     labels = outputs.labels
     known = dict(zip(labels, effective_residuals(objective, windows, theta).tolist(), strict=True))
     names = dict.fromkeys(each.name for each in outputs.outputs if each.name != RECORDED)
@@ -94,7 +94,7 @@ def predict_standard_errors(
         pairs = zip(changed.labels, stds, strict=True)
         residuals = np.array([known.get(label, std) for label, std in pairs])
         trial = replace(windows, outputs=changed)
-        bounds[title] = _standard_errors(trial, theta, residuals, objective)
+        bounds[title] = fisher_standard_errors(objective, trial, theta, residuals)
     return bounds
 
 
@@ -114,9 +114,10 @@ def effective_residuals(
 
 
 @factorisation("Fisher information of the sensors")
-def _standard_errors(
-    windows: Windows, theta: FloatArray, residuals: FloatArray, objective: ShootingObjective
+def fisher_standard_errors(
+    objective: ShootingObjective, windows: Windows, theta: FloatArray, residuals: FloatArray
 ) -> FloatArray:
+    """Return the bound (p,) with independent residuals of a standard deviation."""
     p = objective.n_coefficients
     one_block = np.zeros(len(windows.bounds), dtype=np.intp)
     (normal,) = windows.block_normal_matrices(theta, residuals, one_block)

@@ -23,9 +23,8 @@ from hydrodamp.identification.continuation import RELATIVE_TOLERANCE, fit_window
 from hydrodamp.identification.fit import MIN_BLOCKS, critical_value, jackknife
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
-    Iterate,
-    ShootingObjective,
     minimise,
+    newton_step,
 )
 from hydrodamp.identification.held_out_replay import leave_one_out, split_pieces
 from hydrodamp.identification.initial_iterate import make_objective
@@ -169,7 +168,7 @@ def estimate_vehicle_parameters(
         halves = half_estimates(objective, pieces, partial(update_estimate, iterate=result))
         variance = np.diag(jackknife(replicates, problem.duration).covariance)
         difference = (halves[0] - halves[1])[-len(std) :] / 2.0
-        remaining = _newton_step(objective, result)[-len(std) :]
+        remaining = newton_step(objective, result)[-len(std) :]
         errors = np.minimum(np.sqrt(variance + difference**2 + remaining**2), std)
     free = _free_gains(problem, model) if "added-mass" in names else []
     has_scale = [each.group != "added-mass" or AXES[each.axis] not in free for each in parameters]
@@ -194,15 +193,6 @@ def estimate_vehicle_parameters(
         )
         remarks += (f"The log does not determine {labels}: their priors are kept.",)
     return VehicleEstimate(estimates, _vehicle_at(vehicle, parameters, chosen), remarks)
-
-
-def _newton_step(objective: ShootingObjective, result: Iterate) -> FloatArray:
-    """Return the undamped step from an iterate: what a narrow valley has left."""
-    x = result.coefficients / objective.scale
-    hessian, rhs = objective.gauss_newton(result)
-    penalty = objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
-    step = np.linalg.solve(hessian + penalty, rhs - penalty @ x)
-    return np.asarray(step * objective.scale)
 
 
 class _Parameter(NamedTuple):
@@ -286,6 +276,7 @@ def _vehicle_at(vehicle: Vehicle, parameters: Sequence[_Parameter], mu: FloatArr
         added_mass=changed,
         center_of_gravity=center + shift,
         buoyancy=vehicle.buoyancy + buoyancy,
+        estimate=(),
     )
 
 

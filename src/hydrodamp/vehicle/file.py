@@ -109,6 +109,7 @@ class VehicleFile(BaseModel):
     center_of_buoyancy: Vector = [0.0, 0.0, 0.0]
     axes: Annotated[list[AxisName], AfterValidator(checked_axes)] = ["X", "Y", "Z", "K", "M", "N"]
     actuators: list[Annotated[Any, BeforeValidator(_actuator)]] = []
+    estimate: list[Literal["added_mass", "center_of_gravity", "buoyancy", "gains"]] = []
 
     @model_validator(mode="before")
     @classmethod
@@ -131,12 +132,15 @@ class VehicleFile(BaseModel):
             body = self.rigid_body.model_dump()
             rigid = rigid_body_mass_matrix(**body, center_of_gravity=self.center_of_gravity)
             mass = (rigid + np.array(self.added_mass)).tolist()
-        words = self.model_dump(exclude={"mass_matrix", "rigid_body", "axes", "actuators"})
+        words = self.model_dump(
+            exclude={"mass_matrix", "rigid_body", "axes", "actuators", "estimate"}
+        )
         return Vehicle(
             **words,
             mass_matrix=np.array(mass),
             axes=tuple(self.axes),
             actuators=tuple(self.actuators),
+            estimate=tuple(self.estimate),
         )
 
 

@@ -52,6 +52,9 @@ class Vehicle:
         Where the numbers come from, and what to know about them.
     added_mass : ndarray, shape (6, 6), or None
         The part of ``mass_matrix`` that is added mass, where it is known.
+    estimate : tuple of str
+        What ``hydrodamp identify`` estimates with the damping: ``added_mass``,
+        ``center_of_gravity``, ``buoyancy`` or ``gains``.
 
     Raises
     ------
@@ -84,6 +87,7 @@ class Vehicle:
     source: str = ""
     note: str = ""
     added_mass: FloatArray | None = None
+    estimate: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check every field and copy the arrays."""
