@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.cli.inputs import list_models, read_logs, warn_quality_issues
 from hydrodamp.cli.output import check_out_log, collected_warnings, note, print_output
 from hydrodamp.files import save_all
@@ -17,7 +15,7 @@ from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
-    from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements
+    from hydrodamp.ingest.inspection.quality_report import QualityReport
     from hydrodamp.report.table import Table
 
 
@@ -64,8 +62,9 @@ def probe(
     """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.report.probe_tables import probe_document, probe_tables
+    from hydrodamp.validation.log_requirements import find_requirements
 
-    requirements = None if vehicle is None else partial(_requirements, hd.find_vehicle(vehicle))
+    requirements = None if vehicle is None else partial(find_requirements, hd.find_vehicle(vehicle))
     gains = None if draft is None else draft.with_suffix(f".model{draft.suffix or '.yaml'}")
     for path in filter(None, (draft, gains)):
         check_new_file(path, force)
@@ -109,37 +108,3 @@ def write_drafts(text: str, report: QualityReport | None, draft: Path, model: Pa
     note(f"written to {draft}; check every line, then use `--mapping {draft}`")
     if gains:
         note(f"written to {model}: gains of commands; use `--models {model}`")
-
-
-def _requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
-    """Return the requirements of a vehicle, with axes whose wrench contradicts the motion."""
-    from hydrodamp.identification.command_response import interpolation_remarks, response_remarks
-    from hydrodamp.ingest.inspection.quality_report import Requirements
-    from hydrodamp.simulation.checks import (
-        estimate_length,
-        missing_actuation,
-        missing_data,
-        unused_commands,
-    )
-    from hydrodamp.validation.sensitivity import check_gains
-
-    no_actuation = missing_actuation(vehicle, log)
-    # Terms of a model may still use the commands of a vehicle without actuators.
-    by_terms = no_actuation if log.command_names and not vehicle.commands else ""
-    requirements = Requirements(
-        velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
-        missing=tuple(fault for fault in missing_data(vehicle, log, ()) if fault != by_terms),
-        reservations=(*unused_commands(vehicle, log, ()), *filter(None, [by_terms])),
-        length=estimate_length(vehicle),
-    )
-    if requirements.missing or no_actuation:
-        return requirements
-    model = hd.catalog["fossen"]
-    coupled = hd.catalog["prestero"]
-    problem = hd.prepare(vehicle, log, (model, coupled))
-    remarks = (*interpolation_remarks(problem, coupled), *response_remarks(problem, coupled))
-    return replace(
-        requirements,
-        suspicions=tuple(check_gains(problem, [model])),
-        reservations=(*requirements.reservations, *remarks),
-    )

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from hydrodamp.cli.app import app as serve_app
 from hydrodamp.cli.batch import batch
 from hydrodamp.cli.catalogue import datasets, models, new
 from hydrodamp.cli.compare import compare, demo
@@ -36,7 +37,7 @@ app = typer.Typer(
 vehicle_app = typer.Typer(help="Create vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
 COMMANDS = {
-    "Start": (demo,),
+    "Start": (demo, serve_app),
     "Names": (models, methods, vehicles, presets, targets, datasets),
     "Logs": (probe, convert),
     "Identification and validation": (compare, validate, identify, report),

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from hydrodamp.basis.term import AXES, VELOCITIES
+from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 
@@ -23,13 +24,18 @@ def add_steps(draft: str, report: QualityReport | None) -> str:
     """Return the draft of a mapping with the cleaning steps that a report recommends."""
     if report is None:
         return draft
-    matches = (_RECOMMENDED_STEP.search(issue.remedy) for issue in report.issues)
-    steps = ", ".join(dict.fromkeys(match.group(1) for match in matches if match))
+    steps = ", ".join(dict.fromkeys(filter(None, map(recommended_step, report.issues))))
     if not steps:
         return draft
     if _STEPS_LINE.search(draft):
         return _STEPS_LINE.sub(lambda line: f"steps: [{line.group(1)}, {steps}]", draft, count=1)
     return f"{draft.rstrip()}\nsteps: [{steps}]    # recommended by the quality report\n"
+
+
+def recommended_step(issue: QualityIssue) -> str:
+    """Return the cleaning step that the remedy of an issue names, empty without one."""
+    match = _RECOMMENDED_STEP.search(issue.remedy)
+    return match.group(1) if match else ""
 
 
 def draft_model(report: QualityReport | None) -> str:

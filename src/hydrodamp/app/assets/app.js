@@ -1,0 +1,132 @@
+"use strict";
+{
+  const find = (selector, home = document) => home.querySelector(selector);
+  const series = find("#series");
+  const say = (text) => {
+    const box = Object.assign(document.createElement("div"), { className: "fault", textContent: text });
+    find("#message").replaceChildren(box);
+  };
+
+  // Copy buttons, previews, dismissals: one listener, since htmx replaces parts of the page.
+  document.addEventListener("click", async ({ target }) => {
+    const { copy, preview, channel, add, value } = target.dataset;
+    if (copy) {
+      await navigator.clipboard.writeText(document.getElementById(copy).textContent).then(
+        () => { target.textContent = "Copied"; }, () => { target.textContent = "Select the text to copy it"; });
+    }
+    if ("dismiss" in target.dataset) find("#message").replaceChildren();
+    if (preview) showPreview(preview, channel);
+    if (add) addInterval(add, value);
+  });
+
+  // Before and after a cleaning step.
+  async function showPreview(step, channel) {
+    const home = find("#preview");
+    const query = new URLSearchParams({ step, channel });
+    const answer = await fetch(`${document.body.dataset.project}/channels/preview?${query}`);
+    if (!answer.ok) return say("The step cannot be previewed.");
+    const found = await answer.json();
+    home.replaceChildren();
+    for (const [name, pair] of Object.entries(found.series)) {
+      const [before, after] = pair.map(seriesPlots.numbers);
+      const place = document.createElement("div");
+      home.append(Object.assign(document.createElement("h3"), { textContent: `${name} before and after ${step}` }), place);
+      const colours = [seriesPlots.colour("--faint"), seriesPlots.colour("--link")];
+      seriesPlots.makePlot(place, `${name} before and after`, [["before", colours[0]], ["after", colours[1]]], uPlot.join([before, after]), () => {});
+    }
+    if (!Object.keys(found.series).length) home.textContent = "The step changes no channel.";
+    home.scrollIntoView({ block: "nearest" });
+  }
+
+  // Dropped or chosen files go into the folder of logs.
+  const drop = find("#drop");
+  if (drop) {
+    const paths = find("#paths");
+    const send = async (files) => {
+      const status = find("#uploads");
+      for (const file of files) {
+        status.textContent = `copying ${file.name}`;
+        const answer = await fetch(`/upload?name=${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
+        if (!answer.ok) {
+          const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+          say(page.body.textContent.trim().replace(/\s+Dismiss$/, ""));
+          status.textContent = "";
+          return;
+        }
+        paths.value = `${paths.value.trimEnd()}\n${(await answer.json()).path}`.trimStart();
+      }
+      status.textContent = `${files.length} copied`;
+    };
+    find("#chooser").addEventListener("change", ({ target }) => send([...target.files]));
+    drop.addEventListener("dragover", (event) => { event.preventDefault(); drop.classList.add("over"); });
+    drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+    drop.addEventListener("drop", (event) => {
+      event.preventDefault();
+      drop.classList.remove("over");
+      send([...event.dataTransfer.files]);
+    });
+  }
+
+  // A column dragged onto a role takes it.
+  let dragged;
+  for (const handle of document.querySelectorAll("[data-column]")) {
+    handle.addEventListener("dragstart", (event) => {
+      dragged = handle.closest("article");
+      event.dataTransfer.setData("text/plain", handle.dataset.column);
+    });
+  }
+  for (const target of document.querySelectorAll("[data-target]")) {
+    target.addEventListener("dragover", (event) => { event.preventDefault(); target.classList.add("over"); });
+    target.addEventListener("dragleave", () => target.classList.remove("over"));
+    target.addEventListener("drop", (event) => {
+      event.preventDefault();
+      target.classList.remove("over");
+      const select = dragged && find("[data-role]", dragged);
+      if (!select) return;
+      select.value = target.dataset.target;
+      select.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+  }
+
+  // Intervals of training and test data.
+  const form = find("#split");
+  const lines = (side) => find(`#${side}`).value.split("\n").map((text) => text.trim()).filter(Boolean);
+  function addInterval(side, text) {
+    const area = find(`#${side}`);
+    area.value = [...lines(side), text].join("\n");
+    form.requestSubmit();
+    plots.redraw();
+  }
+  const spans = (side) => {
+    const segments = JSON.parse(series.dataset.segments);
+    return lines(side).map((text) => {
+      const segment = segments.find(([name]) => name === text);
+      return segment ? segment.slice(1) : text.split(":").map(Number);
+    }).filter(([low, high]) => low < high);
+  };
+  const shade = (plot) => {
+    for (const [side, name] of [["train", "--link"], ["test", "--chosen"]]) {
+      plot.ctx.save();
+      plot.ctx.globalAlpha = side === "train" ? 0.15 : 0.9;
+      plot.ctx.fillStyle = seriesPlots.colour(name);
+      for (const [low, high] of spans(side)) {
+        const [left, right] = [low, high].map((time) => plot.valToPos(time, "x", true));
+        plot.ctx.fillRect(left, plot.bbox.top, right - left, plot.bbox.height);
+      }
+      plot.ctx.restore();
+    }
+  };
+  let plots;
+  if (series) {
+    const options = form && {
+      onSelect: (low, high, zoom) => {
+        const side = new FormData(form).get("side");
+        if (side) addInterval(side, `${low.toFixed(1)}:${high.toFixed(1)}`);
+        else zoom(low, high);
+      },
+      hooks: { drawClear: [shade] },
+    };
+    plots = seriesPlots.start(series, options || {});
+    form?.addEventListener("input", () => plots.redraw());
+  }
+}

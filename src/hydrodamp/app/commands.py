@@ -1,0 +1,61 @@
+"""Command lines that repeat what a project contains, run in the folder of the projects."""
+
+from __future__ import annotations
+
+import shlex
+
+from hydrodamp.app.project import EXPORTS, MODEL, RESULTS, Project
+from hydrodamp.report.files import DAMPING
+
+
+def vehicle_argument(project: Project) -> str:
+    """Return the vehicle of a command: a name of the fleet, or the file of the project."""
+    return project.arguments.vehicle
+
+
+def _with_mapping(project: Project) -> list[str]:
+    return ["--mapping", project.mapping] if project.mapping else []
+
+
+def probe_command(project: Project) -> list[str]:
+    """Return the command that inspects the logs."""
+    return ["probe", *project.arguments.logs, *_with_mapping(project)]
+
+
+def models_argument(project: Project) -> str:
+    """Return the model file of the project, which has gains of commands, or names of models."""
+    if project.text(MODEL).strip():
+        return project.argument(MODEL)
+    return ",".join(project.arguments.models)
+
+
+def compare_command(project: Project, *, resume: bool = True) -> list[str]:
+    """Return the command that identifies and compares the models."""
+    arguments = project.arguments
+    command = ["compare", *arguments.logs, "--vehicle", arguments.vehicle, *_with_mapping(project)]
+    for option, spans in (("--train", arguments.train), ("--test", arguments.test)):
+        for span in spans:
+            command += [option, span]
+    command += ["--models", models_argument(project), "--methods", ",".join(arguments.methods)]
+    command += ["--out", project.argument(RESULTS)]
+    return [*command, "--resume"] if resume else command
+
+
+def export_command(project: Project, target: str) -> list[str]:
+    """Return the command that exports the selected model."""
+    damping = project.argument(f"{RESULTS}/{DAMPING}")
+    return ["export", target, damping, "--out", project.argument(f"{EXPORTS}/{target}"), "--force"]
+
+
+def script(project: Project, targets: list[str]) -> str:
+    """Return all commands as a shell script."""
+    commands = [probe_command(project)]
+    if project.arguments.vehicle and project.arguments.train:
+        commands.append(compare_command(project))
+    commands += [export_command(project, target) for target in targets]
+    return "".join(f"{format_command(command)}\n" for command in commands)
+
+
+def format_command(command: list[str]) -> str:
+    """Return a command as it is typed."""
+    return shlex.join(["hydrodamp", *command])

@@ -1,0 +1,62 @@
+"""Minimum and maximum of a series in intervals of time, for plots of any number of samples.
+
+Blocks of 64 samples have their extremes computed once; an interval that spans many blocks takes
+those of its blocks, any other its samples. NaN values are left out; an interval without values is
+NaN.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+
+#: Samples in a block.
+BLOCK = 64
+
+
+@dataclass(frozen=True, eq=False)
+class DecimatedSeries:
+    """A series with non-decreasing times, and the extremes (m, 2) of its blocks."""
+
+    time: FloatArray
+    values: FloatArray
+    extremes: FloatArray
+
+    @classmethod
+    def of(cls, time: FloatArray, values: FloatArray) -> DecimatedSeries:
+        """Compute the extremes of all blocks."""
+        starts = np.arange(0, len(values), BLOCK)
+        if not len(starts):
+            return cls(time, values, np.empty((0, 2)))
+        return cls(time, values, _extremes(values, starts))
+
+    def between(self, start: float, end: float, n: int) -> tuple[FloatArray, FloatArray]:
+        """Return at most 2 n points of an interval of time, one more on either side."""
+        first = max(int(np.searchsorted(self.time, start, side="right")) - 1, 0)
+        last = min(int(np.searchsorted(self.time, end)) + 1, len(self.time))
+        if last - first <= 2 * n:
+            return self.time[first:last], self.values[first:last]
+        edges = np.linspace(self.time[first], self.time[last - 1], n + 1)
+        if last - first <= 4 * BLOCK * n:
+            time, values = self.time[first:last], self.values[first:last]
+            starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
+            pairs = _extremes(values, starts)
+            is_empty = np.searchsorted(time, edges[1:]) == np.searchsorted(time, edges[:-1])
+        else:
+            low, high = first // BLOCK, -(-last // BLOCK)
+            time, blocks = self.time[low * BLOCK : high * BLOCK : BLOCK], self.extremes[low:high]
+            starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
+            pairs = np.column_stack([
+                np.fmin.reduceat(blocks[:, 0], starts), np.fmax.reduceat(blocks[:, 1], starts)
+            ])  # fmt: skip
+            is_empty = np.searchsorted(time, edges[1:]) == np.searchsorted(time, edges[:-1])
+        pairs[is_empty] = np.nan
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        return np.repeat(middle, 2), pairs.ravel()
+
+
+def _extremes(values: FloatArray, starts: IntArray) -> FloatArray:
+    return np.column_stack([np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)])

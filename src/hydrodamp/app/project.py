@@ -1,0 +1,208 @@
+"""Projects: folders with the files and the arguments of the commands that a browser edits.
+
+The state of a project is ``mapping.yaml``, ``vehicle.yaml``, ``model.yaml`` and ``project.yaml``
+(logs, vehicle, models, methods, training and test data). Its version is the digest of these
+files; an edit of another version than the one on disk is refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from threading import RLock
+
+import yaml
+from pydantic import BaseModel, ConfigDict
+
+from hydrodamp.errors import FileError, ProblemError
+from hydrodamp.faults import validate
+from hydrodamp.files import load_text, load_yaml, save_all
+from hydrodamp.models.catalog import catalog
+
+#: Suffix of the folder of a project.
+SUFFIX = ".hydrodamp"
+
+PROJECT, MAPPING, VEHICLE, MODEL = "project.yaml", "mapping.yaml", "vehicle.yaml", "model.yaml"
+RESULTS, EXPORTS = "results", "exported"
+
+#: Files that are the state of a project.
+STATE = (PROJECT, MAPPING, VEHICLE, MODEL)
+
+#: Models that are selected in a new project.
+DEFAULT_MODELS = ("linear", "fossen", "prestero")
+
+_lock = RLock()
+
+
+class Arguments(BaseModel):
+    """Arguments of the commands that are not files of the project."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    logs: tuple[str, ...]
+    vehicle: str = ""
+    models: tuple[str, ...] = DEFAULT_MODELS
+    methods: tuple[str, ...] = ("recommended",)
+    train: tuple[str, ...] = ()
+    test: tuple[str, ...] = ()
+
+
+class OutdatedEditError(ProblemError):
+    """An edit of files that have changed since the page was made."""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A folder below the folder that the server was started in."""
+
+    root: Path
+    name: str
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the project."""
+        return self.root / f"{self.name}{SUFFIX}"
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file of the project."""
+        return self.folder / name
+
+    def argument(self, name: str) -> str:
+        """Return a path of the project as in a command that is run in the root."""
+        return f"{self.name}{SUFFIX}/{name}"
+
+    @property
+    def arguments(self) -> Arguments:
+        """The arguments of the commands."""
+        path = self.path(PROJECT)
+        content = load_yaml(path)
+        if not isinstance(content, dict):
+            raise FileError(f"{path}: must be keys and values, such as `logs: [dive.csv]`")
+        return validate(Arguments, content, str(path), FileError)
+
+    @property
+    def version(self) -> str:
+        """The digest of the state."""
+        digest = hashlib.sha256()
+        for name in STATE:
+            path = self.path(name)
+            digest.update(path.read_bytes() if path.is_file() else b"")
+            digest.update(b"\0")
+        return digest.hexdigest()[:16]
+
+    def text(self, name: str) -> str:
+        """Return the text of a file of the project, empty without one."""
+        return load_text(self.path(name)) if self.path(name).is_file() else ""
+
+    def write(self, version: str, contents: Mapping[str, str]) -> None:
+        """Write files of the state if it still has a version: all of them, or none."""
+        with _lock:
+            if version != self.version:
+                raise OutdatedEditError(
+                    "the project was changed in another tab or editor since this page was made: "
+                    "reload the page, then repeat the change"
+                )
+            save_all({self.path(name): text.encode("utf-8") for name, text in contents.items()})
+
+    def update(self, version: str, **changes: object) -> None:
+        """Change arguments."""
+        with _lock:
+            arguments = self.arguments.model_copy(update=changes)
+            self.write(version, {PROJECT: format_arguments(arguments)})
+
+    @property
+    def mapping(self) -> str | None:
+        """The mapping as an argument, None without one."""
+        return self.argument(MAPPING) if self.path(MAPPING).is_file() else None
+
+    @property
+    def log_paths(self) -> tuple[str, ...]:
+        """Paths of the logs."""
+        return tuple(
+            "+".join(str(self.root / each) for each in log.split("+"))
+            for log in self.arguments.logs
+        )
+
+
+def format_arguments(arguments: Arguments) -> str:
+    """Return the text of ``project.yaml``."""
+    content = {name: list(v) if isinstance(v, tuple) else v for name, v in arguments}
+    return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+
+
+def list_projects(root: Path) -> list[Project]:
+    """Return the projects below a folder, the most recently changed first."""
+    paths = [path for path in root.glob(f"*{SUFFIX}/{PROJECT}") if path.is_file()]
+    paths.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    return [Project(root, path.parent.name.removesuffix(SUFFIX)) for path in paths]
+
+
+def find_project(root: Path, name: str) -> Project:
+    """Return a project by its name."""
+    for project in list_projects(root):
+        if project.name == name:
+            return project
+    raise FileError(f"there is no project `{name}` in {root}")
+
+
+def create_project(root: Path, logs: tuple[str, ...]) -> Project:
+    """Create a project of logs, or return the one that has the same logs."""
+    for project in list_projects(root):
+        if project.arguments.logs == logs:
+            return project
+    stem = re.sub(r"[^\w.-]+", "-", Path(logs[0].split("+")[0]).stem).strip("-.") or "log"
+    name, number = stem, 1
+    while (root / f"{name}{SUFFIX}").exists():
+        number += 1
+        name = f"{stem}-{number}"
+    project = Project(root, name)
+    project.folder.mkdir()
+    models = tuple(name for name in DEFAULT_MODELS if name in catalog)
+    text = format_arguments(Arguments(logs=logs, models=models))
+    save_all({project.path(PROJECT): text.encode("utf-8")})
+    return project
+
+
+def resolve_log(root: Path, text: str) -> str:
+    """Return the path of a log, or of several joined by +, relative to the root."""
+    return "+".join(relative_path(root, each.strip()) for each in text.split("+"))
+
+
+def relative_path(root: Path, text: str) -> str:
+    """Return a path below the root, relative to it."""
+    path = (root / Path(text).expanduser()).resolve()
+    if not text or not path.is_relative_to(root):
+        raise FileError(
+            f"{text or 'the path'}: must be a file below {root}, where `hydrodamp app` was started"
+        )
+    if not path.exists():
+        raise FileError(f"{text}: there is no such file below {root}")
+    return path.relative_to(root).as_posix()
+
+
+#: Suffixes of files that are listed as logs.
+LOG_SUFFIXES = (
+    ".csv", ".tsv", ".parquet", ".npz", ".mat", ".bag", ".db3", ".mcap", ".bin", ".ulg", ".tlog",
+    ".alog", ".h5",
+)  # fmt: skip
+
+#: Files listed, and levels of folders.
+MAX_LISTED, MAX_DEPTH = 200, 3
+
+
+def list_logs(root: Path) -> list[str]:
+    """Return files below a folder that may be logs."""
+    return sorted(path.relative_to(root).as_posix() for path in _walk(root, 0))[:MAX_LISTED]
+
+
+def _walk(folder: Path, depth: int) -> Iterator[Path]:
+    for path in sorted(folder.iterdir()):
+        if path.name.startswith(".") or path.name.endswith(SUFFIX) or path.is_symlink():
+            continue
+        if path.is_dir() and depth < MAX_DEPTH:
+            yield from _walk(path, depth + 1)
+        elif path.suffix.lower() in LOG_SUFFIXES:
+            yield path

@@ -1,0 +1,179 @@
+"""Recordings, probes and logs of a project, read once for each version of their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from threading import RLock
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from hydrodamp.app.decimation import DecimatedSeries
+from hydrodamp.app.project import MAPPING, VEHICLE, Project
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.log import Log
+from hydrodamp.data.recording import Recording
+from hydrodamp.errors import HydrodampError, suppress_warnings
+from hydrodamp.files import parse_yaml
+from hydrodamp.ingest.formats.files import split_joined_paths
+from hydrodamp.ingest.inspection.columns import find_clocks
+from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.read import combine_recordings, is_canonical, read_recording
+from hydrodamp.validation.log_requirements import find_requirements
+from hydrodamp.vehicle.file import find_vehicle, parse_vehicle
+from hydrodamp.vehicle.vehicle import Vehicle
+
+T = TypeVar("T")
+
+
+class LatestCache(Generic[T]):
+    """The value of the latest key; a second thread waits for the first."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+        self._item: tuple[object, T] | None = None
+
+    def get(self, key: object, compute: Callable[[], T]) -> T:
+        """Return the value of a key, computed if it is not the latest."""
+        with self._lock:
+            if self._item is None or self._item[0] != key:
+                self._item = None  # its memory is free before the next value is computed
+                self._item = key, compute()
+            return self._item[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Files:
+    """The recordings of a project."""
+
+    recordings: tuple[Recording, ...]
+
+    @property
+    def is_canonical(self) -> bool:
+        """Whether no recording needs a mapping."""
+        return all(
+            len(each.topics) == 1 and not each.topics[0].name and is_canonical(each.topics[0])
+            for each in self.recordings
+        )
+
+    @cached_property
+    def probe(self) -> Probe:
+        """What the recordings contain."""
+        with suppress_warnings():
+            return probe(*self.recordings)
+
+    @cached_property
+    def series(self) -> dict[str, DecimatedSeries]:
+        """All columns, runs one after the other, on a common time from the first sample [s]."""
+        names = dict.fromkeys(name for each in self.recordings for name, *_ in _columns(each))
+        pieces: dict[str, list[tuple[FloatArray, FloatArray]]] = {name: [] for name in names}
+        offset = 0.0
+        for recording in self.recordings:
+            columns, clocks = list(_columns(recording)), find_clocks(recording)
+            times = {
+                topic.name: clocks[topic.name].seconds
+                if topic.name in clocks
+                else np.arange(float(topic.n))
+                for topic in recording.topics
+            }
+            finite = [time[np.isfinite(time)] for time in times.values()]
+            start = min((float(each.min()) for each in finite if len(each)), default=0.0)
+            end = max((float(each.max()) for each in finite if len(each)), default=start)
+            for name, topic, values in columns:
+                pieces[name].append((times[topic] - start + offset, values))
+            offset += end - start
+        return {name: _join(each) for name, each in pieces.items()}
+
+
+def _columns(recording: Recording) -> Iterator[tuple[str, str, FloatArray]]:
+    """Yield name in a mapping, topic and values of each column."""
+    for topic in recording.topics:
+        for field, values in topic.fields.items():
+            yield (f"{topic.name}.{field}" if topic.name else field), topic.name, values
+
+
+def _join(pieces: list[tuple[FloatArray, FloatArray]]) -> DecimatedSeries:
+    """Return a series of successive pieces in the order of time."""
+    time, values = pieces[0]
+    if len(pieces) > 1:
+        time, values = (np.concatenate(each) for each in zip(*pieces, strict=True))
+    usable = np.isfinite(time)
+    if not usable.all():
+        time, values = time[usable], values[usable]
+    if len(time) and np.any(np.diff(time) < 0.0):
+        order = np.argsort(time, kind="stable")
+        time, values = time[order], values[order]
+    return DecimatedSeries.of(time, values)
+
+
+_files, _logs, _inspections = LatestCache[Files](), LatestCache[Log](), LatestCache[Inspection]()
+
+
+def _stamp(project: Project) -> tuple[object, ...]:
+    """Return paths, sizes and times of the logs."""
+    paths = [Path(each) for log in project.log_paths for each in split_joined_paths(log)]
+    files = [each for path in paths for each in ([path] if path.is_file() else path.rglob("*"))]
+    return tuple((str(each), each.stat().st_size, each.stat().st_mtime_ns) for each in files)
+
+
+def read_files(project: Project) -> Files:
+    """Return the recordings of a project."""
+
+    def read() -> Files:
+        with suppress_warnings():
+            return Files(tuple(read_recording(path) for path in project.log_paths))
+
+    return _files.get(_stamp(project), read)
+
+
+def parse_mapping(text: str) -> LogMapping | None:
+    """Return the mapping of a text, None of an empty one."""
+    if not text.strip():
+        return None
+    return LogMapping.from_dict(parse_yaml(text, MAPPING), MAPPING)
+
+
+def make_log(project: Project, text: str) -> Log:
+    """Return the log of the recordings of a project by the text of a mapping."""
+    files = read_files(project)
+    with suppress_warnings():
+        return combine_recordings(files.recordings, parse_mapping(text))
+
+
+def read_log(project: Project) -> Log:
+    """Return the log of a project by its mapping."""
+    text = project.text(MAPPING)
+    return _logs.get((_stamp(project), text), lambda: make_log(project, text))
+
+
+def inspect_project(project: Project) -> Inspection:
+    """Return the quality report of the log of a project by its mapping."""
+    files, text = read_files(project), project.text(MAPPING)
+    path = str(project.path(MAPPING)) if text else None
+    vehicle, _ = read_vehicle(project)
+    requirements = None if vehicle is None else partial(find_requirements, vehicle)
+
+    def report() -> Inspection:
+        with suppress_warnings():
+            return inspect(files.probe, files.recordings, path, requirements)
+
+    state = project.arguments.vehicle, project.text(VEHICLE)
+    return _inspections.get((_stamp(project), text, state), report)
+
+
+def read_vehicle(project: Project) -> tuple[Vehicle | None, str]:
+    """Return the vehicle of a project, or None and the reason."""
+    name = project.arguments.vehicle
+    if not name:
+        return None, ""
+    try:
+        with suppress_warnings():
+            if name == project.argument(VEHICLE):
+                return parse_vehicle(project.text(VEHICLE), source=VEHICLE), ""
+            return find_vehicle(name), ""
+    except HydrodampError as error:
+        return None, str(error)

@@ -1,0 +1,123 @@
+"""Server of the local pages: routes, token, and the start in a browser."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import webbrowser
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from urllib.parse import quote
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from hydrodamp.app import channels, run, split, start, vehicle
+from hydrodamp.app.jobs import Jobs
+from hydrodamp.app.project import create_project, resolve_log
+from hydrodamp.app.security import LOOPBACK, LocalAccess
+from hydrodamp.app.web import Handler, asset_folder, handler
+from hydrodamp.errors import FileError
+
+#: Seconds for open connections after Ctrl-C.
+SHUTDOWN = 2
+
+#: Handlers by method and path.
+HANDLERS: dict[tuple[str, str], Handler] = {
+    ("GET", "/"): start.show_start,
+    ("POST", "/open"): start.open_logs,
+    ("GET", "/p/{project}/channels"): channels.show_channels,
+    ("POST", "/p/{project}/channels/column"): channels.change_column,
+    ("POST", "/p/{project}/channels/frame"): channels.change_frame,
+    ("POST", "/p/{project}/channels/step"): channels.apply_step,
+    ("POST", "/p/{project}/channels/preset"): channels.apply_preset,
+    ("POST", "/p/{project}/channels/text"): channels.change_text,
+    ("GET", "/p/{project}/channels/series"): channels.column_series,
+    ("GET", "/p/{project}/channels/preview"): channels.preview_step,
+    ("GET", "/p/{project}/vehicle"): vehicle.show_vehicle,
+    ("POST", "/p/{project}/vehicle"): vehicle.choose_vehicle,
+    ("POST", "/p/{project}/vehicle/copy"): vehicle.copy_fleet_vehicle,
+    ("POST", "/p/{project}/vehicle/gains"): vehicle.choose_gains,
+    ("GET", "/p/{project}/split"): split.show_split,
+    ("POST", "/p/{project}/split"): split.change_split,
+    ("GET", "/p/{project}/split/series"): split.log_series,
+    ("GET", "/p/{project}/run"): run.show_run,
+    ("POST", "/p/{project}/run/choice"): run.choose_models,
+    ("POST", "/p/{project}/run/start"): run.start_run,
+    ("POST", "/p/{project}/run/cancel"): run.cancel_run,
+    ("GET", "/p/{project}/run/status"): run.show_status,
+    ("GET", "/p/{project}/verdict"): run.show_verdict,
+    ("GET", "/p/{project}/files"): run.show_files,
+    ("POST", "/p/{project}/files/export"): run.start_export,
+    ("GET", "/p/{project}/files/exports"): run.show_exports,
+    ("GET", "/p/{project}/file/{path:path}"): run.send_file,
+    ("GET", "/p/{project}/archive"): run.send_archive,
+}
+
+
+def create_app(root: Path, token: str, port: int) -> Starlette:
+    """Return the application for the projects below a folder."""
+    jobs = Jobs()
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        yield
+        jobs.stop_all()
+
+    routes = [
+        Route(path, handler(function), methods=[method])
+        for (method, path), function in HANDLERS.items()
+    ]
+    app = Starlette(
+        routes=[
+            *routes,
+            Route("/upload", start.upload, methods=["PUT"]),
+            Mount("/assets", StaticFiles(directory=asset_folder("hydrodamp.app"))),
+            Mount("/report", StaticFiles(directory=asset_folder("hydrodamp.report"))),
+        ],
+        middleware=[Middleware(LocalAccess, token=token, port=port)],
+        lifespan=lifespan,
+    )
+    app.state.root, app.state.jobs = root.resolve(), jobs
+    return app
+
+
+def serve(
+    root: Path,
+    logs: Sequence[str],
+    port: int,
+    announce: Callable[[str], None],
+    open_browser: bool = True,
+) -> None:
+    """Serve the projects below a folder until Ctrl-C, and open the browser."""
+    root = root.resolve()
+    address = "/"
+    if logs:
+        project = create_project(root, tuple(resolve_log(root, log) for log in logs))
+        start.draft_mapping(project)
+        address = f"/p/{quote(project.name)}/channels"
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((LOOPBACK[0], port))
+        except OSError as error:
+            raise FileError(
+                f"port {port} cannot be used: {error}. Give another `--port`."
+            ) from error
+        port = listener.getsockname()[1]
+        token = secrets.token_urlsafe(24)
+        url = f"http://{LOOPBACK[0]}:{port}{address}?token={token}"
+        announce(url)
+        if open_browser:
+            webbrowser.open(url)
+        config = uvicorn.Config(
+            create_app(root, token, port),
+            log_level="warning",
+            timeout_graceful_shutdown=SHUTDOWN,
+            server_header=False,
+        )
+        uvicorn.Server(config).run(sockets=[listener])

@@ -1,0 +1,136 @@
+"""Screen 4: training and test data on the time of the log, with the excitation of both."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from hydrodamp.app.channels import MAX_POINTS, encode, log_channels
+from hydrodamp.app.decimation import DecimatedSeries
+from hydrodamp.app.project import Project
+from hydrodamp.app.recordings import read_log, read_vehicle
+from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.data.log import Log, concatenate
+from hydrodamp.errors import HydrodampError, ProblemError
+from hydrodamp.identification.dissipativity import velocity_unit
+from hydrodamp.validation.excitation import compare_logs
+
+#: Share of one recording that trains by default.
+TRAINING_SHARE = 2.0 / 3.0
+
+_SPAN = re.compile(r"\s*(\d+(?:\.\d*)?)\s*:\s*(\d+(?:\.\d*)?)\s*")
+
+
+def show_split(request: Request, form: Form) -> Response:
+    """Return the screen; a project without a split takes the default."""
+    project = project_of(request)
+    log = read_log(project)
+    if not project.arguments.train and not project.arguments.test:
+        train, test = default_split(log)
+        project.update(project.version, train=train, test=test)
+    return render_screen(project, "split", None, **_variables(project, log))
+
+
+def default_split(log: Log) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return all segments but the last for training, or two thirds of a single one."""
+    names = [segment.name for segment in log.segments]
+    if len(names) > 1 and len(set(names)) == len(names):
+        return tuple(names[:-1]), (names[-1],)
+    end = float(log.elapsed[-1])
+    middle = round(TRAINING_SHARE * end, 1)
+    return (f"0:{middle:g}",), (f"{middle:g}:{np.ceil(end):g}",)
+
+
+def select_data(log: Log, values: Sequence[str]) -> Log:
+    """Return segments and time spans of a log."""
+    names = {segment.name for segment in log.segments}
+    pieces = []
+    for each in values:
+        match = _SPAN.fullmatch(each)
+        if each not in names and match:
+            pieces.append(log.between(float(match[1]), float(match[2])))
+        else:
+            pieces.append(log.select(each))
+    return concatenate(pieces)
+
+
+def _variables(project: Project, log: Log) -> dict[str, Any]:
+    arguments = project.arguments
+    vehicle, _ = read_vehicle(project)
+    axes = AXES if vehicle is None else vehicle.axes
+    rows: list[tuple[str, ...]] = []
+    sentences: tuple[str, ...] = ()
+    fault = ""
+    try:
+        if not arguments.train or not arguments.test:
+            raise ProblemError("training and test data need at least one interval each")
+        train, test = (select_data(log, each) for each in (arguments.train, arguments.test))
+        sentences = compare_logs(train, test, axes).sentences
+        rows = [_excitation(VELOCITY_OF[axis], log, train, test) for axis in axes]
+    except HydrodampError as error:
+        fault = str(error)
+    starts = [
+        (segment.name, float(log.elapsed[segment.start]), float(log.elapsed[segment.stop - 1]))
+        for segment in log.segments
+    ]
+    return {
+        "segments": starts,
+        "duration": float(log.elapsed[-1]),
+        "train": arguments.train,
+        "test": arguments.test,
+        "rows": rows,
+        "sentences": sentences,
+        "fault": fault,
+    }
+
+
+def _excitation(name: str, log: Log, train: Log, test: Log) -> tuple[str, ...]:
+    """Return velocity, unit, and mean ± standard deviation in training and in test data."""
+    index = VELOCITIES.index(name)
+    texts = [
+        f"{np.mean(each.velocity[:, index]):.2g} ± {np.std(each.velocity[:, index]):.2g}"
+        for each in (train, test)
+    ]
+    return name, velocity_unit(name), *texts
+
+
+def change_split(request: Request, form: Form) -> Response:
+    """Set the intervals of training and test data."""
+    project = project_of(request)
+    log = read_log(project)
+    spans = {
+        side: tuple(
+            dict.fromkeys(filter(None, map(str.strip, field_value(form, side).splitlines())))
+        )
+        for side in ("train", "test")
+    }
+    for each in (*spans["train"], *spans["test"]):
+        select_data(log, [each])  # raises the fault of an interval before anything is written
+    project.update(field_value(form, "version"), **spans)
+    return render(
+        "split_change.html.j2",
+        project=project,
+        version=project.version,
+        **_variables(project, log),
+    )
+
+
+def log_series(request: Request, form: Form) -> Response:
+    """Return the velocities and commands of the log, in an interval of time."""
+    log, query = read_log(project_of(request)), request.query_params
+    end = float(log.elapsed[-1])
+    span = float(query.get("start", 0.0)), float(query.get("end", end))
+    channels = log_channels(log)
+    series = {
+        name: encode(
+            *DecimatedSeries.of(log.elapsed, channels[name]).between(*span, MAX_POINTS // 2)
+        )
+        for name in (*log.velocity_names, *log.command_names)
+    }
+    return JSONResponse({"start": 0.0, "end": end, "series": series})
