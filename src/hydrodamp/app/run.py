@@ -90,7 +90,7 @@ def _fits(project: Project, job: Job | None) -> Iterator[tuple[str, str, int, bo
     for path in sorted(project.path(f"{RESULTS}/fits").glob("*.json")):
         try:
             document = json.loads(path.read_text("utf-8"))
-            model, method = document["model"]["name"], document["method"]
+            model, method = document["model"]["key"], document["fit"]["method"]
             n = len(document["coefficients"])
         except (OSError, ValueError, KeyError, TypeError):
             continue

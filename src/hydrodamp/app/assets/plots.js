@@ -11,7 +11,7 @@ const seriesPlots = (() => {
     Array.from(decode(y, Float32Array), (value) => (Number.isFinite(value) ? value : null)),
   ];
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const axis = (more) => ({ stroke: colour("--faint"), grid: { stroke: colour("--line") }, ticks: { stroke: colour("--line") }, font: "12px system-ui", ...more });
+  const axis = (more) => ({ stroke: colour("--faint"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, font: "12px system-ui", ...more });
   const cursors = uPlot.sync("time");
 
   // A plot in an element; lines are [label, colour] pairs, onSelect gets an interval of time.

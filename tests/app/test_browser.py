@@ -1,0 +1,274 @@
+"""The whole way in a browser: from a log to a damping file and an export, without any YAML.
+
+Needs ``pip install playwright axe-playwright-python`` and a Chromium of the system.
+``HYDRODAMP_PICTURES=FOLDER`` writes the pictures of the documentation.
+"""
+
+import os
+import shutil
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+import hydrodamp as hd
+from strangers import Truth, ros1_odometry_and_wrench
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on the path")
+AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
+PICTURES = os.environ.get("HYDRODAMP_PICTURES")
+
+#: Milliseconds that a run of the smallest models may take.
+RUN = 120_000
+
+#: Milliseconds that anything else may take.
+TIMEOUT = 10_000
+
+
+@dataclass
+class Visit:
+    """An open page with what the browser reports."""
+
+    page: object
+    server: object
+    complaints: list = field(default_factory=list)
+
+    def click(self, name):
+        self.page.get_by_role("button", name=name, exact=True).first.click()
+
+    def go(self, screen):
+        self.page.get_by_role("navigation").get_by_role("link", name=screen, exact=True).click()
+        self.page.get_by_role("heading", level=1, name=screen).wait_for()
+        self.page.wait_for_load_state("networkidle")
+
+    def wait_for_plots(self):
+        """Scroll to the plots, which are drawn when they come into view."""
+        self.page.locator("#series").wait_for(state="attached")
+        self.page.locator("#series").scroll_into_view_if_needed()
+        self.page.locator("#series[data-drawn]").wait_for()
+        self.page.evaluate("window.scrollTo(0, 0)")
+
+    def check(self, name):
+        """Check that nothing overflows, that axe-core has no finding, and take a picture."""
+        page, root = self.page, "document.documentElement"
+        page.wait_for_function(f"{root}.scrollWidth <= {root}.clientWidth")
+        page.evaluate(AXE)
+        found = page.evaluate("axe.run({iframes: false})")["violations"]
+        assert [(each["id"], each["nodes"][0]["html"][:80]) for each in found] == [], name
+        if PICTURES:
+            page.screenshot(path=Path(PICTURES, f"app-{name}.png"))
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture(params=[(1280, "light"), (768, "dark")], ids=["wide-light", "narrow-dark"])
+def visit(request, browser, server):
+    width, scheme = request.param
+    context = browser.new_context(
+        viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True
+    )
+    context.set_default_timeout(TIMEOUT)
+    opened = Visit(context.new_page(), server)
+    opened.page.on("pageerror", lambda error: opened.complaints.append(str(error)))
+    opened.page.on(
+        "console", lambda said: said.type == "error" and opened.complaints.append(said.text)
+    )
+    opened.page.goto(server.address)
+    yield opened
+    context.close()
+    assert not opened.complaints
+
+
+def choose_models(visit, *names):
+    """Select models on the screen of the run."""
+    for box in visit.page.locator("input[name=model]").all():
+        wanted = box.get_attribute("value") in names
+        if box.is_checked() != wanted:
+            with visit.page.expect_response(lambda answer: "/run/choice" in answer.url):
+                box.click()
+
+
+def wait_for_text(page, line):
+    """Wait until the text of the mapping on the page has a line."""
+    page.wait_for_function("line => document.querySelector('#text').value.includes(line)", arg=line)
+
+
+def run_and_export(visit, target="python"):
+    """Run, read the verdict, and export; return the folder of the project."""
+    page = visit.page
+    visit.click("Run")
+    page.get_by_role("link", name="Read the verdict").wait_for(timeout=RUN)
+    assert page.get_by_role("table", name="Finished fits").get_by_text("recommended").count()
+    visit.check("run")
+    visit.go("Verdict")
+    report = page.frame_locator("iframe")
+    report.locator("#verdict .headline").wait_for()
+    visit.check("verdict")
+    visit.go("Take away")
+    page.get_by_label("Target").select_option(target)
+    visit.click("Export")
+    page.get_by_role("link", name="card of fidelity").wait_for(timeout=RUN)
+    visit.check("files")
+    with page.expect_download() as download:
+        page.get_by_role("link", name="All files and commands (zip)").click()
+    assert download.value.suggested_filename.endswith(".zip")
+    return next(visit.server.root.glob("*.hydrodamp"))
+
+
+def test_from_a_canonical_log_to_an_export(visit, campaign):
+    root, page = visit.server.root, visit.page
+    visit.check("open")
+    hd.write_log(campaign.train, root / "elsewhere.csv")
+    page.locator("#chooser").set_input_files(root / "elsewhere.csv")
+    page.get_by_text("1 copied").wait_for()
+    visit.click("Open")
+    visit.wait_for_plots()
+    visit.check("channels")
+    visit.go("Vehicle")
+    page.locator("select[name=name]").select_option("vt690")
+    visit.click("Use this vehicle")
+    page.get_by_role("heading", name="vt690").wait_for()
+    visit.check("vehicle")
+    visit.go("Split")
+    visit.wait_for_plots()
+    page.get_by_label("nothing: it zooms").check()
+    visit.check("split")
+    visit.go("Run")
+    choose_models(visit, "fossen")
+    folder = run_and_export(visit)
+    damping = hd.read_damping(folder / "results/damping.json")
+    assert damping.model.key == "fossen"
+    assert (folder / "exported/python/fidelity.json").is_file()
+    # The commands that the page shows repeat what it did.
+    script = page.locator("#script").inner_text()
+    assert "hydrodamp compare logs/elsewhere.csv --vehicle vt690" in script
+    assert "hydrodamp export python" in script
+
+
+def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, campaign):
+    root, page = visit.server.root, visit.page
+    log, time = campaign.train, campaign.train.time
+    table = [time, *log.velocity.T[[0, 1, 5]], log.commands[:, 0]]
+    lines = ["t_s,fwd,sidewise,turn,rpm", *(",".join(map(repr, row)) for row in zip(*(
+        each.tolist() for each in table), strict=True))]  # fmt: skip
+    (root / "boat.csv").write_text("\n".join(lines), "utf-8")
+    page.reload()
+    page.get_by_label("boat.csv").check()
+    visit.click("Open")
+    visit.wait_for_plots()
+    for column, role in (("fwd", "velocity.u"), ("sidewise", "velocity.v")):
+        target = page.locator(f'[data-target="{role}"]')
+        page.locator(f'[data-column="{column}"]').drag_to(target)
+        wait_for_text(page, f"{role[-1]}: {column}")
+    handle = page.locator("article", has=page.locator('[data-column="turn"]'))
+    handle.locator("select[name=role]").select_option("velocity.r")
+    wait_for_text(page, "r: turn")
+    mapping = hd.read_mapping(root / "boat.hydrodamp/mapping.yaml")
+    roles = {entry.channel: entry.column for entry in mapping.entries}
+    assert roles["velocity.u"] == "fwd"
+    assert roles["velocity.v"] == "sidewise"
+    assert roles["velocity.r"] == "turn"
+    assert page.locator("#text").input_value() == (root / "boat.hydrodamp/mapping.yaml").read_text()
+    visit.check("mapped")
+    visit.go("Split")
+    visit.wait_for_plots()
+    page.get_by_label("Training data").fill("")
+    page.locator("#series .u-over").first.scroll_into_view_if_needed()
+    box = page.locator("#series .u-over").first.bounding_box()
+    with page.expect_response(lambda answer: answer.url.endswith("/split")):
+        page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 30)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 30, steps=4)
+        page.mouse.up()
+    project = hd.files.load_yaml(root / "boat.hydrodamp/project.yaml")
+    start, end = map(float, project["train"][0].split(":"))
+    assert start == pytest.approx(0.1 * time[-1], rel=0.1)
+    assert end == pytest.approx(0.5 * time[-1], rel=0.1)
+
+
+def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
+    """The measured run needs a mapping and gains; nobody writes a line of YAML."""
+    folder, page = measured_logs("bluerov2_kth"), visit.page
+    page.locator("#chooser").set_input_files(folder / "run_11_10_52.csv")
+    page.get_by_text("1 copied").wait_for()
+    visit.click("Open")
+    visit.wait_for_plots()
+    visit.click("Before and after")
+    page.locator("#preview .uplot").first.wait_for()
+    with page.expect_response(lambda answer: "/channels/step" in answer.url):
+        page.get_by_role("button", name="Apply").first.click()
+    visit.check("bluerov2")
+    visit.go("Vehicle")
+    page.locator("select[name=name]").select_option("bluerov2")
+    visit.click("Use this vehicle")
+    page.get_by_role("heading", name="bluerov2").wait_for()
+    assert page.get_by_label("gain of ch_forward on X").is_checked()
+    visit.check("gains")
+    visit.go("Split")
+    visit.wait_for_plots()
+    visit.go("Run")
+    choose_models(visit, "fossen")
+    project = run_and_export(visit, "gz-sim")
+    damping = hd.read_damping(project / "results/damping.json")
+    assert damping.model.key == "fossen-gains"
+    assert (project / "exported/gz-sim").is_dir()
+
+
+def test_from_a_bag_of_another_vehicle_to_an_export(visit):
+    root, page = visit.server.root, visit.page
+    ros1_odometry_and_wrench(root, Truth())
+    page.reload()
+    page.get_by_label("run.bag").check()
+    visit.click("Open")
+    visit.wait_for_plots()
+    visit.check("bag")
+    visit.go("Vehicle")
+    page.get_by_label("Length [m]").fill("2")
+    page.get_by_label("Diameter [m]").fill("0.2")
+    page.get_by_label("Mass with flooded spaces [kg]").fill("45")
+    visit.click("Estimate")
+    page.get_by_role("heading", name="my-vehicle").wait_for()
+    visit.go("Split")
+    visit.wait_for_plots()
+    visit.go("Run")
+    choose_models(visit, "fossen")
+    project = run_and_export(visit)
+    assert hd.read_damping(project / "results/damping.json").model.key == "fossen"
+
+
+def test_a_run_is_cancelled_and_resumed(visit, campaign):
+    root, page = visit.server.root, visit.page
+    hd.write_log(campaign.train, root / "dive.csv")
+    page.reload()
+    page.get_by_label("dive.csv").check()
+    visit.click("Open")
+    visit.wait_for_plots()
+    visit.go("Vehicle")
+    page.locator("select[name=name]").select_option("vt690")
+    visit.click("Use this vehicle")
+    page.get_by_role("heading", name="vt690").wait_for()
+    visit.go("Split")
+    visit.wait_for_plots()
+    visit.go("Run")
+    choose_models(visit, "fossen", "mcfarland-whitcomb")
+    visit.click("Run")
+    page.get_by_role("cell", name="recommended").first.wait_for(timeout=RUN)  # a finished fit
+    if page.get_by_role("button", name="Cancel").is_visible():
+        visit.click("Cancel")
+    page.get_by_text("Cancelled").or_(page.get_by_text("Finished.")).first.wait_for(timeout=RUN)
+    page.reload()  # a page that is closed and opened again shows the same
+    choose_models(visit, "fossen")
+    visit.click("Run again")
+    page.get_by_role("link", name="Read the verdict").wait_for(timeout=RUN)
+    page.get_by_text("Finished.").wait_for(timeout=RUN)
+    assert (root / "dive.hydrodamp/results/report.html").is_file()

@@ -1,0 +1,71 @@
+"""Edits of the content of a mapping."""
+
+import pytest
+
+from hydrodamp.app.mapping_editor import (
+    Assignment,
+    add_step,
+    assign,
+    assignments,
+    command_name,
+    format_content,
+    parse_content,
+    roles,
+    set_frame,
+    units_of,
+)
+from hydrodamp.errors import FileError
+from hydrodamp.ingest.mapping import LogMapping
+
+TEXT = """
+time: t
+velocity: {u: speed, r: {column: yaw_rate, unit: deg/s, sign: -1}}
+attitude: {yaw: [{column: heading, unit: deg}]}
+commands: [rudder, rpm]
+"""
+
+
+def test_assignments_name_column_role_unit_and_sign():
+    found = {each.column: each for each in assignments(parse_content(TEXT, "m"))}
+    assert found["yaw_rate"] == Assignment("yaw_rate", "velocity.r", "deg/s", -1)
+    assert found["heading"] == Assignment("heading", "attitude.yaw", "deg")
+    assert found["t"].role == "time"
+    assert found["rpm"].role == "commands"
+
+
+@pytest.mark.parametrize("role", [name for group in roles().values() for name in group])
+def test_a_column_has_the_role_that_it_was_given_and_no_other(role):
+    """The content is that of a mapping, and a second assignment replaces the first."""
+    content = assign(parse_content(TEXT, "m"), Assignment("speed", role))
+    found = [each for each in assignments(content) if each.column == "speed"]
+    assert [each.role for each in found] == ([role] if role else [])
+    again = assign(content, Assignment("speed", "velocity.u", "kn", -1))
+    assert Assignment("speed", "velocity.u", "kn", -1) in [*assignments(again)]
+    assert len([each for each in assignments(again) if each.column == "speed"]) == 1
+
+
+def test_the_text_reads_back_as_a_mapping():
+    content = parse_content(TEXT, "m")
+    content = assign(content, Assignment("/imu.gyro[0]", "commands"))
+    content = set_frame(add_step(content, "remove_outliers"), "FLU", "NWU")
+    text = format_content(content)
+    mapping = LogMapping.from_dict(parse_content(text, "m"), "m")
+    assert mapping.frame == "FLU"
+    assert len(mapping.steps) == 1
+    assert "imu_gyro_0" in mapping.commands
+
+
+def test_the_first_unit_of_a_role_is_its_own():
+    assert units_of("velocity.u")[:2] == ["", "m/s"]
+    assert units_of("commands") == []
+
+
+def test_names_of_commands_are_plain_and_distinct():
+    assert command_name("<script>", {}) == "script"
+    assert command_name("7/thrust", {}) == "c_7_thrust"
+    assert command_name("rpm", {"rpm": 0}) == "rpm_2"
+
+
+def test_a_text_that_is_no_mapping_is_refused():
+    with pytest.raises(FileError, match="m"):
+        parse_content("a: [1", "m")

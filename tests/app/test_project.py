@@ -1,0 +1,68 @@
+"""Projects are files below one folder; an outdated edit is refused."""
+
+import pytest
+
+from hydrodamp.app.project import (
+    MAPPING,
+    OutdatedEditError,
+    create_project,
+    find_project,
+    list_logs,
+    list_projects,
+    resolve_log,
+)
+from hydrodamp.errors import FileError
+
+
+@pytest.fixture
+def root(tmp_path):
+    for name in ("a.csv", "b.csv", "notes.txt", "sub/c.mcap", "a.hydrodamp/x.csv"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("t,u\n0,1\n", "utf-8")
+    return tmp_path.resolve()
+
+
+def test_logs_are_those_of_the_folder_and_not_of_projects(root):
+    assert list_logs(root) == ["a.csv", "b.csv", "sub/c.mcap"]
+
+
+def test_the_same_logs_are_the_same_project(root):
+    first = create_project(root, ("b.csv",))
+    assert create_project(root, ("b.csv",)) == first
+    other = create_project(root, ("b.csv", "a.csv"))
+    assert (first.name, other.name) == ("b", "b-2")
+    assert {each.name for each in list_projects(root)} == {"b", "b-2"}
+
+
+@pytest.mark.parametrize(
+    "path", ["../secret.csv", "/etc/passwd", "", "a.csv+/etc/passwd", "no.csv"]
+)
+def test_paths_outside_the_folder_are_refused(root, path):
+    with pytest.raises(FileError, match="below"):
+        resolve_log(root, path)
+
+
+def test_a_link_out_of_the_folder_is_refused(root):
+    (root / "out.csv").symlink_to("/etc/passwd")
+    with pytest.raises(FileError, match="must be a file below"):
+        resolve_log(root, "out.csv")
+
+
+@pytest.mark.parametrize("name", ["..", "../a", "a/../b", "nothing"])
+def test_a_project_is_found_by_its_name_alone(root, name):
+    with pytest.raises(FileError, match="no project"):
+        find_project(root, name)
+
+
+def test_an_edit_of_an_earlier_version_is_refused_and_loses_nothing(root):
+    project = create_project(root, ("a.csv",))
+    version = project.version
+    project.write(version, {MAPPING: "time: t\n"})
+    with pytest.raises(OutdatedEditError, match="another tab"):
+        project.write(version, {MAPPING: "time: other\n"})
+    with pytest.raises(OutdatedEditError):
+        project.update(version, vehicle="lauv")
+    assert project.text(MAPPING) == "time: t\n"
+    project.update(project.version, vehicle="lauv")
+    assert project.arguments.vehicle == "lauv"

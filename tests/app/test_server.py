@@ -1,0 +1,236 @@
+"""Requests that the server refuses, and what it answers to the others."""
+
+import base64
+import csv
+import io
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.errors import FileError
+
+from .conftest import TOKEN, open_log, version_of
+
+HOSTILE = "<script>window.stolen = 1</script>"
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Cookie": ""},
+        {"Cookie": "hydrodamp-{port}=wrong"},
+        {"Host": "evil.example:{port}"},
+        {"Host": "127.0.0.1"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+    ],
+)
+@pytest.mark.parametrize(
+    ("method", "path"), [("GET", "/"), ("POST", "/open"), ("PUT", "/upload?name=a")]
+)
+def test_requests_without_token_or_from_elsewhere_are_refused(server, headers, method, path):
+    given = {name: text.format(port=server.port) for name, text in headers.items()}
+    assert server.request(method, path, headers=given)[0] == 403
+    assert not [*server.root.iterdir()]
+
+
+def test_the_token_in_the_address_becomes_a_cookie(server):
+    status, headers, _ = server.request("GET", f"/?token={TOKEN}", headers={"Cookie": ""})
+    assert status == 303
+    assert headers["Location"] == "/"
+    assert "httponly" in headers["Set-Cookie"].lower()
+    assert "samesite=strict" in headers["Set-Cookie"].lower()
+
+
+def test_all_answers_forbid_scripts_of_others(server):
+    for path in ("/", "/assets/app.js", "/nothing"):
+        _, headers, _ = server.request("GET", path)
+        assert "script-src 'self'" in headers["Content-Security-Policy"]
+        assert headers["X-Content-Type-Options"] == "nosniff"
+
+
+@pytest.mark.parametrize("path", ["/etc/passwd", "../x.csv", "dive.txt"])
+def test_paths_elsewhere_are_refused_with_a_message(server, path):
+    assert "below" in server.post("/open", 422, log=path)
+    assert not [*server.root.iterdir()]
+
+
+def test_a_log_that_cannot_be_read_leaves_no_project(server):
+    (server.root / "bad.csv").write_bytes(b"\x00\x01\x02")
+    server.post("/open", 422, log="bad.csv")
+    assert [path.name for path in server.root.iterdir()] == ["bad.csv"]
+
+
+def test_uploads_are_whole_and_do_not_replace_other_files(server):
+    put = server.request("PUT", "/upload?name=..%2F..%2Fdive.csv", body=b"t,u\n0,1\n")
+    assert json.loads(put[2])["path"] == "logs/dive.csv"
+    assert (server.root / "logs/dive.csv").read_bytes() == b"t,u\n0,1\n"
+    assert server.request("PUT", "/upload?name=dive.csv", body=b"t,u\n0,1\n")[0] == 200
+    assert server.request("PUT", "/upload?name=dive.csv", body=b"other")[0] == 422
+    assert [path.name for path in (server.root / "logs").iterdir()] == ["dive.csv"]
+
+
+def test_uploads_are_bounded(server, monkeypatch):
+    from hydrodamp.app import start
+
+    monkeypatch.setattr(start, "MAX_UPLOAD", 3)
+    assert server.request("PUT", "/upload?name=a.csv", body=b"12345")[0] == 413
+    assert not [*(server.root / "logs").iterdir()]
+
+
+def test_a_canonical_log_needs_no_mapping(server, canonical):
+    project = open_log(server, canonical)
+    assert "used" in server.get(f"{project}/channels")
+    assert not (server.root / "dive.hydrodamp/mapping.yaml").exists()
+
+
+def test_series_keep_the_extremes_of_the_log(server, canonical, campaign):
+    project = open_log(server, canonical)
+    found = server.data(f"{project}/channels/series?column=u&n=50")
+    values = np.frombuffer(base64.b64decode(found["series"]["u"]["y"]), "<f4")
+    assert np.nanmax(values) == pytest.approx(campaign.train.velocity[:, 0].max(), rel=1e-6)
+    narrow = server.data(f"{project}/channels/series?column=u&start=1&end=2")
+    assert len(base64.b64decode(narrow["series"]["u"]["x"])) < 8 * 100
+
+
+@pytest.fixture
+def foreign(server):
+    """A table that needs a mapping: degrees, an outlier, and a column with a hostile name."""
+    rng, time = np.random.default_rng(0), np.arange(0.0, 60.0, 0.1)
+    yaw_rate = 20.0 * np.sin(0.4 * time)
+    speed = 1.0 + 0.3 * np.sin(0.3 * time)
+    speed[200] = 40.0
+    columns = {
+        "time_s": time, "speed": speed, "yaw_rate_deg_s": yaw_rate, "sway": 0.1 * np.cos(time),
+        "rudder": np.sign(np.sin(0.4 * time)), HOSTILE: rng.standard_normal(len(time)),
+    }  # fmt: skip
+    with (server.root / "boat.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(columns)
+        writer.writerows(zip(*(each.tolist() for each in columns.values()), strict=True))
+    return "boat.csv"
+
+
+def test_a_role_becomes_a_line_of_the_mapping(server, foreign):
+    project = open_log(server, foreign)
+    folder = server.root / "boat.hydrodamp"
+    for column, role, unit in (("speed", "velocity.u", ""), ("sway", "velocity.v", "kn")):
+        version = version_of(server, project)
+        form = {"column": column, "role": role, "unit": unit, "sign": "1", "version": version}
+        page = server.post(f"{project}/channels/column", **form)
+    assert "mapping" in page or "velocity" in page
+    mapping = hd.read_mapping(folder / "mapping.yaml")
+    units = {entry.name: entry.choices[0].unit for entry in mapping.entries}
+    assert units["v"] == "kn"
+    log = hd.read_log(server.root / foreign, folder / "mapping.yaml")
+    assert log.velocity[0, 1] == pytest.approx(0.1 * 1852 / 3600)
+
+
+def test_names_of_a_file_stay_text(server, foreign):
+    project = open_log(server, foreign)
+    page = server.get(f"{project}/channels")
+    assert HOSTILE not in page
+    assert "&lt;script&gt;window.stolen" in page
+
+
+def test_a_faulty_text_of_the_mapping_is_not_written(server, foreign):
+    project = open_log(server, foreign)
+    version, path = version_of(server, project), server.root / "boat.hydrodamp/mapping.yaml"
+    before = path.read_text("utf-8")
+    page = server.post(
+        f"{project}/channels/text", 422, text="velocitty: {u: speed}", version=version
+    )
+    assert "velocity" in page
+    assert path.read_text("utf-8") == before
+
+
+def test_two_tabs_lose_no_write(server, foreign):
+    project = open_log(server, foreign)
+    version = version_of(server, project)
+    form = {"column": "speed", "role": "velocity.u", "sign": "1", "version": version}
+    server.post(f"{project}/channels/column", **form)
+    text = (server.root / "boat.hydrodamp/mapping.yaml").read_text("utf-8")
+    page = server.post(f"{project}/channels/column", 409, **{**form, "role": ""})
+    assert "another tab" in page
+    assert (server.root / "boat.hydrodamp/mapping.yaml").read_text("utf-8") == text
+
+
+def test_a_step_is_previewed_and_applied(server, foreign):
+    project = open_log(server, foreign)
+    for column, role in (("speed", "velocity.u"), ("sway", "velocity.v")):
+        form = {"column": column, "role": role, "sign": "1"}
+        server.post(f"{project}/channels/column", version=version_of(server, project), **form)
+    query = "step=remove_outliers&channel=u"
+    found = server.data(f"{project}/channels/preview?{query}")["series"]["u"]
+    before, after = (np.frombuffer(base64.b64decode(each["y"]), "<f4") for each in found)
+    assert np.nanmax(before) == 40.0
+    assert np.nanmax(after) < 2.0
+    version = version_of(server, project)
+    server.post(f"{project}/channels/step", step="remove_outliers", version=version)
+    mapping = hd.read_mapping(server.root / "boat.hydrodamp/mapping.yaml")
+    assert len(mapping.steps) == 1
+
+
+def test_sizes_give_a_vehicle_file(server, canonical):
+    project = open_log(server, canonical)
+    sizes = {"length": "2.1", "diameter": "0.19", "mass": "40", "height": "12", "name": "mine"}
+    version = version_of(server, project)
+    server.post(
+        f"{project}/vehicle", source="sizes", version=version, axis=["X", "Y", "N"], **sizes
+    )
+    vehicle = hd.read_vehicle(server.root / "dive.hydrodamp/vehicle.yaml")
+    assert vehicle.axes == ("X", "Y", "N")
+    assert vehicle.center_of_buoyancy[2] == pytest.approx(-0.012)
+    bad = server.post(
+        f"{project}/vehicle", 422, source="sizes", version=version_of(server, project),
+        **{**sizes, "mass": "heavy"},
+    )  # fmt: skip
+    assert "mass" in bad
+
+
+def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):
+    project = open_log(server, canonical)
+    version = version_of(server, project)
+    server.post(f"{project}/vehicle/gains", gain=["rpm|X", "rudder|N"], version=version)
+    models = hd.read_models(server.root / "dive.hydrodamp/model.yaml")
+    assert [model.key for model in models] == ["linear-gains", "fossen-gains", "prestero-gains"]
+    assert {"rpm", "rudder"} <= {*models[0].commands}
+
+
+def test_an_interval_outside_the_log_is_refused(server, canonical):
+    project = open_log(server, canonical)
+    server.get(f"{project}/split")
+    version = version_of(server, project)
+    assert "no two samples" in server.post(
+        f"{project}/split", 422, train="90000:99999", test="0:10", version=version
+    )
+
+
+def test_files_of_a_project_alone_are_sent(server, canonical):
+    project = open_log(server, canonical)
+    assert "logs" in server.get(f"{project}/file/project.yaml")
+    for path in ("../dive.csv", "%2e%2e/dive.csv", "nothing.yaml"):
+        assert server.request("GET", f"{project}/file/{path}")[0] in (404, 422)
+    _, _, content = server.request("GET", f"{project}/archive")
+    names = zipfile.ZipFile(io.BytesIO(content)).namelist()
+    assert {"project.yaml", "commands.sh"} <= {*names}
+
+
+def test_a_project_is_where_it_was_after_a_restart(server, canonical):
+    """State is files: another process reads what the first wrote."""
+    project = open_log(server, canonical)
+    server.get(f"{project}/split")
+    server.post(
+        f"{project}/vehicle", source="fleet", name="vt690", version=version_of(server, project)
+    )
+    from hydrodamp.app.project import find_project
+
+    again = find_project(Path(server.root), "dive").arguments
+    assert again.vehicle == "vt690"
+    assert again.train
+    with pytest.raises(FileError):
+        find_project(Path(server.root), "other")
