@@ -52,6 +52,9 @@ class Visit:
         self.page.locator("#series[data-drawn]").wait_for()
         self.page.evaluate("window.scrollTo(0, 0)")
 
+    def wait_for_checks(self):
+        self.page.locator("#checks .headline").wait_for()
+
     def check(self, name):
         """Check that nothing overflows, that axe-core has no finding, and take a picture."""
         page, root = self.page, "document.documentElement"
@@ -60,6 +63,7 @@ class Visit:
         found = page.evaluate("axe.run({iframes: false})")["violations"]
         assert [(each["id"], each["nodes"][0]["html"][:80]) for each in found] == [], name
         if PICTURES:
+            page.evaluate("window.scrollTo(0, 0)")
             page.screenshot(path=Path(PICTURES, f"app-{name}.png"))
 
 
@@ -133,6 +137,7 @@ def test_from_a_canonical_log_to_an_export(visit, campaign):
     page.get_by_text("1 copied").wait_for()
     visit.click("Open")
     visit.wait_for_plots()
+    visit.wait_for_checks()
     visit.check("channels")
     visit.go("Vehicle")
     page.locator("select[name=name]").select_option("vt690")
@@ -149,6 +154,9 @@ def test_from_a_canonical_log_to_an_export(visit, campaign):
     damping = hd.read_damping(folder / "results/damping.json")
     assert damping.model.key == "fossen"
     assert (folder / "exported/python/fidelity.json").is_file()
+    page.get_by_label("Duration [s]").fill("120")
+    visit.click("Design the next dive")
+    page.get_by_label("Next dive").get_by_text("plan.csv").wait_for(timeout=RUN)
     # The commands that the page shows repeat what it did.
     script = page.locator("#script").inner_text()
     assert "hydrodamp compare logs/elsewhere.csv --vehicle vt690" in script
@@ -167,9 +175,11 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
     visit.click("Open")
     visit.wait_for_plots()
     for column, role in (("fwd", "velocity.u"), ("sidewise", "velocity.v")):
+        visit.wait_for_checks()  # they move the columns of a narrow page
         target = page.locator(f'[data-target="{role}"]')
         page.locator(f'[data-column="{column}"]').drag_to(target)
         wait_for_text(page, f"{role[-1]}: {column}")
+    visit.wait_for_checks()
     handle = page.locator("article", has=page.locator('[data-column="turn"]'))
     handle.locator("select[name=role]").select_option("velocity.r")
     wait_for_text(page, "r: turn")
@@ -207,6 +217,8 @@ def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
     page.locator("#preview .uplot").first.wait_for()
     with page.expect_response(lambda answer: "/channels/step" in answer.url):
         page.get_by_role("button", name="Apply").first.click()
+    page.get_by_role("button", name="Apply").wait_for(state="detached")
+    visit.wait_for_checks()
     visit.check("bluerov2")
     visit.go("Vehicle")
     page.locator("select[name=name]").select_option("bluerov2")

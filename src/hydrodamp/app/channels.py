@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,10 +15,12 @@ from starlette.responses import JSONResponse, Response
 from hydrodamp.app.commands import probe_command
 from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import (
+    COMMANDS,
     Assignment,
     add_step,
     assign,
     assignments,
+    command_name,
     format_content,
     parse_content,
     roles,
@@ -36,12 +39,13 @@ from hydrodamp.app.recordings import (
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.inspection.draft_files import recommended_step
 from hydrodamp.ingest.inspection.probe import Inspection
+from hydrodamp.ingest.inspection.quality_report import QualityReport
+from hydrodamp.ingest.mapping.channel_schema import VERTICAL_ALIASES
 from hydrodamp.ingest.mapping.log_mapping import load_content, resolve_extends
 
 #: Points of a plot, and columns that are plotted at once.
@@ -67,8 +71,14 @@ class Row:
     units: list[str]
     evidence: str
     confidence: int | None
-    light: str
-    issues: list[str]
+
+    @property
+    def channel(self) -> str:
+        """Name of the channel of the log, empty without one."""
+        role = self.assignment.role
+        name = role.rpartition(".")[2]
+        alias = VERTICAL_ALIASES.get(name, (name, 1.0))[0]
+        return command_name(self.column, {}) if role == COMMANDS else alias
 
 
 def show_channels(request: Request, form: Form) -> Response:
@@ -78,37 +88,77 @@ def show_channels(request: Request, form: Form) -> Response:
 
 
 def _variables(project: Project) -> dict[str, Any]:
+    """Return what depends on the mapping alone, without its checks."""
     files, text = read_files(project), project.text(MAPPING)
-    fault, content, inspection = "", {}, None
+    content: dict[str, Any] = {}
+    with suppress(HydrodampError):  # the checks say what is wrong
+        content = parse_content(text, MAPPING)
+    return {
+        "facts": list(_facts(project, files)),
+        "rows": list(_rows(files, content)),
+        "roles": roles(),
+        "targets": DROP_TARGETS,
+        "text": text,
+        "frame": str(content.get("frame") or "FRD"),
+        "world": str(content.get("world") or ""),
+        "presets": files.probe.presets,
+    }
+
+
+def show_checks(request: Request, form: Form) -> Response:
+    """Return the quality report of the log, and the issues of each column."""
+    project = project_of(request)
+    text, fault, inspection = project.text(MAPPING), "", None
+    content: dict[str, Any] = {}
     try:
         content = parse_content(text, MAPPING)
         inspection = inspect_project(project)
     except HydrodampError as error:
         fault = str(error)
-    return {
-        "files": files,
-        "facts": list(_facts(files)),
-        "rows": list(_rows(files, content, inspection)),
-        "roles": roles(),
-        "targets": DROP_TARGETS,
-        "text": text,
-        "content": content,
-        "frame": str(content.get("frame") or "FRD"),
-        "world": str(content.get("world") or ""),
-        "presets": files.probe.presets,
-        "vertical": ""
-        if inspection is None or inspection.report is None
-        else inspection.report.frame,
-        "fault": fault or ("" if inspection is None else inspection.reason),
-        "report": None if inspection is None else inspection.report,
-        "issues": [] if inspection is None else list(_issues(inspection)),
-        "light": _light(inspection, fault),
-    }
+    report = None if inspection is None else inspection.report
+    issues = [] if report is None else [(each, recommended_step(each)) for each in report.issues]
+    return render(
+        "checks.html.j2",
+        project=project,
+        fault=fault or ("" if inspection is None else inspection.reason),
+        report=report,
+        issues=issues,
+        light=_light(report),
+        rows=list(_rows(read_files(project), content)),
+        by_channel=_issues_by_channel(report),
+        vertical=[] if report is None else [*_describe_depth(inspection), report.frame],
+    )
 
 
-def _facts(files: Files) -> Iterator[str]:
+def _light(report: QualityReport | None) -> str:
+    if report is None or report.missing:
+        return "red"
+    return "green" if report.is_usable else "amber"
+
+
+def _issues_by_channel(report: QualityReport | None) -> dict[str, list[str]]:
+    channels: dict[str, list[str]] = {}
+    for issue in () if report is None else report.issues:
+        for name in issue.channel.split():
+            channels.setdefault(name, []).append(f"{issue.problem}: {issue.evidence}")
+    return channels
+
+
+def _describe_depth(inspection: Inspection | None) -> Iterator[str]:
+    """Yield how far down the log goes by its mapping."""
+    log = None if inspection is None else inspection.log
+    if log is not None and log.position is not None:
+        down = log.position[:, 2] - log.position[0, 2]
+        moment = float(log.elapsed[int(np.argmax(np.abs(down)))])
+        yield (
+            f"By this mapping the vehicle goes from {down.min():+.2g} m to {down.max():+.2g} m "
+            f"down from its start, farthest at {moment:.4g} s."
+        )
+
+
+def _facts(project: Project, files: Files) -> Iterator[str]:
     """Yield a sentence on each recording: format, topics, rate and gaps."""
-    for recording in files.recordings:
+    for path, recording in zip(project.arguments.logs, files.recordings, strict=True):
         topics = [each for each in files.probe.topics if each.rate is not None]
         rates = ", ".join(
             f"{each.name or 'table'} {each.n} rows at {each.rate:.3g} Hz"
@@ -116,42 +166,24 @@ def _facts(files: Files) -> Iterator[str]:
             for each in topics[:6]
         )
         more = f" and {len(topics) - 6} more topics" if len(topics) > 6 else ""
-        yield f"{recording.source}: {recording.format}. {rates}{more}".rstrip(". ") + "."
+        yield f"{path}: {recording.format}. {rates}{more}".rstrip(". ") + "."
         yield from recording.notes[:5]
 
 
-def _light(inspection: Inspection | None, fault: str) -> str:
-    if fault or inspection is None or inspection.report is None or inspection.report.missing:
-        return "red"
-    return "green" if inspection.report.is_usable else "amber"
-
-
-def _issues(inspection: Inspection) -> Iterator[tuple[QualityIssue, str]]:
-    """Yield each issue with the cleaning step that it recommends, if any."""
-    if inspection.report is not None:
-        for issue in inspection.report.issues:
-            yield issue, recommended_step(issue)
-
-
-def _rows(files: Files, content: dict[str, Any], inspection: Inspection | None) -> Iterator[Row]:
+def _rows(files: Files, content: dict[str, Any]) -> Iterator[Row]:
+    """Yield the columns, those with a role first; numbers are those of the recording."""
     names = _real_names(files, content)
     assigned = {names.get(each.column, each.column): each for each in assignments(content)}
     guesses = {each.column: each for each in files.probe.roles.guesses if each.is_best}
-    channels = _channels_with_issues(inspection)
-    columns = list(files.series)[:MAX_COLUMNS]
-    columns.sort(key=lambda name: name not in assigned)
-    for number, column in enumerate(columns):
+    columns = [*enumerate(files.series)][:MAX_COLUMNS]
+    for number, column in sorted(columns, key=lambda each: each[1] not in assigned):
         chosen = assigned.get(column, Assignment(column, ""))
         guess = guesses.get(column)
-        name = chosen.role.rpartition(".")[2] if chosen.role != "commands" else column
-        issues = channels.get(name, [])
-        light = "" if not chosen.role else "amber" if issues else "green"
-        evidence = (
-            "; ".join(guess.evidence) if guess else files.probe.roles.without_role.get(column, "")
-        )
+        reason = "" if chosen.role else files.probe.roles.without_role.get(column, "")
+        evidence = "; ".join(guess.evidence) if guess else reason
         yield Row(
             number, column, chosen._replace(column=column), units_of(chosen.role), evidence,
-            guess.confidence if guess else None, light, issues,
+            guess.confidence if guess else None,
         )  # fmt: skip
 
 
@@ -166,16 +198,6 @@ def _real_names(files: Files, content: dict[str, Any]) -> dict[str, str]:
                 if column.startswith(f"{topic}."):
                     names.setdefault(f"{alias}.{column.removeprefix(f'{topic}.')}", column)
     return names
-
-
-def _channels_with_issues(inspection: Inspection | None) -> dict[str, list[str]]:
-    channels: dict[str, list[str]] = {}
-    for issue in (
-        () if inspection is None or inspection.report is None else inspection.report.issues
-    ):
-        for name in issue.channel.split():
-            channels.setdefault(name, []).append(f"{issue.problem}: {issue.evidence}")
-    return channels
 
 
 def _render_change(project: Project) -> Response:

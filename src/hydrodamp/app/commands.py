@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 
-from hydrodamp.app.project import EXPORTS, MODEL, RESULTS, Project
+from hydrodamp.app.project import EXPORTS, MODEL, PLAN, RESULTS, Project
 from hydrodamp.report.files import DAMPING
 
 
@@ -45,6 +45,16 @@ def export_command(project: Project, target: str) -> list[str]:
     """Return the command that exports the selected model."""
     damping = project.argument(f"{RESULTS}/{DAMPING}")
     return ["export", target, damping, "--out", project.argument(f"{EXPORTS}/{target}"), "--force"]
+
+
+def plan_command(project: Project, model: str, duration: float) -> list[str]:
+    """Return the command that designs the next dive for a model of the comparison."""
+    name = f"{project.argument(MODEL)}:{model}" if project.text(MODEL).strip() else model
+    return [
+        "plan", "--vehicle", vehicle_argument(project), "--model", name, "--damping",
+        project.argument(f"{RESULTS}/{DAMPING}"), "--duration", f"{duration:g}", "--out",
+        project.argument(PLAN), "--force",
+    ]  # fmt: skip
 
 
 def script(project: Project, targets: list[str]) -> str:

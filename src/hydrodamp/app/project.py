@@ -26,7 +26,7 @@ from hydrodamp.models.catalog import catalog
 SUFFIX = ".hydrodamp"
 
 PROJECT, MAPPING, VEHICLE, MODEL = "project.yaml", "mapping.yaml", "vehicle.yaml", "model.yaml"
-RESULTS, EXPORTS = "results", "exported"
+RESULTS, EXPORTS, PLAN = "results", "exported", "plan"
 
 #: Files that are the state of a project.
 STATE = (PROJECT, MAPPING, VEHICLE, MODEL)

@@ -16,7 +16,7 @@ from starlette.middleware import Middleware
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from hydrodamp.app import channels, run, split, start, vehicle
+from hydrodamp.app import channels, run, split, start, takeaway, vehicle
 from hydrodamp.app.jobs import Jobs
 from hydrodamp.app.project import create_project, resolve_log
 from hydrodamp.app.security import LOOPBACK, LocalAccess
@@ -31,6 +31,7 @@ HANDLERS: dict[tuple[str, str], Handler] = {
     ("GET", "/"): start.show_start,
     ("POST", "/open"): start.open_logs,
     ("GET", "/p/{project}/channels"): channels.show_channels,
+    ("GET", "/p/{project}/channels/checks"): channels.show_checks,
     ("POST", "/p/{project}/channels/column"): channels.change_column,
     ("POST", "/p/{project}/channels/frame"): channels.change_frame,
     ("POST", "/p/{project}/channels/step"): channels.apply_step,
@@ -50,12 +51,13 @@ HANDLERS: dict[tuple[str, str], Handler] = {
     ("POST", "/p/{project}/run/start"): run.start_run,
     ("POST", "/p/{project}/run/cancel"): run.cancel_run,
     ("GET", "/p/{project}/run/status"): run.show_status,
-    ("GET", "/p/{project}/verdict"): run.show_verdict,
-    ("GET", "/p/{project}/files"): run.show_files,
-    ("POST", "/p/{project}/files/export"): run.start_export,
-    ("GET", "/p/{project}/files/exports"): run.show_exports,
-    ("GET", "/p/{project}/file/{path:path}"): run.send_file,
-    ("GET", "/p/{project}/archive"): run.send_archive,
+    ("GET", "/p/{project}/verdict"): takeaway.show_verdict,
+    ("GET", "/p/{project}/files"): takeaway.show_files,
+    ("POST", "/p/{project}/files/export"): takeaway.start_export,
+    ("POST", "/p/{project}/files/plan"): takeaway.start_plan,
+    ("GET", "/p/{project}/files/exports"): takeaway.show_exports,
+    ("GET", "/p/{project}/file/{path:path}"): takeaway.send_file,
+    ("GET", "/p/{project}/archive"): takeaway.send_archive,
 }
 
 

@@ -1,0 +1,134 @@
+"""Screens 6 and 7: the verdict, and the files, exports, next dive and commands to take away."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response, StreamingResponse
+
+from hydrodamp.app.commands import export_command, plan_command, script
+from hydrodamp.app.project import EXPORTS, PLAN, RESULTS, Project
+from hydrodamp.app.run import jobs_of
+from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.errors import FileError, HydrodampError, ProblemError
+from hydrodamp.export.export import TARGETS
+from hydrodamp.models.files import read_damping
+from hydrodamp.report.files import DAMPING, REPORT
+
+#: Headers of a written page, which runs its own scripts without access to this server.
+PAGE_HEADERS = {
+    "Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-popups; "
+    "frame-ancestors 'self'"
+}
+
+
+def show_verdict(request: Request, form: Form) -> Response:
+    """Return the screen with the report of the comparison."""
+    project = project_of(request)
+    return render_screen(
+        project,
+        "verdict",
+        ["report", project.argument(RESULTS)],
+        has_report=project.path(f"{RESULTS}/{REPORT}").is_file(),
+        report=f"/p/{project.name}/file/{RESULTS}/{REPORT}",
+    )
+
+
+def show_files(request: Request, form: Form) -> Response:
+    """Return the screen with all files, exports and commands."""
+    project = project_of(request)
+    return render_screen(project, "files", None, **_files(request, project))
+
+
+def _files(request: Request, project: Project) -> dict[str, Any]:
+    exported = [each for each in TARGETS if project.path(f"{EXPORTS}/{each}").is_dir()]
+    pending = {
+        name: job
+        for name in TARGETS
+        if (job := jobs_of(request).find(project, _export_name(name))) is not None
+    }
+    plan = jobs_of(request).find(project, PLAN)
+    return {
+        "has_damping": project.path(f"{RESULTS}/{DAMPING}").is_file(),
+        "listed": [(name, project.path(name).stat().st_size) for name in list_files(project)],
+        "targets": [(key, TARGETS[key].description) for key in TARGETS],
+        "exported": exported,
+        "pending": pending,
+        "is_busy": any(job.is_running for job in [*pending.values(), plan] if job is not None),
+        "script": script(project, exported),
+        "plan": plan,
+    }
+
+
+def _export_name(target: str) -> str:
+    return f"export-{target}"
+
+
+def start_export(request: Request, form: Form) -> Response:
+    """Export the selected model to a target."""
+    project, target = project_of(request), field_value(form, "target")
+    if target not in TARGETS:
+        raise HydrodampError(f"there is no target `{target}`")
+    if not project.path(f"{RESULTS}/{DAMPING}").is_file():
+        raise ProblemError("there is no damping file yet: run the comparison first")
+    command = export_command(project, target)
+    project.path(EXPORTS).mkdir(exist_ok=True)
+    jobs_of(request).start(project, _export_name(target), command)
+    return show_exports(request, form)
+
+
+def start_plan(request: Request, form: Form) -> Response:
+    """Design the next dive by the selected model."""
+    project = project_of(request)
+    path = project.path(f"{RESULTS}/{DAMPING}")
+    if not path.is_file():
+        raise ProblemError("there is no damping file yet: run the comparison first")
+    try:
+        duration = float(field_value(form, "duration"))
+    except ValueError as error:
+        raise ProblemError("the duration must be a number of seconds") from error
+    command = plan_command(project, read_damping(path).model.key, duration)
+    jobs_of(request).start(project, PLAN, command)
+    return show_exports(request, form)
+
+
+def show_exports(request: Request, form: Form) -> Response:
+    """Return the files and the state of exports."""
+    project = project_of(request)
+    return render("files_change.html.j2", project=project, **_files(request, project))
+
+
+def list_files(project: Project) -> list[str]:
+    """Return the files of a project, relative to its folder."""
+    paths = (path for path in project.folder.rglob("*") if path.is_file())
+    names = (path.relative_to(project.folder).as_posix() for path in paths)
+    return sorted(name for name in names if not any(p.startswith(".") for p in name.split("/")))
+
+
+def send_file(request: Request, form: Form) -> Response:
+    """Return a file of a project."""
+    project, name = project_of(request), request.path_params["path"]
+    if name not in list_files(project):
+        raise FileError(f"there is no file `{name}` in the project")
+    path: Path = project.path(name)
+    if path.suffix == ".html":
+        return FileResponse(path, media_type="text/html", headers=dict(PAGE_HEADERS))
+    return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+
+
+def send_archive(request: Request, form: Form) -> Response:
+    """Return all files of a project and the commands as a zip file."""
+    project = project_of(request)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in list_files(project):
+            archive.write(project.path(name), name)
+        archive.writestr("commands.sh", script(project, _files(request, project)["exported"]))
+    headers = {"Content-Disposition": f'attachment; filename="{project.name}.zip"'}
+    return StreamingResponse(
+        iter([buffer.getvalue()]), media_type="application/zip", headers=headers
+    )
