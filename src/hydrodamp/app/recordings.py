@@ -159,7 +159,10 @@ def inspect_project(project: Project) -> Inspection:
 
     def report() -> Inspection:
         with suppress_warnings():
-            return inspect(files.probe, files.recordings, path, requirements)
+            inspection = inspect(files.probe, files.recordings, path, requirements)
+        if (log := inspection.log) is not None:
+            _logs.get((_stamp(project), text), lambda: log)  # one log in memory, not two
+        return inspection
 
     state = project.arguments.vehicle, project.text(VEHICLE)
     return _inspections.get((_stamp(project), text, state), report)

@@ -110,6 +110,7 @@ def serve(
             raise FileError(
                 f"port {port} cannot be used: {error}. Give another `--port`."
             ) from error
+        listener.listen()  # the browser may be faster than the server
         port = listener.getsockname()[1]
         token = secrets.token_urlsafe(24)
         url = f"http://{LOOPBACK[0]}:{port}{address}?token={token}"

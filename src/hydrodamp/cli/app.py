@@ -15,6 +15,8 @@ def app(logs: list[str] | None = None, port: int = 0, browser: bool = True) -> N
     try:
         from hydrodamp.app.server import serve
     except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn", "jinja2"):
+            raise
         raise MethodError(NEEDS) from error
 
     def announce(url: str) -> None:

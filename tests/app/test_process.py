@@ -1,0 +1,128 @@
+"""The command as a process: its address, a kill at any time, and what other commands import."""
+
+import http.client
+import re
+import subprocess
+import sys
+import threading
+import time
+from urllib.parse import urlencode
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.app.project import Project, create_project
+
+APP = [sys.executable, "-m", "hydrodamp", "app", "--no-browser"]
+
+
+def start(folder, *arguments):
+    """Start the command; return the process with its port, path and token."""
+    process = subprocess.Popen(
+        [*APP, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+    line = process.stderr.readline()
+    found = re.search(r"http://127\.0\.0\.1:(\d+)(\S*)\?token=(\S+)", line)
+    assert found, line
+    return process, int(found[1]), found[2], found[3]
+
+
+def request(port, token, method, path, form=None):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    headers = {"Cookie": f"hydrodamp-{port}={token}", "Origin": f"http://127.0.0.1:{port}"}
+    connection.request(method, path, urlencode(form or {}), headers)
+    answer = connection.getresponse()
+    text = answer.read().decode()
+    connection.close()
+    return answer.status, text
+
+
+def stop(process):
+    process.terminate()
+    process.wait(30)
+    process.stderr.close()
+
+
+@pytest.fixture
+def boat(tmp_path, campaign):
+    """A log that needs a mapping."""
+    log = campaign.train
+    rows = zip(log.time.tolist(), *log.velocity.T[[0, 1, 5]].tolist(), strict=True)
+    lines = ["t_s,fwd,sidewise,turn", *(",".join(map(repr, row)) for row in rows)]
+    (tmp_path / "boat.csv").write_text("\n".join(lines), "utf-8")
+    return tmp_path
+
+
+def test_a_log_on_the_command_line_is_opened(boat):
+    process, port, path, token = start(boat, "boat.csv")
+    try:
+        assert path == "/p/boat/channels"
+        assert request(port, token, "GET", path)[0] == 200
+        assert request(port, "wrong", "GET", path)[0] == 403
+    finally:
+        stop(process)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_killed_server_leaves_whole_files(boat, seed):
+    """Edits follow each other until the process is killed; each file on disk is a whole edit."""
+    process, port, path, token = start(boat, "boat.csv")
+    project = Project(boat.resolve(), "boat")
+    request(port, token, "GET", path)
+    is_over = threading.Event()
+
+    def edit():
+        for number in range(10_000):
+            text = f"time: t_s\nvelocity: {{u: fwd}}\nnote: {'x' * 2000}{number}\n"
+            form = {"text": text, "version": project.version}
+            try:
+                request(port, token, "POST", "/p/boat/channels/text", form)
+            except (OSError, http.client.HTTPException):
+                break
+            if is_over.is_set():
+                break
+
+    thread = threading.Thread(target=edit)
+    thread.start()
+    time.sleep(0.4 + 0.13 * seed)
+    process.kill()
+    stop(process)
+    is_over.set()
+    thread.join(30)
+    mapping = hd.read_mapping(project.path("mapping.yaml"))
+    assert mapping.entries
+    assert project.arguments.logs == ("boat.csv",)
+    again, port, path, token = start(boat)
+    try:
+        assert "boat" in request(port, token, "GET", "/")[1]
+    finally:
+        stop(again)
+
+
+def test_an_occupied_port_is_told(boat):
+    process, port, _, _ = start(boat)
+    try:
+        done = subprocess.run(
+            [*APP, "--port", str(port)], cwd=boat, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 2
+        assert "Give another `--port`" in done.stderr
+    finally:
+        stop(process)
+
+
+def test_other_commands_import_nothing_of_the_pages():
+    code = (
+        "import sys; from hydrodamp.cli.main import app; "
+        "print([name for name in sys.modules if name.startswith(('starlette', 'uvicorn', "
+        "'jinja2', 'hydrodamp.app'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_project_of_the_same_log_is_reopened(boat):
+    first = create_project(boat.resolve(), ("boat.csv",))
+    process, *_ = start(boat, "boat.csv")
+    stop(process)
+    assert [path.name for path in boat.glob("*.hydrodamp")] == [first.folder.name]
