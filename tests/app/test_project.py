@@ -7,6 +7,7 @@ from hydrodamp.app.project import (
     OutdatedEditError,
     create_project,
     find_project,
+    find_project_of,
     list_logs,
     list_projects,
     resolve_log,
@@ -16,7 +17,7 @@ from hydrodamp.errors import FileError
 
 @pytest.fixture
 def root(tmp_path):
-    for name in ("a.csv", "b.csv", "notes.txt", "sub/c.mcap", "a.hydrodamp/x.csv"):
+    for name in ("a.csv", "b.csv", "a+b.csv", "notes.pdf", "sub/c.mcap", "a.hydrodamp/x.csv"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         path.write_text("t,u\n0,1\n", "utf-8")
@@ -29,7 +30,8 @@ def test_logs_are_those_of_the_folder_and_not_of_projects(root):
 
 def test_the_same_logs_are_the_same_project(root):
     first = create_project(root, ("b.csv",))
-    assert create_project(root, ("b.csv",)) == first
+    assert find_project_of(root, ("b.csv",)) == first
+    assert find_project_of(root, ("a.csv",)) is None
     other = create_project(root, ("b.csv", "a.csv"))
     assert (first.name, other.name) == ("b", "b-2")
     assert {each.name for each in list_projects(root)} == {"b", "b-2"}

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from starlette.requests import Request
@@ -15,12 +13,11 @@ from starlette.responses import JSONResponse, Response
 from hydrodamp.app.commands import probe_command
 from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import (
-    COMMANDS,
     Assignment,
+    Content,
     add_step,
     assign,
     assignments,
-    command_name,
     format_content,
     parse_content,
     roles,
@@ -35,21 +32,26 @@ from hydrodamp.app.recordings import (
     parse_mapping,
     read_files,
     read_log,
+    resolve_content,
 )
-from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.app.web import Form, field_value, number, project_of, render, render_screen
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
-from hydrodamp.errors import HydrodampError
+from hydrodamp.errors import HydrodampError, LogError
+from hydrodamp.ingest.inspection.columns import find_clocks
 from hydrodamp.ingest.inspection.draft_files import recommended_step
-from hydrodamp.ingest.inspection.probe import Inspection
+from hydrodamp.ingest.inspection.probe import Inspection, topic_facts
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 from hydrodamp.ingest.mapping.channel_schema import VERTICAL_ALIASES
 from hydrodamp.ingest.mapping.log_mapping import load_content, resolve_extends
 
 #: Points of a plot, and columns that are plotted at once.
 MAX_POINTS, MAX_COLUMNS = 1200, 400
+
+#: Role of the four components of an attitude in one column.
+QUATERNION = "attitude.quaternion"
 
 #: Groups onto which a column can be dragged.
 DROP_TARGETS = (
@@ -73,50 +75,59 @@ class Row:
     confidence: int | None
 
     @property
-    def channel(self) -> str:
-        """Name of the channel of the log, empty without one."""
-        role = self.assignment.role
-        name = role.rpartition(".")[2]
-        alias = VERTICAL_ALIASES.get(name, (name, 1.0))[0]
-        return command_name(self.column, {}) if role == COMMANDS else alias
+    def channels(self) -> list[str]:
+        """Names of the channels of the log that the column gives."""
+        name = self.assignment.channel
+        if name == "quaternion":
+            return ["roll", "pitch", "yaw"]
+        return [VERTICAL_ALIASES.get(name, (name, 1.0))[0]] if name else []
 
 
 def show_channels(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
-    return render_screen(project, "channels", probe_command(project), **_variables(project))
+    version, files, text = project.version, read_files(project), project.text(MAPPING)
+    content = _displayed_content(project, text)
+    return render_screen(
+        project,
+        "channels",
+        version,
+        probe_command(project),
+        facts=list(_facts(project, files)),
+        rows=list(_rows(files, content)),
+        roles=roles(),
+        targets=DROP_TARGETS,
+        text=text,
+        frame=str(content.get("frame") or "FRD"),
+        world=str(content.get("world") or ""),
+        presets=files.probe.presets,
+    )
 
 
-def _variables(project: Project) -> dict[str, Any]:
-    """Return what depends on the mapping alone, without its checks."""
-    files, text = read_files(project), project.text(MAPPING)
-    content: dict[str, Any] = {}
-    with suppress(HydrodampError):  # the checks say what is wrong
-        content = parse_content(text, MAPPING)
-    return {
-        "facts": list(_facts(project, files)),
-        "rows": list(_rows(files, content)),
-        "roles": roles(),
-        "targets": DROP_TARGETS,
-        "text": text,
-        "frame": str(content.get("frame") or "FRD"),
-        "world": str(content.get("world") or ""),
-        "presets": files.probe.presets,
-    }
+def _displayed_content(project: Project, text: str) -> Content:
+    """Return the content of a mapping, of the draft for a canonical log without channels."""
+    try:
+        content = resolve_content(project, text)
+    except HydrodampError:  # the checks say what is wrong
+        return {}
+    files = read_files(project)
+    if set(content) <= {"steps"} and files.is_canonical:
+        return {**parse_content(files.probe.draft.text, MAPPING), **content}
+    return content
 
 
 def show_checks(request: Request, form: Form) -> Response:
     """Return the quality report of the log, and the issues of each column."""
     project = project_of(request)
     text, fault, inspection = project.text(MAPPING), "", None
-    content: dict[str, Any] = {}
     try:
-        content = parse_content(text, MAPPING)
         inspection = inspect_project(project)
     except HydrodampError as error:
         fault = str(error)
     report = None if inspection is None else inspection.report
     issues = [] if report is None else [(each, recommended_step(each)) for each in report.issues]
+    by_channel = _issues_by_channel(report)
+    rows = _rows(read_files(project), _displayed_content(project, text))
     return render(
         "checks.html.j2",
         project=project,
@@ -124,8 +135,10 @@ def show_checks(request: Request, form: Form) -> Response:
         report=report,
         issues=issues,
         light=_light(report),
-        rows=list(_rows(read_files(project), content)),
-        by_channel=_issues_by_channel(report),
+        rows=[
+            (row, [text for name in row.channels for text in by_channel.get(name, [])])
+            for row in rows
+        ],
         vertical=[] if report is None else [*_describe_depth(inspection), report.frame],
     )
 
@@ -158,8 +171,10 @@ def _describe_depth(inspection: Inspection | None) -> Iterator[str]:
 
 def _facts(project: Project, files: Files) -> Iterator[str]:
     """Yield a sentence on each recording: format, topics, rate and gaps."""
-    for path, recording in zip(project.arguments.logs, files.recordings, strict=True):
-        topics = [each for each in files.probe.topics if each.rate is not None]
+    for path, recording in zip(project.arguments.logs, files.recordings, strict=False):
+        clocks = find_clocks(recording)
+        facts = [topic_facts(topic, clocks.get(topic.name)) for topic in recording.topics]
+        topics = [each for each in facts if each.rate is not None]
         rates = ", ".join(
             f"{each.name or 'table'} {each.n} rows at {each.rate:.3g} Hz"
             + (f", longest gap {each.longest_gap:.3g} s" if each.longest_gap else "")
@@ -170,63 +185,75 @@ def _facts(project: Project, files: Files) -> Iterator[str]:
         yield from recording.notes[:5]
 
 
-def _rows(files: Files, content: dict[str, Any]) -> Iterator[Row]:
+def _rows(files: Files, content: Content) -> Iterator[Row]:
     """Yield the columns, those with a role first; numbers are those of the recording."""
-    names = _real_names(files, content)
-    assigned = {names.get(each.column, each.column): each for each in assignments(content)}
+    aliases = _real_names(files, content)
+    real = {alias: column for column, alias in aliases.items()}
+    assigned = {real.get(each.column, each.column): each for each in assignments(content)}
     guesses = {each.column: each for each in files.probe.roles.guesses if each.is_best}
-    columns = [*enumerate(files.series)][:MAX_COLUMNS]
-    for number, column in sorted(columns, key=lambda each: each[1] not in assigned):
-        chosen = assigned.get(column, Assignment(column, ""))
+    ordered = sorted(enumerate(files.series), key=lambda each: each[1] not in assigned)
+    for index, column in ordered[:MAX_COLUMNS]:
+        chosen = assigned.get(column, Assignment(aliases.get(column, column), ""))
         guess = guesses.get(column)
         reason = "" if chosen.role else files.probe.roles.without_role.get(column, "")
         evidence = "; ".join(guess.evidence) if guess else reason
         yield Row(
-            number, column, chosen._replace(column=column), units_of(chosen.role), evidence,
+            index, column, chosen, units_of(chosen.role), evidence,
             guess.confidence if guess else None,
         )  # fmt: skip
 
 
-def _real_names(files: Files, content: dict[str, Any]) -> dict[str, str]:
-    """Return the columns of the recordings by their names with the topics of the mapping."""
+def _real_names(files: Files, content: Content) -> dict[str, str]:
+    """Return the names that columns have in the mapping, by the topics that it names."""
     topics = content.get("topics")
     names: dict[str, str] = {}
     for alias, options in topics.items() if isinstance(topics, dict) else ():
-        listed = [options] if isinstance(options, str) else options or []
+        listed = options if isinstance(options, list) else [options]
         for column in files.series:
             for topic in listed:
                 if column.startswith(f"{topic}."):
-                    names.setdefault(f"{alias}.{column.removeprefix(f'{topic}.')}", column)
+                    names.setdefault(column, f"{alias}.{column.removeprefix(f'{topic}.')}")
     return names
 
 
-def _render_change(project: Project) -> Response:
-    """Return the fragment that depends on the mapping."""
+def _write(project: Project, form: Form, text: str) -> Response:
+    """Write the mapping and return the parts of the page that depend on it."""
+    before = {row.number: row for row in _rows(read_files(project), _content(project)[1])}
+    project.write(field_value(form, "version"), {MAPPING: text})
+    version, content = project.version, _displayed_content(project, text)
+    changed = [row for row in _rows(read_files(project), content) if row != before.get(row.number)]
     return render(
         "channels_change.html.j2",
         project=project,
-        version=project.version,
-        **_variables(project),
+        version=version,
+        rows=changed,
+        roles=roles(),
+        text=text,
+        frame=str(content.get("frame") or "FRD"),
+        world=str(content.get("world") or ""),
     )
 
 
-def _write(project: Project, form: Form, text: str) -> Response:
-    parse_mapping(text)  # raises its faults before anything is written
-    project.write(field_value(form, "version"), {MAPPING: text})
-    return _render_change(project)
+def _content(project: Project) -> tuple[Content, Content]:
+    """Return the content of the mapping, and what the page shows of it."""
+    text = project.text(MAPPING)
+    return parse_content(text, MAPPING), _displayed_content(project, text)
 
 
 def change_column(request: Request, form: Form) -> Response:
     """Set role, unit and sign of a column."""
     project = project_of(request)
     role, unit = field_value(form, "role"), field_value(form, "unit")
+    known = {each for group in roles().values() for each in group}
+    if role not in known and role != QUATERNION:
+        raise LogError(f"there is no role `{role}`")
+    content, displayed = _content(project)
+    if not set(content) - {"steps"}:  # a canonical log: its channels become those of the mapping
+        content = displayed
+    sign = -1 if field_value(form, "sign") == "-1" else 1
     unit = unit if unit in units_of(role) else ""
-    new = Assignment(
-        field_value(form, "column"), role, unit, -1 if field_value(form, "sign") == "-1" else 1
-    )
-    content = assign(_content(project), new)
-    project.write(field_value(form, "version"), {MAPPING: format_content(content)})
-    return _render_change(project)
+    new = Assignment(field_value(form, "column"), role, unit, sign)
+    return _write(project, form, format_content(assign(content, new, displayed)))
 
 
 def change_frame(request: Request, form: Form) -> Response:
@@ -235,51 +262,46 @@ def change_frame(request: Request, form: Form) -> Response:
     frame, world = field_value(form, "frame", "FRD"), field_value(form, "world")
     allowed = ("NED",) if frame == "FRD" else ("NWU", "ENU")
     world = world if world in allowed else allowed[0]
-    return _write(project, form, format_content(set_frame(_content(project), frame, world)))
+    return _write(project, form, format_content(set_frame(_content(project)[0], frame, world)))
 
 
 def apply_step(request: Request, form: Form) -> Response:
     """Add a cleaning step."""
     project = project_of(request)
-    return _write(
-        project, form, format_content(add_step(_content(project), field_value(form, "step")))
-    )
+    content = add_step(_content(project)[0], field_value(form, "step"))
+    return _write(project, form, format_content(content))
 
 
 def apply_preset(request: Request, form: Form) -> Response:
     """Take the mapping of a preset."""
     project, name = project_of(request), field_value(form, "preset")
     if name not in {each.name for each in read_files(project).probe.presets}:
-        raise HydrodampError(f"the preset `{name}` does not match the log")
+        raise LogError(f"the preset `{name}` does not match the log")
     content, path = load_content(name)
     resolved = resolve_extends(content, path) if isinstance(content, dict) else {}
     return _write(project, form, format_content(resolved))
 
 
 def change_text(request: Request, form: Form) -> Response:
-    """Write the text of the mapping."""
-    text = field_value(form, "text").replace("\r\n", "\n")
-    return _write(project_of(request), form, text)
-
-
-def _content(project: Project) -> dict[str, Any]:
-    return parse_content(project.text(MAPPING), MAPPING)
+    """Write the text of the mapping if it is one."""
+    project, text = project_of(request), field_value(form, "text").replace("\r\n", "\n")
+    parse_mapping(project, text)  # raises its faults before anything is written
+    return _write(project, form, text)
 
 
 def column_series(request: Request, form: Form) -> Response:
     """Return the extremes of columns in an interval of time."""
-    files, query = read_files(project_of(request)), request.query_params
-    chosen = query.getlist("column") or [*files.series][:MAX_COLUMNS]
-    series = {name: files.series[name] for name in chosen if name in files.series}
-    spans = [each.time[[0, -1]] for each in series.values() if len(each.time)]
-    extent = (min(a for a, _ in spans), max(b for _, b in spans)) if spans else (0.0, 1.0)
-    start, end = float(query.get("start", extent[0])), float(query.get("end", extent[1]))
-    n = min(int(query.get("n", MAX_POINTS // 2)), MAX_POINTS)
-    return JSONResponse({
-        "start": float(extent[0]),
-        "end": float(extent[1]),
-        "series": {name: encode(*each.between(start, end, n)) for name, each in series.items()},
-    })  # fmt: skip
+    files = read_files(project_of(request))
+    chosen = request.query_params.getlist("column") or [*files.series][:MAX_COLUMNS]
+    first, last = files.extent
+    start, end = number(request, "start", first), number(request, "end", last)
+    n = int(min(max(number(request, "n", MAX_POINTS / 2), 1), MAX_POINTS))
+    series = {
+        name: encode(*files.series[name].between(start, end, n))
+        for name in chosen
+        if name in files.series
+    }
+    return JSONResponse({"start": first, "end": last, "series": series})
 
 
 def encode(time: FloatArray, values: FloatArray) -> dict[str, str]:
@@ -294,7 +316,7 @@ def preview_step(request: Request, form: Form) -> Response:
     """Return the channels of an issue before and after a cleaning step."""
     project, query = project_of(request), request.query_params
     before = read_log(project)
-    content = add_step(_content(project), query.get("step", ""))
+    content = add_step(_content(project)[0], query.get("step", ""))
     after = make_log(project, format_content(content))
     channels = log_channels(before), log_channels(after)
     names = [name for name in query.get("channel", "").split() if name in channels[0]]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shlex
 
-from hydrodamp.app.project import EXPORTS, MODEL, PLAN, RESULTS, Project
+from hydrodamp.app.project import EXPORTS, MODEL, PLAN, RESULTS, VEHICLE, Project
 from hydrodamp.report.files import DAMPING
 
 
 def vehicle_argument(project: Project) -> str:
     """Return the vehicle of a command: a name of the fleet, or the file of the project."""
-    return project.arguments.vehicle
+    vehicle = project.arguments.vehicle
+    return project.argument(VEHICLE) if vehicle == VEHICLE else vehicle
 
 
 def _with_mapping(project: Project) -> list[str]:
@@ -32,7 +33,13 @@ def models_argument(project: Project) -> str:
 def compare_command(project: Project, *, resume: bool = True) -> list[str]:
     """Return the command that identifies and compares the models."""
     arguments = project.arguments
-    command = ["compare", *arguments.logs, "--vehicle", arguments.vehicle, *_with_mapping(project)]
+    command = [
+        "compare",
+        *arguments.logs,
+        "--vehicle",
+        vehicle_argument(project),
+        *_with_mapping(project),
+    ]
     for option, spans in (("--train", arguments.train), ("--test", arguments.test)):
         for span in spans:
             command += [option, span]

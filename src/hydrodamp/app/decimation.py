@@ -42,20 +42,25 @@ class DecimatedSeries:
         edges = np.linspace(self.time[first], self.time[last - 1], n + 1)
         if last - first <= 4 * BLOCK * n:
             time, values = self.time[first:last], self.values[first:last]
-            starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
-            pairs = _extremes(values, starts)
-            is_empty = np.searchsorted(time, edges[1:]) == np.searchsorted(time, edges[:-1])
+            pairs = _extremes(values, _starts(time, edges))
         else:
             low, high = first // BLOCK, -(-last // BLOCK)
             time, blocks = self.time[low * BLOCK : high * BLOCK : BLOCK], self.extremes[low:high]
-            starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
+            starts = _starts(time, edges)
             pairs = np.column_stack([
                 np.fmin.reduceat(blocks[:, 0], starts), np.fmax.reduceat(blocks[:, 1], starts)
             ])  # fmt: skip
-            is_empty = np.searchsorted(time, edges[1:]) == np.searchsorted(time, edges[:-1])
-        pairs[is_empty] = np.nan
+        bounds = np.append(_starts(time, edges), len(time))
+        pairs[np.diff(bounds) == 0] = np.nan
         middle = 0.5 * (edges[1:] + edges[:-1])
         return np.repeat(middle, 2), pairs.ravel()
+
+
+def _starts(time: FloatArray, edges: FloatArray) -> IntArray:
+    """Return the first sample of each interval; the first interval begins with the first sample."""
+    starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
+    starts[0] = 0
+    return np.asarray(starts)
 
 
 def _extremes(values: FloatArray, starts: IntArray) -> FloatArray:

@@ -5,15 +5,18 @@ A job is a process of its own: an interrupt leaves finished fits on disk, as Ctr
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import RLock
 
 from hydrodamp.app.project import Project
+from hydrodamp.errors import ProblemError
 
 #: Seconds that an interrupted process has before it is killed.
 GRACE = 20.0
@@ -26,7 +29,6 @@ MAX_MESSAGE = 20_000
 class Job:
     """A command that runs or has ended."""
 
-    command: tuple[str, ...]
     process: subprocess.Popen[bytes]
     output: Path
     started: float = field(default_factory=time.time)
@@ -71,6 +73,7 @@ class Jobs:
             job = self.find(project, name)
             if job is not None and job.is_running:
                 return job
+            self._check_elsewhere(project, name)
             output = project.path(f"{name}.log")
             with output.open("wb") as stream:
                 process = subprocess.Popen(
@@ -79,9 +82,25 @@ class Jobs:
                     stdin=subprocess.DEVNULL,
                     stdout=stream,
                     stderr=subprocess.STDOUT,
+                    start_new_session=True,  # Ctrl-C in the terminal reaches it once, by stop_all
                 )
-            job = self._jobs[project.name, name] = Job(tuple(command), process, output)
+            project.path(f".{name}.pid").write_text(str(process.pid), "utf-8")
+            job = self._jobs[project.name, name] = Job(process, output)
             return job
+
+    def _check_elsewhere(self, project: Project, name: str) -> None:
+        """Raise if another server, or one that was killed, has started the job and it runs."""
+        path = project.path(f".{name}.pid")
+        text = path.read_text("utf-8") if path.is_file() else ""
+        known = self.find(project, name)
+        if not text.isdigit() or (known is not None and known.process.pid == int(text)):
+            return
+        with suppress(OSError):  # there is no such process
+            os.kill(int(text), 0)
+            raise ProblemError(
+                f"a job `{name}` of this project runs already as process {text}: wait for its end, "
+                f"or end it and remove {path}"
+            )
 
     def stop_all(self) -> None:
         """Interrupt all commands and wait for their end."""

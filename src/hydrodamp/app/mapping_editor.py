@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import yaml
@@ -24,12 +25,37 @@ Content = dict[str, Any]
 
 
 class Assignment(NamedTuple):
-    """The role of a column with its unit (empty: that of the channel) and sign."""
+    """The role of a column with its unit (empty: that of the channel), sign and channel."""
 
     column: str
     role: str
     unit: str = ""
     sign: int = 1
+    channel: str = ""
+
+
+class Slot(NamedTuple):
+    """Where a mapping names a column: group, name in the group, and one of alternatives."""
+
+    group: str
+    name: str
+    choice: Any
+
+    @property
+    def column(self) -> str:
+        """Column of the choice, empty for a constant."""
+        named = self.choice.get("column") if isinstance(self.choice, dict) else self.choice
+        return named if isinstance(named, str) else ""
+
+    @property
+    def role(self) -> str:
+        """Role of the column."""
+        return self.group if self.group in (COMMANDS, *SINGLE_CHANNELS) else self.label
+
+    @property
+    def label(self) -> str:
+        """Group and name."""
+        return f"{self.group}.{self.name}"
 
 
 def roles() -> dict[str, list[str]]:
@@ -62,62 +88,92 @@ def format_content(content: Content) -> str:
 
 
 def assignments(content: Mapping[str, Any]) -> Iterator[Assignment]:
-    """Yield the assignments of columns."""
+    """Yield the assignments of columns, the first of alternatives."""
+    seen = set()
+    for slot in _slots(content):
+        if slot.column and (slot.group, slot.name) not in seen:
+            seen.add((slot.group, slot.name))
+            options = slot.choice if isinstance(slot.choice, dict) else {}
+            sign = -1 if options.get("sign") == -1 else 1
+            unit = str(options.get("unit") or "")
+            yield Assignment(slot.column, slot.role, unit, sign, slot.name or slot.group)
+
+
+def _slots(content: Mapping[str, Any]) -> Iterator[Slot]:
+    """Yield all columns that a mapping names, alternatives in order."""
     for group, value in content.items():
         if group in SINGLE_CHANNELS:
             if value != RECORDED_TIME:
-                yield from _assignment(group, value)
-        elif group == COMMANDS:
-            entries = {name: name for name in value} if isinstance(value, list) else value or {}
-            for entry in entries.values():
-                yield from _assignment(COMMANDS, entry)
-        elif group in CHANNEL_GROUPS and isinstance(value, dict):
-            for name, entry in value.items():
-                if name != "quaternion":
-                    yield from _assignment(f"{group}.{name}", entry)
-                elif column := entry.get("column") if isinstance(entry, dict) else entry:
-                    yield Assignment(str(column), "attitude.quaternion")
+                yield from (Slot(group, "", choice) for choice in _choices(value))
+        elif group == COMMANDS or group in CHANNEL_GROUPS:
+            for name, entry in _table(value).items():
+                yield from (Slot(group, name, choice) for choice in _choices(entry))
 
 
-def _assignment(role: str, value: Any) -> Iterator[Assignment]:
-    first = value[0] if isinstance(value, list) and value else value
-    if isinstance(first, str):
-        yield Assignment(first, role)
-    elif isinstance(first, dict) and first.get("column"):
-        sign = -1 if first.get("sign") == -1 else 1
-        yield Assignment(str(first["column"]), role, str(first.get("unit") or ""), sign)
+def _choices(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [] if value is None else [value]
 
 
-def assign(content: Content, new: Assignment) -> Content:
-    """Return the content with a column in one role; an empty role removes the column."""
+def _table(value: Any) -> dict[str, Any]:
+    """Return a group as a table; a list of commands has their names."""
+    if isinstance(value, dict):
+        return {str(name): entry for name, entry in value.items()}
+    names = value if isinstance(value, list) else []
+    return {name: name for name in names if isinstance(name, str)}
+
+
+def assign(
+    content: Content, new: Assignment, inherited: Mapping[str, Any] = MappingProxyType({})
+) -> Content:
+    """Return the content with a column in one role; an empty role removes the column.
+
+    Other keys of the entry, such as scale and delay, stay, and so does the name of a command.
+    ``inherited`` is the content with `extends` resolved; what it has alone is set to null.
+    """
+    known = next((slot for slot in _slots(content) if slot.column == new.column), None)
+    known = known or next((slot for slot in _slots(inherited) if slot.column == new.column), None)
+    options = dict(known.choice) if known and isinstance(known.choice, dict) else {}
+    options = {"column": new.column, **_without(options, "unit", "sign")}
+    options |= {"unit": new.unit} if new.unit else {}
+    options |= {"sign": -1} if new.sign < 0 else {}
+    entry: Any = new.column if len(options) == 1 else options
     changed = dict(content)
-    for group in [*changed]:
-        value = changed[group]
-        if group in SINGLE_CHANNELS and _is_column(value, new.column):
-            del changed[group]
-        elif group == COMMANDS:
-            entries = (
-                {name: name for name in value} if isinstance(value, list) else dict(value or {})
-            )
-            changed[group] = {k: v for k, v in entries.items() if not _is_column(v, new.column)}
-        elif group in CHANNEL_GROUPS and isinstance(value, dict):
-            remaining = {k: v for k, v in value.items() if not _is_column(v, new.column)}
-            changed[group] = remaining
-    if new.role:
-        entry: Any = {"column": new.column}
-        entry |= {"unit": new.unit} if new.unit else {}
-        entry |= {"sign": -1} if new.sign < 0 else {}
-        entry = new.column if len(entry) == 1 else entry
-        group, _, name = new.role.partition(".")
-        if group == COMMANDS:
-            commands = dict(changed.get(COMMANDS) or {})
-            commands[command_name(new.column, commands)] = entry
-            changed[COMMANDS] = commands
-        elif name:
-            changed[group] = {**(changed.get(group) or {}), name: entry}
-        else:
-            changed[group] = entry
-    return {key: value for key, value in changed.items() if value not in ({}, [], None)}
+    if known is not None and known.role == new.role:
+        return _replace(changed, known, entry)
+    if known is not None:
+        changed = _replace(changed, known, None)
+        if known in [*_slots(inherited)] and known not in [*_slots(content)]:
+            changed[known.group] = {**_table(changed.get(known.group)), known.name: None}
+    group, _, name = new.role.partition(".")
+    if not new.role:
+        return changed
+    if group == COMMANDS:
+        name = command_name(new.column, _table(inherited.get(COMMANDS, changed.get(COMMANDS))))
+    changed[group] = {**_table(changed.get(group)), name: entry} if name else entry
+    return changed
+
+
+def _replace(content: Content, slot: Slot, entry: Any) -> Content:
+    """Return the content with another choice in a slot, None to remove it."""
+    if not slot.name:
+        return _set(content, slot.group, _replace_choice(content.get(slot.group), slot, entry))
+    table = _table(content.get(slot.group))
+    choice = _replace_choice(table.get(slot.name), slot, entry)
+    return _set(content, slot.group, _set(table, slot.name, choice))
+
+
+def _replace_choice(value: Any, slot: Slot, entry: Any) -> Any:
+    """Return alternatives with another one in place of that of a slot."""
+    if not isinstance(value, list):
+        return entry
+    replaced = [entry if choice == slot.choice else choice for choice in value]
+    remaining = [choice for choice in replaced if choice is not None]
+    return remaining or None
+
+
+def _set(table: Content, key: str, value: Any) -> Content:
+    """Return a table with a value at a key, without the key where nothing is left."""
+    return _without(table, key) if value in (None, {}) else {**table, key: value}
 
 
 def command_name(column: str, taken: Mapping[str, object]) -> str:
@@ -132,10 +188,6 @@ def command_name(column: str, taken: Mapping[str, object]) -> str:
     return name
 
 
-def _is_column(value: Any, column: str) -> bool:
-    return any(each.column == column for each in _assignment("", value))
-
-
 def set_frame(content: Content, frame: str, world: str) -> Content:
     """Return the content with the axes of the body and of the world."""
     return {"frame": frame, "world": world, **_without(content, "frame", "world")}
@@ -144,11 +196,9 @@ def set_frame(content: Content, frame: str, world: str) -> Content:
 def add_step(content: Content, step: str) -> Content:
     """Return the content with one more cleaning step, such as ``remove_outliers: {...}``."""
     parsed = parse_yaml(f"[{step}]", "step")
-    added = (
-        [each for each in parsed if isinstance(parsed, list)] if isinstance(parsed, list) else []
-    )
-    return {**content, "steps": [*(content.get("steps") or []), *added]}
+    added = parsed if isinstance(parsed, list) else []
+    return {**content, "steps": [*_choices(content.get("steps")), *added]}
 
 
-def _without(content: Content, *names: str) -> Content:
+def _without(content: Mapping[str, Any], *names: str) -> Content:
     return {key: value for key, value in content.items() if key not in names}

@@ -10,16 +10,20 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import RLock
+from types import MappingProxyType
+from typing import Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
-from hydrodamp.errors import FileError, ProblemError
+from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.faults import validate
 from hydrodamp.files import load_text, load_yaml, save_all
+from hydrodamp.ingest.formats.files import SUFFIXES, suffix_of
 from hydrodamp.models.catalog import catalog
 
 #: Suffix of the folder of a project.
@@ -38,12 +42,16 @@ _lock = RLock()
 
 
 class Arguments(BaseModel):
-    """Arguments of the commands that are not files of the project."""
+    """Arguments of the commands, and the gains of the models, which are no other files.
+
+    The vehicle is a name of the fleet, or ``vehicle.yaml``; gains are commands by axis.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    logs: tuple[str, ...]
+    logs: Annotated[tuple[str, ...], Field(min_length=1)]
     vehicle: str = ""
+    gains: dict[Literal["X", "Y", "Z", "K", "M", "N"], str] = {}
     models: tuple[str, ...] = DEFAULT_MODELS
     methods: tuple[str, ...] = ("recommended",)
     train: tuple[str, ...] = ()
@@ -98,7 +106,7 @@ class Project:
         return load_text(self.path(name)) if self.path(name).is_file() else ""
 
     def write(self, version: str, contents: Mapping[str, str]) -> None:
-        """Write files of the state if it still has a version: all of them, or none."""
+        """Write files, each whole, if the state still has a version; the arguments come last."""
         with _lock:
             if version != self.version:
                 raise OutdatedEditError(
@@ -107,11 +115,13 @@ class Project:
                 )
             save_all({self.path(name): text.encode("utf-8") for name, text in contents.items()})
 
-    def update(self, version: str, **changes: object) -> None:
-        """Change arguments."""
+    def update(
+        self, version: str, contents: Mapping[str, str] = MappingProxyType({}), **changes: object
+    ) -> None:
+        """Write files, and change arguments."""
         with _lock:
             arguments = self.arguments.model_copy(update=changes)
-            self.write(version, {PROJECT: format_arguments(arguments)})
+            self.write(version, {**contents, PROJECT: format_arguments(arguments)})
 
     @property
     def mapping(self) -> str | None:
@@ -120,9 +130,9 @@ class Project:
 
     @property
     def log_paths(self) -> tuple[str, ...]:
-        """Paths of the logs."""
+        """Paths of the logs, which are below the root."""
         return tuple(
-            "+".join(str(self.root / each) for each in log.split("+"))
+            "+".join(str(self.root / relative_path(self.root, each)) for each in log.split("+"))
             for log in self.arguments.logs
         )
 
@@ -149,21 +159,28 @@ def find_project(root: Path, name: str) -> Project:
 
 
 def create_project(root: Path, logs: tuple[str, ...]) -> Project:
-    """Create a project of logs, or return the one that has the same logs."""
-    for project in list_projects(root):
-        if project.arguments.logs == logs:
-            return project
+    """Create a project of logs."""
     stem = re.sub(r"[^\w.-]+", "-", Path(logs[0].split("+")[0]).stem).strip("-.") or "log"
-    name, number = stem, 1
-    while (root / f"{name}{SUFFIX}").exists():
-        number += 1
-        name = f"{stem}-{number}"
-    project = Project(root, name)
-    project.folder.mkdir()
+    with _lock:
+        name, number = stem, 1
+        while (root / f"{name}{SUFFIX}").exists():
+            number += 1
+            name = f"{stem}-{number}"
+        project = Project(root, name)
+        project.folder.mkdir()
     models = tuple(name for name in DEFAULT_MODELS if name in catalog)
     text = format_arguments(Arguments(logs=logs, models=models))
     save_all({project.path(PROJECT): text.encode("utf-8")})
     return project
+
+
+def find_project_of(root: Path, logs: tuple[str, ...]) -> Project | None:
+    """Return the project of logs, None without one."""
+    for project in list_projects(root):
+        with suppress(HydrodampError):  # another project may be damaged
+            if project.arguments.logs == logs:
+                return project
+    return None
 
 
 def resolve_log(root: Path, text: str) -> str:
@@ -173,21 +190,20 @@ def resolve_log(root: Path, text: str) -> str:
 
 def relative_path(root: Path, text: str) -> str:
     """Return a path below the root, relative to it."""
-    path = (root / Path(text).expanduser()).resolve()
+    try:
+        path = (root / Path(text).expanduser()).resolve()
+        exists = path.exists()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise FileError(f"{text[:100]}: is no path: {error}") from error
     if not text or not path.is_relative_to(root):
         raise FileError(
             f"{text or 'the path'}: must be a file below {root}, where `hydrodamp app` was started"
         )
-    if not path.exists():
+    if not exists:
         raise FileError(f"{text}: there is no such file below {root}")
-    return path.relative_to(root).as_posix()
+    relative = path.relative_to(root).as_posix()
+    return f"./{relative}" if relative.startswith("-") else relative
 
-
-#: Suffixes of files that are listed as logs.
-LOG_SUFFIXES = (
-    ".csv", ".tsv", ".parquet", ".npz", ".mat", ".bag", ".db3", ".mcap", ".bin", ".ulg", ".tlog",
-    ".alog", ".h5",
-)  # fmt: skip
 
 #: Files listed, and levels of folders.
 MAX_LISTED, MAX_DEPTH = 200, 3
@@ -199,10 +215,14 @@ def list_logs(root: Path) -> list[str]:
 
 
 def _walk(folder: Path, depth: int) -> Iterator[Path]:
-    for path in sorted(folder.iterdir()):
+    try:
+        inside = sorted(folder.iterdir())
+    except OSError:  # not readable
+        return
+    for path in inside:
         if path.name.startswith(".") or path.name.endswith(SUFFIX) or path.is_symlink():
             continue
         if path.is_dir() and depth < MAX_DEPTH:
             yield from _walk(path, depth + 1)
-        elif path.suffix.lower() in LOG_SUFFIXES:
+        elif suffix_of(path) in SUFFIXES and "+" not in path.name:  # + joins files
             yield path

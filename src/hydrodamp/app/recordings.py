@@ -7,21 +7,22 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from threading import RLock
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from hydrodamp.app.decimation import DecimatedSeries
+from hydrodamp.app.mapping_editor import parse_content
 from hydrodamp.app.project import MAPPING, VEHICLE, Project
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError, suppress_warnings
-from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.formats.files import split_joined_paths
 from hydrodamp.ingest.inspection.columns import find_clocks
 from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
 from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 from hydrodamp.ingest.read import combine_recordings, is_canonical, read_recording
 from hydrodamp.validation.log_requirements import find_requirements
 from hydrodamp.vehicle.file import find_vehicle, parse_vehicle
@@ -65,6 +66,15 @@ class Files:
         """What the recordings contain."""
         with suppress_warnings():
             return probe(*self.recordings)
+
+    @cached_property
+    def extent(self) -> tuple[float, float]:
+        """First and last time of all columns [s]."""
+        spans = [each.time[[0, -1]] for each in self.series.values() if len(each.time)]
+        return (
+            min((float(first) for first, _ in spans), default=0.0),
+            max((float(last) for _, last in spans), default=1.0),
+        )
 
     @cached_property
     def series(self) -> dict[str, DecimatedSeries]:
@@ -114,58 +124,69 @@ _files, _logs, _inspections = LatestCache[Files](), LatestCache[Log](), LatestCa
 
 
 def _stamp(project: Project) -> tuple[object, ...]:
-    """Return paths, sizes and times of the logs."""
-    paths = [Path(each) for log in project.log_paths for each in split_joined_paths(log)]
+    """Return the logs as they are combined, with sizes and times of their files."""
+    logs = project.log_paths
+    paths = [Path(each) for log in logs for each in split_joined_paths(log)]
     files = [each for path in paths for each in ([path] if path.is_file() else path.rglob("*"))]
-    return tuple((str(each), each.stat().st_size, each.stat().st_mtime_ns) for each in files)
+    stats = [(str(each), each.stat()) for each in files if each.is_file()]
+    return logs, tuple((name, stat.st_size, stat.st_mtime_ns) for name, stat in stats)
 
 
 def read_files(project: Project) -> Files:
     """Return the recordings of a project."""
+    logs = project.log_paths
 
     def read() -> Files:
         with suppress_warnings():
-            return Files(tuple(read_recording(path) for path in project.log_paths))
+            return Files(tuple(read_recording(path) for path in logs))
 
     return _files.get(_stamp(project), read)
 
 
-def parse_mapping(text: str) -> LogMapping | None:
+def resolve_content(project: Project, text: str) -> dict[str, Any]:
+    """Return the content of the text of a mapping with `extends` resolved."""
+    return resolve_extends(parse_content(text, MAPPING), project.path(MAPPING))
+
+
+def parse_mapping(project: Project, text: str) -> LogMapping | None:
     """Return the mapping of a text, None of an empty one."""
     if not text.strip():
         return None
-    return LogMapping.from_dict(parse_yaml(text, MAPPING), MAPPING)
+    return LogMapping.from_dict(parse_content(text, MAPPING), str(project.path(MAPPING)))
 
 
 def make_log(project: Project, text: str) -> Log:
     """Return the log of the recordings of a project by the text of a mapping."""
     files = read_files(project)
     with suppress_warnings():
-        return combine_recordings(files.recordings, parse_mapping(text))
+        return combine_recordings(files.recordings, parse_mapping(project, text))
+
+
+def _log_key(project: Project, text: str) -> object:
+    return _stamp(project), repr(resolve_content(project, text))
 
 
 def read_log(project: Project) -> Log:
     """Return the log of a project by its mapping."""
     text = project.text(MAPPING)
-    return _logs.get((_stamp(project), text), lambda: make_log(project, text))
+    return _logs.get(_log_key(project, text), lambda: make_log(project, text))
 
 
 def inspect_project(project: Project) -> Inspection:
     """Return the quality report of the log of a project by its mapping."""
     files, text = read_files(project), project.text(MAPPING)
-    path = str(project.path(MAPPING)) if text else None
+    key, mapping = _log_key(project, text), parse_mapping(project, text)
     vehicle, _ = read_vehicle(project)
     requirements = None if vehicle is None else partial(find_requirements, vehicle)
 
     def report() -> Inspection:
         with suppress_warnings():
-            inspection = inspect(files.probe, files.recordings, path, requirements)
+            inspection = inspect(files.probe, files.recordings, mapping, requirements)
         if (log := inspection.log) is not None:
-            _logs.get((_stamp(project), text), lambda: log)  # one log in memory, not two
+            _logs.get(key, lambda: log)  # one log in memory, not two
         return inspection
 
-    state = project.arguments.vehicle, project.text(VEHICLE)
-    return _inspections.get((_stamp(project), text, state), report)
+    return _inspections.get((key, project.arguments.vehicle, project.text(VEHICLE)), report)
 
 
 def read_vehicle(project: Project) -> tuple[Vehicle | None, str]:
@@ -175,7 +196,7 @@ def read_vehicle(project: Project) -> tuple[Vehicle | None, str]:
         return None, ""
     try:
         with suppress_warnings():
-            if name == project.argument(VEHICLE):
+            if name == VEHICLE:
                 return parse_vehicle(project.text(VEHICLE), source=VEHICLE), ""
             return find_vehicle(name), ""
     except HydrodampError as error:

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
+from itertools import product
 from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import Response
 
 from hydrodamp.app.commands import compare_command, format_command
-from hydrodamp.app.jobs import Job, Jobs
-from hydrodamp.app.project import MODEL, PROJECT, RESULTS, Project, format_arguments
-from hydrodamp.app.vehicle import format_models
+from hydrodamp.app.gains import is_edited, update_models
+from hydrodamp.app.jobs import Jobs
+from hydrodamp.app.project import MODEL, RESULTS, Project
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
-from hydrodamp.errors import ProblemError
-from hydrodamp.files import parse_yaml
+from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.catalog import catalog
+from hydrodamp.models.files import read_models
 from hydrodamp.report.files import REPORT
 
 #: Name of the comparison among the jobs of a project.
@@ -33,18 +35,19 @@ def jobs_of(request: Request) -> Jobs:
 def show_run(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
-    arguments = project.arguments
-    command = compare_command(project) if not _lacking(project) else None
+    version, arguments, lacking = project.version, project.arguments, _lacking(project)
     return render_screen(
         project,
         "run",
-        command,
-        models=[(key, catalog[key].title, catalog[key].n_coefficients) for key in catalog],
+        version,
+        None if lacking else compare_command(project),
+        models=[(key, catalog[key].n_coefficients) for key in catalog],
         chosen_models=arguments.models,
-        methods=[(key, METHODS[key]) for key in METHODS],
+        methods=list(METHODS),
         chosen_methods=arguments.methods,
-        lacking=_lacking(project),
-        has_gains=bool(project.text(MODEL).strip()),
+        lacking=lacking,
+        has_gains=bool(arguments.gains),
+        is_edited=is_edited(project),
         **_status(request, project),
     )
 
@@ -64,27 +67,37 @@ def _lacking(project: Project) -> list[str]:
 def _status(request: Request, project: Project) -> dict[str, Any]:
     """Return the state of the job and the finished fits."""
     job = jobs_of(request).find(project, COMPARE)
-    arguments = project.arguments
-    total = len(arguments.models) * len(arguments.methods)
+    requested = _requested(project)
+    fits = list(_fits(project, requested))
     return {
         "job": job,
-        "fits": list(_fits(project, job)),
-        "total": total,
+        "fits": fits,
+        "total": len(requested),
         "messages": "" if job is None else job.messages.strip(),
         "has_report": project.path(f"{RESULTS}/{REPORT}").is_file(),
     }
 
 
-def _fits(project: Project, job: Job | None) -> Iterator[tuple[str, str, int, bool]]:
-    """Yield model, method, number of coefficients, and whether a fit is of this run."""
+def _requested(project: Project) -> set[tuple[str, str]]:
+    """Return model and method of each requested fit."""
+    arguments, models = project.arguments, project.arguments.models
+    if project.text(MODEL).strip():
+        with suppress(HydrodampError):  # the command says what is wrong with an edited file
+            models = tuple(model.key for model in read_models(project.path(MODEL)))
+    return set(product(models, arguments.methods))
+
+
+def _fits(project: Project, requested: set[tuple[str, str]]) -> Iterator[tuple[str, str, int]]:
+    """Yield model, method and number of coefficients of each requested fit that is on disk."""
     for path in sorted(project.path(f"{RESULTS}/fits").glob("*.json")):
         try:
             document = json.loads(path.read_text("utf-8"))
-            model, method = document["model"]["key"], document["fit"]["method"]
+            key = document["model"]["key"], document["fit"]["method"]
             n = len(document["coefficients"])
         except (OSError, ValueError, KeyError, TypeError):
             continue
-        yield str(model), str(method), n, job is None or path.stat().st_mtime >= job.started
+        if key in requested:
+            yield (*key, n)
 
 
 def choose_models(request: Request, form: Form) -> Response:
@@ -94,11 +107,7 @@ def choose_models(request: Request, form: Form) -> Response:
         tuple(each for each in form.get(name, []) if each in known)
         for name, known in (("model", catalog), ("method", METHODS))
     )
-    arguments = project.arguments.model_copy(update={"models": models, "methods": methods})
-    contents = {PROJECT: format_arguments(arguments)}
-    if project.text(MODEL).strip():
-        contents[MODEL] = format_models(models, _gains(project))
-    project.write(field_value(form, "version"), contents)
+    update_models(project, field_value(form, "version"), models=models, methods=methods)
     lacking = _lacking(project)
     return render(
         "run_change.html.j2",
@@ -108,15 +117,6 @@ def choose_models(request: Request, form: Form) -> Response:
         command="" if lacking else format_command(compare_command(project)),
         **_status(request, project),
     )
-
-
-def _gains(project: Project) -> list[tuple[str, ...]]:
-    content = parse_yaml(project.text(MODEL), MODEL)
-    models = content.get("models") if isinstance(content, dict) else None
-    if not isinstance(models, list) or not models or not isinstance(models[0], dict):
-        return []
-    terms = models[0].get("terms") or {}
-    return [(name, str(axis)) for axis, text in terms.items() for name in str(text).split()]
 
 
 def start_run(request: Request, form: Form) -> Response:

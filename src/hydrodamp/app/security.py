@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import hmac
 from collections.abc import Mapping
-from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, quote
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import cookie_parser
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from hydrodamp.app.web import MESSAGE_HEADERS
 
 #: Names of the loopback interface.
 LOOPBACK = ("127.0.0.1", "localhost")
@@ -26,7 +28,7 @@ HEADERS: Mapping[str, str] = {
         "frame-ancestors 'self'"
     ),
     "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
+    "Referrer-Policy": "same-origin",
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
@@ -39,6 +41,7 @@ class LocalAccess:
         self.app, self.token = app, token
         self.cookie = f"hydrodamp-{port}"
         self.hosts = {f"{name}:{port}" for name in LOOPBACK}
+        self.hosts |= set(LOOPBACK) if port == 80 else set()
         self.origins = {f"http://{host}" for host in self.hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -57,10 +60,11 @@ class LocalAccess:
         headers = Headers(scope=scope)
         query = parse_qs(scope["query_string"].decode("latin-1"))
         if fault := self._fault(headers, query, scope["method"]):
-            response = PlainTextResponse(f"{fault}\n", status_code=403)
+            response = PlainTextResponse(f"{fault}\n", status_code=403, headers=MESSAGE_HEADERS)
             await response(scope, receive, send_with_headers)
         elif "token" in query:
-            redirect = RedirectResponse(scope["path"], status_code=303)
+            path = "/" + quote(scope["path"].lstrip("/"))
+            redirect = RedirectResponse(path, status_code=303)
             redirect.set_cookie(self.cookie, self.token, httponly=True, samesite="strict")
             await redirect(scope, receive, send_with_headers)
         else:
@@ -73,18 +77,10 @@ class LocalAccess:
         origin = headers.get("origin")
         if origin is not None and origin not in self.origins:
             return "The request comes from another site."
-        token = query.get("token", [""])[0] or _cookie(headers, self.cookie)
+        cookies = cookie_parser(headers.get("cookie", ""))
+        token = query.get("token", [""])[0] or cookies.get(self.cookie, "")
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return "Open the address that `hydrodamp app` printed: it holds the token."
         if method not in ("GET", "HEAD") and origin is None:
             return "A request that changes files needs its origin."
         return ""
-
-
-def _cookie(headers: Headers, name: str) -> str:
-    jar = SimpleCookie()
-    try:
-        jar.load(headers.get("cookie", ""))
-    except CookieError:
-        return ""
-    return jar[name].value if name in jar else ""

@@ -18,7 +18,7 @@ from starlette.staticfiles import StaticFiles
 
 from hydrodamp.app import channels, run, split, start, takeaway, vehicle
 from hydrodamp.app.jobs import Jobs
-from hydrodamp.app.project import create_project, resolve_log
+from hydrodamp.app.project import resolve_log
 from hydrodamp.app.security import LOOPBACK, LocalAccess
 from hydrodamp.app.web import Handler, asset_folder, handler
 from hydrodamp.errors import FileError
@@ -99,8 +99,7 @@ def serve(
     root = root.resolve()
     address = "/"
     if logs:
-        project = create_project(root, tuple(resolve_log(root, log) for log in logs))
-        start.draft_mapping(project)
+        project = start.open_project(root, tuple(resolve_log(root, log) for log in logs))
         address = f"/p/{quote(project.name)}/channels"
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,8 +13,9 @@ from hydrodamp.app.channels import MAX_POINTS, encode, log_channels
 from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.project import Project
 from hydrodamp.app.recordings import read_log, read_vehicle
-from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.app.web import Form, field_value, number, project_of, render, render_screen
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.data.intervals import select_data
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.dissipativity import velocity_unit
@@ -23,8 +23,6 @@ from hydrodamp.validation.excitation import compare_logs
 
 #: Share of one recording that trains by default.
 TRAINING_SHARE = 2.0 / 3.0
-
-_SPAN = re.compile(r"\s*(\d+(?:\.\d*)?)\s*:\s*(\d+(?:\.\d*)?)\s*")
 
 
 def show_split(request: Request, form: Form) -> Response:
@@ -34,7 +32,7 @@ def show_split(request: Request, form: Form) -> Response:
     if not project.arguments.train and not project.arguments.test:
         train, test = default_split(log)
         project.update(project.version, train=train, test=test)
-    return render_screen(project, "split", None, **_variables(project, log))
+    return render_screen(project, "split", project.version, None, **_variables(project, log))
 
 
 def default_split(log: Log) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -43,21 +41,13 @@ def default_split(log: Log) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if len(names) > 1 and len(set(names)) == len(names):
         return tuple(names[:-1]), (names[-1],)
     end = float(log.elapsed[-1])
-    middle = round(TRAINING_SHARE * end, 1)
-    return (f"0:{middle:g}",), (f"{middle:g}:{np.ceil(end):g}",)
+    middle = f"{TRAINING_SHARE * end:.3f}"
+    return (f"0:{middle}",), (f"{middle}:{np.floor(end) + 1.0:.0f}",)
 
 
-def select_data(log: Log, values: Sequence[str]) -> Log:
-    """Return segments and time spans of a log."""
-    names = {segment.name for segment in log.segments}
-    pieces = []
-    for each in values:
-        match = _SPAN.fullmatch(each)
-        if each not in names and match:
-            pieces.append(log.between(float(match[1]), float(match[2])))
-        else:
-            pieces.append(log.select(each))
-    return concatenate(pieces)
+def select_all(log: Log, values: Sequence[str]) -> Log:
+    """Return the segments and intervals of a log that texts name."""
+    return concatenate(select_data(log, each) for each in values)
 
 
 def _variables(project: Project, log: Log) -> dict[str, Any]:
@@ -70,7 +60,7 @@ def _variables(project: Project, log: Log) -> dict[str, Any]:
     try:
         if not arguments.train or not arguments.test:
             raise ProblemError("training and test data need at least one interval each")
-        train, test = (select_data(log, each) for each in (arguments.train, arguments.test))
+        train, test = (select_all(log, each) for each in (arguments.train, arguments.test))
         sentences = compare_logs(train, test, axes).sentences
         rows = [_excitation(VELOCITY_OF[axis], log, train, test) for axis in axes]
     except HydrodampError as error:
@@ -81,7 +71,6 @@ def _variables(project: Project, log: Log) -> dict[str, Any]:
     ]
     return {
         "segments": starts,
-        "duration": float(log.elapsed[-1]),
         "train": arguments.train,
         "test": arguments.test,
         "rows": rows,
@@ -111,8 +100,8 @@ def change_split(request: Request, form: Form) -> Response:
         for side in ("train", "test")
     }
     for each in (*spans["train"], *spans["test"]):
-        select_data(log, [each])  # raises the fault of an interval before anything is written
-    project.update(field_value(form, "version"), **spans)
+        select_data(log, each)  # raises the fault of an interval before anything is written
+    project.update(field_value(form, "version"), train=spans["train"], test=spans["test"])
     return render(
         "split_change.html.j2",
         project=project,
@@ -123,9 +112,9 @@ def change_split(request: Request, form: Form) -> Response:
 
 def log_series(request: Request, form: Form) -> Response:
     """Return the velocities and commands of the log, in an interval of time."""
-    log, query = read_log(project_of(request)), request.query_params
+    log = read_log(project_of(request))
     end = float(log.elapsed[-1])
-    span = float(query.get("start", 0.0)), float(query.get("end", end))
+    span = number(request, "start", 0.0), number(request, "end", end)
     channels = log_channels(log)
     series = {
         name: encode(

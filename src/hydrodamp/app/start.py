@@ -2,31 +2,42 @@
 
 from __future__ import annotations
 
+import filecmp
 import os
 import re
+import secrets
 from contextlib import suppress
 from pathlib import Path
+from threading import Lock
 
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, Response
 
 from hydrodamp.app.project import (
     MAPPING,
+    PROJECT,
     Project,
     create_project,
+    find_project_of,
     list_logs,
     list_projects,
     resolve_log,
 )
 from hydrodamp.app.recordings import read_files
-from hydrodamp.app.web import Form, render, render_error
+from hydrodamp.app.web import Form, redirect, render, render_error
 from hydrodamp.errors import FileError
 from hydrodamp.files import temporary_prefix
 
 #: Folder of dropped files, and their largest size [bytes].
 UPLOADS, MAX_UPLOAD = "logs", 4 * 2**30
 
-_NAME = re.compile(r"[^\w.+()@ -]+")
+#: Bytes of the name of a dropped file: that of a file, less the temporary suffix.
+MAX_NAME = 180
+
+_NAME = re.compile(r"[^\w.()@ -]+")
+
+_lock = Lock()
 
 
 def show_start(request: Request, form: Form) -> Response:
@@ -50,18 +61,23 @@ def open_logs(request: Request, form: Form) -> Response:
         raise FileError("name at least one log")
     if "joined" in form:
         logs = ("+".join(logs),)
+    return redirect(open_project(root, logs), "channels")
+
+
+def open_project(root: Path, logs: tuple[str, ...]) -> Project:
+    """Return the project of logs; a new one has a drafted mapping, or is not left behind."""
+    known = find_project_of(root, logs)
+    if known is not None:
+        return known
     project = create_project(root, logs)
     try:
         draft_mapping(project)
     except Exception:
-        with suppress(OSError):  # a log that cannot be read leaves no project
-            project.path("project.yaml").unlink()
+        with suppress(OSError):
+            project.path(PROJECT).unlink()
             project.folder.rmdir()
         raise
-    address = f"/p/{project.name}/channels"
-    if request.headers.get("hx-request"):
-        return Response(headers={"HX-Redirect": address})
-    return RedirectResponse(address, status_code=303)
+    return project
 
 
 def draft_mapping(project: Project) -> None:
@@ -74,26 +90,34 @@ def draft_mapping(project: Project) -> None:
 async def upload(request: Request) -> Response:
     """Write a dropped file into the folder of logs, whole or not at all."""
     root: Path = request.app.state.root
-    name = _NAME.sub("-", Path(request.query_params.get("name", "")).name).strip(". ")
-    if not name:
-        return render_error(FileError("the dropped file has no name"))
+    name = _NAME.sub("-", Path(request.query_params.get("name", "")).name).strip(". -")
+    if not name or len(name.encode()) > MAX_NAME:
+        return render_error(f"the name of the dropped file needs 1 to {MAX_NAME} bytes", 422)
     folder = root / UPLOADS
-    folder.mkdir(exist_ok=True)
-    target = folder / name
-    temporary = folder / f"{temporary_prefix(target)}upload"
+    temporary = folder / f"{temporary_prefix(folder / name)}{secrets.token_hex(8)}"
     size = 0
     try:
+        folder.mkdir(exist_ok=True)
+        if not folder.resolve().is_relative_to(root):
+            raise FileError(f"{UPLOADS} is a link to a folder outside {root}")
         with temporary.open("wb") as stream:
             async for chunk in request.stream():
                 size += len(chunk)
                 if size > MAX_UPLOAD:
-                    error = FileError(f"{name}: is larger than {MAX_UPLOAD / 2**30:.0f} GiB")
-                    return render_error(error, 413)
+                    return render_error(f"{name}: is larger than {MAX_UPLOAD / 2**30:.0f} GiB", 413)
                 stream.write(chunk)
-        if target.exists() and target.read_bytes() != temporary.read_bytes():
-            error = FileError(f"{UPLOADS}/{name}: exists with other content; rename one of the two")
-            return render_error(error)
-        os.replace(temporary, target)
+        await run_in_threadpool(_publish, temporary, folder / name)
+    except (OSError, FileError) as error:
+        return render_error(str(error), 422)
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink()
     return JSONResponse({"path": f"{UPLOADS}/{name}"})
+
+
+def _publish(temporary: Path, target: Path) -> None:
+    """Move a whole file to its name, unless another content has it."""
+    with _lock:
+        if target.exists() and not filecmp.cmp(target, temporary, shallow=False):
+            raise FileError(f"{target.name}: exists with other content; rename one of the two")
+        os.replace(temporary, target)

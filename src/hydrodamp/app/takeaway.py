@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
@@ -32,16 +34,17 @@ def show_verdict(request: Request, form: Form) -> Response:
     return render_screen(
         project,
         "verdict",
+        project.version,
         ["report", project.argument(RESULTS)],
         has_report=project.path(f"{RESULTS}/{REPORT}").is_file(),
-        report=f"/p/{project.name}/file/{RESULTS}/{REPORT}",
+        report=f"/p/{quote(project.name)}/file/{RESULTS}/{REPORT}",
     )
 
 
 def show_files(request: Request, form: Form) -> Response:
     """Return the screen with all files, exports and commands."""
     project = project_of(request)
-    return render_screen(project, "files", None, **_files(request, project))
+    return render_screen(project, "files", project.version, None, **_files(request, project))
 
 
 def _files(request: Request, project: Project) -> dict[str, Any]:
@@ -54,7 +57,7 @@ def _files(request: Request, project: Project) -> dict[str, Any]:
     plan = jobs_of(request).find(project, PLAN)
     return {
         "has_damping": project.path(f"{RESULTS}/{DAMPING}").is_file(),
-        "listed": [(name, project.path(name).stat().st_size) for name in list_files(project)],
+        "listed": list(list_files(project).items()),
         "targets": [(key, TARGETS[key].description) for key in TARGETS],
         "exported": exported,
         "pending": pending,
@@ -76,7 +79,10 @@ def start_export(request: Request, form: Form) -> Response:
     if not project.path(f"{RESULTS}/{DAMPING}").is_file():
         raise ProblemError("there is no damping file yet: run the comparison first")
     command = export_command(project, target)
-    project.path(EXPORTS).mkdir(exist_ok=True)
+    try:
+        project.path(EXPORTS).mkdir(exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{project.path(EXPORTS)}: is no folder: {error}") from error
     jobs_of(request).start(project, _export_name(target), command)
     return show_exports(request, form)
 
@@ -102,11 +108,16 @@ def show_exports(request: Request, form: Form) -> Response:
     return render("files_change.html.j2", project=project, **_files(request, project))
 
 
-def list_files(project: Project) -> list[str]:
-    """Return the files of a project, relative to its folder."""
-    paths = (path for path in project.folder.rglob("*") if path.is_file())
-    names = (path.relative_to(project.folder).as_posix() for path in paths)
-    return sorted(name for name in names if not any(p.startswith(".") for p in name.split("/")))
+def list_files(project: Project) -> dict[str, int]:
+    """Return the sizes of the files of a project, by their paths in its folder."""
+    sizes, folder = {}, project.folder.resolve()
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        is_hidden = any(each.startswith(".") for each in name.split("/"))
+        with suppress(OSError):  # a job may remove it
+            if path.is_file() and not is_hidden and path.resolve().is_relative_to(folder):
+                sizes[name] = path.stat().st_size
+    return sizes
 
 
 def send_file(request: Request, form: Form) -> Response:
@@ -124,11 +135,13 @@ def send_archive(request: Request, form: Form) -> Response:
     """Return all files of a project and the commands as a zip file."""
     project = project_of(request)
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
         for name in list_files(project):
-            archive.write(project.path(name), name)
+            with suppress(FileNotFoundError):  # a job has removed it
+                archive.write(project.path(name), name)
         archive.writestr("commands.sh", script(project, _files(request, project)["exported"]))
-    headers = {"Content-Disposition": f'attachment; filename="{project.name}.zip"'}
+    disposition = f"attachment; filename*=UTF-8''{quote(project.name)}.zip"
+    headers = {"Content-Disposition": disposition}
     return StreamingResponse(
         iter([buffer.getvalue()]), media_type="application/zip", headers=headers
     )

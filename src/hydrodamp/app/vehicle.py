@@ -7,22 +7,15 @@ import yaml
 from starlette.requests import Request
 from starlette.responses import Response
 
-from hydrodamp.app.project import (
-    DEFAULT_MODELS,
-    MODEL,
-    PROJECT,
-    VEHICLE,
-    Project,
-    format_arguments,
-)
+from hydrodamp.app.gains import is_edited, update_models
+from hydrodamp.app.project import MODEL, VEHICLE, Project
 from hydrodamp.app.recordings import inspect_project, read_log, read_vehicle
-from hydrodamp.app.web import Form, field_value, project_of, render_screen
+from hydrodamp.app.web import Form, field_value, project_of, redirect, render_screen
 from hydrodamp.basis.term import AXES
-from hydrodamp.errors import HydrodampError, VehicleError
+from hydrodamp.errors import HydrodampError, ProblemError, VehicleError
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.delay import Delay
-from hydrodamp.ingest.inspection.draft_files import axis_of, group_commands
-from hydrodamp.models.catalog import catalog
+from hydrodamp.ingest.inspection.draft_files import group_commands
 from hydrodamp.vehicle.file import (
     fleet,
     format_vehicle,
@@ -31,18 +24,20 @@ from hydrodamp.vehicle.file import (
 )
 from hydrodamp.vehicle.vehicle import Vehicle, without_righting
 
-#: Suffix of models with gains of commands.
-GAINS = "gains"
+#: Largest length [m], mass [kg] and height [mm] of an estimate.
+MAX_SIZE = 1e9
 
 
 def show_vehicle(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
+    version = project.version
     vehicle, fault = read_vehicle(project)
-    commands, delays, moved = _commands(project)
+    commands, delays = _commands(project)
     return render_screen(
         project,
         "vehicle",
+        version,
         None,
         fleet=list(fleet),
         chosen=project.arguments.vehicle,
@@ -53,9 +48,10 @@ def show_vehicle(request: Request, form: Form) -> Response:
         text=project.text(VEHICLE),
         commands=commands,
         delays=delays,
-        ticked=_ticked(project, moved),
+        ticked=_ticked(project, delays),
         axes=AXES if vehicle is None else vehicle.axes,
         model_text=project.text(MODEL),
+        is_edited=is_edited(project),
         actuated=() if vehicle is None else tuple(vehicle.commands),
     )
 
@@ -81,25 +77,26 @@ def _facts(vehicle: Vehicle | None) -> list[tuple[str, str]]:
     ]  # fmt: skip
 
 
-def _commands(project: Project) -> tuple[list[str], dict[str, Delay], dict[str, str]]:
-    """Return commands, the delay of each, and the axis that each moves."""
+def _commands(project: Project) -> tuple[list[str], dict[str, Delay]]:
+    """Return the commands of the log, and the delay of each that moves the vehicle."""
     try:
         log, report = read_log(project), inspect_project(project).report
     except HydrodampError:
-        return [], {}, {}
+        return [], {}
     delays = () if report is None else report.delays
-    by_command = {each.command: each for each in delays if each.command not in AXES}
-    return list(log.command_names), by_command, {k: axis_of(d) for k, d in by_command.items()}
+    return list(log.command_names), {each.command: each for each in delays}
 
 
-def _ticked(project: Project, moved: dict[str, str]) -> set[tuple[str, str]]:
-    """Return commands and axes with a gain: of the model file, else those that the log shows."""
-    content = parse_yaml(project.text(MODEL), MODEL) if project.text(MODEL) else None
-    models = content.get("models") if isinstance(content, dict) else None
-    if not isinstance(models, list) or not models or not isinstance(models[0], dict):
-        return set(moved.items())
-    terms = models[0].get("terms") or {}
-    return {(name, axis) for axis, text in terms.items() for name in str(text).split()}
+def _ticked(project: Project, delays: dict[str, Delay]) -> set[tuple[str, str]]:
+    """Return commands and axes with a gain: those of the project, else those of the log."""
+    gains = project.arguments.gains or drafted_gains(delays)
+    return {(name, axis) for axis, names in gains.items() for name in names.split()}
+
+
+def drafted_gains(delays: dict[str, Delay]) -> dict[str, str]:
+    """Return the commands that move each axis."""
+    groups = group_commands(delays.values())
+    return {axis: " ".join(each.command for each in group) for axis, group in groups.items()}
 
 
 def choose_vehicle(request: Request, form: Form) -> Response:
@@ -110,25 +107,25 @@ def choose_vehicle(request: Request, form: Form) -> Response:
         name = field_value(form, "name")
         if name not in fleet:
             raise VehicleError("choose a vehicle of the fleet")
-        write_arguments(project, version, {}, vehicle=name)
+        project.update(version, vehicle=name)
     else:
         text = field_value(form, "text").replace("\r\n", "\n")
         if source == "sizes":
             text = format_vehicle(_estimate(form))
         parse_vehicle(text, source=VEHICLE)
-        write_arguments(project, version, {VEHICLE: text}, vehicle=project.argument(VEHICLE))
+        project.update(version, {VEHICLE: text}, vehicle=VEHICLE)
     _draft_gains(project)
-    return _go(project, "vehicle")
+    return redirect(project, "vehicle")
 
 
 def _draft_gains(project: Project) -> None:
     """Write the gains that the log shows where nothing else states what commands do."""
+    version = project.version
     vehicle, _ = read_vehicle(project)
-    if vehicle is None or vehicle.commands or project.path(MODEL).is_file():
+    if vehicle is None or vehicle.commands or project.arguments.gains:
         return
-    text = format_models(project.arguments.models, drafted_pairs(project))
-    if text:
-        project.write(project.version, {MODEL: text})
+    if gains := drafted_gains(_commands(project)[1]):
+        update_models(project, version, gains=gains)
 
 
 def copy_fleet_vehicle(request: Request, form: Form) -> Response:
@@ -137,11 +134,9 @@ def copy_fleet_vehicle(request: Request, form: Form) -> Response:
     vehicle, fault = read_vehicle(project)
     if vehicle is None:
         raise VehicleError(fault or "choose a vehicle first")
-    changes = {VEHICLE: format_vehicle(vehicle)}
-    write_arguments(
-        project, field_value(form, "version"), changes, vehicle=project.argument(VEHICLE)
-    )
-    return _go(project, "vehicle")
+    contents = {VEHICLE: format_vehicle(vehicle)}
+    project.update(field_value(form, "version"), contents, vehicle=VEHICLE)
+    return redirect(project, "vehicle")
 
 
 def _estimate(form: Form) -> Vehicle:
@@ -152,6 +147,8 @@ def _estimate(form: Form) -> Vehicle:
             sizes[name] = float(text)
         except ValueError as error:
             raise VehicleError(f"`{name}` must be a number [{unit}]; got '{text}'") from error
+        if not 0.0 <= sizes[name] < MAX_SIZE:
+            raise VehicleError(f"`{name}` must be 0 to {MAX_SIZE:g} [{unit}]; got {text}")
     name = field_value(form, "name") or "my-vehicle"
     height = sizes.pop("height") / 1000.0
     template = vehicle_template(name, **sizes)
@@ -166,41 +163,13 @@ def _estimate(form: Form) -> Vehicle:
     return parse_vehicle(str(yaml.safe_dump(changed)), source=VEHICLE)
 
 
-def write_arguments(
-    project: Project, version: str, contents: dict[str, str], **changes: object
-) -> None:
-    """Write files and arguments together."""
-    arguments = project.arguments.model_copy(update=changes)
-    project.write(version, {**contents, PROJECT: format_arguments(arguments)})
-
-
 def choose_gains(request: Request, form: Form) -> Response:
-    """Write the model file with a gain of each ticked command and axis."""
+    """Set the gains: a command for each ticked axis."""
     project = project_of(request)
-    pairs = [tuple(each.split("|", 1)) for each in form.get("gain", []) if "|" in each]
-    text = format_models(project.arguments.models or DEFAULT_MODELS, pairs)
-    write_arguments(project, field_value(form, "version"), {MODEL: text})
-    return _go(project, "vehicle")
-
-
-def format_models(bases: tuple[str, ...], pairs: list[tuple[str, ...]]) -> str:
-    """Return a file of models that extend others by gains of commands."""
-    terms = {axis: " ".join(name for name, on in pairs if on == axis) for axis in AXES}
-    terms = {axis: names for axis, names in terms.items() if names}
-    models = [
-        {"name": f"{base}-{GAINS}", "extends": base, "terms": dict(terms)}
-        for base in bases
-        if base in catalog
-    ]
-    return str(yaml.safe_dump({"models": models}, sort_keys=False)) if terms else ""
-
-
-def drafted_pairs(project: Project) -> list[tuple[str, ...]]:
-    """Return command and axis of each gain that the log shows."""
-    _, delays, _ = _commands(project)
-    groups = group_commands(delays.values())
-    return [(delay.command, axis) for axis, group in groups.items() for delay in group]
-
-
-def _go(project: Project, screen: str) -> Response:
-    return Response(headers={"HX-Redirect": f"/p/{project.name}/{screen}"})
+    if is_edited(project):
+        raise ProblemError(f"{MODEL} was edited by hand: remove it, then the page writes it")
+    pairs = [each.rpartition("|")[::2] for each in form.get("gain", [])]
+    gains = {axis: " ".join(name for name, moved in pairs if moved == axis) for axis in AXES}
+    gains = {axis: names for axis, names in gains.items() if names}
+    update_models(project, field_value(form, "version"), gains=gains)
+    return redirect(project, "vehicle")

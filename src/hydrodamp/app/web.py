@@ -6,12 +6,14 @@ the version of the files. Handlers run in threads; they raise errors that become
 
 from __future__ import annotations
 
+import logging
+import math
 from collections.abc import Awaitable, Callable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.concurrency import run_in_threadpool
@@ -20,7 +22,7 @@ from starlette.responses import HTMLResponse, Response
 
 from hydrodamp.app.commands import format_command
 from hydrodamp.app.project import OutdatedEditError, Project, find_project
-from hydrodamp.errors import HydrodampError
+from hydrodamp.errors import HydrodampError, ProblemError
 
 #: Screens of a project: name, title.
 SCREENS = (
@@ -35,7 +37,12 @@ SCREENS = (
 #: Bytes of a form.
 MAX_FORM = 2_000_000
 
+#: Headers that put a fragment into the message of a page.
+MESSAGE_HEADERS = {"HX-Retarget": "#message", "HX-Reswap": "innerHTML"}
+
 Form = Mapping[str, list[str]]
+
+_logger = logging.getLogger("hydrodamp.app")
 
 
 @cache
@@ -55,28 +62,32 @@ def render(template: str, **variables: Any) -> HTMLResponse:
 
 
 def render_screen(
-    project: Project, screen: str, command: list[str] | None, **variables: Any
+    project: Project, screen: str, version: str, command: list[str] | None, **variables: Any
 ) -> HTMLResponse:
-    """Return a screen of a project with the command that repeats it."""
+    """Return a screen of a version of a project, with the command that repeats it."""
     return render(
         f"{screen}.html.j2",
         project=project,
         screen=screen,
         screens=SCREENS,
         title=dict(SCREENS)[screen],
-        version=project.version,
+        version=version,
         command=format_command(command) if command else "",
         **variables,
     )
 
 
-def render_error(error: Exception, status: int = 422) -> HTMLResponse:
+def render_error(text: str, status: int) -> HTMLResponse:
     """Return a message in place of a fragment."""
-    response = render("message.html.j2", text=str(error))
-    response.status_code = 409 if isinstance(error, OutdatedEditError) else status
-    response.headers["HX-Retarget"] = "#message"
-    response.headers["HX-Reswap"] = "innerHTML"
+    response = render("message.html.j2", text=text)
+    response.status_code = status
+    response.headers.update(MESSAGE_HEADERS)
     return response
+
+
+def redirect(project: Project, screen: str) -> Response:
+    """Return the instruction to load a screen of a project."""
+    return Response(headers={"HX-Redirect": f"/p/{quote(project.name)}/{screen}"})
 
 
 def field_value(form: Form, name: str, default: str = "") -> str:
@@ -102,18 +113,38 @@ def handler(function: Handler) -> Callable[[Request], Awaitable[Response]]:
             async for chunk in request.stream():
                 body += chunk
                 if len(body) > MAX_FORM:
-                    return render_error(HydrodampError("the form is too large"), 413)
+                    return render_error("the form is too large", 413)
             form = parse_qs(body.decode("utf-8", "replace"), keep_blank_values=True)
         try:
             return await run_in_threadpool(function, request, form)
-        except HydrodampError as error:
-            if request.headers.get("hx-request"):
-                return render_error(error)
-            page = render("error.html.j2", text=str(error), title="Not possible")
-            page.status_code = 422
-            return page
+        except Exception as error:
+            return _render_failure(request, error)
 
     return endpoint
+
+
+def _render_failure(request: Request, error: Exception) -> Response:
+    """Return the message of an error: of the input, or of the program, whose log has it whole."""
+    is_input = isinstance(error, HydrodampError)
+    status = 409 if isinstance(error, OutdatedEditError) else 422 if is_input else 500
+    text = str(error) if is_input else f"internal error: {type(error).__name__}: {error}"
+    if not is_input:
+        _logger.error("%s %s", request.method, request.url.path, exc_info=error)
+    if request.headers.get("hx-request"):
+        return render_error(text, status)
+    page = render("error.html.j2", text=text, title="Not possible")
+    page.status_code = status
+    return page
+
+
+def number(request: Request, name: str, default: float) -> float:
+    """Return a number of the query."""
+    text = request.query_params.get(name)
+    try:
+        value = default if text is None else float(text)
+    except ValueError as error:
+        raise ProblemError(f"`{name}` must be a number; got '{text}'") from error
+    return value if math.isfinite(value) else default
 
 
 def asset_folder(package: str) -> Path:

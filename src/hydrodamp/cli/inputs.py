@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,9 +14,6 @@ from hydrodamp.progress import progress
 
 #: Model whose terms are selected from the training data.
 SPARSE = "sparse"
-CLOCK_TOLERANCE = 1.0  # s; rounding of times copied from output
-_NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
-_SPAN = re.compile(rf"({_NUMBER}):({_NUMBER})")
 
 
 @dataclass(frozen=True)
@@ -183,7 +179,9 @@ def _select(
     option: str, values: Sequence[str], whole: hd.Log | None, mapping: str | None
 ) -> hd.Log:
     """Return the data that an option names."""
-    if whole is None and any(map(_SPAN.fullmatch, values)):
+    from hydrodamp.data.intervals import INTERVAL
+
+    if whole is None and any(map(INTERVAL.fullmatch, values)):
         raise ProblemError(f"`{option} {values[0]}` is a time span of LOG, and LOG is not given.")
     if whole is not None:
         segments = (_select_segment(option, value, whole) for value in dict.fromkeys(values))
@@ -193,39 +191,19 @@ def _select(
 
 def _select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
     """Return a segment or a time span of LOG."""
+    from hydrodamp.data.intervals import parse_interval, select_data
+
     names = {segment.name for segment in whole.segments}
     if value not in names and Path(value).is_file():
         raise ProblemError(f"`{option} {value}` is a file: omit LOG, or name a part of it.")
-    if ":" not in value or value in names:
-        return whole.select(value)
-    match = _SPAN.fullmatch(value.strip())
-    if not match or not float(match[1]) < float(match[2]):
-        raise ProblemError(
-            "a time span must be START:END in seconds from the first sample of LOG, or by its "
-            f"clock, with 0 <= START < END, such as 0:900; got '{value}'."
-        )
-    start, end = float(match[1]), float(match[2])
-    shift = _shift(start, end, whole)
-    if shift and option:
+    interval = parse_interval(value, whole)
+    if interval is not None and interval.shift and option:
+        start, end = interval.start + interval.shift, interval.end + interval.shift
         note(
-            f"`{option} {value}` is by the clock of the log: {start + shift:.10g}:"
-            f"{end + shift:.10g} in seconds from its first sample."
+            f"`{option} {value}` is by the clock of the log: {start:.10g}:{end:.10g} in seconds "
+            "from its first sample."
         )
-    return whole.between(start + shift, end + shift)
-
-
-def _shift(start: float, end: float, log: hd.Log) -> float:
-    """Return the offset of a time span by the clock of the log; 0 if it is in seconds."""
-    if end <= log.elapsed[-1] + CLOCK_TOLERANCE:
-        return 0.0
-    shifts = (log.elapsed - log.time).round(3)
-    runs = {shift: log.time[shifts == shift] for shift in dict.fromkeys(shifts.tolist())}
-    fit = [
-        shift
-        for shift, time in runs.items()
-        if time[0] - CLOCK_TOLERANCE <= start and end <= time[-1] + CLOCK_TOLERANCE
-    ]
-    return float(fit[0]) if len(fit) == 1 else 0.0
+    return select_data(whole, value)
 
 
 def _overlap_files(train: Sequence[str], test: Sequence[str]) -> str:

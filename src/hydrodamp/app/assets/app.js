@@ -38,6 +38,9 @@
     home.scrollIntoView({ block: "nearest" });
   }
 
+  // A refused change shows what the file has.
+  document.addEventListener("htmx:responseError", ({ detail }) => detail.elt.classList?.contains("controls") && detail.elt.reset());
+
   // Dropped or chosen files go into the folder of logs.
   const drop = find("#drop");
   if (drop) {

@@ -221,7 +221,7 @@ class Inspection:
 def inspect(
     found: Probe,
     recordings: Sequence[Recording],
-    mapping: str | None = None,
+    mapping: LogMapping | str | None = None,
     needs: RequirementsOf | None = None,
 ) -> Inspection:
     """Make a log of probed recordings and report its quality."""
@@ -237,13 +237,15 @@ def inspect(
                 guess.column: guess.role for guess in positions if guess.column in log.command_names
             }
         report = report_quality(log, None if needs is None else needs(log), upright, measured)
-        unsure = roles.vertical_axis.warnings if isinstance(mapping, LogMapping) else ()
+        is_draft = read is not None and read.name == DRAFT_NAME
+        unsure = roles.vertical_axis.warnings if is_draft else ()
         report = replace(report, remarks=(*unsure, *report.remarks))
         report = omit_applied_steps(report, () if read is None else read.steps)
         return Inspection(origin, report, log.notes, log=log)
 
     if mapping is not None:
-        return make_report(f"by the mapping {mapping}", mapping)
+        name = mapping if isinstance(mapping, str) else mapping.name
+        return make_report(f"by the mapping {name}", mapping)
     topics = [item.topics[0] if len(item.topics) == 1 else None for item in recordings]
     if all(topic and not topic.name and is_canonical(topic) for topic in topics):
         return make_report("")

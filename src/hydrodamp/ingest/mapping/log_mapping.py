@@ -359,7 +359,7 @@ def _merge_extended(
     """Overlay a mapping on those it extends: groups by channel, other keys by replacement."""
     merged: dict[Any, Any] = {}
     extends = content.get("extends") or []
-    for name in [extends] if isinstance(extends, str) else extends:
+    for name in extends if isinstance(extends, list) else [extends]:
         if not isinstance(name, str):
             raise LogError(f"`extends` must be the name of a preset or a path; got {name!r}")
         if name in chain:

@@ -90,7 +90,8 @@ def _parse_steps(given: object) -> tuple[Step, ...]:
 
 def commands_by_name(commands: Any) -> Any:
     """Expand a list of commands to a table."""
-    return {name: name for name in commands} if isinstance(commands, list) else commands
+    is_list = isinstance(commands, list) and all(isinstance(name, str) for name in commands)
+    return {name: name for name in commands} if is_list else commands
 
 
 if TYPE_CHECKING:
