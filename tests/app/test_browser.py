@@ -201,6 +201,7 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
         page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 30, steps=4)
         page.mouse.up()
     project = hd.files.load_yaml(root / "boat.hydrodamp/project.yaml")
+    assert len(project["train"]) == 1
     start, end = map(float, project["train"][0].split(":"))
     assert start == pytest.approx(0.1 * time[-1], rel=0.1)
     assert end == pytest.approx(0.5 * time[-1], rel=0.1)

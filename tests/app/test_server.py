@@ -84,7 +84,8 @@ def test_uploads_are_bounded(server, monkeypatch):
 
 def test_a_canonical_log_needs_no_mapping(server, canonical):
     project = open_log(server, canonical)
-    assert "used" in server.get(f"{project}/channels")
+    page = server.get(f"{project}/channels/checks")
+    assert page.count("light green") > 6  # u v w p q r and more have their roles by name
     assert not (server.root / "dive.hydrodamp/mapping.yaml").exists()
 
 
@@ -217,7 +218,7 @@ def test_files_of_a_project_alone_are_sent(server, canonical):
         assert server.request("GET", f"{project}/file/{path}")[0] in (404, 422)
     _, _, content = server.request("GET", f"{project}/archive")
     names = zipfile.ZipFile(io.BytesIO(content)).namelist()
-    assert {"project.yaml", "commands.sh"} <= {*names}
+    assert {"dive.hydrodamp/project.yaml", "commands.sh"} <= {*names}
 
 
 def test_a_project_is_where_it_was_after_a_restart(server, canonical):
@@ -234,3 +235,109 @@ def test_a_project_is_where_it_was_after_a_restart(server, canonical):
     assert again.train
     with pytest.raises(FileError):
         find_project(Path(server.root), "other")
+
+
+def test_a_project_whose_log_became_unreadable_stays(server, canonical):
+    project = open_log(server, canonical)
+    server.get(f"{project}/split")
+    (server.root / canonical).write_bytes(b"\x00\x01")
+    assert open_log(server, canonical) == project
+    assert server.request("GET", f"{project}/channels")[0] == 422
+    assert (server.root / "dive.hydrodamp/project.yaml").is_file()
+
+
+def test_runs_and_parts_of_the_same_files_are_different_projects(server, campaign):
+    for name in ("a", "b"):
+        hd.write_log(campaign.train, server.root / f"{name}.csv")
+    runs = open_log(server, "a.csv", "b.csv")
+    joined = open_log(server, "a.csv", "b.csv", joined="1")
+    assert runs != joined
+    for project, column in ((runs, "u"), (joined, "a.u"), (runs, "u")):
+        series = server.data(f"{project}/channels/series?n=10")["series"]
+        assert column in series, [*series]
+
+
+def test_gains_survive_a_change_of_models_and_an_edited_file_is_kept(server, canonical):
+    project = open_log(server, canonical)
+    path = server.root / "dive.hydrodamp/model.yaml"
+    server.post(f"{project}/vehicle/gains", gain=["rpm|X"], version=version_of(server, project))
+    for models in ([], ["coe"]):
+        version = version_of(server, project)
+        server.post(f"{project}/run/choice", model=models, method="weak", version=version)
+    assert [model.key for model in hd.read_models(path)] == ["coe-gains"]
+    path.write_text(path.read_text("utf-8").replace("coe-gains", "mine"), "utf-8")
+    version = version_of(server, project)
+    server.post(f"{project}/run/choice", model=["linear"], method="weak", version=version)
+    assert [model.key for model in hd.read_models(path)] == ["mine"]
+    version = version_of(server, project)
+    text = server.post(f"{project}/vehicle/gains", 422, gain=["rpm|Y"], version=version)
+    assert "edited by hand" in text
+
+
+@pytest.mark.parametrize("name", ["日本.csv", "50%41 #1.csv", "a b'c.csv", "-v.csv"])
+def test_any_name_of_a_file_works(server, canonical, name):
+    (server.root / canonical).rename(server.root / name)
+    project = open_log(server, name)
+    for screen in ("channels", "channels/checks", "vehicle", "split", "run", "files", "archive"):
+        assert server.request("GET", f"{project}/{screen}")[0] == 200, screen
+
+
+@pytest.mark.parametrize("query", ["start=abc", "n=abc", "n=", "n=1e99", "n=-5", "end=nan"])
+def test_numbers_of_a_query_are_checked(server, canonical, query):
+    project = open_log(server, canonical)
+    assert server.request("GET", f"{project}/channels/series?column=u&{query}")[0] in (200, 422)
+
+
+def test_links_out_of_the_folder_are_not_followed(server, canonical, tmp_path_factory):
+    project, outside = open_log(server, canonical), tmp_path_factory.mktemp("outside")
+    (outside / "secret.txt").write_text("secret", "utf-8")
+    (server.root / "dive.hydrodamp/leak.txt").symlink_to(outside / "secret.txt")
+    assert server.request("GET", f"{project}/file/leak.txt")[0] == 422
+    (server.root / "logs").symlink_to(outside)
+    assert server.request("PUT", "/upload?name=a.csv", body=b"x")[0] == 422
+    assert [path.name for path in outside.iterdir()] == ["secret.txt"]
+    text = (server.root / "dive.hydrodamp/project.yaml").read_text("utf-8")
+    hostile = text.replace("dive.csv", f"{outside}/secret.txt")
+    (server.root / "dive.hydrodamp/project.yaml").write_text(hostile, "utf-8")
+    assert server.request("GET", f"{project}/channels")[0] == 422
+
+
+@pytest.mark.parametrize(
+    "text", ["commands: 5", "topics: {a: 5}", "commands: [{a: 1}]", "extends: 5"]
+)
+def test_a_mapping_that_was_damaged_by_hand_is_shown(server, foreign, text):
+    project = open_log(server, foreign)
+    (server.root / "boat.hydrodamp/mapping.yaml").write_text(text, "utf-8")
+    assert text in server.get(f"{project}/channels").replace("&#39;", "'")
+    assert "not usable" in server.get(f"{project}/channels/checks")
+
+
+def test_an_unexpected_error_is_a_message(server, canonical, monkeypatch):
+    project = open_log(server, canonical)
+    from hydrodamp.app import channels
+
+    monkeypatch.setattr(channels, "read_files", lambda project: 1 / 0)
+    status, headers, text = server.request("GET", f"{project}/channels")
+    assert status == 500
+    assert b"internal error: ZeroDivisionError" in text
+    assert "script-src 'self'" in headers["Content-Security-Policy"]
+
+
+def test_a_report_of_others_runs_no_script(server, canonical):
+    project = open_log(server, canonical)
+    (server.root / "dive.hydrodamp/evil.html").write_text("<script>1</script>", "utf-8")
+    _, headers, _ = server.request("GET", f"{project}/file/evil.html")
+    policy = headers["Content-Security-Policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe-inline'; script-src 'sha256-" in policy
+
+
+def test_overlap_and_constant_commands_are_told(server, canonical):
+    project = open_log(server, canonical)
+    server.get(f"{project}/split")
+    form = {"train": "0:100", "test": "50:200"}
+    page = server.post(f"{project}/split", version=version_of(server, project), **form)
+    assert "Training and test data share" in page
+    reverse = {"train": "100:50", "test": "0:10"}
+    page = server.post(f"{project}/split", 422, version=version_of(server, project), **reverse)
+    assert "START &lt; END" in page or "START" in page

@@ -13,6 +13,7 @@ from starlette.responses import JSONResponse, Response
 from hydrodamp.app.commands import probe_command
 from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import (
+    COMMANDS,
     Assignment,
     Content,
     add_step,
@@ -45,10 +46,13 @@ from hydrodamp.ingest.inspection.draft_files import recommended_step
 from hydrodamp.ingest.inspection.probe import Inspection, topic_facts
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 from hydrodamp.ingest.mapping.channel_schema import VERTICAL_ALIASES
-from hydrodamp.ingest.mapping.log_mapping import load_content, resolve_extends
+from hydrodamp.ingest.mapping.log_mapping import default_world, load_content, resolve_extends
 
 #: Points of a plot, and columns that are plotted at once.
 MAX_POINTS, MAX_COLUMNS = 1200, 400
+
+#: Samples of a preview on either side of the first change.
+PREVIEW_SAMPLES = 100
 
 #: Role of the four components of an attitude in one column.
 QUATERNION = "attitude.quaternion"
@@ -98,8 +102,7 @@ def show_channels(request: Request, form: Form) -> Response:
         roles=roles(),
         targets=DROP_TARGETS,
         text=text,
-        frame=str(content.get("frame") or "FRD"),
-        world=str(content.get("world") or ""),
+        **_axes(content),
         presets=files.probe.presets,
     )
 
@@ -198,9 +201,15 @@ def _rows(files: Files, content: Content) -> Iterator[Row]:
         reason = "" if chosen.role else files.probe.roles.without_role.get(column, "")
         evidence = "; ".join(guess.evidence) if guess else reason
         yield Row(
-            index, column, chosen, units_of(chosen.role), evidence,
+            index, column, chosen, _units(chosen), evidence,
             guess.confidence if guess else None,
         )  # fmt: skip
+
+
+def _units(assignment: Assignment) -> list[str]:
+    """Return the units of a role, with that of the mapping in whatever spelling."""
+    units = units_of(assignment.role)
+    return units if assignment.unit in units else [*units, assignment.unit]
 
 
 def _real_names(files: Files, content: Content) -> dict[str, str]:
@@ -216,7 +225,7 @@ def _real_names(files: Files, content: Content) -> dict[str, str]:
     return names
 
 
-def _write(project: Project, form: Form, text: str) -> Response:
+def _write(project: Project, form: Form, text: str, note: str = "") -> Response:
     """Write the mapping and return the parts of the page that depend on it."""
     before = {row.number: row for row in _rows(read_files(project), _content(project)[1])}
     project.write(field_value(form, "version"), {MAPPING: text})
@@ -226,12 +235,18 @@ def _write(project: Project, form: Form, text: str) -> Response:
         "channels_change.html.j2",
         project=project,
         version=version,
+        note=note,
         rows=changed,
         roles=roles(),
         text=text,
-        frame=str(content.get("frame") or "FRD"),
-        world=str(content.get("world") or ""),
+        **_axes(content),
     )
+
+
+def _axes(content: Content) -> dict[str, str]:
+    """Return the axes of body and world of a mapping."""
+    frame = str(content.get("frame") or "FRD")
+    return {"frame": frame, "world": str(content.get("world") or default_world(content))}
 
 
 def _content(project: Project) -> tuple[Content, Content]:
@@ -251,9 +266,16 @@ def change_column(request: Request, form: Form) -> Response:
     if not set(content) - {"steps"}:  # a canonical log: its channels become those of the mapping
         content = displayed
     sign = -1 if field_value(form, "sign") == "-1" else 1
-    unit = unit if unit in units_of(role) else ""
+    known_units = {unit for each in assignments(displayed) for unit in (each.unit,)}
+    unit = unit if unit in {*units_of(role), *known_units} else ""
     new = Assignment(field_value(form, "column"), role, unit, sign)
-    return _write(project, form, format_content(assign(content, new, displayed)))
+    displaced = [
+        each.column
+        for each in assignments(displayed)
+        if each.role == role not in ("", COMMANDS) and each.column != new.column
+    ]
+    note = f"{role} had the column {displaced[0]}, which is not used now." if displaced else ""
+    return _write(project, form, format_content(assign(content, new, displayed)), note)
 
 
 def change_frame(request: Request, form: Form) -> Response:
@@ -323,8 +345,19 @@ def preview_step(request: Request, form: Form) -> Response:
     changed = [name for name in channels[0] if _differs(name, *channels)]
     chosen = [name for name in names if name in changed] or changed or names
     n = MAX_POINTS // 4
+
+    def _around(name: str) -> tuple[float, float]:
+        """Return an interval around the first samples that change."""
+        if len(before.elapsed) != len(after.elapsed):
+            return 0.0, np.inf
+        changes = np.flatnonzero(channels[0][name] != channels[1].get(name))
+        first = int(changes[0]) if len(changes) else 0
+        last = min(first + PREVIEW_SAMPLES, before.n - 1)
+        moments = before.elapsed[[max(first - PREVIEW_SAMPLES, 0), last]]
+        return float(moments[0]), float(moments[1])
+
     pairs = {
-        name: [encode(*DecimatedSeries.of(log.elapsed, each[name]).between(0.0, np.inf, n))
+        name: [encode(*DecimatedSeries.of(log.elapsed, each[name]).between(*_around(name), n))
                for log, each in zip((before, after), channels, strict=True)]
         for name in chosen[:6]
         if name in channels[1]

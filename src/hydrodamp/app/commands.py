@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 
-from hydrodamp.app.project import EXPORTS, MODEL, PLAN, RESULTS, VEHICLE, Project
+from hydrodamp.app.project import ENVELOPE, EXPORTS, MODEL, PLAN, RESULTS, SUFFIX, VEHICLE, Project
 from hydrodamp.report.files import DAMPING
 
 
@@ -54,13 +54,16 @@ def export_command(project: Project, target: str) -> list[str]:
     return ["export", target, damping, "--out", project.argument(f"{EXPORTS}/{target}"), "--force"]
 
 
-def plan_command(project: Project, model: str, duration: float) -> list[str]:
+def plan_command(
+    project: Project, model: str, duration: float, has_envelope: bool = False
+) -> list[str]:
     """Return the command that designs the next dive for a model of the comparison."""
     name = f"{project.argument(MODEL)}:{model}" if project.text(MODEL).strip() else model
+    envelope = ["--envelope", project.argument(ENVELOPE)] if has_envelope else []
     return [
         "plan", "--vehicle", vehicle_argument(project), "--model", name, "--damping",
         project.argument(f"{RESULTS}/{DAMPING}"), "--duration", f"{duration:g}", "--out",
-        project.argument(PLAN), "--force",
+        project.argument(PLAN), "--force", *envelope,
     ]  # fmt: skip
 
 
@@ -70,7 +73,8 @@ def script(project: Project, targets: list[str]) -> str:
     if project.arguments.vehicle and project.arguments.train:
         commands.append(compare_command(project))
     commands += [export_command(project, target) for target in targets]
-    return "".join(f"{format_command(command)}\n" for command in commands)
+    intro = f"# Run in the folder that has the logs and {project.name}{SUFFIX}.\n"
+    return intro + "".join(f"{format_command(command)}\n" for command in commands)
 
 
 def format_command(command: list[str]) -> str:

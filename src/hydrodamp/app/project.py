@@ -30,7 +30,7 @@ from hydrodamp.models.catalog import catalog
 SUFFIX = ".hydrodamp"
 
 PROJECT, MAPPING, VEHICLE, MODEL = "project.yaml", "mapping.yaml", "vehicle.yaml", "model.yaml"
-RESULTS, EXPORTS, PLAN = "results", "exported", "plan"
+RESULTS, EXPORTS, PLAN, ENVELOPE = "results", "exported", "plan", "envelope.yaml"
 
 #: Files that are the state of a project.
 STATE = (PROJECT, MAPPING, VEHICLE, MODEL)
@@ -111,7 +111,7 @@ class Project:
             if version != self.version:
                 raise OutdatedEditError(
                     "the project was changed in another tab or editor since this page was made: "
-                    "reload the page, then repeat the change"
+                    "copy what you have typed, reload the page, then repeat the change"
                 )
             save_all({self.path(name): text.encode("utf-8") for name, text in contents.items()})
 

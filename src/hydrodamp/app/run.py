@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,9 +16,11 @@ from hydrodamp.app.commands import compare_command, format_command
 from hydrodamp.app.gains import is_edited, update_models
 from hydrodamp.app.jobs import Jobs
 from hydrodamp.app.project import MODEL, RESULTS, Project
+from hydrodamp.app.results_state import is_outdated
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.errors import HydrodampError, ProblemError
-from hydrodamp.identification.methods import METHODS
+from hydrodamp.identification.fit import Method
+from hydrodamp.identification.methods import METHODS, find_method
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.files import read_models
 from hydrodamp.report.files import REPORT
@@ -41,9 +44,9 @@ def show_run(request: Request, form: Form) -> Response:
         "run",
         version,
         None if lacking else compare_command(project),
-        models=[(key, catalog[key].n_coefficients) for key in catalog],
+        models=[(key, catalog[key].n_coefficients, catalog[key].title) for key in catalog],
         chosen_models=arguments.models,
-        methods=list(METHODS),
+        methods=[(key, _first_line(find_method(key))) for key in METHODS],
         chosen_methods=arguments.methods,
         lacking=lacking,
         has_gains=bool(arguments.gains),
@@ -52,16 +55,20 @@ def show_run(request: Request, form: Form) -> Response:
     )
 
 
-def _lacking(project: Project) -> list[str]:
-    """Return what the comparison lacks."""
+def _first_line(method: Method) -> str:
+    return (inspect.getdoc(type(method)) or "").splitlines()[0]
+
+
+def _lacking(project: Project) -> list[tuple[str, str]]:
+    """Return what the comparison lacks, with the screen that has it."""
     arguments = project.arguments
     needs = {
-        "a vehicle (screen Vehicle)": arguments.vehicle,
-        "training and test data (screen Split)": arguments.train and arguments.test,
-        "at least one model": arguments.models,
-        "at least one method": arguments.methods,
+        ("a vehicle", "vehicle"): arguments.vehicle,
+        ("training and test data", "split"): arguments.train and arguments.test,
+        ("at least one model", "run"): arguments.models,
+        ("at least one method", "run"): arguments.methods,
     }
-    return [name for name, value in needs.items() if not value]
+    return [need for need, value in needs.items() if not value]
 
 
 def _status(request: Request, project: Project) -> dict[str, Any]:
@@ -74,6 +81,7 @@ def _status(request: Request, project: Project) -> dict[str, Any]:
         "fits": fits,
         "total": len(requested),
         "messages": "" if job is None else job.messages.strip(),
+        "is_outdated": is_outdated(project),
         "has_report": project.path(f"{RESULTS}/{REPORT}").is_file(),
     }
 
@@ -123,7 +131,7 @@ def start_run(request: Request, form: Form) -> Response:
     """Start the comparison; finished fits are reused."""
     project = project_of(request)
     if lacking := _lacking(project):
-        raise ProblemError(f"the comparison needs {', '.join(lacking)}")
+        raise ProblemError(f"the comparison needs {', '.join(name for name, _ in lacking)}")
     jobs_of(request).start(project, COMPARE, compare_command(project))
     return _render_status(request, project)
 

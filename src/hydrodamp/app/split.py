@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,11 @@ from starlette.responses import JSONResponse, Response
 
 from hydrodamp.app.channels import MAX_POINTS, encode, log_channels
 from hydrodamp.app.decimation import DecimatedSeries
-from hydrodamp.app.project import Project
+from hydrodamp.app.project import Arguments, Project
 from hydrodamp.app.recordings import read_log, read_vehicle
 from hydrodamp.app.web import Form, field_value, number, project_of, render, render_screen
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.data.intervals import select_data
+from hydrodamp.data.intervals import find_overlap, select_data
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.dissipativity import velocity_unit
@@ -61,7 +61,8 @@ def _variables(project: Project, log: Log) -> dict[str, Any]:
         if not arguments.train or not arguments.test:
             raise ProblemError("training and test data need at least one interval each")
         train, test = (select_all(log, each) for each in (arguments.train, arguments.test))
-        sentences = compare_logs(train, test, axes).sentences
+        sentences = (*_describe_overlap(log, arguments), *compare_logs(train, test, axes).sentences)
+        sentences += tuple(_constant_commands(project, train))
         rows = [_excitation(VELOCITY_OF[axis], log, train, test) for axis in axes]
     except HydrodampError as error:
         fault = str(error)
@@ -77,6 +78,24 @@ def _variables(project: Project, log: Log) -> dict[str, Any]:
         "sentences": sentences,
         "fault": fault,
     }
+
+
+def _describe_overlap(log: Log, arguments: Arguments) -> Iterator[str]:
+    if overlap := find_overlap(log, arguments.train, arguments.test):
+        yield f"Training and test data share {overlap} s: errors on training data are optimistic."
+
+
+def _constant_commands(project: Project, train: Log) -> Iterator[str]:
+    """Yield which commands with a gain never change in the training data."""
+    gains = {name for names in project.arguments.gains.values() for name in names.split()}
+    varying = np.ptp(train.commands, axis=0) > 0.0
+    pairs = zip(train.command_names, varying, strict=True)
+    constant = [name for name, varies in pairs if name in gains and not varies]
+    if constant:
+        yield (
+            f"{' '.join(constant)} never change in the training data: their gains cannot be "
+            "identified. Train on other data, or remove the gains (screen Vehicle)."
+        )
 
 
 def _excitation(name: str, log: Log, train: Log, test: Log) -> tuple[str, ...]:

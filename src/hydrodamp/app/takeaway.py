@@ -9,23 +9,22 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import yaml
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 
 from hydrodamp.app.commands import export_command, plan_command, script
-from hydrodamp.app.project import EXPORTS, PLAN, RESULTS, Project
+from hydrodamp.app.project import ENVELOPE, EXPORTS, PLAN, RESULTS, Project
+from hydrodamp.app.recordings import read_log, read_vehicle
+from hydrodamp.app.results_state import is_outdated, outdated_exports
 from hydrodamp.app.run import jobs_of
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.export.export import TARGETS
+from hydrodamp.files import save_text
 from hydrodamp.models.files import read_damping
 from hydrodamp.report.files import DAMPING, REPORT
-
-#: Headers of a written page, which runs its own scripts without access to this server.
-PAGE_HEADERS = {
-    "Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-popups; "
-    "frame-ancestors 'self'"
-}
+from hydrodamp.report.page import content_policy
 
 
 def show_verdict(request: Request, form: Form) -> Response:
@@ -36,6 +35,7 @@ def show_verdict(request: Request, form: Form) -> Response:
         "verdict",
         project.version,
         ["report", project.argument(RESULTS)],
+        is_outdated=is_outdated(project),
         has_report=project.path(f"{RESULTS}/{REPORT}").is_file(),
         report=f"/p/{quote(project.name)}/file/{RESULTS}/{REPORT}",
     )
@@ -56,6 +56,9 @@ def _files(request: Request, project: Project) -> dict[str, Any]:
     }
     plan = jobs_of(request).find(project, PLAN)
     return {
+        "is_outdated": is_outdated(project),
+        "outdated": outdated_exports(project),
+        "folder": project.argument(EXPORTS),
         "has_damping": project.path(f"{RESULTS}/{DAMPING}").is_file(),
         "listed": list(list_files(project).items()),
         "targets": [(key, TARGETS[key].description) for key in TARGETS],
@@ -97,9 +100,26 @@ def start_plan(request: Request, form: Form) -> Response:
         duration = float(field_value(form, "duration"))
     except ValueError as error:
         raise ProblemError("the duration must be a number of seconds") from error
-    command = plan_command(project, read_damping(path).model.key, duration)
+    has_envelope = _write_envelope(project)
+    command = plan_command(project, read_damping(path).model.key, duration, has_envelope)
     jobs_of(request).start(project, PLAN, command)
     return show_exports(request, form)
+
+
+def _write_envelope(project: Project) -> bool:
+    """Write the ranges of commands in the log as limits where the vehicle file has none."""
+    vehicle, _ = read_vehicle(project)
+    log = read_log(project)
+    if vehicle is None or vehicle.commands or not log.command_names:
+        return False
+    low, high = log.commands.min(axis=0).tolist(), log.commands.max(axis=0).tolist()
+    limits = {
+        name: {"lowest": least, "highest": most}
+        for name, least, most in zip(log.command_names, low, high, strict=True)
+        if least < most
+    }
+    save_text(str(yaml.safe_dump({"commands": limits})), project.path(ENVELOPE))
+    return True
 
 
 def show_exports(request: Request, form: Form) -> Response:
@@ -127,7 +147,9 @@ def send_file(request: Request, form: Form) -> Response:
         raise FileError(f"there is no file `{name}` in the project")
     path: Path = project.path(name)
     if path.suffix == ".html":
-        return FileResponse(path, media_type="text/html", headers=dict(PAGE_HEADERS))
+        policy = f"{content_policy()}; frame-ancestors 'self'"  # a page of others runs no script
+        headers = {"Content-Security-Policy": policy}
+        return FileResponse(path, media_type="text/html", headers=headers)
     return FileResponse(path, media_type="application/octet-stream", filename=path.name)
 
 
@@ -138,7 +160,7 @@ def send_archive(request: Request, form: Form) -> Response:
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
         for name in list_files(project):
             with suppress(FileNotFoundError):  # a job has removed it
-                archive.write(project.path(name), name)
+                archive.write(project.path(name), project.argument(name))
         archive.writestr("commands.sh", script(project, _files(request, project)["exported"]))
     disposition = f"attachment; filename*=UTF-8''{quote(project.name)}.zip"
     headers = {"Content-Disposition": disposition}

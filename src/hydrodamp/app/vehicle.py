@@ -65,7 +65,8 @@ def _facts(vehicle: Vehicle | None) -> list[tuple[str, str]]:
     moment = vehicle.weight * arm * np.radians(10.0)
     return [
         ("free axes", " ".join(vehicle.axes)),
-        ("mass and inertia with added mass", ", ".join(
+        ("source", vehicle.source or "not stated"),
+        ("mass [kg] and inertia [kg m²] with added mass", ", ".join(
             f"{axis} {each:.4g}" for axis, each in
             zip(AXES, vehicle.mass_matrix.diagonal().tolist(), strict=True) if axis in vehicle.axes
         )),

@@ -132,7 +132,9 @@ def _render_failure(request: Request, error: Exception) -> Response:
         _logger.error("%s %s", request.method, request.url.path, exc_info=error)
     if request.headers.get("hx-request"):
         return render_error(text, status)
-    page = render("error.html.j2", text=text, title="Not possible")
+    name = request.path_params.get("project", "")
+    channels = f"/p/{quote(name)}/channels" if name and "/channels" not in request.url.path else ""
+    page = render("error.html.j2", text=text, title="Not possible", channels=channels)
     page.status_code = status
     return page
 

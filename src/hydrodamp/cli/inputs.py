@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import hydrodamp as hd
@@ -162,10 +162,12 @@ def train_and_test(
     logs: Sequence[str], train: Sequence[str], test: Sequence[str], mapping: str | None
 ) -> tuple[hd.Log, hd.Log, dict[str, str]]:
     """Return training data, test data and their overlap, for provenance."""
+    from hydrodamp.data.intervals import find_overlap
+
     log = read_logs(logs, mapping) if logs else None
     train_log = _select("--train", train, log, mapping)
     test_log = _select("--test", test, log, mapping)
-    overlap = _overlap_files(train, test) if log is None else _overlap_time(train, test, log)
+    overlap = _overlap_files(train, test) if log is None else find_overlap(log, train, test)
     if overlap:
         warnings.warn(
             f"training and test data share {overlap}: errors on training data are optimistic.",
@@ -209,20 +211,6 @@ def _select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
 def _overlap_files(train: Sequence[str], test: Sequence[str]) -> str:
     train_paths = {Path(name).resolve() for name in train}
     return ", ".join(dict.fromkeys(name for name in test if Path(name).resolve() in train_paths))
-
-
-def _overlap_time(train: Sequence[str], test: Sequence[str], log: hd.Log) -> str:
-    """Return the time spans of LOG in both training and test data [s]."""
-    import numpy as np
-
-    index = np.arange(log.n, dtype=float)
-    numbered = replace(log, commands=index[:, None], command_names=("index",))
-    in_train, in_test = (
-        np.isin(index, _select("", names, numbered, None).commands) for names in (train, test)
-    )
-    edges = np.flatnonzero(np.diff(in_train & in_test, prepend=False, append=False))
-    pairs = edges.reshape(-1, 2)
-    return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g}" for a, b in pairs)
 
 
 def warn_quality_issues(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
-from hydrodamp.data.log import Log
+import numpy as np
+
+from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import ProblemError
 
 #: Rounding of times that are copied from output [s].
@@ -43,6 +47,19 @@ def select_data(log: Log, text: str) -> Log:
     if interval is None:
         return log.select(text)
     return log.between(interval.start + interval.shift, interval.end + interval.shift)
+
+
+def find_overlap(log: Log, train: Iterable[str], test: Iterable[str]) -> str:
+    """Return the intervals of a log that are in both training and test data [s]."""
+    index = np.arange(log.n, dtype=float)
+    numbered = replace(log, commands=index[:, None], command_names=("index",))
+    in_train, in_test = (
+        np.isin(index, concatenate(select_data(numbered, each) for each in names).commands)
+        for names in (train, test)
+    )
+    edges = np.flatnonzero(np.diff(in_train & in_test, prepend=False, append=False))
+    pairs = edges.reshape(-1, 2)
+    return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g}" for a, b in pairs)
 
 
 def _shift(start: float, end: float, log: Log) -> float:

@@ -179,12 +179,13 @@ def series(
         return [_pack(bins.values(style.shown_velocities(velocity, name, unit))) for name in names]
 
     looks = style.line_styles([(row.model, row.method) for row, _ in shown_runs])
+    colours = model_colours(comparison.models)  # those of the table, whatever is shown
     band_entry, caption, edges = None, "", []
     if band is not None and selected is not None:
         band_entry = {
             "name": f"{100.0 * band.level:.0f} % band of {selected.model} by {selected.method}",
             "model": selected.model,
-            "colour": model_colours(row.model for row in comparison.rows)[selected.model],
+            "colour": colours[selected.model],
         }
         caption = band_caption(selected)
         edges = [packed(band.lower), packed(band.upper)]
@@ -200,7 +201,7 @@ def series(
                 "model": row.model,
                 "fit": _mean_fit(row),
                 "fits": [row.score.fit_by_axis[name] for name in names],
-                "colour": look.colour,
+                "colour": colours[row.model],
                 "dashes": [round(LINE_WIDTH * length, 1) for length in look.dashes],
             }
             for (row, _), look in zip(shown_runs, looks, strict=True)

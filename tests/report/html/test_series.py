@@ -1,10 +1,11 @@
 import base64
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.report.figures.style import Bins
+from hydrodamp.report.figures.style import Bins, model_colours
 from hydrodamp.report.pictures import series
 
 from .conftest import make_comparison, make_log
@@ -93,3 +94,17 @@ def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     methods = tuple(f"m{k}" for k in range(17))
     many = drawn_of(make_comparison(make_log(20.0, 10.0), ("linear", "fossen"), methods))
     assert (len(many["document"]["replays"]), many["left_out"]) == (32, 2)
+
+
+def test_replays_have_the_colours_of_the_table_in_any_order():
+    """Models outside the catalogue take free colours, in the order of the comparison."""
+    comparison = make_comparison(make_log(60.0, 10.0), ("linear", "prestero", "fossen"), ("weak",))
+    renamed = []
+    for row in comparison.rows:
+        model = replace(row.fit.model, key=f"{row.model}-gains")
+        fit = replace(row.fit, damping=replace(row.fit.damping, model=model))
+        renamed.append(replace(row, fit=fit))
+    comparison = replace(comparison, rows=tuple(renamed))
+    expected = model_colours(comparison.models)
+    drawn = drawn_of(comparison, rows=comparison.rows[::-1])["document"]
+    assert {each["model"]: each["colour"] for each in drawn["replays"]} == expected

@@ -17,10 +17,10 @@ const seriesPlots = (() => {
   // A plot in an element; lines are [label, colour] pairs, onSelect gets an interval of time.
   const makePlot = (home, label, lines, data, onSelect, hooks = {}) => new uPlot({
     width: Math.max(home.clientWidth, 200), height: HEIGHT,
-    cursor: { sync: { key: cursors.key }, drag: { x: true, y: false, setScale: false } },
+    cursor: { sync: { key: cursors.key, filters: { pub: (type) => type !== "mousedown" && type !== "mouseup" } }, drag: { x: true, y: false, setScale: false } },
     legend: { show: lines.length > 1 },
     scales: { x: { time: false } },
-    axes: [axis({ size: 28 }), axis({ size: 56 })],
+    axes: [axis({ size: 28 }), axis({ size: 56, space: 18 })],
     series: [{ label: "t [s]" }, ...lines.map(([name, stroke]) => ({ label: name, stroke, width: 1, points: { show: false } }))],
     hooks: {
       ready: [(plot) => plot.ctx.canvas.setAttribute("role", "img"), (plot) => plot.ctx.canvas.setAttribute("aria-label", label)],
