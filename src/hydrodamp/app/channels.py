@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 
 from hydrodamp.app.commands import probe_command
-from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import (
     COMMANDS,
     Assignment,
@@ -28,31 +25,18 @@ from hydrodamp.app.mapping_editor import (
 from hydrodamp.app.project import MAPPING, Project
 from hydrodamp.app.recordings import (
     Files,
-    inspect_project,
-    make_log,
     parse_mapping,
     read_files,
-    read_log,
     resolve_content,
 )
-from hydrodamp.app.web import Form, field_value, number, project_of, render, render_screen
-from hydrodamp.arrays import FloatArray
+from hydrodamp.app.series import MAX_COLUMNS
+from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.data.attitude import euler_from_quaternion
-from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, LogError
 from hydrodamp.ingest.inspection.columns import find_clocks
-from hydrodamp.ingest.inspection.draft_files import recommended_step
-from hydrodamp.ingest.inspection.probe import Inspection, topic_facts
-from hydrodamp.ingest.inspection.quality_report import QualityReport
+from hydrodamp.ingest.inspection.probe import topic_facts
 from hydrodamp.ingest.mapping.channel_schema import VERTICAL_ALIASES
 from hydrodamp.ingest.mapping.log_mapping import default_world, load_content, resolve_extends
-
-#: Points of a plot, and columns that are plotted at once.
-MAX_POINTS, MAX_COLUMNS = 1200, 400
-
-#: Samples of a preview on either side of the first change.
-PREVIEW_SAMPLES = 100
 
 #: Role of the four components of an attitude in one column.
 QUATERNION = "attitude.quaternion"
@@ -91,14 +75,14 @@ def show_channels(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
     version, files, text = project.version, read_files(project), project.text(MAPPING)
-    content = _displayed_content(project, text)
+    content = displayed_content(project, text)
     return render_screen(
         project,
         "channels",
         version,
         probe_command(project),
         facts=list(_facts(project, files)),
-        rows=list(_rows(files, content)),
+        rows=list(list_rows(files, content)),
         roles=roles(),
         targets=DROP_TARGETS,
         text=text,
@@ -107,7 +91,7 @@ def show_channels(request: Request, form: Form) -> Response:
     )
 
 
-def _displayed_content(project: Project, text: str) -> Content:
+def displayed_content(project: Project, text: str) -> Content:
     """Return the content of a mapping, of the draft for a canonical log without channels."""
     try:
         content = resolve_content(project, text)
@@ -117,59 +101,6 @@ def _displayed_content(project: Project, text: str) -> Content:
     if set(content) <= {"steps"} and files.is_canonical:
         return {**parse_content(files.probe.draft.text, MAPPING), **content}
     return content
-
-
-def show_checks(request: Request, form: Form) -> Response:
-    """Return the quality report of the log, and the issues of each column."""
-    project = project_of(request)
-    text, fault, inspection = project.text(MAPPING), "", None
-    try:
-        inspection = inspect_project(project)
-    except HydrodampError as error:
-        fault = str(error)
-    report = None if inspection is None else inspection.report
-    issues = [] if report is None else [(each, recommended_step(each)) for each in report.issues]
-    by_channel = _issues_by_channel(report)
-    rows = _rows(read_files(project), _displayed_content(project, text))
-    return render(
-        "checks.html.j2",
-        project=project,
-        fault=fault or ("" if inspection is None else inspection.reason),
-        report=report,
-        issues=issues,
-        light=_light(report),
-        rows=[
-            (row, [text for name in row.channels for text in by_channel.get(name, [])])
-            for row in rows
-        ],
-        vertical=[] if report is None else [*_describe_depth(inspection), report.frame],
-    )
-
-
-def _light(report: QualityReport | None) -> str:
-    if report is None or report.missing:
-        return "red"
-    return "green" if report.is_usable else "amber"
-
-
-def _issues_by_channel(report: QualityReport | None) -> dict[str, list[str]]:
-    channels: dict[str, list[str]] = {}
-    for issue in () if report is None else report.issues:
-        for name in issue.channel.split():
-            channels.setdefault(name, []).append(f"{issue.problem}: {issue.evidence}")
-    return channels
-
-
-def _describe_depth(inspection: Inspection | None) -> Iterator[str]:
-    """Yield how far down the log goes by its mapping."""
-    log = None if inspection is None else inspection.log
-    if log is not None and log.position is not None:
-        down = log.position[:, 2] - log.position[0, 2]
-        moment = float(log.elapsed[int(np.argmax(np.abs(down)))])
-        yield (
-            f"By this mapping the vehicle goes from {down.min():+.2g} m to {down.max():+.2g} m "
-            f"down from its start, farthest at {moment:.4g} s."
-        )
 
 
 def _facts(project: Project, files: Files) -> Iterator[str]:
@@ -188,7 +119,7 @@ def _facts(project: Project, files: Files) -> Iterator[str]:
         yield from recording.notes[:5]
 
 
-def _rows(files: Files, content: Content) -> Iterator[Row]:
+def list_rows(files: Files, content: Content) -> Iterator[Row]:
     """Yield the columns, those with a role first; numbers are those of the recording."""
     aliases = _real_names(files, content)
     real = {alias: column for column, alias in aliases.items()}
@@ -227,10 +158,12 @@ def _real_names(files: Files, content: Content) -> dict[str, str]:
 
 def _write(project: Project, form: Form, text: str, note: str = "") -> Response:
     """Write the mapping and return the parts of the page that depend on it."""
-    before = {row.number: row for row in _rows(read_files(project), _content(project)[1])}
+    before = {row.number: row for row in list_rows(read_files(project), _content(project)[1])}
     project.write(field_value(form, "version"), {MAPPING: text})
-    version, content = project.version, _displayed_content(project, text)
-    changed = [row for row in _rows(read_files(project), content) if row != before.get(row.number)]
+    version, content = project.version, displayed_content(project, text)
+    changed = [
+        row for row in list_rows(read_files(project), content) if row != before.get(row.number)
+    ]
     return render(
         "channels_change.html.j2",
         project=project,
@@ -252,7 +185,7 @@ def _axes(content: Content) -> dict[str, str]:
 def _content(project: Project) -> tuple[Content, Content]:
     """Return the content of the mapping, and what the page shows of it."""
     text = project.text(MAPPING)
-    return parse_content(text, MAPPING), _displayed_content(project, text)
+    return parse_content(text, MAPPING), displayed_content(project, text)
 
 
 def change_column(request: Request, form: Form) -> Response:
@@ -309,72 +242,3 @@ def change_text(request: Request, form: Form) -> Response:
     project, text = project_of(request), field_value(form, "text").replace("\r\n", "\n")
     parse_mapping(project, text)  # raises its faults before anything is written
     return _write(project, form, text)
-
-
-def column_series(request: Request, form: Form) -> Response:
-    """Return the extremes of columns in an interval of time."""
-    files = read_files(project_of(request))
-    chosen = request.query_params.getlist("column") or [*files.series][:MAX_COLUMNS]
-    first, last = files.extent
-    start, end = number(request, "start", first), number(request, "end", last)
-    n = int(min(max(number(request, "n", MAX_POINTS / 2), 1), MAX_POINTS))
-    series = {
-        name: encode(*files.series[name].between(start, end, n))
-        for name in chosen
-        if name in files.series
-    }
-    return JSONResponse({"start": first, "end": last, "series": series})
-
-
-def encode(time: FloatArray, values: FloatArray) -> dict[str, str]:
-    """Return times (float64) and values (float32) in base 64."""
-    return {
-        "x": base64.b64encode(np.ascontiguousarray(time, "<f8").tobytes()).decode("ascii"),
-        "y": base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii"),
-    }
-
-
-def preview_step(request: Request, form: Form) -> Response:
-    """Return the channels of an issue before and after a cleaning step."""
-    project, query = project_of(request), request.query_params
-    before = read_log(project)
-    content = add_step(_content(project)[0], query.get("step", ""))
-    after = make_log(project, format_content(content))
-    channels = log_channels(before), log_channels(after)
-    names = [name for name in query.get("channel", "").split() if name in channels[0]]
-    changed = [name for name in channels[0] if _differs(name, *channels)]
-    chosen = [name for name in names if name in changed] or changed or names
-    n = MAX_POINTS // 4
-
-    def _around(name: str) -> tuple[float, float]:
-        """Return an interval around the first samples that change."""
-        if len(before.elapsed) != len(after.elapsed):
-            return 0.0, np.inf
-        changes = np.flatnonzero(channels[0][name] != channels[1].get(name))
-        first = int(changes[0]) if len(changes) else 0
-        last = min(first + PREVIEW_SAMPLES, before.n - 1)
-        moments = before.elapsed[[max(first - PREVIEW_SAMPLES, 0), last]]
-        return float(moments[0]), float(moments[1])
-
-    pairs = {
-        name: [encode(*DecimatedSeries.of(log.elapsed, each[name]).between(*_around(name), n))
-               for log, each in zip((before, after), channels, strict=True)]
-        for name in chosen[:6]
-        if name in channels[1]
-    }  # fmt: skip
-    return JSONResponse({"series": pairs})
-
-
-def _differs(name: str, before: dict[str, FloatArray], after: dict[str, FloatArray]) -> bool:
-    return name not in after or not np.array_equal(before[name], after[name], equal_nan=True)
-
-
-def log_channels(log: Log) -> dict[str, FloatArray]:
-    """Return the channels of a log by name, angles in degrees."""
-    channels = {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
-    if log.attitude is not None:
-        euler = np.degrees(euler_from_quaternion(log.attitude))
-        channels |= dict(zip(("roll", "pitch", "yaw"), euler.T, strict=True))
-    if log.position is not None:
-        channels |= dict(zip(("north", "east", "down"), log.position.T, strict=True))
-    return channels | dict(zip(log.command_names, log.commands.T, strict=True))

@@ -89,10 +89,10 @@ def format_content(content: Content) -> str:
 
 def assignments(content: Mapping[str, Any]) -> Iterator[Assignment]:
     """Yield the assignments of columns, the first of alternatives."""
-    seen = set()
+    slots = set()
     for slot in _slots(content):
-        if slot.column and (slot.group, slot.name) not in seen:
-            seen.add((slot.group, slot.name))
+        if slot.column and (slot.group, slot.name) not in slots:
+            slots.add((slot.group, slot.name))
             options = slot.choice if isinstance(slot.choice, dict) else {}
             sign = -1 if options.get("sign") == -1 else 1
             unit = str(options.get("unit") or "")

@@ -93,8 +93,9 @@ class Files:
             finite = [time[np.isfinite(time)] for time in times.values()]
             start = min((float(each.min()) for each in finite if len(each)), default=0.0)
             end = max((float(each.max()) for each in finite if len(each)), default=start)
+            shifted = {topic: time - start + offset for topic, time in times.items()}
             for name, topic, values in columns:
-                pieces[name].append((times[topic] - start + offset, values))
+                pieces[name].append((shifted[topic], values))
             offset += end - start
         return {name: _join(each) for name, each in pieces.items()}
 

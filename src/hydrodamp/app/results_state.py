@@ -41,6 +41,6 @@ def outdated_exports(project: Project) -> set[str]:
     damping = project.path(f"{RESULTS}/{DAMPING}")
     if not damping.is_file():
         return set()
-    made = damping.stat().st_mtime
+    moment = damping.stat().st_mtime
     cards = project.path(EXPORTS).glob("*/fidelity.json")
-    return {card.parent.name for card in cards if card.stat().st_mtime < made}
+    return {card.parent.name for card in cards if card.stat().st_mtime < moment}

@@ -16,7 +16,7 @@ from starlette.middleware import Middleware
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from hydrodamp.app import channels, run, split, start, takeaway, vehicle
+from hydrodamp.app import channels, checks, run, series, split, start, takeaway, vehicle
 from hydrodamp.app.jobs import Jobs
 from hydrodamp.app.project import resolve_log
 from hydrodamp.app.security import LOOPBACK, LocalAccess
@@ -31,21 +31,21 @@ HANDLERS: dict[tuple[str, str], Handler] = {
     ("GET", "/"): start.show_start,
     ("POST", "/open"): start.open_logs,
     ("GET", "/p/{project}/channels"): channels.show_channels,
-    ("GET", "/p/{project}/channels/checks"): channels.show_checks,
+    ("GET", "/p/{project}/channels/checks"): checks.show_checks,
     ("POST", "/p/{project}/channels/column"): channels.change_column,
     ("POST", "/p/{project}/channels/frame"): channels.change_frame,
     ("POST", "/p/{project}/channels/step"): channels.apply_step,
     ("POST", "/p/{project}/channels/preset"): channels.apply_preset,
     ("POST", "/p/{project}/channels/text"): channels.change_text,
-    ("GET", "/p/{project}/channels/series"): channels.column_series,
-    ("GET", "/p/{project}/channels/preview"): channels.preview_step,
+    ("GET", "/p/{project}/channels/series"): series.column_series,
+    ("GET", "/p/{project}/channels/preview"): series.preview_step,
     ("GET", "/p/{project}/vehicle"): vehicle.show_vehicle,
     ("POST", "/p/{project}/vehicle"): vehicle.choose_vehicle,
     ("POST", "/p/{project}/vehicle/copy"): vehicle.copy_fleet_vehicle,
     ("POST", "/p/{project}/vehicle/gains"): vehicle.choose_gains,
     ("GET", "/p/{project}/split"): split.show_split,
     ("POST", "/p/{project}/split"): split.change_split,
-    ("GET", "/p/{project}/split/series"): split.log_series,
+    ("GET", "/p/{project}/split/series"): series.log_series,
     ("GET", "/p/{project}/run"): run.show_run,
     ("POST", "/p/{project}/run/choice"): run.choose_models,
     ("POST", "/p/{project}/run/start"): run.start_run,

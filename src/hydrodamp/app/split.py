@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 
-from hydrodamp.app.channels import MAX_POINTS, encode, log_channels
-from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.project import Arguments, Project
 from hydrodamp.app.recordings import read_log, read_vehicle
-from hydrodamp.app.web import Form, field_value, number, project_of, render, render_screen
+from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.intervals import find_overlap, select_data
 from hydrodamp.data.log import Log, concatenate
@@ -127,18 +125,3 @@ def change_split(request: Request, form: Form) -> Response:
         version=project.version,
         **_variables(project, log),
     )
-
-
-def log_series(request: Request, form: Form) -> Response:
-    """Return the velocities and commands of the log, in an interval of time."""
-    log = read_log(project_of(request))
-    end = float(log.elapsed[-1])
-    span = number(request, "start", 0.0), number(request, "end", end)
-    channels = log_channels(log)
-    series = {
-        name: encode(
-            *DecimatedSeries.of(log.elapsed, channels[name]).between(*span, MAX_POINTS // 2)
-        )
-        for name in (*log.velocity_names, *log.command_names)
-    }
-    return JSONResponse({"start": 0.0, "end": end, "series": series})
