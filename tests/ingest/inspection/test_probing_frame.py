@@ -53,6 +53,9 @@ def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: P
     assert found is not None
     if beside is NONE:
         assert UNDECIDED in found.verdict
+        steps = np.random.default_rng(0).choice([-1.0, 1.0], 45).repeat(20)
+        columns |= {"rudder": steps, "r": columns["r"] + 0.02 * np.cumsum(steps)}  # it turns
+        found = judged(tmp_path, columns).report
         assert "increasing rudder moves the vehicle" in found.frame
         return
     assert UNDECIDED not in found.frame

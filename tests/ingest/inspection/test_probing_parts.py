@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection import columns
@@ -76,6 +77,26 @@ def test_delay_comes_back(delay: int, irregular: bool) -> None:
     assert found.confidence > 90
     assert found.standard_deviation is not None
     assert found.standard_deviation < 0.05
+
+
+def test_a_righting_moment_is_not_taken_for_the_response() -> None:
+    """Pitch obeys q' = c - 4 theta - 0.3 q: lightly damped, it rings for longer than commands."""
+    rng, step, n = np.random.default_rng(2), 0.1, 3000
+    command = 0.3 * np.repeat(rng.choice([-1.0, 0.0, 0.0, 1.0], n // 15), 15)
+    pitch, rate = np.zeros(n), np.zeros(n)
+    for k in range(n - 1):
+        rate[k + 1] = rate[k] + step * (command[k] - 4.0 * pitch[k] - 0.3 * rate[k])
+        pitch[k + 1] = pitch[k] + step * rate[k + 1]
+    noise = 1e-3 * rng.standard_normal(n)
+    log = Log.from_arrays(
+        step * np.arange(n),
+        {"u": 0.01 * np.sin(np.arange(n)), "q": rate + noise},
+        attitude=quaternion_from_euler(np.column_stack((0 * pitch, pitch, 0 * pitch))),
+        commands={"elevator": command},
+    )
+    (found,) = estimate_delays(log)
+    assert (found.velocity, found.sign) == ("q", 1)
+    assert found.seconds == pytest.approx(0.0, abs=0.1)
 
 
 def test_a_command_that_does_nothing_has_no_delay() -> None:

@@ -1,7 +1,8 @@
 """Delay between commands and velocities, by partial cross-correlation with the acceleration.
 
-The acceleration and the lagged command are both regressed on the state (1, v, v|v|, u v); the lag
-of largest squared correlation of the residuals is the delay (dead time plus lag). Its standard
+The acceleration and the lagged command are regressed on the state (1, v, v|v|, u v) and, except
+for yaw, on the downward direction, which weight, buoyancy and righting moments follow; the lag of
+largest squared correlation of the residuals is the delay (dead time plus lag). Its standard
 deviation is taken over five blocks of the log.
 """
 
@@ -26,6 +27,7 @@ _MIN_SHARE = 0.03  # of the variance of the acceleration
 _SURE_SHARE = 0.1
 _MIN_RELATIVE_LEAD = 0.02
 _MAX_LEAD_CONFIDENCE = 0.4  # confidence limit of a response before its command
+_YAW = 5  # the axis without restoring forces
 _N_BLOCKS = 5  # of the log; their delays must agree
 _RELATIVE_TOLERANCE = 0.05  # or two steps: tolerated difference of blocks
 _MAX_SAMPLES = 20_000  # samples used
@@ -91,33 +93,38 @@ def estimate_delays(log: Log) -> tuple[Delay, ...]:
         names, inputs = (*names, *AXES), np.column_stack((inputs, log.wrench))
     if not names:
         return ()
-    step, velocity, commands = _resample(log, inputs)
+    step, state, commands = _resample(log, inputs)
+    velocity, down = state[:, :6], state[:, 6:]
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
     columns = count_items(zip(names, commands.T, strict=True), "comparing delays", len(names))
     delays = [
-        _estimate_delay(name, command, step, log.time_scale, velocity, axes)
+        _estimate_delay(name, command, step, log.time_scale, velocity, down, axes)
         for name, command in columns
     ]
     return tuple(delay for delay in delays if delay is not None)
 
 
 def _resample(log: Log, inputs: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return step, velocities and commands on a uniform clock, a NaN row between segments."""
+    """Return step, state and commands on a uniform clock, a NaN row between segments.
+
+    The state is (u v w p q r), and the horizontal components of the downward direction.
+    """
     step = max(float(np.median(log.steps)), _MIN_RELATIVE_STEP * log.time_scale)
-    velocities, commands = [], []
+    values = np.column_stack((log.velocity, log.down[:, :2]))
+    states, commands = [], []
     n_remaining = _MAX_SAMPLES
     for start, stop in log.bounds.tolist():
         time = log.time[start:stop]
         grid = np.arange(time[0], time[-1], step)[:n_remaining]
         before = np.searchsorted(time, grid + _ROUNDING_STEPS * step, side="right") - 1
-        columns = [np.interp(grid, time, log.velocity[start:stop, k]) for k in range(6)]
-        velocities += [np.column_stack(columns), np.full((1, 6), np.nan)]
+        columns = [np.interp(grid, time, each) for each in values[start:stop].T]
+        states += [np.column_stack(columns), np.full((1, 8), np.nan)]
         rows = inputs[start:stop][before]
         commands += [rows, np.full((1, rows.shape[1]), np.nan)]
         n_remaining -= len(grid)
         if n_remaining <= 0:
             break
-    return step, np.concatenate(velocities), np.concatenate(commands)
+    return step, np.concatenate(states), np.concatenate(commands)
 
 
 def _estimate_delay(
@@ -126,6 +133,7 @@ def _estimate_delay(
     step: float,
     time_scale: float,
     velocity: FloatArray,
+    down: FloatArray,
     axes: list[int],
 ) -> Delay | None:
     """Return the delay of the axis whose acceleration a command explains best."""
@@ -141,21 +149,26 @@ def _estimate_delay(
     shifted = np.where(inside, command[np.clip(indices, 0, len(command) - 1)], np.nan)
     acceleration = np.diff(velocity[:, axes], axis=0, append=np.nan) / step
     state = _state_regressors(velocity, axes)
-    valid = np.isfinite(np.column_stack((acceleration, shifted, state))).all(axis=1)
+    valid = np.isfinite(np.column_stack((acceleration, shifted, state, down))).all(axis=1)
     if len(lags) < 4 or np.count_nonzero(valid) < _MIN_SAMPLES:
         return None
-    acceleration, basis = acceleration[valid], np.linalg.qr(state[valid])[0]
-    inputs, targets = (
-        columns - basis @ (basis.T @ columns) for columns in (shifted[valid], acceleration)
-    )
+    acceleration, shifted = acceleration[valid], shifted[valid]
     sums = np.maximum(np.sum((acceleration - acceleration.mean(axis=0)) ** 2, axis=0), 1e-30)
-    projections = _projections(targets, inputs) / np.sqrt(sums)[:, np.newaxis]
+    plain = _residuals(state[valid], shifted, acceleration)
+    tilted = np.column_stack((state, _varying(down)))
+    restored = _residuals(tilted[valid], shifted, acceleration)
+    residuals = [plain if axis == _YAW else restored for axis in axes]
+    rows = [
+        _projections(targets[:, [k]], inputs)[0] for k, (inputs, targets) in enumerate(residuals)
+    ]
+    projections = np.array(rows) / np.sqrt(sums)[:, np.newaxis]
     axis, lag = np.unravel_index(int(np.argmax(projections**2)), projections.shape)
     share = float(projections[axis, lag] ** 2)
     if share < _MIN_SHARE:
         return None
     seconds = step * _interpolate_peak(projections[axis] ** 2, lags)
     delays = []
+    inputs, targets = residuals[axis]
     for block in np.array_split(np.arange(len(targets)), _N_BLOCKS):
         variance = max(sums[axis] * len(block) / len(targets), 1e-30)
         shares = _projections(targets[block][:, [axis]], inputs[block])[0] ** 2 / variance
@@ -174,13 +187,27 @@ def _estimate_delay(
     return Delay(name, velocity_name, seconds, deviation, share, sign, round(99 * confidence))
 
 
+def _residuals(
+    state: FloatArray, commands: FloatArray, acceleration: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return commands and accelerations without what the state explains."""
+    basis = np.linalg.qr(state)[0]
+    inputs, targets = (each - basis @ (basis.T @ each) for each in (commands, acceleration))
+    return inputs, targets
+
+
 def _state_regressors(velocity: FloatArray, axes: list[int]) -> FloatArray:
     """Return the state regressors (1, v, v|v|, u v)."""
     values = velocity[:, axes]
     with_speed = values * velocity[:, :1] if 0 in axes else values[:, :0]
     regressors = np.column_stack((values, values * np.abs(values), with_speed))
-    varying = regressors[:, np.nanstd(regressors, axis=0) > 0.0]
-    return np.column_stack((np.ones(len(values)), varying))
+    return np.column_stack((np.ones(len(values)), _varying(regressors)))
+
+
+def _varying(columns: FloatArray) -> FloatArray:
+    """Return the columns that vary."""
+    varies = np.nanstd(columns, axis=0) > 0.0
+    return columns[:, varies]
 
 
 def _projections(targets: FloatArray, inputs: FloatArray) -> FloatArray:
