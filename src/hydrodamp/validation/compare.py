@@ -211,7 +211,10 @@ class Comparison:
         imbalance = compare_excitation(selection.row.fit.training_range, tested)
         doubts = dict.fromkeys(selection.row.rebuilt, "against a velocity rebuilt from sensors")
         reasons = {**doubts, **imbalance.reasons}
-        return judge_selection(selection, self.rate_unit, imbalance.sentences, reasons)
+        sentences = imbalance.sentences
+        if selection.row.fit.status is Status.STOPPED:
+            sentences = ("The optimiser stopped before it converged.", *sentences)
+        return judge_selection(selection, self.rate_unit, sentences, reasons)
 
     def best(self) -> Row:
         """Return the row of :meth:`select`.
