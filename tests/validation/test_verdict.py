@@ -108,9 +108,7 @@ def test_a_verdict_names_the_row_of_the_selection_and_how_much_of_it_is_determin
 
 
 def test_a_selected_fit_that_stopped_is_told(table):
-    rows = tuple(
-        replace(row, fit=replace(row.fit, status=hd.Status.STOPPED)) for row in table.rows
-    )
+    rows = tuple(replace(row, fit=replace(row.fit, status=hd.Status.STOPPED)) for row in table.rows)
     told = "The optimiser stopped before it converged."
     assert told in replace(table, rows=rows).verdict().reasons
     assert told not in table.verdict().reasons

@@ -77,13 +77,25 @@ class Files:
         )
 
     @cached_property
+    def starts(self) -> list[float]:
+        """Start of each recording on the common time [s]."""
+        return [start for start, _ in self._timed]
+
+    @cached_property
     def series(self) -> dict[str, DecimatedSeries]:
         """All columns, runs one after the other, on a common time from the first sample [s]."""
-        names = dict.fromkeys(name for each in self.recordings for name, *_ in _columns(each))
-        pieces: dict[str, list[tuple[FloatArray, FloatArray]]] = {name: [] for name in names}
-        offset = 0.0
+        pieces: dict[str, list[tuple[FloatArray, FloatArray]]] = {}
+        for recording, (_, times) in zip(self.recordings, self._timed, strict=True):
+            for name, topic, values in _columns(recording):
+                pieces.setdefault(name, []).append((times[topic], values))
+        return {name: _join(each) for name, each in pieces.items()}
+
+    @cached_property
+    def _timed(self) -> list[tuple[float, dict[str, FloatArray]]]:
+        """Start of each recording, and the times of its topics, on the common time [s]."""
+        timed, offset = [], 0.0
         for recording in self.recordings:
-            columns, clocks = list(_columns(recording)), find_clocks(recording)
+            clocks = find_clocks(recording)
             times = {
                 topic.name: clocks[topic.name].seconds
                 if topic.name in clocks
@@ -91,13 +103,12 @@ class Files:
                 for topic in recording.topics
             }
             finite = [time[np.isfinite(time)] for time in times.values()]
-            start = min((float(each.min()) for each in finite if len(each)), default=0.0)
-            end = max((float(each.max()) for each in finite if len(each)), default=start)
-            shifted = {topic: time - start + offset for topic, time in times.items()}
-            for name, topic, values in columns:
-                pieces[name].append((shifted[topic], values))
-            offset += end - start
-        return {name: _join(each) for name, each in pieces.items()}
+            first = min((float(each.min()) for each in finite if len(each)), default=0.0)
+            last = max((float(each.max()) for each in finite if len(each)), default=first)
+            shifted = {topic: time - first + offset for topic, time in times.items()}
+            timed.append((offset, shifted))
+            offset += last - first
+        return timed
 
 
 def _columns(recording: Recording) -> Iterator[tuple[str, str, FloatArray]]:

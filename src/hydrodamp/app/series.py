@@ -37,7 +37,8 @@ def column_series(request: Request, form: Form) -> Response:
         for name in chosen
         if name in files.series
     }
-    return JSONResponse({"start": first, "end": last, "series": series})
+    document = {"start": first, "end": last, "marks": files.starts[1:], "series": series}
+    return JSONResponse(document)
 
 
 def encode(time: FloatArray, values: FloatArray) -> dict[str, str]:
@@ -109,4 +110,5 @@ def log_series(request: Request, form: Form) -> Response:
         )
         for name in (*log.velocity_names, *log.command_names)
     }
-    return JSONResponse({"start": 0.0, "end": end, "series": series})
+    marks = [float(log.elapsed[segment.start]) for segment in log.segments[1:]]
+    return JSONResponse({"start": 0.0, "end": end, "marks": marks, "series": series})

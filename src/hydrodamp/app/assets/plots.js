@@ -40,6 +40,22 @@ const seriesPlots = (() => {
     const plots = new Map();
     let whole;
     let view;
+    let marks = []; // starts of runs
+    const drawMarks = (plot) => {
+      const { ctx, bbox } = plot;
+      ctx.save();
+      ctx.strokeStyle = colour("--faint");
+      ctx.setLineDash([4, 4]);
+      ctx.beginPath();
+      for (const time of marks) {
+        const left = plot.valToPos(time, "x", true);
+        if (left < bbox.left || left > bbox.left + bbox.width) continue;
+        ctx.moveTo(left, bbox.top);
+        ctx.lineTo(left, bbox.top + bbox.height);
+      }
+      ctx.stroke();
+      ctx.restore();
+    };
     let asked = 0; // zooms so far: an answer for an earlier one is late
     const places = () => [...home.querySelectorAll("[data-plot]")];
     const seen = new Set();
@@ -53,7 +69,7 @@ const seriesPlots = (() => {
       const data = numbers(pair);
       plots.get(name)?.destroy();
       place.replaceChildren();
-      const plot = makePlot(place, name, [[name, colour("--link")]], data, (low, high) => (onSelect ?? zoom)(low, high, zoom), hooks);
+      const plot = makePlot(place, name, [[name, colour("--link")]], data, (low, high) => (onSelect ?? zoom)(low, high, zoom), { ...hooks, draw: [drawMarks] });
       plot.setScale("x", { min: view[0], max: view[1] });
       plots.set(name, plot);
     };
@@ -71,6 +87,7 @@ const seriesPlots = (() => {
       const found = await answer.json();
       if (request < asked) return;
       whole ??= [found.start, found.end];
+      marks = found.marks;
       view ??= whole;
       if (!places().length) {
         for (const name of Object.keys(found.series)) {
