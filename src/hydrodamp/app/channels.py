@@ -33,7 +33,6 @@ from hydrodamp.app.series import MAX_COLUMNS
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.errors import HydrodampError, LogError
-from hydrodamp.ingest.inspection.columns import find_clocks
 from hydrodamp.ingest.inspection.probe import topic_facts
 from hydrodamp.ingest.mapping.channel_schema import VERTICAL_ALIASES
 from hydrodamp.ingest.mapping.log_mapping import default_world, load_content, resolve_extends
@@ -105,8 +104,8 @@ def displayed_content(project: Project, text: str) -> Content:
 
 def _facts(project: Project, files: Files) -> Iterator[str]:
     """Yield a sentence on each recording: format, topics, rate and gaps."""
-    for path, recording in zip(project.arguments.logs, files.recordings, strict=False):
-        clocks = find_clocks(recording)
+    logs = project.arguments.logs
+    for path, recording, clocks in zip(logs, files.recordings, files.clocks, strict=False):
         facts = [topic_facts(topic, clocks.get(topic.name)) for topic in recording.topics]
         topics = [each for each in facts if each.rate is not None]
         rates = ", ".join(

@@ -19,7 +19,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError, suppress_warnings
 from hydrodamp.ingest.formats.files import split_joined_paths
-from hydrodamp.ingest.inspection.columns import find_clocks
+from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends
@@ -77,6 +77,11 @@ class Files:
         )
 
     @cached_property
+    def clocks(self) -> list[dict[str, TopicClock]]:
+        """Clocks of the topics of each recording."""
+        return [find_clocks(recording) for recording in self.recordings]
+
+    @cached_property
     def starts(self) -> list[float]:
         """Start of each recording on the common time [s]."""
         return [start for start, _ in self._timed]
@@ -94,8 +99,7 @@ class Files:
     def _timed(self) -> list[tuple[float, dict[str, FloatArray]]]:
         """Start of each recording, and the times of its topics, on the common time [s]."""
         timed, offset = [], 0.0
-        for recording in self.recordings:
-            clocks = find_clocks(recording)
+        for recording, clocks in zip(self.recordings, self.clocks, strict=True):
             times = {
                 topic.name: clocks[topic.name].seconds
                 if topic.name in clocks
@@ -105,7 +109,9 @@ class Files:
             finite = [time[np.isfinite(time)] for time in times.values()]
             first = min((float(each.min()) for each in finite if len(each)), default=0.0)
             last = max((float(each.max()) for each in finite if len(each)), default=first)
-            shifted = {topic: time - first + offset for topic, time in times.items()}
+            shifted = {
+                topic: _non_decreasing(time - first + offset) for topic, time in times.items()
+            }
             timed.append((offset, shifted))
             offset += last - first
         return timed
@@ -118,17 +124,20 @@ def _columns(recording: Recording) -> Iterator[tuple[str, str, FloatArray]]:
             yield (f"{topic.name}.{field}" if topic.name else field), topic.name, values
 
 
+def _non_decreasing(time: FloatArray) -> FloatArray:
+    """Return times of which none precedes an earlier one: the largest so far."""
+    is_known = np.isfinite(time)
+    if is_known.all() and np.all(np.diff(time) >= 0.0):
+        return time
+    first = time[is_known].min(initial=np.inf) if is_known.any() else 0.0
+    return np.asarray(np.maximum.accumulate(np.where(is_known, time, first)))
+
+
 def _join(pieces: list[tuple[FloatArray, FloatArray]]) -> DecimatedSeries:
-    """Return a series of successive pieces in the order of time."""
-    time, values = pieces[0]
-    if len(pieces) > 1:
-        time, values = (np.concatenate(each) for each in zip(*pieces, strict=True))
-    usable = np.isfinite(time)
-    if not usable.all():
-        time, values = time[usable], values[usable]
-    if len(time) and np.any(np.diff(time) < 0.0):
-        order = np.argsort(time, kind="stable")
-        time, values = time[order], values[order]
+    """Return a series of successive pieces."""
+    if len(pieces) == 1:
+        return DecimatedSeries.of(*pieces[0])
+    time, values = (np.concatenate(each) for each in zip(*pieces, strict=True))
     return DecimatedSeries.of(time, values)
 
 
