@@ -56,7 +56,7 @@ def show_run(request: Request, form: Form) -> Response:
 
 
 def _first_line(method: Method) -> str:
-    return (inspect.getdoc(type(method)) or "").splitlines()[0]
+    return (inspect.getdoc(type(method)) or "").splitlines()[0].replace("`", "")
 
 
 def _lacking(project: Project) -> list[tuple[str, str]]:
@@ -97,6 +97,7 @@ def _requested(project: Project) -> set[tuple[str, str]]:
 
 def _fits(project: Project, requested: set[tuple[str, str]]) -> Iterator[tuple[str, str, int]]:
     """Yield model, method and number of coefficients of each requested fit that is on disk."""
+    numbers: dict[tuple[str, str], int] = {}  # an earlier fit of other data has a file of its own
     for path in sorted(project.path(f"{RESULTS}/fits").glob("*.json")):
         try:
             document = json.loads(path.read_text("utf-8"))
@@ -105,7 +106,9 @@ def _fits(project: Project, requested: set[tuple[str, str]]) -> Iterator[tuple[s
         except (OSError, ValueError, KeyError, TypeError):
             continue
         if key in requested:
-            yield (*key, n)
+            numbers[key] = n
+    for key, n in numbers.items():
+        yield (*key, n)
 
 
 def choose_models(request: Request, form: Form) -> Response:
