@@ -281,7 +281,7 @@ def test_a_run_is_cancelled_and_resumed(visit, campaign):
     page.get_by_text("Cancelled").or_(page.get_by_text("Finished.")).first.wait_for(timeout=RUN)
     page.reload()  # a page that is closed and opened again shows the same
     choose_models(visit, "fossen")
-    visit.click("Run again")
+    visit.click("Run")
     page.get_by_role("link", name="Read the verdict").wait_for(timeout=RUN)
     page.get_by_text("Finished.").wait_for(timeout=RUN)
     assert (root / "dive.hydrodamp/results/report.html").is_file()
