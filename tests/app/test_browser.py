@@ -1,25 +1,19 @@
 """The whole way in a browser: from a log to a damping file and an export, without any YAML.
 
-Needs ``pip install playwright axe-playwright-python`` and a Chromium of the system.
 ``HYDRODAMP_PICTURES=FOLDER`` writes the pictures of the documentation.
 """
 
 import os
-import shutil
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
 import hydrodamp as hd
+from chromium import AXE, needs_chromium, open_chromium
 from strangers import Truth, ros1_odometry_and_wrench
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on the path")
-AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
+pytestmark = needs_chromium
 PICTURES = os.environ.get("HYDRODAMP_PICTURES")
 
 #: Milliseconds that a run of the smallest models may take.
@@ -52,6 +46,26 @@ class Visit:
         self.page.locator("#series[data-drawn]").wait_for()
         self.page.evaluate("window.scrollTo(0, 0)")
 
+    def open_file(self, path):
+        """Copy a file of another folder by the page, and open it."""
+        self.page.locator("#chooser").set_input_files(path)
+        self.page.get_by_text("1 copied").wait_for()
+        self.click("Open")
+        self.wait_for_plots()
+
+    def open_listed(self, name):
+        """Open a log that the page lists."""
+        self.page.reload()
+        self.page.get_by_label(name).check()
+        self.click("Open")
+        self.wait_for_plots()
+
+    def use_vehicle(self, name):
+        """Choose a vehicle of the fleet."""
+        self.page.locator("select[name=name]").select_option(name)
+        self.click("Use this vehicle")
+        self.page.get_by_role("heading", name=name).wait_for()
+
     def wait_for_checks(self):
         self.page.locator("#checks .headline").wait_for()
 
@@ -69,10 +83,8 @@ class Visit:
 
 @pytest.fixture(scope="module")
 def browser():
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with open_chromium() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture(params=[(1280, "light"), (768, "dark")], ids=["wide-light", "narrow-dark"])
@@ -133,16 +145,11 @@ def test_from_a_canonical_log_to_an_export(visit, campaign):
     root, page = visit.server.root, visit.page
     visit.check("open")
     hd.write_log(campaign.train, root / "elsewhere.csv")
-    page.locator("#chooser").set_input_files(root / "elsewhere.csv")
-    page.get_by_text("1 copied").wait_for()
-    visit.click("Open")
-    visit.wait_for_plots()
+    visit.open_file(root / "elsewhere.csv")
     visit.wait_for_checks()
     visit.check("channels")
     visit.go("Vehicle")
-    page.locator("select[name=name]").select_option("vt690")
-    visit.click("Use this vehicle")
-    page.get_by_role("heading", name="vt690").wait_for()
+    visit.use_vehicle("vt690")
     visit.check("vehicle")
     visit.go("Split")
     visit.wait_for_plots()
@@ -170,10 +177,7 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
     lines = ["t_s,fwd,sidewise,turn,rpm", *(",".join(map(repr, row)) for row in zip(*(
         each.tolist() for each in table), strict=True))]  # fmt: skip
     (root / "boat.csv").write_text("\n".join(lines), "utf-8")
-    page.reload()
-    page.get_by_label("boat.csv").check()
-    visit.click("Open")
-    visit.wait_for_plots()
+    visit.open_listed("boat.csv")
     for column, role in (("fwd", "velocity.u"), ("sidewise", "velocity.v")):
         visit.wait_for_checks()  # they move the columns of a narrow page
         target = page.locator(f'[data-target="{role}"]')
@@ -210,10 +214,7 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
 def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
     """The measured run needs a mapping and gains; nobody writes a line of YAML."""
     folder, page = measured_logs("bluerov2_kth"), visit.page
-    page.locator("#chooser").set_input_files(folder / "run_11_10_52.csv")
-    page.get_by_text("1 copied").wait_for()
-    visit.click("Open")
-    visit.wait_for_plots()
+    visit.open_file(folder / "run_11_10_52.csv")
     visit.click("Before and after")
     page.locator("#preview .uplot").first.wait_for()
     with page.expect_response(lambda answer: "/channels/step" in answer.url):
@@ -222,9 +223,7 @@ def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
     visit.wait_for_checks()
     visit.check("bluerov2")
     visit.go("Vehicle")
-    page.locator("select[name=name]").select_option("bluerov2")
-    visit.click("Use this vehicle")
-    page.get_by_role("heading", name="bluerov2").wait_for()
+    visit.use_vehicle("bluerov2")
     assert page.get_by_label("gain of ch_forward on X").is_checked()
     visit.check("gains")
     visit.go("Split")
@@ -240,10 +239,7 @@ def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
 def test_from_a_bag_of_another_vehicle_to_an_export(visit):
     root, page = visit.server.root, visit.page
     ros1_odometry_and_wrench(root, Truth())
-    page.reload()
-    page.get_by_label("run.bag").check()
-    visit.click("Open")
-    visit.wait_for_plots()
+    visit.open_listed("run.bag")
     visit.check("bag")
     visit.go("Vehicle")
     page.get_by_label("Length [m]").fill("2")
@@ -262,14 +258,9 @@ def test_from_a_bag_of_another_vehicle_to_an_export(visit):
 def test_a_run_is_cancelled_and_resumed(visit, campaign):
     root, page = visit.server.root, visit.page
     hd.write_log(campaign.train, root / "dive.csv")
-    page.reload()
-    page.get_by_label("dive.csv").check()
-    visit.click("Open")
-    visit.wait_for_plots()
+    visit.open_listed("dive.csv")
     visit.go("Vehicle")
-    page.locator("select[name=name]").select_option("vt690")
-    visit.click("Use this vehicle")
-    page.get_by_role("heading", name="vt690").wait_for()
+    visit.use_vehicle("vt690")
     visit.go("Split")
     visit.wait_for_plots()
     visit.go("Run")

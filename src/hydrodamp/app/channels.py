@@ -74,7 +74,7 @@ def show_channels(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
     version, files, text = project.version, read_files(project), project.text(MAPPING)
-    content = displayed_content(project, text)
+    content = displayed_content(project)
     return render_screen(
         project,
         "channels",
@@ -90,10 +90,10 @@ def show_channels(request: Request, form: Form) -> Response:
     )
 
 
-def displayed_content(project: Project, text: str) -> Content:
+def displayed_content(project: Project) -> Content:
     """Return the content of a mapping, of the draft for a canonical log without channels."""
     try:
-        content = resolve_content(project, text)
+        content = resolve_content(project, project.text(MAPPING))
     except HydrodampError:  # the checks say what is wrong
         return {}
     files = read_files(project)
@@ -157,9 +157,9 @@ def _real_names(files: Files, content: Content) -> dict[str, str]:
 
 def _write(project: Project, form: Form, text: str, note: str = "") -> Response:
     """Write the mapping and return the parts of the page that depend on it."""
-    before = {row.number: row for row in list_rows(read_files(project), _content(project)[1])}
+    before = {row.number: row for row in list_rows(read_files(project), displayed_content(project))}
     project.write(field_value(form, "version"), {MAPPING: text})
-    version, content = project.version, displayed_content(project, text)
+    version, content = project.version, displayed_content(project)
     changed = [
         row for row in list_rows(read_files(project), content) if row != before.get(row.number)
     ]
@@ -181,10 +181,8 @@ def _axes(content: Content) -> dict[str, str]:
     return {"frame": frame, "world": str(content.get("world") or default_world(content))}
 
 
-def _content(project: Project) -> tuple[Content, Content]:
-    """Return the content of the mapping, and what the page shows of it."""
-    text = project.text(MAPPING)
-    return parse_content(text, MAPPING), displayed_content(project, text)
+def _content(project: Project) -> Content:
+    return parse_content(project.text(MAPPING), MAPPING)
 
 
 def change_column(request: Request, form: Form) -> Response:
@@ -194,11 +192,11 @@ def change_column(request: Request, form: Form) -> Response:
     known = {each for group in roles().values() for each in group}
     if role not in known and role != QUATERNION:
         raise LogError(f"there is no role `{role}`")
-    content, displayed = _content(project)
+    content, displayed = _content(project), displayed_content(project)
     if not set(content) - {"steps"}:  # a canonical log: its channels become those of the mapping
         content = displayed
     sign = -1 if field_value(form, "sign") == "-1" else 1
-    known_units = {unit for each in assignments(displayed) for unit in (each.unit,)}
+    known_units = {each.unit for each in assignments(displayed)}
     unit = unit if unit in {*units_of(role), *known_units} else ""
     new = Assignment(field_value(form, "column"), role, unit, sign)
     displaced = [
@@ -216,13 +214,13 @@ def change_frame(request: Request, form: Form) -> Response:
     frame, world = field_value(form, "frame", "FRD"), field_value(form, "world")
     allowed = ("NED",) if frame == "FRD" else ("NWU", "ENU")
     world = world if world in allowed else allowed[0]
-    return _write(project, form, format_content(set_frame(_content(project)[0], frame, world)))
+    return _write(project, form, format_content(set_frame(_content(project), frame, world)))
 
 
 def apply_step(request: Request, form: Form) -> Response:
     """Add a cleaning step."""
     project = project_of(request)
-    content = add_step(_content(project)[0], field_value(form, "step"))
+    content = add_step(_content(project), field_value(form, "step"))
     return _write(project, form, format_content(content))
 
 

@@ -9,7 +9,6 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from hydrodamp.app.channels import displayed_content, list_rows
-from hydrodamp.app.project import MAPPING
 from hydrodamp.app.recordings import inspect_project, read_files
 from hydrodamp.app.web import Form, project_of, render
 from hydrodamp.errors import HydrodampError
@@ -21,7 +20,7 @@ from hydrodamp.ingest.inspection.quality_report import QualityReport
 def show_checks(request: Request, form: Form) -> Response:
     """Return the quality report of the log, and the issues of each column."""
     project = project_of(request)
-    text, fault, inspection = project.text(MAPPING), "", None
+    fault, inspection = "", None
     try:
         inspection = inspect_project(project)
     except HydrodampError as error:
@@ -29,7 +28,7 @@ def show_checks(request: Request, form: Form) -> Response:
     report = None if inspection is None else inspection.report
     issues = [] if report is None else [(each, recommended_step(each)) for each in report.issues]
     by_channel = _issues_by_channel(report)
-    rows = list_rows(read_files(project), displayed_content(project, text))
+    rows = list_rows(read_files(project), displayed_content(project))
     return render(
         "checks.html.j2",
         project=project,

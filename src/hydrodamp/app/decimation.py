@@ -31,7 +31,7 @@ class DecimatedSeries:
         starts = np.arange(0, len(values), BLOCK)
         if not len(starts):
             return cls(time, values, np.empty((0, 2)))
-        return cls(time, values, _extremes(values, starts))
+        return cls(time, values, _extremes(values, values, starts))
 
     def between(self, start: float, end: float, n: int) -> tuple[FloatArray, FloatArray]:
         """Return at most 2 n points of an interval of time, one more on either side."""
@@ -41,17 +41,13 @@ class DecimatedSeries:
             return self.time[first:last], self.values[first:last]
         edges = np.linspace(self.time[first], self.time[last - 1], n + 1)
         if last - first <= 4 * BLOCK * n:
-            time, values = self.time[first:last], self.values[first:last]
-            pairs = _extremes(values, _starts(time, edges))
+            time, low, high = (each[first:last] for each in (self.time, self.values, self.values))
         else:
-            low, high = first // BLOCK, -(-last // BLOCK)
-            time, blocks = self.time[low * BLOCK : high * BLOCK : BLOCK], self.extremes[low:high]
-            starts = _starts(time, edges)
-            pairs = np.column_stack([
-                np.fmin.reduceat(blocks[:, 0], starts), np.fmax.reduceat(blocks[:, 1], starts)
-            ])  # fmt: skip
-        bounds = np.append(_starts(time, edges), len(time))
-        pairs[np.diff(bounds) == 0] = np.nan
+            blocks = slice(first // BLOCK, -(-last // BLOCK))
+            time, (low, high) = self.time[::BLOCK][blocks], self.extremes[blocks].T
+        starts = _starts(time, edges)
+        pairs = _extremes(low, high, starts)
+        pairs[np.diff(np.append(starts, len(time))) == 0] = np.nan
         middle = 0.5 * (edges[1:] + edges[:-1])
         return np.repeat(middle, 2), pairs.ravel()
 
@@ -63,5 +59,5 @@ def _starts(time: FloatArray, edges: FloatArray) -> IntArray:
     return np.asarray(starts)
 
 
-def _extremes(values: FloatArray, starts: IntArray) -> FloatArray:
-    return np.column_stack([np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)])
+def _extremes(low: FloatArray, high: FloatArray, starts: IntArray) -> FloatArray:
+    return np.column_stack([np.fmin.reduceat(low, starts), np.fmax.reduceat(high, starts)])

@@ -24,7 +24,6 @@ from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.faults import validate
 from hydrodamp.files import load_text, load_yaml, save_all
 from hydrodamp.ingest.formats.files import SUFFIXES, suffix_of
-from hydrodamp.models.catalog import catalog
 
 #: Suffix of the folder of a project.
 SUFFIX = ".hydrodamp"
@@ -168,8 +167,7 @@ def create_project(root: Path, logs: tuple[str, ...]) -> Project:
             name = f"{stem}-{number}"
         project = Project(root, name)
         project.folder.mkdir()
-    models = tuple(name for name in DEFAULT_MODELS if name in catalog)
-    text = format_arguments(Arguments(logs=logs, models=models))
+    text = format_arguments(Arguments(logs=logs))
     save_all({project.path(PROJECT): text.encode("utf-8")})
     return project
 

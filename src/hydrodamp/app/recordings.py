@@ -23,7 +23,7 @@ from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends
-from hydrodamp.ingest.read import combine_recordings, is_canonical, read_recording
+from hydrodamp.ingest.read import combine_recordings, is_canonical_recording, read_recording
 from hydrodamp.validation.log_requirements import find_requirements
 from hydrodamp.vehicle.file import find_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -56,10 +56,7 @@ class Files:
     @property
     def is_canonical(self) -> bool:
         """Whether no recording needs a mapping."""
-        return all(
-            len(each.topics) == 1 and not each.topics[0].name and is_canonical(each.topics[0])
-            for each in self.recordings
-        )
+        return all(map(is_canonical_recording, self.recordings))
 
     @cached_property
     def probe(self) -> Probe:
@@ -129,7 +126,7 @@ def _non_decreasing(time: FloatArray) -> FloatArray:
     is_known = np.isfinite(time)
     if is_known.all() and np.all(np.diff(time) >= 0.0):
         return time
-    first = time[is_known].min(initial=np.inf) if is_known.any() else 0.0
+    first = time[is_known].min() if is_known.any() else 0.0
     return np.asarray(np.maximum.accumulate(np.where(is_known, time, first)))
 
 

@@ -31,7 +31,7 @@ def _has_changed(project: Project, line: str) -> bool:
     """Return whether a file of the project differs from its digest in the provenance."""
     digest, _, name = line.partition("  ")
     if not name.startswith(f"{project.name}{SUFFIX}/"):
-        return False  # a log: sizes and times are in the key of the cache
+        return False  # a log may be large; `compare --resume` digests it
     path = project.root / name
     return not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != digest
 

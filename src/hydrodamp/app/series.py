@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Mapping
 
 import numpy as np
 from starlette.requests import Request
@@ -16,6 +17,7 @@ from hydrodamp.app.web import Form, number, project_of
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion
+from hydrodamp.data.channels import EULER, POSITION
 from hydrodamp.data.log import Log
 
 #: Points of a plot, and columns that are plotted at once.
@@ -29,16 +31,36 @@ def column_series(request: Request, form: Form) -> Response:
     """Return the extremes of columns in an interval of time."""
     files = read_files(project_of(request))
     chosen = request.query_params.getlist("column") or [*files.series][:MAX_COLUMNS]
-    first, last = files.extent
-    start, end = number(request, "start", first), number(request, "end", last)
-    n = int(min(max(number(request, "n", MAX_POINTS / 2), 1), MAX_POINTS))
+    series = {name: files.series[name] for name in chosen if name in files.series}
+    return _answer(request, series, files.extent, files.starts)
+
+
+def log_series(request: Request, form: Form) -> Response:
+    """Return the velocities and commands of the log, in an interval of time."""
+    log = read_log(project_of(request))
     series = {
-        name: encode(*files.series[name].between(start, end, n))
-        for name in chosen
-        if name in files.series
+        name: DecimatedSeries.of(log.elapsed, values)
+        for name, values in (_velocities(log) | _commands(log)).items()
     }
-    document = {"start": first, "end": last, "marks": files.starts[1:], "series": series}
-    return JSONResponse(document)
+    starts = log.elapsed[log.bounds[:, 0]].tolist()
+    return _answer(request, series, (0.0, float(log.elapsed[-1])), starts)
+
+
+def _answer(
+    request: Request,
+    series: Mapping[str, DecimatedSeries],
+    extent: tuple[float, float],
+    starts: list[float],
+) -> Response:
+    """Return the points of series in the interval of a query, by default in all of their time."""
+    start, end = number(request, "start", extent[0]), number(request, "end", extent[1])
+    n = int(min(max(number(request, "n", MAX_POINTS / 2), 1), MAX_POINTS))
+    return JSONResponse({
+        "start": extent[0],
+        "end": extent[1],
+        "marks": starts[1:],
+        "series": {name: encode(*each.between(start, end, n)) for name, each in series.items()},
+    })  # fmt: skip
 
 
 def encode(time: FloatArray, values: FloatArray) -> dict[str, str]:
@@ -89,26 +111,18 @@ def _differs(name: str, before: dict[str, FloatArray], after: dict[str, FloatArr
 
 def log_channels(log: Log) -> dict[str, FloatArray]:
     """Return the channels of a log by name, angles in degrees."""
-    channels = {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
+    channels = _velocities(log)
     if log.attitude is not None:
         euler = np.degrees(euler_from_quaternion(log.attitude))
-        channels |= dict(zip(("roll", "pitch", "yaw"), euler.T, strict=True))
+        channels |= dict(zip(EULER, euler.T, strict=True))
     if log.position is not None:
-        channels |= dict(zip(("north", "east", "down"), log.position.T, strict=True))
-    return channels | dict(zip(log.command_names, log.commands.T, strict=True))
+        channels |= dict(zip(POSITION.columns, log.position.T, strict=True))
+    return channels | _commands(log)
 
 
-def log_series(request: Request, form: Form) -> Response:
-    """Return the velocities and commands of the log, in an interval of time."""
-    log = read_log(project_of(request))
-    end = float(log.elapsed[-1])
-    span = number(request, "start", 0.0), number(request, "end", end)
-    channels = log_channels(log)
-    series = {
-        name: encode(
-            *DecimatedSeries.of(log.elapsed, channels[name]).between(*span, MAX_POINTS // 2)
-        )
-        for name in (*log.velocity_names, *log.command_names)
-    }
-    marks = [float(log.elapsed[segment.start]) for segment in log.segments[1:]]
-    return JSONResponse({"start": 0.0, "end": end, "marks": marks, "series": series})
+def _velocities(log: Log) -> dict[str, FloatArray]:
+    return {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
+
+
+def _commands(log: Log) -> dict[str, FloatArray]:
+    return dict(zip(log.command_names, log.commands.T, strict=True))

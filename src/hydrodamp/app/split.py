@@ -61,7 +61,7 @@ def _variables(project: Project, log: Log) -> dict[str, Any]:
         train, test = (select_all(log, each) for each in (arguments.train, arguments.test))
         sentences = (*_describe_overlap(log, arguments), *compare_logs(train, test, axes).sentences)
         sentences += tuple(_constant_commands(project, train))
-        rows = [_excitation(VELOCITY_OF[axis], log, train, test) for axis in axes]
+        rows = [_excitation(VELOCITY_OF[axis], train, test) for axis in axes]
     except HydrodampError as error:
         fault = str(error)
     starts = [
@@ -96,7 +96,7 @@ def _constant_commands(project: Project, train: Log) -> Iterator[str]:
         )
 
 
-def _excitation(name: str, log: Log, train: Log, test: Log) -> tuple[str, ...]:
+def _excitation(name: str, train: Log, test: Log) -> tuple[str, ...]:
     """Return velocity, unit, and mean ± standard deviation in training and in test data."""
     index = VELOCITIES.index(name)
     texts = [

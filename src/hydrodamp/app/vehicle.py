@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-import yaml
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -13,7 +14,6 @@ from hydrodamp.app.recordings import inspect_project, read_log, read_vehicle
 from hydrodamp.app.web import Form, field_value, project_of, redirect, render_screen
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import HydrodampError, ProblemError, VehicleError
-from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.draft_files import group_commands
 from hydrodamp.vehicle.file import (
@@ -152,16 +152,9 @@ def _estimate(form: Form) -> Vehicle:
             raise VehicleError(f"`{name}` must be 0 to {MAX_SIZE:g} [{unit}]; got {text}")
     name = field_value(form, "name") or "my-vehicle"
     height = sizes.pop("height") / 1000.0
-    template = vehicle_template(name, **sizes)
-    vehicle = parse_vehicle(template, source=VEHICLE)
-    changed = parse_yaml(format_vehicle(vehicle), VEHICLE)
-    if not isinstance(changed, dict):
-        raise VehicleError("the sizes give no vehicle")
-    changed["center_of_buoyancy"] = [0.0, 0.0, -height]
-    axes = form.get("axis", [])
-    if axes:
-        changed["axes"] = [axis for axis in AXES if axis in axes]
-    return parse_vehicle(str(yaml.safe_dump(changed)), source=VEHICLE)
+    vehicle = parse_vehicle(vehicle_template(name, **sizes), source=VEHICLE)
+    axes = tuple(axis for axis in AXES if axis in form.get("axis", [])) or AXES
+    return replace(vehicle, center_of_buoyancy=np.array([0.0, 0.0, -height]), axes=axes)
 
 
 def choose_gains(request: Request, form: Form) -> Response:

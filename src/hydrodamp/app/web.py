@@ -9,13 +9,11 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Awaitable, Callable, Mapping
-from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
@@ -23,6 +21,7 @@ from starlette.responses import HTMLResponse, Response
 from hydrodamp.app.commands import format_command
 from hydrodamp.app.project import OutdatedEditError, Project, find_project
 from hydrodamp.errors import HydrodampError, ProblemError
+from hydrodamp.report.page import page_environment
 
 #: Screens of a project: name, title.
 SCREENS = (
@@ -45,20 +44,9 @@ Form = Mapping[str, list[str]]
 _logger = logging.getLogger("hydrodamp.app")
 
 
-@cache
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("hydrodamp.app", "assets"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-
-
 def render(template: str, **variables: Any) -> HTMLResponse:
     """Return a page or a fragment."""
-    return HTMLResponse(_environment().get_template(template).render(variables))
+    return HTMLResponse(page_environment("hydrodamp.app").get_template(template).render(variables))
 
 
 def render_screen(

@@ -231,6 +231,12 @@ def _describe_topics(recording: Recording) -> str:
     )
 
 
+def is_canonical_recording(recording: Recording) -> bool:
+    """Return whether a recording is one table in the canonical form, which needs no mapping."""
+    topics = recording.topics
+    return len(topics) == 1 and not topics[0].name and is_canonical(topics[0])
+
+
 def is_canonical(topic: Topic) -> bool:
     """Return whether a topic has columns `time` and a velocity in the canonical form."""
     names = {*topic.fields, *topic.texts, *topic.faults}

@@ -174,15 +174,16 @@ def render_page(
 def _template(name: str) -> Template:
     if not installed():
         raise MethodError(NEEDS_JINJA)
-    return _environment().get_template(name)
+    return page_environment("hydrodamp.report").get_template(name)
 
 
 @cache
-def _environment() -> Environment:
+def page_environment(package: str) -> Environment:
+    """Return the environment of the templates of HTML pages in the assets of a package."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("hydrodamp.report", "assets"),
+        loader=PackageLoader(package, "assets"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -1,29 +1,21 @@
-"""The report in a browser: sorted, zoomed and turned dark by mouse and by key.
-
-Needs ``pip install playwright`` and a Chromium of the system.
-"""
+"""The report in a browser: sorted, zoomed and turned dark by mouse and by key."""
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
 from dataclasses import dataclass, field, replace
-from importlib.resources import files
 
 import pytest
 
+from chromium import AXE, needs_chromium, open_chromium
 from hydrodamp.data.log import Segment
 from hydrodamp.report.files import ReportContent
 from hydrodamp.report.page import write_report
 
 from .conftest import make_band, make_comparison, make_log
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
-AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on the path")
+pytestmark = needs_chromium
 
 HOSTILE = "<script>window.stolen = 1</script>"
 
@@ -39,10 +31,8 @@ class Open:
 
 @pytest.fixture(scope="module")
 def browser():
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with open_chromium() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from hydrodamp.ingest.inspection.quality_report import QualityReport, Requiremen
 from hydrodamp.ingest.inspection.roles import Roles, guess_roles
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.columns import find_columns
-from hydrodamp.ingest.read import combine_recordings, is_canonical
+from hydrodamp.ingest.read import combine_recordings, is_canonical_recording
 
 #: Name of a draft in messages.
 DRAFT_NAME = "the draft"
@@ -246,8 +246,7 @@ def inspect(
     if mapping is not None:
         name = mapping if isinstance(mapping, str) else mapping.name
         return make_report(f"by the mapping {name}", mapping)
-    topics = [item.topics[0] if len(item.topics) == 1 else None for item in recordings]
-    if all(topic and not topic.name and is_canonical(topic) for topic in topics):
+    if all(map(is_canonical_recording, recordings)):
         return make_report("")
     reason = "the confidence in the roles of its columns is too low"
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
