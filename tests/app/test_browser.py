@@ -112,6 +112,8 @@ def choose_models(visit, *names):
         if box.is_checked() != wanted:
             with visit.page.expect_response(lambda answer: "/run/choice" in answer.url):
                 box.click()
+            idle = "() => !document.querySelector('.htmx-request')"
+            visit.page.wait_for_function(idle)  # the page shows the choice
 
 
 def wait_for_text(page, line):
