@@ -273,6 +273,9 @@ def test_a_run_is_cancelled_and_resumed(visit, campaign):
         visit.click("Cancel")
     page.get_by_text("Cancelled").or_(page.get_by_text("Finished.")).first.wait_for(timeout=RUN)
     page.reload()  # a page that is closed and opened again shows the same
+    page.get_by_role("button", name="Cancel").wait_for(
+        state="detached", timeout=RUN
+    )  # it has ended
     choose_models(visit, "fossen")
     visit.click("Run")
     page.get_by_role("link", name="Read the verdict").wait_for(timeout=RUN)
