@@ -18,16 +18,18 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "numpydoc",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",  # MathJax in the pages, which are read at sea too
     "sphinx_copybutton",
     "catalogue",
     "commands",
-    "mathml",
     "public_names",
 ]
 exclude_patterns = ["_build", "_extensions", "jupyter_execute"]
 
 html_theme = "furo"
-html_math_renderer = "mathml"
+# An unknown macro is an error, which a test looks for, rather than red text.
+mathjax3_config = {"tex": {"packages": {"[-]": ["noerrors", "noundefined"]}}}
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_title = f"hydrodamp {release}"
@@ -36,11 +38,11 @@ html_show_sourcelink = False
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
-# Notebooks are run by every build; one that fails or takes long fails the build.
+# Every build runs the notebooks; a notebook that fails or hangs fails the build.
 nb_execution_mode = "force"
 nb_execution_cache_path = str(Path(__file__).parent / "_build" / ".jupyter_cache")
 nb_execution_in_temp = True
-nb_execution_timeout = 60
+nb_execution_timeout = 600  # seconds a cell; a busy machine with two cores takes up to 90
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True

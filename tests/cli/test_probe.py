@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -229,11 +228,12 @@ def test_axes_and_preset_of_a_measured_log_are_told(call, measured_logs):
         assert words in " ".join(told.split())
 
 
-def test_the_draft_of_an_rov_leads_to_a_damping_file_without_editing(tmp_path, monkeypatch, call):
+@pytest.mark.slow
+def test_the_draft_of_an_rov_leads_to_a_damping_file_without_editing(
+    tmp_path, monkeypatch, call, measured_logs
+):
     """README's three commands on measured logs."""
-    data = Path(os.environ.get("HYDRODAMP_DATA", "absent")) / "bluerov2_kth"
-    if not data.is_dir():
-        pytest.skip("HYDRODAMP_DATA has no folder bluerov2_kth")
+    data = measured_logs("bluerov2_kth")
     monkeypatch.chdir(tmp_path)
     first, second = (f"{data}/{name}.csv" for name in ("run_11_57_50", "run_11_10_52"))
     call(f"probe {first} {second} --draft mapping.yaml")
@@ -244,10 +244,9 @@ def test_the_draft_of_an_rov_leads_to_a_damping_file_without_editing(tmp_path, m
     call("export python result/damping.json --out exported")
 
 
-def test_swapped_channels_are_named_before_the_fit(tmp_path, monkeypatch, call):
-    data = Path(os.environ.get("HYDRODAMP_DATA", "absent")) / "bluerov2_kth"
-    if not data.is_dir():
-        pytest.skip("HYDRODAMP_DATA has no folder bluerov2_kth")
+@pytest.mark.slow
+def test_swapped_channels_are_named_before_the_fit(tmp_path, monkeypatch, call, measured_logs):
+    data = measured_logs("bluerov2_kth")
     monkeypatch.chdir(tmp_path)
     gains = "X: ch_forward, Y: ch_lateral, Z: ch_heave, K: ch_pitch, M: ch_roll, N: ch_yaw"
     Path("swapped.yaml").write_text(f"{{name: swapped, extends: fossen, terms: {{{gains}}}}}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import runpy
 from pathlib import Path
 
@@ -11,42 +10,41 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.cli.inputs import list_models
 
-DATA = Path(os.environ.get("HYDRODAMP_DATA", "absent"))
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CAUSES = ("Only the test data", "Only the training data", "Only fold", "diverged")
 
 
-def load_campaign():
+def load_campaign(_):
     campaign = hd.reenact(seed=0, duration=60.0)
     log = hd.concatenate([campaign.train, campaign.test])
     return campaign.vehicle, log, [hd.catalog[key] for key in ("prestero", "linear", "fossen")]
 
 
-def load_bar_campaign():
-    home = DATA / "campaigns" / "c21"
+def load_bar_campaign(folder):
+    home = folder / "c21"
     models = [hd.catalog[key] for key in ("gertler-hagen", "prestero", "linear", "fossen")]
     return hd.read_vehicle(home / "vehicle.yaml"), hd.read_log(home / "estimation.csv"), models
 
 
-def load_bluerov2():
+def load_bluerov2(folder):
     channels = ("forward", "lateral", "heave", "roll", "pitch", "yaw")
     terms = {axis: f"ch_{name}" for axis, name in zip("XYZKMN", channels, strict=True)}
     models = [hd.catalog[key].with_terms(terms) for key in ("fossen", "linear", "prestero")]
-    log = hd.read_logs(sorted((DATA / "bluerov2_kth").glob("*.csv")), "bluerov2-kth")
+    log = hd.read_logs(sorted(folder.glob("*.csv")), "bluerov2-kth")
     return hd.fleet["bluerov2"], log, models
 
 
-def load_kvlcc2():
+def load_kvlcc2(folder):
     home = EXAMPLES / "kvlcc2"
-    runs = sorted((DATA / "kvlcc2_hsva").glob("*_Z_*.dat"))[:4]
+    runs = sorted(folder.glob("*_Z_*.dat"))[:4]
     log = hd.read_logs(runs, home / "mapping.yaml")
     models = list_models(str(home / "models.yaml")).models
     return hd.read_vehicle(home / "vehicle.yaml"), log, models
 
 
-def load_esso_osaka():
+def load_esso_osaka(folder):
     home = EXAMPLES / "esso_osaka"
-    runs = sorted((DATA / "esso_osaka").glob("zigzag_*.csv"))
+    runs = sorted(folder.glob("zigzag_*.csv"))
     log = runpy.run_path(str(home / "compare.py"))["read"](runs)
     return hd.read_vehicle(home / "vehicle.yaml"), log, hd.read_models(home / "models.yaml")
 
@@ -63,11 +61,9 @@ CASES = {
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
 @pytest.mark.parametrize("name", CASES)
-def test_comparisons_and_cross_validations_agree_or_explain(name):
+def test_comparisons_and_cross_validations_agree_or_explain(name, measured_logs):
     load, folder = CASES[name]
-    if folder and not (DATA / folder).is_dir():
-        pytest.skip(f"HYDRODAMP_DATA has no folder {folder}")
-    vehicle, log, models = load()
+    vehicle, log, models = load(measured_logs(folder) if folder else None)
     names = [segment.name for segment in log.segments]
     half = len(names) // 2
     start, end = float(log.time[0]), float(log.time[-1])

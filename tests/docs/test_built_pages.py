@@ -1,4 +1,4 @@
-"""Nothing is left out: every public name, every command and every model has its place."""
+"""The pages as published: each page, formula, public name, command and model is there."""
 
 import io
 import re
@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 import hydrodamp as hd
+from chromium import needs_chromium, open_chromium
 from hydrodamp.data.channels import RESERVED
 
 pytestmark = pytest.mark.slow
@@ -18,32 +19,54 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """The environment of a build that writes no page and runs no notebook, and its warnings."""
-    pytest.importorskip("sphinx")
-    pytest.importorskip("myst_nb")
+    """The HTML pages, with their notebooks run, and the warnings of the build."""
+    pytest.importorskip("sphinx", reason="the pages need the extra hydrodamp[docs]")
     from sphinx.application import Sphinx
     from sphinx.util.docutils import docutils_namespace, patch_docutils
 
-    out, said = tmp_path_factory.mktemp("docs"), io.StringIO()
-    settings = {"nb_execution_mode": "off"}
+    out, log = tmp_path_factory.mktemp("docs"), io.StringIO()
     with warnings.catch_warnings(), patch_docutils(str(DOCS)), docutils_namespace():
-        warnings.simplefilter("ignore")  # of the tools; what they say of a page is in `said`
-        app = Sphinx(
-            DOCS, DOCS, out, out / "doctrees", "dummy", settings, status=None, warning=said
-        )
+        warnings.simplefilter("ignore")  # of the tools; what they report of a page is in `log`
+        # One process: with several, the build returns 0 although a page failed.
+        app = Sphinx(DOCS, DOCS, out, out / "doctrees", "html", status=None, warning=log)
         app.build()
-    names = set(app.env.domains["py"].objects)
     standard = app.env.domains["std"]
     return SimpleNamespace(
-        names=names,
+        folder=out,
+        pages={name: out / f"{name}.html" for name in app.env.found_docs},
+        names=set(app.env.domains["py"].objects),
         options=set(standard.progoptions),
         labels=set(standard.labels),
-        said=said.getvalue(),
+        log=log.getvalue(),
     )
 
 
-def test_the_pages_build_without_a_warning(built):
-    assert built.said == ""
+def test_every_source_has_its_page_and_no_warning(built):
+    sources = {
+        path.relative_to(DOCS).with_suffix("").as_posix()
+        for path in DOCS.rglob("*.md")
+        if not {"_build", "jupyter_execute"} & {*path.parts}
+    }
+    assert built.log == ""
+    assert sources <= built.pages.keys()
+    assert not [name for name, page in built.pages.items() if not page.is_file()]
+
+
+@needs_chromium
+def test_every_formula_is_rendered(built):
+    missing = ".math:not(:has(mjx-container)), .math mjx-merror"
+    wrong, n_formulas = {}, 0
+    with open_chromium() as browser:
+        page = browser.new_page()
+        for name, path in built.pages.items():
+            page.goto(path.as_uri())
+            if page.locator(".math").count():
+                page.wait_for_function("window.MathJax?.startup?.promise")
+                page.evaluate("MathJax.startup.promise")
+                n_formulas += page.locator(".math mjx-container").count()
+                wrong |= {name: texts} if (texts := page.locator(missing).all_inner_texts()) else {}
+    assert n_formulas
+    assert not wrong
 
 
 def test_every_public_name_is_documented(built):
