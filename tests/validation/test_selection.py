@@ -104,7 +104,7 @@ def test_a_diverged_row_never_precedes_one_whose_replays_ended():
     alone = select_row([lost, replace(lost, model="other", errors=(0.3, 0.6, 0.9))])
     assert alone.row is lost
     assert alone.sentence.startswith("lost by ls (diverged): lowest")
-    assert alone.caveat == f"Every replay diverged, that of the selected row in {location}."
+    assert alone.caveat == f"It diverged in {location}; no replay ended."
 
 
 def test_an_exact_fit_has_no_margin():

@@ -155,7 +155,7 @@ def _caveats(row: Ranked, below: Sequence[Ranked], n_excluded: int) -> Iterable[
     if not row.converged:
         yield "The selected fit has not converged."
     if row.divergences:
-        yield f"Every replay diverged, that of the selected row in {'; '.join(row.divergences)}."
+        yield f"It diverged in {'; '.join(row.divergences)}; no replay ended."
     else:
         yield from (
             f"{row_name(each)} diverged in {'; '.join(each.divergences)}." for each in below
