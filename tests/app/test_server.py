@@ -200,6 +200,7 @@ def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):
     models = hd.read_models(server.root / "dive.hydrodamp/model.yaml")
     assert [model.key for model in models] == ["linear-gains", "fossen-gains", "prestero-gains"]
     assert {"rpm", "rudder"} <= {*models[0].commands}
+    assert "has no actuators" not in server.get(f"{project}/channels/checks")
 
 
 def test_an_interval_outside_the_log_is_refused(server, canonical):

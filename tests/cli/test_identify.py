@@ -37,7 +37,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
     for name in ("a.csv", "planar.yaml"):
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() in text
     for words in (
-        *("<dt>command</dt>", "<dt>versions</dt>", "share all 400 samples"),
+        *("<dt>command</dt>", "<dt>versions</dt>", "replayed on the training data"),
         *("the sea was rough", "not known: too rough to ask"),
     ):
         assert words in text

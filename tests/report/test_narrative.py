@@ -10,8 +10,8 @@ from hydrodamp.validation.compare import Comparison
 def test_scores_on_fitted_data_and_unfinished_runs_say_so(comparison):
     lacking = replace(comparison, provenance={"unfinished": "7 of 9 rows: interrupted"})
     assert next(remarks(lacking)).startswith("Incomplete comparison (7 of 9 rows: interrupted)")
-    shared = replace(comparison, provenance={"overlap": "all 5 samples"})
-    assert "errors on training data are optimistic" in next(remarks(shared))
+    shared = replace(comparison, provenance={"overlap": "0:5 s"})
+    assert "Training and test data share 0:5 s" in str(shared.verdict())
 
 
 def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(comparison):

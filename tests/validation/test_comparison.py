@@ -33,7 +33,7 @@ def test_rows_are_in_the_order_asked_for_and_the_truth_wins(comparison):
     best, choice = comparison.best(), comparison.select()
     assert best is comparison.row("linear", "ls") is choice.row
     assert best.rms < 0.05
-    assert choice.caveat == "Excluded: 1 replay that failed or did not converge."
+    assert choice.caveat == "Excluded: 2 replays that diverged, failed or did not converge."
 
 
 def test_a_diverged_replay_is_a_row_with_a_status(comparison):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_the_lowest_error_names_its_runner_up():
     assert (selection.row, selection.runner_up) == (LARGE, LINEAR)
     assert str(selection) == (
         "large by ls (0.5): lowest RMS error of 4 replays; runner-up linear by ls (0.51), +2 %"
-        ". Excluded: 1 replay that failed or did not converge."
+        ". Excluded: 1 replay that diverged, failed or did not converge."
     )
 
 
@@ -88,18 +88,23 @@ def test_a_small_difference_that_every_block_repeats_is_not_equivalent():
     assert select_row([small, large]).row is large
 
 
-def test_equivalent_rows_without_divergence_precede():
+def test_a_diverged_row_never_precedes_one_whose_replays_ended():
     location = "fold 1, segment a after 3 s"
+    excluded = "Excluded: 1 replay that diverged, failed or did not converge."
     lost = Entry("lost", 12, (0.2, 0.5, 0.8), divergences=(location,))
-    safe = Entry("safe", 44, (0.22, 0.44, 0.87))
-    selection = select_row([lost, safe])
-    assert selection.row is safe
-    assert selection.caveat == f"lost by ls diverged in {location}."
-    alone = select_row([lost, Entry("far", 44, (2.2, 4.4, 8.7))])
-    assert alone.row is lost
-    assert (
-        alone.caveat == f"It diverged in {location}: from there it counts as the mean of the log."
+    worse = (
+        Entry("safe", 44, (0.22, 0.44, 0.87)),
+        Entry("far", 44, (2.2, 4.4, 8.7)),
+        Entry("loose", 44, (2.2, 4.4, 8.7), converged=False),
     )
+    for other in worse:
+        selection = select_row([lost, other])
+        assert (selection.row, selection.ranked) == (other, (other,))
+        assert f"lost by ls diverged in {location}. {excluded}" in selection.caveat
+    alone = select_row([lost, replace(lost, model="other", errors=(0.3, 0.6, 0.9))])
+    assert alone.row is lost
+    assert alone.sentence.startswith("lost by ls (diverged): lowest")
+    assert alone.caveat == f"It diverged in {location}; no replay ended."
 
 
 def test_an_exact_fit_has_no_margin():
@@ -112,7 +117,7 @@ def test_fits_that_have_not_converged_are_excluded_unless_none_has():
     assert select_row([loose, *ROWS]).row is LARGE
     only = select_row([loose])
     assert (only.row, only.runner_up) == (loose, None)
-    assert str(only) == "loose by ai (0.1), the only row. No fit has converged."
+    assert str(only) == "loose by ai (0.1), the only row. The selected fit has not converged."
 
 
 def test_without_a_replay_nothing_is_selected():

@@ -81,30 +81,102 @@ def test_a_velocity_that_only_one_log_excites_is_named(campaign):
     assert sentence.endswith("so it does not count.")
 
 
+def blocks_of(**fits):
+    """Return errors in blocks of velocities with a fit, or a fit in each block [%]."""
+    columns = [np.broadcast_to((1.0 - np.array(fit) / 100.0) ** 2, 6) for fit in fits.values()]
+    error = np.column_stack(columns)
+    return BlockErrors((*fits,), np.ones(6), error, np.ones_like(error), np.zeros(6, bool))
+
+
 def test_lights_follow_fit_identifiability_and_doubts():
-    names = ("u", "v", "w", "p")
-    fits = np.array([90.0, 30.0, -5.0, 90.0])
-    error = np.broadcast_to((1.0 - fits / 100.0) ** 2, (6, 4))
-    blocks = BlockErrors(names, np.ones(6), error, np.ones((6, 4)), np.zeros(6, bool))
+    blocks = blocks_of(u=90.0, v=30.0, w=-5.0, p=90.0)
     grades = {"Y_v": hd.Grade.DETERMINED, "K_p": hd.Grade.NOT_DETERMINED}
     axes = {axis.velocity: axis for axis in judge_axes(blocks, grades, {})}
     assert [axis.light.name for axis in axes.values()] == ["GREEN", "AMBER", "RED", "AMBER"]
     assert axes["p"].reason == "no coefficient determined"
     (doubtful, *_) = judge_axes(blocks, grades, {"u": "excited in fold 3 only"})
     assert (doubtful.light, doubtful.reason) == (hd.Light.AMBER, "excited in fold 3 only")
+    assert {axis.light for axis in judge_axes(blocks, grades, {}, False)} == {hd.Light.GREY}
+
+
+def test_a_fit_that_is_not_significantly_above_zero_is_red():
+    """One-sided 95 % of Student's t with five degrees of freedom: 2.015 standard errors."""
+    spread = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    blocks = blocks_of(u=10.0 + 7.0 * spread, v=10.0 + 15.0 * spread, w=-2.0 + 7.0 * spread)
+    u, v, w = judge_axes(blocks, {}, {})
+    assert u.fit > 2.015 * u.standard_error
+    assert v.standard_error < v.fit < 2.015 * v.standard_error
+    assert [axis.light.name for axis in (u, v, w)] == ["AMBER", "RED", "RED"]
+
+
+def with_blocks(row, key, blocks, **fields):
+    """Return a row of a model of another key with given errors, which all terms determine."""
+    model = replace(row.fit.damping.model, key=key)
+    fit = replace(row.fit, damping=replace(row.fit.damping, model=model), grades={})
+    return replace(row, fit=fit, blocks=blocks, **fields)
+
+
+def test_the_headline_names_what_is_usable_for_each_velocity_in_all_rows(table):
+    """Rates in deg/s decide the error, so the selected row is not the best in u v w."""
+    first, *_ = table.rows
+    scale = np.array([1.0, 1.0, 1.0, 100.0, 100.0, 100.0])
+
+    def scaled(**fits):
+        blocks = blocks_of(**fits)
+        return replace(blocks, error=blocks.error * scale, deviation=blocks.deviation * scale)
+
+    bad = with_blocks(first, "turns", scaled(u=-9, v=20, w=-9, p=-9, q=-9, r=60))
+    good = with_blocks(first, "drag", scaled(u=61, v=59, w=52, p=-20, q=-20, r=-20))
+    lost = scaled(u=90, v=90, w=90, p=90, q=90, r=90)
+    diverged = replace(lost, diverged=np.ones(6, bool))
+    wild = with_blocks(first, "wild", diverged, divergences=("segment a after 1 s",))
+
+    def headline(*rows):
+        return replace(table, rows=rows).verdict()
+
+    verdict = headline(wild, good, bad)
+    assert verdict.headline.startswith(
+        "Use turns by weak for r, with care for v, not for u w p q: "
+    )
+    assert verdict.headline.endswith(
+        "For u v w take drag by weak. No model of this set predicts p q."
+    )
+    assert verdict.alternatives == dict.fromkeys("uvw", "drag by weak")
+    weak = with_blocks(first, "weak", scaled(u=-9, v=-9, w=-9, p=-9, q=-9, r=30))
+    assert headline(weak).headline.startswith(
+        "weak by weak is usable with care for r, not for u v w p q: "
+    )
+    none = with_blocks(first, "none", scaled(u=-9, v=-9, w=-9, p=-9, q=-9, r=-9))
+    assert "Do not use none by weak for u v w p q r: " in headline(none, good).headline
+    assert not headline(none, good).recommended
+    alone = headline(none, wild)
+    assert alone.headline.startswith("No model of this set is fit for use. Best: none by weak: ")
+    only = headline(wild)
+    assert (only.rms, {axis.light for axis in only.axes}) == (None, {hd.Light.RED})
+    assert {axis.reason for axis in only.axes} == {"a replay diverged"}
+
+
+def test_lights_from_training_data_are_grey(table, campaign):
+    fits = [row.fit for row in table.rows]
+    assert not table.overlap
+    seen = hd.compare(fits, campaign.vehicle, campaign.train)
+    verdict = seen.verdict()
+    assert {axis.light for axis in verdict.axes} == {hd.Light.GREY}
+    assert not verdict.recommended
+    assert " is not tested, its errors are those of training data: " in verdict.headline
+    assert "Errors are those of the training data, not prediction errors." in verdict.reasons
+    mixed = hd.concatenate([campaign.train.select(campaign.train.segments[0].name), campaign.test])
+    partly = hd.compare(fits, campaign.vehicle, mixed)
+    assert partly.overlap == f"segments {campaign.train.segments[0].name}"
+    assert {axis.light for axis in partly.verdict().axes} == {hd.Light.GREY}
 
 
 def test_a_verdict_names_the_row_of_the_selection_and_how_much_of_it_is_determined(table):
     verdict = table.verdict()
     assert (verdict.model, verdict.method) == (table.best().model, "weak")
     assert verdict.recommended
-    assert str(verdict).startswith(f"Use {verdict.model} by weak: {verdict.n_coefficients} coeff")
+    assert f"{verdict.model} by weak" in verdict.headline
     assert f"{verdict.n_determined} determined" in verdict.headline
-    flat = [replace(row, blocks=replace(row.blocks, error=2.0 * row.blocks.deviation))
-            for row in table.rows]  # fmt: skip
-    useless = replace(table, rows=tuple(flat)).verdict()
-    assert not useless.recommended
-    assert useless.headline.startswith("Use none of these models")
 
 
 def test_a_selected_fit_that_stopped_is_told(table):

@@ -40,7 +40,9 @@ def show_checks(request: Request, form: Form) -> Response:
             (row, [text for name in row.channels for text in by_channel.get(name, [])])
             for row in rows
         ],
-        vertical=[] if report is None else [*_describe_depth(inspection), report.frame],
+        vertical=[]
+        if report is None or report.is_planar
+        else [*_describe_depth(inspection), report.frame],
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 
 from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import parse_content
-from hydrodamp.app.project import MAPPING, VEHICLE, Project
+from hydrodamp.app.project import MAPPING, MODEL, VEHICLE, Project
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
@@ -24,6 +25,8 @@ from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 from hydrodamp.ingest.read import combine_recordings, is_canonical_recording, read_recording
+from hydrodamp.models.files import read_models
+from hydrodamp.models.model import DampingModel
 from hydrodamp.validation.log_requirements import find_requirements
 from hydrodamp.vehicle.file import find_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -195,7 +198,11 @@ def inspect_project(project: Project) -> Inspection:
     files, text = read_files(project), project.text(MAPPING)
     key, mapping = _log_key(project, text), parse_mapping(project, text)
     vehicle, _ = read_vehicle(project)
-    requirements = None if vehicle is None else partial(find_requirements, vehicle)
+    models: tuple[DampingModel, ...] = ()
+    if gains := project.text(MODEL).strip():
+        with suppress(HydrodampError):  # the command says what is wrong with an edited file
+            models = tuple(read_models(project.path(MODEL)))
+    requirements = None if vehicle is None else partial(find_requirements, vehicle, models=models)
 
     def report() -> Inspection:
         with suppress_warnings():
@@ -204,7 +211,8 @@ def inspect_project(project: Project) -> Inspection:
             _logs.get(key, lambda: log)  # one log in memory, not two
         return inspection
 
-    return _inspections.get((key, project.arguments.vehicle, project.text(VEHICLE)), report)
+    files_key = project.arguments.vehicle, project.text(VEHICLE), gains
+    return _inspections.get((key, *files_key), report)
 
 
 def read_vehicle(project: Project) -> tuple[Vehicle | None, str]:

@@ -17,7 +17,7 @@ from hydrodamp.data.intervals import find_overlap, select_data
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.dissipativity import velocity_unit
-from hydrodamp.validation.excitation import compare_logs
+from hydrodamp.validation.excitation import compare_logs, describe_overlap
 
 #: Share of one recording that trains by default.
 TRAINING_SHARE = 2.0 / 3.0
@@ -80,7 +80,7 @@ def _variables(project: Project, log: Log) -> dict[str, Any]:
 
 def _describe_overlap(log: Log, arguments: Arguments) -> Iterator[str]:
     if overlap := find_overlap(log, arguments.train, arguments.test):
-        yield f"Training and test data share {overlap} s: errors on training data are optimistic."
+        yield describe_overlap(overlap)
 
 
 def _constant_commands(project: Project, train: Log) -> Iterator[str]:

@@ -43,7 +43,11 @@ def simulate(
     from hydrodamp.simulation.block_errors import block_errors
     from hydrodamp.simulation.checks import estimate_length
     from hydrodamp.simulation.problem import vehicle_stamp
-    from hydrodamp.validation.excitation import compare_excitation
+    from hydrodamp.validation.excitation import (
+        compare_excitation,
+        describe_overlap,
+        find_shared_segments,
+    )
     from hydrodamp.validation.verdict import describe_lights, judge_axes
 
     check_out_log(out, (*logs, vehicle, damping, mapping), force)
@@ -61,18 +65,18 @@ def simulate(
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
     trained = {} if fit is None else fit.training_range
     driven = dissipativity.velocity_ranges(log.velocity, craft.axes)
-    doubts = {
-        **compare_excitation(trained, driven).reasons,
-        **dict.fromkeys(driven if scored.diverged else (), "the replay diverged"),
-    }
-    grades = {} if fit is None else fit.grades
-    axes = tuple(judge_axes(block_errors(trajectory, rate_unit), grades, doubts))
+    doubts = compare_excitation(trained, driven).reasons
+    grades, overlap = {}, ""
+    if fit is not None:
+        grades, overlap = fit.grades, find_shared_segments((fit,), trajectory.log)
+    axes = tuple(judge_axes(block_errors(trajectory, rate_unit), grades, doubts, not overlap))
     document = {
         "model": numbers.model.key,
         "axes": axes_document(axes),
         **score_document(scored, trajectory.attitude),
     }
-    lights = Table("", (), (), tuple(describe_lights(axes)))
+    notes = [describe_overlap(overlap)] if overlap else []
+    lights = Table("", (), (), (*describe_lights(axes), *notes))
     print_output(json, document, lights, replay_table(title, scored))
     ranges = dissipativity.join_ranges(trained, driven)
     for sentence in (

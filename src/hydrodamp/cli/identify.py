@@ -120,11 +120,7 @@ def fit_output(
     (row,) = comparison.rows
     if row.blocks is None:
         return (fit_table(row.fit, grades),)
-    notes = [
-        "Errors are those of the training data: `hydrodamp validate` estimates the prediction "
-        "error.",
-        *row.fit.warnings,
-    ]
+    notes = ["`hydrodamp validate` estimates the prediction error.", *row.fit.warnings]
     if out is None:
         notes.append("Next: the same command with `--out FILE` writes the damping file.")
     else:

@@ -163,17 +163,14 @@ def train_and_test(
 ) -> tuple[hd.Log, hd.Log, dict[str, str]]:
     """Return training data, test data and their overlap, for provenance."""
     from hydrodamp.data.intervals import find_overlap
+    from hydrodamp.validation.excitation import describe_overlap
 
     log = read_logs(logs, mapping) if logs else None
     train_log = _select("--train", train, log, mapping)
     test_log = _select("--test", test, log, mapping)
     overlap = _overlap_files(train, test) if log is None else find_overlap(log, train, test)
     if overlap:
-        warnings.warn(
-            f"training and test data share {overlap}: errors on training data are optimistic.",
-            HydrodampWarning,
-            stacklevel=2,
-        )
+        warnings.warn(describe_overlap(overlap), HydrodampWarning, stacklevel=2)
     return train_log, test_log, {"overlap": overlap} if overlap else {}
 
 
@@ -209,8 +206,11 @@ def _select_segment(option: str, value: str, whole: hd.Log) -> hd.Log:
 
 
 def _overlap_files(train: Sequence[str], test: Sequence[str]) -> str:
+    from hydrodamp.data.intervals import ALL_TEST_DATA
+
     train_paths = {Path(name).resolve() for name in train}
-    return ", ".join(dict.fromkeys(name for name in test if Path(name).resolve() in train_paths))
+    shared = [name for name in dict.fromkeys(test) if Path(name).resolve() in train_paths]
+    return ALL_TEST_DATA if len(shared) == len({*test}) else ", ".join(shared)
 
 
 def warn_quality_issues(

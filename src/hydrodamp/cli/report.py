@@ -92,7 +92,7 @@ def write_fit_report(
 
     figures, page = report_paths(damping)
     comparison = hd.compare((fit,), vehicle, log)
-    origin = {**comparison.provenance, "overlap": f"all {log.n} samples", **provenance}
+    origin = {**comparison.provenance, **provenance}
     comparison = replace(comparison, provenance=origin)
     content = draw_diagnostics(comparison, vehicle, log)
     if content.pictures:

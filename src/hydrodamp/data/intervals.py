@@ -15,6 +15,9 @@ from hydrodamp.errors import ProblemError
 #: Rounding of times that are copied from output [s].
 CLOCK_TOLERANCE = 1.0
 
+#: Overlap of training data that contain all test data.
+ALL_TEST_DATA = "all test data"
+
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
 INTERVAL = re.compile(rf"({_NUMBER}):({_NUMBER})")
 
@@ -50,16 +53,18 @@ def select_data(log: Log, text: str) -> Log:
 
 
 def find_overlap(log: Log, train: Iterable[str], test: Iterable[str]) -> str:
-    """Return the intervals of a log that are in both training and test data [s]."""
+    """Return the intervals of a log [s] that are in both training and test data; empty for none."""
     index = np.arange(log.n, dtype=float)
     numbered = replace(log, commands=index[:, None], command_names=("index",))
     in_train, in_test = (
         np.isin(index, concatenate(select_data(numbered, each) for each in names).commands)
         for names in (train, test)
     )
+    if not (in_test & ~in_train).any():
+        return ALL_TEST_DATA
     edges = np.flatnonzero(np.diff(in_train & in_test, prepend=False, append=False))
     pairs = edges.reshape(-1, 2)
-    return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g}" for a, b in pairs)
+    return ", ".join(f"{log.elapsed[a]:.10g}:{log.elapsed[b - 1]:.10g} s" for a, b in pairs)
 
 
 def _shift(start: float, end: float, log: Log) -> float:

@@ -23,7 +23,7 @@ from hydrodamp.identification.grades import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
-from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
+from hydrodamp.simulation.problem import Problem, prepare, segment_digests, vehicle_stamp
 from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -443,6 +443,7 @@ def make_fit(
             "vehicle": problem.vehicle.name,
             "settings": repr(method),
             "digest": digest(problem, model, method),
+            "segment_digests": " ".join(segment_digests(problem.log)),
         },
         remarks=remarks,
         uncertainty=uncertainty,

@@ -16,7 +16,7 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.documents import selection_document
-from hydrodamp.report.narrative import limits, remarks
+from hydrodamp.report.narrative import describe_data, limits, remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.report.verdict_tables import selection_table
 from hydrodamp.simulation.replay import HorizonScore, Score
@@ -96,7 +96,8 @@ def brief_table(comparison: Comparison) -> Table:
     selected, methods = comparison.select().row, comparison.methods
     is_single = len(methods) == 1 and not is_paper_campaign(comparison)
     if is_single or len(methods) > MAX_BRIEF_METHODS:
-        table = selection_table(comparison.rows, selected, comparison.rate_unit)
+        data = describe_data(comparison)
+        table = selection_table(comparison.rows, selected, comparison.rate_unit, data)
         return replace(table, notes=(*table.notes, *limits(comparison)))
     table = summary_table(comparison, methods)
     is_shown = [column.name != "rank" for column in table.columns]
@@ -125,7 +126,8 @@ def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
         scored = [row for row in comparison.rows if row.method == method and row.converged]
         if scored:
             best.add(([*sizes].index(min(scored, key=rms_or_infinity).model), column))
-    title = f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed"
+    data = describe_data(comparison)
+    title = f"RMS velocity error on the {data}, m/s and {comparison.rate_unit}/s mixed"
     return Table(title, tuple(columns), tuple(rows), best=frozenset(best))
 
 

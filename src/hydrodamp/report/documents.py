@@ -144,7 +144,9 @@ def _row(row: Row, name: str) -> dict[str, Any]:
         **{key: getattr(row, key) for key in ("model", "method", "n_coefficients")},
         "rank": row.fit.rank,
         "n_determined": count_determined(row.grades),
-        "standard_error": None if row.blocks is None else row.blocks.standard_error,
+        "standard_error": None
+        if row.blocks is None or row.divergences
+        else row.blocks.standard_error,
         **score_fields(row.score),
         "status": row.status.word,
         "coefficients": values if row.fit.status.usable else dict.fromkeys(values),

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
+from hydrodamp.data.intervals import ALL_TEST_DATA
 from hydrodamp.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 from hydrodamp.validation.diagnostics import replay_warnings
+
+#: Data of a comparison whose test data are training data.
+TRAINING_DATA = "training data"
 
 #: Key in the provenance of an incomplete comparison; its value says how many rows there are.
 UNFINISHED = "unfinished"
@@ -26,6 +30,13 @@ def explain_failure(comparison: Comparison) -> tuple[str, str]:
     )
 
 
+def describe_data(comparison: Comparison) -> str:
+    """Return which data the errors of a comparison are of."""
+    if comparison.overlap == ALL_TEST_DATA:
+        return TRAINING_DATA
+    return "test data, partly training data" if comparison.overlap else "test data"
+
+
 def remarks(comparison: Comparison) -> Iterator[str]:
     """Yield all notes on a comparison."""
     yield from limits(comparison)
@@ -35,12 +46,10 @@ def remarks(comparison: Comparison) -> Iterator[str]:
 
 
 def limits(comparison: Comparison) -> Iterator[str]:
-    """Yield the notes on missing rows and on shared data."""
+    """Yield the notes on missing rows."""
     provenance = comparison.provenance
     if missing := provenance.get(UNFINISHED):
         yield f"Incomplete comparison ({missing}): a missing row may be better than these."
-    if overlap := provenance.get("overlap"):
-        yield f"Training and test data share {overlap}: errors on training data are optimistic."
     if is_paper_campaign(comparison):
         yield "paper: Table I as printed; the paper's log was never published."
     yield from status_remarks(comparison, [status for status in Status if not status.usable])

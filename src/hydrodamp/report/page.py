@@ -20,7 +20,7 @@ from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import ReportContent, read_comparison, read_content
 from hydrodamp.report.fit_tables import fit_table
 from hydrodamp.report.forest import forest_rows
-from hydrodamp.report.narrative import explain_failure, remarks
+from hydrodamp.report.narrative import describe_data, explain_failure, remarks
 from hydrodamp.report.pictures import series
 from hydrodamp.report.provenance import (
     describe_run,
@@ -127,7 +127,8 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "sorted_rows": by_error,
         "selected": selected,
         "series": plots,
-        "timeline": timeline(selected),
+        "timeline": timeline(comparison, selected),
+        "data": describe_data(comparison),
         "track": track_points(selected),
         "document": comparison_document(comparison),
         "forest_fits": forest_fits,

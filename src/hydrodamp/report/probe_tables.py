@@ -165,7 +165,7 @@ def _column_table(judged: QualityReport) -> Table:
     notes = (
         f"Also recorded: {', '.join(judged.recorded) or 'nothing else'}.",
         *(f"missing: {message}" for message in judged.missing),
-        f"frame: {judged.frame}",
+        *([f"frame: {judged.frame}"] if judged.frame else []),
         *judged.warnings,
         *(f"remark: {message}" for message in judged.remarks),
         *(f"identifiable: {message}" for message in judged.identifiable),

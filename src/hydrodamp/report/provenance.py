@@ -8,6 +8,7 @@ import platform
 import numpy as np
 
 from hydrodamp.report.documents import provenance_of
+from hydrodamp.report.narrative import TRAINING_DATA, describe_data
 from hydrodamp.report.table import Table
 from hydrodamp.simulation.campaign.reenact import TRUTHS, CampaignSetup
 from hydrodamp.validation.compare import Comparison, Row
@@ -27,7 +28,9 @@ def describe_run(comparison: Comparison, selected: Row | None) -> str:
         rate = "" if selected is None else selected.fit.provenance.get("rate", "")
         details = " at ".join(filter(None, [duration, rate]))
         sentences.append(f"Trained on {trained}" + (f" ({details})" if details else ""))
-    if tested := texts.get("test_segments"):
+    if describe_data(comparison) == TRAINING_DATA:
+        sentences.append(f"replayed on the {TRAINING_DATA}")
+    elif tested := texts.get("test_segments"):
         sentences.append(f"tested on {tested}")
         if selected is not None and selected.trajectory is not None:
             log = selected.trajectory.log
@@ -35,22 +38,27 @@ def describe_run(comparison: Comparison, selected: Row | None) -> str:
     return "; ".join(filter(None, [*sentences, texts.get("date")]))
 
 
-def timeline(selected: Row | None) -> list[tuple[str, float, str]]:
+def timeline(comparison: Comparison, selected: Row | None) -> list[tuple[str, float, str]]:
     """Return name, duration [s] and kind (train or test) of the data, for a bar of the run."""
     if selected is None or selected.trajectory is None:
         return []
     log, training = selected.trajectory.log, selected.fit.provenance.get("duration", "")
+    is_training = describe_data(comparison) == TRAINING_DATA
     segments = [
-        (each.name, float(log.time[each.stop - 1] - log.time[each.start]), "test")
+        (
+            f"{each.name} ({TRAINING_DATA})" if is_training else each.name,
+            float(log.time[each.stop - 1] - log.time[each.start]),
+            "train" if is_training else "test",
+        )
         for each in log.segments
     ]
-    if not training:
+    if is_training or not training:
         return segments
     return [("training", float(training.removesuffix(" s")), "train"), *segments]
 
 
 def track_points(selected: Row | None) -> str:
-    """Return the horizontal track of the test data as SVG points in a square of 100 px."""
+    """Return the horizontal track of the replayed data as SVG points in a square of 100 px."""
     log = None if selected is None or selected.trajectory is None else selected.trajectory.log
     if log is None or log.position is None or len(log.position) < MIN_TRACK_POINTS:
         return ""

@@ -8,6 +8,7 @@ from functools import partial
 from hydrodamp.identification.grades import count_determined
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.simulation.block_errors import BlockErrors
+from hydrodamp.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.selection import Candidate, Ranked, margin
 from hydrodamp.validation.verdict import Verdict
@@ -23,12 +24,16 @@ def verdict_table(verdict: Verdict, notes: Iterable[str] = ()) -> Table:
 def best_by_model(
     rows: Iterable[Candidate], selected: Candidate | None
 ) -> list[tuple[Candidate, BlockErrors]]:
-    """Return the selected row and the best row of each other model, by error."""
+    """Return the selected row and the best of each other model; diverged rows come last."""
     scored = [(row, row.blocks) for row in rows if row.blocks is not None]
     best: dict[str, tuple[Candidate, BlockErrors]] = {}
-    for pair in sorted(scored, key=lambda pair: (pair[0] is not selected, pair[1].rms)):
+
+    def order(pair: tuple[Candidate, BlockErrors]) -> tuple[bool, float]:
+        return bool(pair[0].divergences), pair[1].rms
+
+    for pair in sorted(scored, key=lambda pair: (pair[0] is not selected, *order(pair))):
         best.setdefault(pair[0].model, pair)
-    return sorted(best.values(), key=lambda pair: pair[1].rms)
+    return sorted(best.values(), key=order)
 
 
 def selection_cells(
@@ -36,18 +41,28 @@ def selection_cells(
 ) -> list[tuple[Row, str, list[str]]]:
     """Return the best row of each model with error and fits as text."""
     return [
-        (row, format_error(errors, row), [*map(percent, errors.fit_by_axis.values())])
+        (
+            row,
+            f"{rms if isinstance(rms, str) else error_size(rms)}{margin(deviation)}",
+            [*map(percent, fits)],
+        )
         for row, errors in best_by_model(comparison.rows, selected)
+        for rms, deviation, fits in [_errors(row, errors)]
     ]
 
 
-def format_error(errors: BlockErrors, row: Ranked) -> str:
-    """Return an error with its standard error, marked where a replay diverged."""
-    mark = "d " if row.divergences else ""
-    return f"{mark}{error_size(errors.rms)}{margin(errors.standard_error)}"
+def _errors(
+    row: Ranked, errors: BlockErrors
+) -> tuple[float | str, float | None, list[float | None]]:
+    """Return error, its standard error and the fit of each velocity; after a divergence none."""
+    if row.divergences:
+        return Status.DIVERGED.word, None, [None] * len(errors.names)
+    return errors.rms, errors.standard_error, [*errors.fit_by_axis.values()]
 
 
-def selection_table(rows: Iterable[Ranked], selected: Ranked, rate_unit: str) -> Table:
+def selection_table(
+    rows: Iterable[Ranked], selected: Ranked, rate_unit: str, data: str = "held-out data"
+) -> Table:
     """Return the rows by error, with error and fit by velocity; the best method of each model."""
     scored = [row for row in rows if row.blocks is not None]
     best = best_by_model(scored, selected)
@@ -60,11 +75,9 @@ def selection_table(rows: Iterable[Ranked], selected: Ranked, rate_unit: str) ->
     columns += [Column(f"{name} %", form=percent) for name in names]
     cells = [_cells(row, errors, several, row is selected) for row, errors in best[:MAX_ROWS]]
     notes = []
-    if any(row.divergences for row, _ in best[:MAX_ROWS]):
-        notes.append("d: a replay diverged; from there it counts as the mean of the data.")
     if len(best) < len(scored) or len(best) > MAX_ROWS:
         notes.append(f"{len(scored) - len(cells)} more rows: `--verbose`.")
-    title = f"Error (m/s and {rate_unit}/s mixed) and fit in % on held-out data; * selected"
+    title = f"Error (m/s and {rate_unit}/s mixed) and fit in % on {data}; * selected"
     return Table(title, tuple(columns), tuple(cells), tuple(notes))
 
 
@@ -72,13 +85,13 @@ def _cells(
     row: Ranked, errors: BlockErrors, several: bool, is_selected: bool
 ) -> tuple[object, ...]:
     mark = " *" if is_selected else ""
-    rms = error_size(errors.rms)
+    rms, deviation, fits = _errors(row, errors)
     return (
         f"{row.model}{mark}",
         *((row.method,) if several else ()),
         row.n_coefficients,
         count_determined(row.grades),
-        f"d {rms}" if row.divergences else errors.rms,
-        errors.standard_error,
-        *errors.fit_by_axis.values(),
+        rms,
+        deviation,
+        *fits,
     )

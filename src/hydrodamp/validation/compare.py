@@ -31,7 +31,11 @@ from hydrodamp.simulation.replay import (
     score,
 )
 from hydrodamp.status import Status
-from hydrodamp.validation.excitation import compare_excitation, describe_divergences
+from hydrodamp.validation.excitation import (
+    compare_excitation,
+    describe_divergences,
+    find_shared_segments,
+)
 from hydrodamp.validation.selection import Ranked, Selection, row_text, select_row
 from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -144,6 +148,11 @@ class Comparison:
         """Keys of the methods, in order."""
         return tuple(dict.fromkeys(row.method for row in self.rows))
 
+    @property
+    def overlap(self) -> str:
+        """Test data that are also training data; empty for none."""
+        return self.provenance.get("overlap", "")
+
     def row(self, model: str, method: str) -> Row:
         """Return the row of a model and a method.
 
@@ -174,9 +183,8 @@ class Comparison:
         """Select a row by the one-standard-error rule.
 
         Of the rows whose RMS error is within one standard error of the lowest, over blocks of the
-        test data: that with the fewest divergences, then the fewest coefficients, then the most
-        determined ones. A diverged replay counts as the mean of the log from its divergence on.
-        Rows that have not converged are excluded unless none has.
+        test data: that with the fewest coefficients, then the most determined ones. Rows whose
+        replay diverged are excluded unless all have, then rows that have not converged.
 
         Returns
         -------
@@ -206,7 +214,7 @@ class Comparison:
         selection = self.select()
         run = selection.row.trajectory
         if run is None:
-            return judge_selection(selection, self.rate_unit)
+            return judge_selection(selection, self.rate_unit, overlap=self.overlap)
         tested = velocity_ranges(run.log.velocity, run.axes)
         imbalance = compare_excitation(selection.row.fit.training_range, tested)
         doubts = dict.fromkeys(selection.row.rebuilt, "against a velocity rebuilt from sensors")
@@ -214,7 +222,7 @@ class Comparison:
         sentences = imbalance.sentences
         if selection.row.fit.status is Status.STOPPED:
             sentences = ("The optimiser stopped before it converged.", *sentences)
-        return judge_selection(selection, self.rate_unit, sentences, reasons)
+        return judge_selection(selection, self.rate_unit, sentences, reasons, self.overlap)
 
     def best(self) -> Row:
         """Return the row of :meth:`select`.
@@ -305,11 +313,13 @@ def compare(
         warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
     calls = [(problem, fit, attitude, rate_unit, horizon) for fit in requested]
     rows = run_parallel(_row, calls, done)
-    return Comparison(rows, rate_unit, attitude, comparison_provenance(requested, vehicle, test))
+    return Comparison(
+        rows, rate_unit, attitude, comparison_provenance(requested, vehicle, problem.log)
+    )
 
 
 def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
-    """Return logs, segments and vehicle of a comparison."""
+    """Return logs, segments and vehicle of a comparison, and test data that are training data."""
     train = next((fit.provenance for fit in fits if fit.provenance), {})  # none where refused
     return {
         "vehicle": vehicle.name,
@@ -317,6 +327,7 @@ def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> d
         "train_segments": train.get("segments", ""),
         "test": test.source or "in memory",
         "test_segments": " ".join(segment.name for segment in test.segments),
+        **({"overlap": overlap} if (overlap := find_shared_segments(fits, test)) else {}),
     }
 
 

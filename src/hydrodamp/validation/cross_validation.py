@@ -88,8 +88,8 @@ class ValidatedRow:
 
     @property
     def standard_error(self) -> float | None:
-        """Standard error of the RMS error over blocks of the held-out data."""
-        return None if self.blocks is None else self.blocks.standard_error
+        """Standard error of :attr:`rms` over blocks of the held-out data."""
+        return None if self.blocks is None or self.rms is None else self.blocks.standard_error
 
     @property
     def grades(self) -> Mapping[str, Grade]:
@@ -192,7 +192,7 @@ class CrossValidation:
     def __str__(self) -> str:
         """Return the table as plain text."""
         failed = [f"failed {', '.join(row.failed_folds) or 'no fold'}" for row in self.rows]
-        errors = [None if row.blocks is None else row.blocks.rms for row in self.rows]
+        errors = [row.rms for row in self.rows]
         return format_rows(self.rate_unit, zip(self.rows, errors, failed, strict=True))
 
     __repr__ = __str__

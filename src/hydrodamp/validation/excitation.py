@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.data.intervals import ALL_TEST_DATA
 from hydrodamp.data.log import Log
 from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
+from hydrodamp.identification.fit import Fit
+from hydrodamp.simulation.problem import segment_digests
 from hydrodamp.simulation.replay import Trajectory
 
 #: Range of a velocity in one log over that in another from which only the first excites it: ten
@@ -44,6 +47,25 @@ class Imbalance:
         """The reason not to trust the fit of each such velocity."""
         reasons = dict.fromkeys(self.test_only, "not excited in training")
         return reasons | dict.fromkeys(self.training_only, "not excited in the test")
+
+
+def find_shared_segments(fits: Iterable[Fit], log: Log) -> str:
+    """Return the segments of a log on which fits were trained; empty for none."""
+    trained = {
+        digest for fit in fits for digest in fit.provenance.get("segment_digests", "").split()
+    }
+    digests = zip(log.segments, segment_digests(log), strict=True)
+    shared = [segment.name for segment, digest in digests if digest in trained]
+    if len(shared) == len(log.segments):
+        return ALL_TEST_DATA
+    return f"segments {' '.join(shared)}" if shared else ""
+
+
+def describe_overlap(overlap: str) -> str:
+    """Return the consequence of training data among the test data."""
+    if overlap == ALL_TEST_DATA:
+        return "Errors are those of the training data, not prediction errors."
+    return f"Training and test data share {overlap}: errors on training data are optimistic."
 
 
 def compare_logs(train: Log, test: Log, axes: Sequence[str]) -> Imbalance:

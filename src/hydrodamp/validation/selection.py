@@ -1,8 +1,9 @@
 """Selection of a fit from several by their errors on held-out data.
 
-The one-standard-error rule (Breiman et al., 1984): of the rows whose RMS error is within one
-jackknife standard error of the lowest, over blocks of the held-out data, that with the fewest
-diverged replays, then the fewest coefficients, then the most determined ones.
+A row with a diverged replay ranks below every row without one, then a row that has not converged
+below those that have. Of the best of these classes the one-standard-error rule (Breiman et al.,
+1984) selects a row: of those whose RMS error is within one jackknife standard error of the lowest,
+over blocks of the held-out data, that with the fewest coefficients, then the most determined ones.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Generic, Protocol, TypeVar
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.simulation.block_errors import BlockErrors
+from hydrodamp.status import Status
 
 
 class Ranked(Protocol):
@@ -66,22 +68,27 @@ class Selection(Generic[Candidate]):
         That of fewest coefficients among those within one standard error of the lowest error.
     errors : BlockErrors
         Those of the selected row.
-    runner_up : Row or None
-        The lowest error, or the second where the lowest is selected; None for a single row.
+    ranked : tuple of Row
+        The rows that could be selected, from the lowest error.
     equivalent : tuple of Row
         The other rows within one standard error of the lowest error.
     sentence : str
         The selected row, the reason, and the margin to the runner-up.
     caveat : str
-        Rows that were excluded, and replays of the selected row that diverged; empty for none.
+        Rows that were excluded, and replays that diverged; empty for none.
     """
 
     row: Candidate
     errors: BlockErrors
-    runner_up: Candidate | None
+    ranked: tuple[Candidate, ...]
     equivalent: tuple[Candidate, ...]
     sentence: str
     caveat: str = ""
+
+    @property
+    def runner_up(self) -> Candidate | None:
+        """The lowest error, or the second where the lowest is selected; None for a single row."""
+        return next((row for row in self.ranked if row is not self.row), None)
 
     def __str__(self) -> str:
         """Return the sentence and the caveat."""
@@ -93,29 +100,34 @@ class Selection(Generic[Candidate]):
 def select_row(rows: Iterable[Candidate]) -> Selection[Candidate]:
     """Select the smallest row within one standard error of the lowest error.
 
-    A replay counts as the mean of the log from its divergence on. Ties go to the lower error, then
-    to the earlier row.
+    Ties go to the lower error, then to the earlier row. Where every row has a diverged replay, it
+    counts as the mean of the log from its divergence on.
     """
     requested = list(rows)
     scored = [(row, row.blocks) for row in requested if row.blocks is not None]
     if not scored:
         raise MethodError("no row has an RMS error: nothing was fitted")
-    candidates = [pair for pair in scored if pair[0].converged] or scored
+    best = min(_defects(row) for row, _ in scored)
+    candidates = [pair for pair in scored if _defects(pair[0]) == best]
     ranked = sorted(candidates, key=lambda pair: (pair[1].rms, pair[0].n_coefficients))
     lowest = ranked[0][1]
     equivalent = [pair for pair in ranked if pair[1].is_equivalent(lowest)]
     row, errors = min(equivalent, key=lambda pair: _complexity(pair[0]))
-    order = [each for each, _ in ranked]
-    runner_up = next((each for each in order if each is not row), None)
-    caveat = " ".join(_caveats(row, order[0], len(requested) - len(candidates)))
-    sentence = _sentence(row, order, len(requested))
+    order = tuple(each for each, _ in ranked)
+    below = [each for each, blocks in scored if each.divergences and blocks.rms < errors.rms]
+    caveat = " ".join(_caveats(row, below, len(requested) - len(candidates)))
     equal = tuple(each for each, _ in equivalent if each is not row)
-    return Selection(row, errors, runner_up, equal, sentence, caveat)
+    return Selection(row, errors, order, equal, _sentence(row, order, len(requested)), caveat)
 
 
-def _complexity(row: Ranked) -> tuple[int, int, int]:
+def _defects(row: Ranked) -> tuple[bool, bool]:
+    """Return what ranks a row below others whatever their errors, the worse first."""
+    return bool(row.divergences), not row.converged
+
+
+def _complexity(row: Ranked) -> tuple[int, int]:
     """Return what decides between equivalent rows, in order."""
-    return len(row.divergences), row.n_coefficients, -(count_determined(row.grades) or 0)
+    return row.n_coefficients, -(count_determined(row.grades) or 0)
 
 
 def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int) -> str:
@@ -125,11 +137,11 @@ def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int) -> str:
     lowest = ranked[0]
     if row is not lowest:
         return (
-            f"{row_text(row)}: {_size(row, lowest)} within one standard error of the lowest RMS "
-            f"error, {row_text(lowest)} with {lowest.n_coefficients}."
+            f"{row_text(row)}: fewest coefficients ({row.n_coefficients}) within one standard "
+            f"error of the lowest RMS error, {row_text(lowest)} with {lowest.n_coefficients}."
         )
     if len(ranked) == 1:
-        return f"{row_text(row)}: the only fit with a replay."
+        return f"{row_text(row)}: the others are excluded."
     errors = [each.blocks.rms for each in ranked[:2] if each.blocks is not None]
     excess = f", {100.0 * (errors[1] / errors[0] - 1.0):+.0f} %" if errors[0] else ""
     return (
@@ -138,23 +150,18 @@ def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int) -> str:
     )
 
 
-def _size(row: Ranked, lowest: Ranked) -> str:
-    """Give the criterion by which a row precedes the lowest error."""
-    if len(row.divergences) < len(lowest.divergences):
-        return f"{row.n_coefficients} coefficients, no more divergence and"
-    return f"fewest coefficients ({row.n_coefficients})"
-
-
-def _caveats(row: Ranked, lowest: Ranked, n_excluded: int) -> Iterable[str]:
+def _caveats(row: Ranked, below: Sequence[Ranked], n_excluded: int) -> Iterable[str]:
+    """Yield what limits a selection; ``below`` are the diverged rows of lower error."""
     if not row.converged:
-        yield "No fit has converged."
+        yield "The selected fit has not converged."
     if row.divergences:
-        locations = "; ".join(row.divergences)
-        yield f"It diverged in {locations}: from there it counts as the mean of the log."
-    elif lowest.divergences:
-        yield f"{lowest.model} by {lowest.method} diverged in {'; '.join(lowest.divergences)}."
+        yield f"It diverged in {'; '.join(row.divergences)}; no replay ended."
+    else:
+        yield from (
+            f"{row_name(each)} diverged in {'; '.join(each.divergences)}." for each in below
+        )
     if n_excluded:
-        yield f"Excluded: {_replays(n_excluded)} that failed or did not converge."
+        yield f"Excluded: {_replays(n_excluded)} that diverged, failed or did not converge."
 
 
 class Table(Protocol[Candidate_co]):
@@ -198,9 +205,16 @@ def rms_or_infinity(row: Ranked) -> float:
     return float("inf") if row.rms is None else row.rms
 
 
+def row_name(row: Ranked) -> str:
+    """Return model and method of a row."""
+    return f"{row.model} by {row.method}"
+
+
 def row_text(row: Ranked) -> str:
     """Return model, method and error of a row with its standard error."""
-    name, errors = f"{row.model} by {row.method}", row.blocks
+    name, errors = row_name(row), row.blocks
+    if row.divergences:
+        return f"{name} ({Status.DIVERGED.word})"
     return name if errors is None else f"{name} ({errors.rms:.3g}{margin(errors.standard_error)})"
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import hydrodamp as hd
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.outliers import remove_attitude_outliers
 from hydrodamp.conditioning.quality_checks import QualityIssue
@@ -12,7 +13,8 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection.probe import inspect, omit_applied_steps, probe
-from hydrodamp.ingest.inspection.quality_report import report_quality
+from hydrodamp.ingest.inspection.quality_report import Requirements, report_quality
+from hydrodamp.validation.log_requirements import find_requirements
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -44,6 +46,35 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
     assert judged.verdict == "Suitable for identification."
     assert judged.frame.startswith("FRD by 99 %: 100% of the specific force points towards -z")
     assert judged.recorded == ("attitude", "acceleration", "wrench", "specific_force")
+
+
+def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy() -> None:
+    waves = np.zeros((600, 6))
+    waves[:, [0, 1, 5]] = np.sin(np.outer(TIME, [0.3, 0.6, 0.9]))
+    log = Log.from_arrays(TIME, waves, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (600, 1)))
+    six = Requirements(("u", "v", "w", "p", "q", "r"))
+    assert "The direction of z is undetermined" in report_quality(log, six).verdict
+    planar = report_quality(log, Requirements(("u", "v", "r")))
+    assert (planar.is_planar, planar.frame) == (True, "")
+    assert planar.is_usable
+    assert planar.verdict == "Suitable for identification."
+    minor = QualityIssue("yaw", "outliers", "3 samples", "", "", is_minor=True)
+    assert replace(planar, issues=(minor,)).verdict == (
+        "Suitable for identification. The quality issues are minor."
+    )
+
+
+def test_gains_of_models_are_the_actuation_of_a_vehicle_without_actuators() -> None:
+    waves = np.sin(np.outer(TIME, np.linspace(0.3, 0.9, 6)))
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (600, 1))
+    log = Log.from_arrays(TIME, waves, attitude=attitude, commands={"throttle": waves[:, 0]})
+    bare = replace(hd.fleet["bluerov2"], actuators=())
+    gains = hd.catalog["linear"].with_terms({"X": "throttle"})
+    message = "has no actuators"
+    assert any(message in text for text in find_requirements(bare, log).reservations)
+    with_gains = find_requirements(bare, log, [gains])
+    assert not any(message in text for text in with_gains.reservations)
+    assert not with_gains.missing
 
 
 def test_the_draft_is_tried_before_a_preset() -> None:

@@ -21,12 +21,15 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     steps, *_ = panel.lines
     assert list(steps.get_ydata()) == [row.rms for row in hd.pareto_front(comparison)]
     drawn = points(panel)
-    assert len(drawn) == sum(row.rms is not None for row in comparison.rows)
-    assert legend(figure) == ["ls", "ai", "Pareto front", "not converged"]
+    crosses = [line for line in drawn if line.get_marker() == "x"]
+    assert len(drawn) == len(comparison.rows)
+    assert len(crosses) == sum(row.rms is None for row in comparison.rows) > 0
+    words = ["ls", "ai", "Pareto front", "not converged", "no error: diverged or failed"]
+    assert legend(figure) == words
     names = [text.get_text() for text in panel.get_xticklabels()]
-    assert names == ["fossen, 12", "uncoupled, 24", "linear, 36"]
+    assert names == ["fossen, 12", "uncoupled, 24", "coe, 33", "linear, 36"]
     faces = {(one.get_color(), one.get_markerfacecolor()) for one in drawn}
-    colours = set(model_colours(["fossen", "uncoupled", "linear"]).values())
+    colours = set(model_colours(["fossen", "uncoupled", "coe", "linear"]).values())
     assert {colour for colour, _ in faces} == colours
     assert {face for _, face in faces} <= {*colours, "white"}
     on_sheet(figure)

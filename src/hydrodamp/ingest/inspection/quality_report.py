@@ -112,6 +112,11 @@ class QualityReport:
         return [channel for channel in self.velocities if channel.name in self.required]
 
     @property
+    def is_planar(self) -> bool:
+        """Whether the log has no required velocity but u, v and r."""
+        return all(channel.name in _PLANAR_VELOCITIES for channel in self._required_channels)
+
+    @property
     def is_poorly_excited(self) -> bool:
         """Whether a required velocity is not sufficiently excited."""
         return any(channel.excitation < _MIN_EXCITATION for channel in self._required_channels)
@@ -132,14 +137,14 @@ class QualityReport:
         clauses = [f"Suitable for {purpose}" if well else unsuitable]
         clauses += [f"little variation in {_motion_names(little)}"] if little else []
         clauses += [f"hardly any variation in {_motion_names(poor)}"] if poor else []
-        known = "" if self.vertical_axis.is_sure else f" {UNDECIDED}."
-        cleaning = " Apply the remedies of the quality issues first." if self.issues else ""
-        return f"{'; '.join(clauses)}.{cleaning}{known}"
+        known = "" if self.vertical_axis.is_sure or self.is_planar else f" {UNDECIDED}."
+        issues = " The quality issues are minor." if self.issues else ""
+        return f"{'; '.join(clauses)}.{issues}{known}"
 
     @property
     def frame(self) -> str:
-        """The evidence for the direction of z, or what would determine it."""
-        return self.vertical_axis.describe(self.responses)
+        """The evidence for the direction of z, or what would determine it; empty where planar."""
+        return "" if self.is_planar else self.vertical_axis.describe(self.responses)
 
 
 def _motion_names(channels: Iterable[Channel]) -> str:
@@ -163,8 +168,7 @@ def report_quality(
     delays = tuple(item for item in estimate_delays(log_with_rates) if item.command not in measured)
     channels, segments = _velocity_channels(log, size), tuple(_segment_facts(log))
     depths = [log.command(name) for name, role in measured.items() if role.endswith("depth")]
-    tests = vertical_tests(log, depths[0] if depths else None)
-    upright = upright or VerticalAxis.combine(tests)
+    upright = upright or VerticalAxis.combine(vertical_tests(log, depths[0] if depths else None))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     issues = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
     issues = (*issues, *wrong_frame(upright, issues), *reversed_wrench(delays))
@@ -245,8 +249,7 @@ def _identifiable(
 
 
 def _missing_channels(log: Log) -> Iterator[str]:
-    absent = [name for name in VELOCITIES if name not in log.velocity_names]
-    if absent:
+    if absent := [name for name in VELOCITIES if name not in log.velocity_names]:
         yield (
             f"velocities {' '.join(absent)}: required unless the vehicle's `axes` exclude them "
             "(pass --vehicle), or a step derives them: `rates_from_attitude`, "
@@ -284,8 +287,7 @@ def _remarks(
             f"{name} never changes sign: {name}^2 and {name}|{name}| are aliased, and so "
             f"are {name} and |{name}|."
         )
-    constant = [channel.name for channel in commands if channel.low == channel.high]
-    if constant:
+    if constant := [channel.name for channel in commands if channel.low == channel.high]:
         yield f"commands that never change: {' '.join(constant)}."
     if warning := current_warning(log):
         yield warning

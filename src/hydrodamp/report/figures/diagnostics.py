@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 MAX_COLUMN_MODELS = 14  # models in a figure of one journal column
 
+#: Marker of a row without an error.
+_NO_ERROR: dict[str, Any] = {"marker": "x", "markersize": 6.0, "linestyle": "none"}
+
 
 @style.with_style
 def front_figure(comparison: Comparison) -> Figure:
@@ -35,7 +38,8 @@ def front_figure(comparison: Comparison) -> Figure:
     Parameters
     ----------
     comparison : Comparison
-        Rows that have not converged are hollow; those without an error are omitted.
+        Rows that have not converged are hollow; those without an error are crosses at
+        the upper edge.
 
     Returns
     -------
@@ -48,8 +52,8 @@ def front_figure(comparison: Comparison) -> Figure:
     MethodError
         If no row with coefficients has an error, or matplotlib is not installed.
     """
-    rows = [row for row in comparison.rows if row.n_coefficients and row.rms is not None]
-    if not rows:
+    rows = [row for row in comparison.rows if row.n_coefficients]
+    if all(row.rms is None for row in rows):
         raise MethodError("no row with coefficients has an error, so there is no Pareto front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
@@ -68,7 +72,11 @@ def front_figure(comparison: Comparison) -> Figure:
     looks = style.line_styles([(row.model, row.method) for row in rows])
     for row, look in zip(rows, looks, strict=True):
         at = position(row.model, row.method)
-        (point,) = panel.plot([at], [rms_or_infinity(row)], **look.points)
+        if row.rms is None:
+            edge = panel.get_xaxis_transform()
+            panel.plot([at], [1.0], transform=edge, clip_on=False, color=look.colour, **_NO_ERROR)
+            continue
+        (point,) = panel.plot([at], [row.rms], **look.points)
         point.set_markerfacecolor(look.colour if row.converged else "white")
     style.error_scale(panel)
     names = [f"{style.escape_text(model, 22)}, {sizes[model]}" for model in models]
@@ -82,8 +90,10 @@ def front_figure(comparison: Comparison) -> Figure:
     entries = [(method, markers[method]) for method in methods if method in markers]
     entries.append(("Pareto front", line))
     hollow = {"color": style.FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
-    if not all(row.converged for row in rows):
+    if not all(row.converged for row in rows if row.rms is not None):
         entries.append(("not converged", hollow))
+    if any(row.rms is None for row in rows):
+        entries.append(("no error: diverged or failed", {"color": style.FAINT, **_NO_ERROR}))
     style.legend(figure, entries, columns=3)
     return figure
 
