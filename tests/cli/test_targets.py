@@ -8,7 +8,7 @@ ALONE = "--vehicle planar.yaml --model mine.yaml --mapping map.yaml"
 PARTS = "--train 0:9 --test 9:20 --vehicle planar.yaml --models linear --methods ls --out out"
 IN_THE_WAY = [
     *(
-        (f"identify {log} {ALONE} --out {out}", f"`--out {out}` is one of the inputs")
+        (f"identify {log} {ALONE} --out {out}", "is one of the inputs")
         for log in ("a.csv", "--train a.csv")
         for out in ("a.csv", "planar.yaml", "map.yaml", "mine.yaml", "sub/../a.csv", "link.csv")
     ),
@@ -17,8 +17,8 @@ IN_THE_WAY = [
         for out in ("a.csv", "planar.yaml", "d.json")
     ),
     ("convert a.csv --out a.csv", "one of the inputs"),
-    (f"compare out/table.csv {PARTS}", "would replace the input out/table.csv"),
-    (f"compare out/fits/b.json {PARTS}", "would replace the input out/fits/b.json"),
+    (f"compare out/table.csv {PARTS}", "out/table.csv: is one of the inputs"),
+    (f"compare out/fits/b.json {PARTS}", "out/fits/b.json: is one of the inputs"),
 ]
 
 
