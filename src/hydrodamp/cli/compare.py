@@ -164,9 +164,9 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
 
     comparison = compare_task(task, provenance)
     n_rows, n_requested = len(comparison.rows), len(task.rows)
-    out, kept = task.out, ""
+    out, remark = task.out, ""
     if out is not None and n_rows < n_requested and listed_fits(out) is not None:
-        out, kept = None, f"The earlier comparison in {out} stays. "
+        out, remark = None, f"The earlier comparison in {out} stays. "
     if n_rows:
         if out is not None and n_rows == n_requested:
             write_results(comparison, task.vehicle, task.train, out)
@@ -179,8 +179,8 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(
-            f"interrupted: {n_rows} of {n_requested} rows. {kept}{suffix} finished fits are kept; "
-            "the same command with `--resume` continues with the others."
+            f"interrupted: {n_rows} of {n_requested} rows. {remark}{suffix} finished fits are "
+            "kept; the same command with `--resume` continues with the others."
         )
         raise typer.Exit(INTERRUPTED)
     if all(row.rms is None for row in comparison.rows):
