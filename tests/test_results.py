@@ -1,25 +1,44 @@
-"""Results replace only what hydrodamp wrote and nobody changed since."""
+"""Results replace only what hydrodamp wrote and nobody changed since, all of them or none."""
 
+import errno
+import json
+import os
+import shutil
+import signal
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.files import protected_inputs
 from hydrodamp.results import (
     MANIFEST,
     check_new_file,
     check_results,
-    register_results,
-    remove_results,
+    complete_exchange,
     save_result,
     save_results,
 )
 
 NAMES = ("table.csv", "fits/*.json")
+CHANGES = {"new.csv": b"3", "table.csv": b"2", "more/d.json": b"d"}
 
 
 def contents(home: Path, **texts: bytes) -> dict[Path, bytes]:
     return {home / name.replace("__", "/").replace("_", "."): it for name, it in texts.items()}
+
+
+def files_of(home: Path) -> dict[str, bytes]:
+    """Return the files of a folder without the manifest."""
+    paths = (path for path in home.rglob("*") if path.is_file() and path.name != MANIFEST)
+    return {path.relative_to(home).as_posix(): path.read_bytes() for path in paths}
+
+
+def change(home: Path) -> None:
+    """Replace, add and remove results."""
+    save_results({home / name: content for name, content in CHANGES.items()}, home, NAMES)
 
 
 @pytest.fixture
@@ -63,74 +82,204 @@ def test_force_replaces_nothing_of_a_users(home):
     assert (home / "table.csv").read_bytes() == b"1"  # all or none
 
 
-def test_old_results_are_removed_and_nothing_else(home):
-    (home / "fits" / "b.json").write_text("corrected", "utf-8")
-    remove_results(home, NAMES, keep=[home / "table.csv"])
-    left = sorted(path.name for path in home.rglob("*") if path.is_file())
-    assert left == [MANIFEST, "b.json", "mine.json", "notes.md", "table.csv"]
-    save_results(contents(home, fits__a_json=b"a2"), home)
-    remove_results(home, NAMES)
-    assert not (home / "table.csv").exists()
-    assert not (home / "fits" / "a.json").exists()
-
-
-def test_an_emptied_folder_goes_with_its_results(tmp_path):
-    save_results(contents(tmp_path, bag__a_db3=b"1"), tmp_path)
-    remove_results(tmp_path, ("bag/*",))
-    assert [path.name for path in tmp_path.iterdir()] == [MANIFEST]
-
-
-def test_a_write_that_is_interrupted_leaves_the_old_results_replaceable(home, monkeypatch):
-    def fail(_):
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr("hydrodamp.results.save_all", fail)
-        with pytest.raises(KeyboardInterrupt):
+def test_inputs_are_no_results(home):
+    link = home.with_name("link.csv")
+    os.link(home / "table.csv", link)
+    with protected_inputs([link]):
+        with pytest.raises(hd.FileError, match=r"table\.csv: is one of the inputs .*link\.csv"):
+            check_results(home, NAMES, force=True)
+        with pytest.raises(hd.FileError, match=r"table\.csv: is one of the inputs"):
             save_results(contents(home, table_csv=b"2"), home)
+    assert link.read_bytes() == (home / "table.csv").read_bytes() == b"1"
     check_results(home, NAMES, force=True)
-    save_results(contents(home, table_csv=b"3"), home)
-    assert (home / "table.csv").read_bytes() == b"3"
 
 
 def test_obsolete_files_are_removed_unless_changed(home):
     (home / "fits" / "b.json").write_text("corrected", "utf-8")
-    obsolete = [home / "fits" / f"{name}.json" for name in ("a", "b", "mine")]
-    save_results(contents(home, table_csv=b"2"), home, obsolete)
-    assert sorted(path.name for path in (home / "fits").iterdir()) == ["b.json", "mine.json"]
+    save_results(contents(home, table_csv=b"2"), home, NAMES)
+    assert files_of(home) == {
+        "table.csv": b"2",
+        "fits/b.json": b"corrected",
+        "fits/mine.json": b"mine",
+        "notes.md": b"notes",
+    }
+
+
+def test_an_emptied_folder_goes_with_its_results_and_the_manifest(tmp_path):
+    save_results(contents(tmp_path, bag__a_db3=b"1"), tmp_path)
+    save_results({}, tmp_path, ("bag/*",))
+    assert not [*tmp_path.iterdir()]
+
+
+def test_files_beside_a_folder_are_replaced_with_it(home):
+    named, page = home.with_name("damping.json"), home.with_name("page.html")
+    named.write_text("anything", "utf-8")
+    save_results(contents(home, table_csv=b"2"), home, NAMES, {named: b"new", page: b"page"})
+    assert (named.read_bytes(), page.read_bytes()) == (b"new", b"page")
     assert (home / "table.csv").read_bytes() == b"2"
+    assert not (home / "fits" / "a.json").exists()
+    save_results({}, home, NAMES, {named: b"newer", page: None})
+    assert {path.name for path in home.parent.iterdir()} == {"damping.json", "out"}
+    assert files_of(home) == {"fits/mine.json": b"mine", "notes.md": b"notes"}
 
 
-def test_a_failed_move_restores_the_earlier_files(home, monkeypatch):
-    rename = Path.rename
+def at_call(patch, number, act, operations="mkdir fsync rename replace unlink rmdir"):
+    """Act before the n-th operation on files; return the list of operations."""
+    calls = []
 
-    def fail(path, target):
-        if path.name == "new.csv":
-            raise OSError(28, "No space left on device")
-        return rename(path, target)
+    def patched(operation, function):
+        def run(*given, **more):
+            calls.append(operation)
+            if len(calls) == number:
+                act()
+            return function(*given, **more)
 
-    before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
-    monkeypatch.setattr(Path, "rename", fail)
-    for content in (b"2", b"3", b"4"):
+        return run
+
+    for name in operations.split():
+        patch.setattr(os, name, patched(name, getattr(os, name)))
+    return calls
+
+
+def n_operations(home):
+    with pytest.MonkeyPatch.context() as patch:
+        calls = at_call(patch, 0, None)
+        change(home)
+    return len(calls)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="fork")
+def test_a_process_that_is_killed_leaves_the_old_or_the_new_files(home, tmp_path):
+    old = files_of(home)
+    copy = tmp_path / "copy"
+    shutil.copytree(home, copy)
+    n = n_operations(copy)
+    new = files_of(copy)
+    assert new == {**CHANGES, "fits/mine.json": b"mine", "notes.md": b"notes"}
+    assert n > 20
+    outcomes = []
+    for number in range(1, n + 1):
+        folder = tmp_path / str(number)
+        shutil.copytree(home, folder)
+        if not (child := os.fork()):
+            at_call(pytest.MonkeyPatch(), number, lambda: os.kill(os.getpid(), signal.SIGKILL))
+            change(folder)
+            os._exit(0)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+        complete_exchange(folder)
+        assert files_of(folder) in (old, new)
+        assert not [path for path in folder.rglob(".hydrodamp*") if path.name != MANIFEST]
+        outcomes.append(files_of(folder) == new)
+        check_results(folder, (*NAMES, "new.csv"), force=True)
+        change(folder)  # a killed process hinders no later one
+        assert files_of(folder) == new
+        listed = json.loads((folder / MANIFEST).read_text("utf-8"))["files"]
+        assert {*listed} == {*CHANGES}
+    assert outcomes == sorted(outcomes)  # one commit point
+    assert {*outcomes} == {False, True}
+
+
+def test_an_interrupt_leaves_the_old_or_the_new_files(home, tmp_path):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    old, copy = files_of(home), tmp_path / "copy"
+    shutil.copytree(home, copy)
+    for number in range(1, n_operations(copy) + 1):
+        folder = tmp_path / str(number)
+        shutil.copytree(home, folder)
+        with pytest.MonkeyPatch.context() as patch, suppress(KeyboardInterrupt):
+            at_call(patch, number, interrupt)
+            change(folder)
+        complete_exchange(folder)
+        assert files_of(folder) in (old, files_of(copy))
+        assert not [path for path in folder.rglob(".hydrodamp*") if path.name != MANIFEST]
+
+
+@pytest.mark.parametrize("number", range(1, 5))
+def test_a_failed_write_leaves_the_old_files(home, number):
+    def fail():
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    old = files_of(home)
+    with pytest.MonkeyPatch.context() as patch:
+        at_call(patch, number, fail, "fsync rename")
         with pytest.raises(hd.FileError, match="No space left"):
-            save_results(contents(home, table_csv=content, new_csv=b"3"), home)
-    after = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
-    assert {**after, home / MANIFEST: b""} == {**before, home / MANIFEST: b""}
+            change(home)
+    assert files_of(home) == old
+    assert not [path for path in home.rglob(".hydrodamp*") if path.name != MANIFEST]
+
+
+def test_a_full_disk_is_named_with_the_file_and_leaves_all(home, monkeypatch):
+    def fail(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    old, created = files_of(home), home.with_name("created")
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(hd.FileError, match=r"out.new\.csv: cannot be written: No space.*Free disk"):
+        change(home)
+    assert files_of(home) == old
+    with pytest.raises(hd.FileError, match="No space left"):
+        change(created)
+    assert not created.exists()
+
+
+def test_a_file_that_was_changed_after_an_abort_is_kept(home, monkeypatch):
+    def fail(_, target):
+        raise OSError(errno.EIO, "Input/output error")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", fail)
+        with pytest.raises(hd.FileError, match="Input/output error"):
+            change(home)
+    (home / "table.csv").write_text("mine", "utf-8")
+    with pytest.raises(hd.FileError, match=r"table\.csv: was changed while .* Move it elsewhere"):
+        check_results(home, NAMES, force=True)
+    (home / "table.csv").rename(home / "mine.csv")
     check_results(home, NAMES, force=True)
+    assert (home / "table.csv").read_bytes() == b"2"
+    assert (home / "mine.csv").read_bytes() == b"mine"
 
 
-def test_files_written_by_other_means_are_listed(home):
-    (home / "track.csv").write_text("1", "utf-8")
-    register_results([home / "track.csv", home / "none.csv"], home)
-    check_results(home, ("track.csv",), force=True)
+@pytest.mark.skipif(sys.platform == "win32", reason="fork")
+def test_processes_that_write_into_a_folder_list_all_files(tmp_path):
+    children = []
+    for number in range(6):
+        if child := os.fork():
+            children.append(child)
+            continue
+        status = 1
+        try:
+            for k in range(15):
+                save_results({tmp_path / f"{number}.json": f"{k}".encode()}, tmp_path)
+            status = 0
+        finally:
+            os._exit(status)
+    assert [os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in children] == [0] * 6
+    names = [f"{number}.json" for number in range(6)]
+    assert sorted(json.loads((tmp_path / MANIFEST).read_text("utf-8"))["files"]) == names
+    assert sorted(path.name for path in tmp_path.iterdir()) == [MANIFEST, *names]
+    check_results(tmp_path, names, force=True)
+
+
+def test_a_file_that_the_user_named_is_listed_in_a_folder_of_results(home):
     save_result("page", home / "page.html")
     check_results(home, ("page.html",), force=True)
     save_result("page", home.with_name("page.html"))
     assert not (home.parent / MANIFEST).exists()
 
 
-@pytest.mark.parametrize("text", ["[]", "{", '{"files": {"../mine.json": 1}}'])
+@pytest.mark.parametrize("text", ["[]", "{", '{"files": {"../mine.json": "1"}}'])
 def test_a_manifest_that_is_none_is_named(home, text):
     (home / MANIFEST).write_text(text, "utf-8")
     with pytest.raises(hd.FileError, match=r"\.hydrodamp\.json"):
+        check_results(home, NAMES, force=True)
+
+
+@pytest.mark.parametrize("text", ["[]", "{}", '{"replaced": {}, "obsolete": {"../a": "1"}}'])
+def test_a_journal_that_is_none_is_named(home, text):
+    (home / ".hydrodamp-commit").mkdir()
+    (home / ".hydrodamp-commit" / "journal.json").write_text(text, "utf-8")
+    with pytest.raises(hd.FileError, match=r"journal\.json: is not a journal"):
         check_results(home, NAMES, force=True)

@@ -7,8 +7,9 @@ import json
 import os
 import re
 from collections import Counter, UserDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import lru_cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     import yaml
 
 Value = TypeVar("Value")
+
+_inputs: ContextVar[tuple[Path, ...]] = ContextVar("inputs", default=())
 
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
 
@@ -221,6 +224,7 @@ def temporary_prefix(target: Path) -> str:
 def open_atomic(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
     """Open a temporary file that replaces ``path`` once all of it is on the disk."""
     target = Path(path)
+    refuse_input(target)
     temporary = target.parent / f"{temporary_prefix(target)}{os.urandom(8).hex()}"
     try:
         with (
@@ -231,13 +235,18 @@ def open_atomic(path: str | os.PathLike[str], *, binary: bool = False) -> Iterat
             os.fsync(stream.fileno())
         temporary.replace(target)
     except OSError as error:
-        raise FileError(
-            f"{target}: cannot be written: {error.strerror or error}. Free disk space, close it in "
-            "other programs, or give a file in a writable folder."
-        ) from error
+        raise write_error(target, error) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def write_error(target: Path, error: OSError) -> FileError:
+    """Return the error of a file or folder that cannot be written, with the remedy."""
+    return FileError(
+        f"{target}: cannot be written: {error.strerror or error}. Free disk space, close it in "
+        "other programs, or give a file in a writable folder."
+    )
 
 
 def save_text(text: str, path: str | os.PathLike[str]) -> None:
@@ -265,13 +274,45 @@ def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
 def save_all(contents: Mapping[Path, bytes]) -> None:
     """Write files in their order, each atomically, and create their folders."""
     for path, content in contents.items():
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileError(
-                f"{path.parent}: the folder cannot be created: {error.strerror}."
-            ) from error
+        create_folder(path.parent)
         save_bytes(content, path)
+
+
+def write_new_file(path: Path, content: bytes, target: Path) -> None:
+    """Write a file and its folder to the disk; an error names the file that it is to replace."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError as error:
+        raise write_error(target, error) from error
+
+
+def create_folder(folder: Path) -> None:
+    """Create a folder where there is none."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{folder}: the folder cannot be created: {error.strerror}.") from error
+
+
+@contextmanager
+def protected_inputs(paths: Iterable[Path]) -> Iterator[None]:
+    """Refuse to replace files as long as a command runs that reads them."""
+    token = _inputs.set(tuple(paths))
+    try:
+        yield
+    finally:
+        _inputs.reset(token)
+
+
+def refuse_input(path: Path) -> None:
+    """Refuse to replace an input of the running command, which a link may name too."""
+    for each in _inputs.get() if path.is_file() else ():
+        if each.is_file() and each.samefile(path):
+            raise FileError(f"{path}: is one of the inputs ({each}): give another file or folder.")
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:
@@ -291,3 +332,4 @@ def check_file(path: str | os.PathLike[str]) -> None:
     if not target.parent.is_dir():
         raise FileError(f"{target}: cannot be written: there is no folder {target.parent}.")
     check_folder(target.parent)
+    refuse_input(target)

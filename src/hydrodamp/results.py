@@ -1,28 +1,49 @@
-"""Result folders: a manifest of written files with SHA-256 digests, and transactional replacement.
+"""Result folders: a manifest of written files with SHA-256 digests, and one exchange of them all.
 
 The manifest ``.hydrodamp.json`` lists the files that hydrodamp wrote. A file that it does not list,
 or whose content differs from its digest, belongs to the user and is never replaced.
+
+New files and a journal are written into a staging folder. Its renaming to ``.hydrodamp-commit`` is
+the commit point: an earlier abort leaves the old files, and after a later one the next command that
+uses the folder completes the exchange.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path, PurePosixPath
 
 from hydrodamp.errors import FileError
-from hydrodamp.files import check_file, check_folder, load_json, save_all, save_json, save_text
+from hydrodamp.files import (
+    as_json,
+    check_file,
+    check_folder,
+    create_folder,
+    load_json,
+    refuse_input,
+    save_text,
+    write_error,
+    write_new_file,
+)
+from hydrodamp.locks import locked_folder
 
 MANIFEST = ".hydrodamp.json"
-_FORMAT = "hydrodamp-manifest"
+_STAGING, _COMMIT = ".hydrodamp-staging", ".hydrodamp-commit"
+#: In these folders: the new files, and the digests of the files that they replace.
+_NEW, _JOURNAL = "new", "journal.json"
 
 
-def check_new_file(path: Path, force: bool) -> None:
-    """Refuse a file that cannot be written, or that exists unless ``force`` permits replacing."""
+def check_new_file(path: Path | None, force: bool) -> None:
+    """Refuse a file that cannot be written, is an input, or exists without ``force``."""
+    if path is None:
+        return
     check_file(path)
+    complete_exchange(path.parent)
     if path.exists() and not force:
         raise FileError(f"{path}: exists already. Name another file, or replace it with `--force`.")
 
@@ -32,16 +53,17 @@ def check_results(folder: Path, patterns: Iterable[str], force: bool) -> None:
 
     Patterns are paths in the folder. A pattern with a star matches listed files only, so that other
     files of the user may remain. With ``force``, files that hydrodamp wrote and that nobody changed
-    may be replaced.
+    may be replaced; inputs of the running command are not.
     """
     check_folder(folder)
+    complete_exchange(folder)
     manifest = _read_manifest(folder)
-    files = [
-        path
-        for pattern in patterns
-        for path in sorted(folder.glob(pattern))
-        if path.is_file() and ("*" not in pattern or _name(path, folder) in manifest)
-    ]
+    files = []
+    for pattern in patterns:
+        for path in filter(Path.is_file, sorted(folder.glob(pattern))):
+            refuse_input(path)
+            if "*" not in pattern or _name(path, folder) in manifest:
+                files.append(path)
     if files and not force:
         raise FileError(
             f"{folder}: holds results already, such as {files[0].relative_to(folder)}. Name another"
@@ -51,72 +73,140 @@ def check_results(folder: Path, patterns: Iterable[str], force: bool) -> None:
 
 
 def save_results(
-    contents: Mapping[Path, bytes], folder: Path, obsolete: Iterable[Path] = ()
+    contents: Mapping[Path, bytes],
+    folder: Path,
+    obsolete: Iterable[str] = (),
+    beside: Mapping[Path, bytes | None] | None = None,
 ) -> None:
     """Write files into a folder and its manifest, and remove obsolete ones: all of it, or nothing.
 
-    Files that hydrodamp did not write are refused before any is written, and obsolete ones that
-    were changed stay. An error or interrupt restores the earlier files.
+    Files that hydrodamp did not write are refused before any is written. Files that match the
+    patterns ``obsolete`` are removed unless they are new or were changed. Files ``beside`` the
+    folder have names that the user gave: they are replaced whatever they are, or removed if None.
     """
-    manifest = _read_manifest(folder)
-    _check_replaceable(contents, folder, manifest)
-    earlier = {path for path in contents if path.exists()}
-    earlier |= {path for path in obsolete if _is_replaceable(path, folder, manifest)}
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    digests = {path: hashlib.sha256(content).hexdigest() for path, content in contents.items()}
-    try:
-        with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder) as staging:
-            new, backup = Path(staging, "new"), Path(staging, "backup")
-            save_all({new / _name(path, folder): content for path, content in contents.items()})
-            _update_manifest(digests, folder)  # first: an aborted process leaves no unlisted file
-            moves = [(path, backup / _name(path, folder)) for path in sorted(earlier)]
-            moves += [(new / _name(path, folder), path) for path in contents]
-            _move_files(moves, folder)
-    except BaseException:
-        _update_manifest({}, folder)
-        with suppress(OSError):  # the folder holds files
-            folder.rmdir()
-        raise
-    _remove_empty_folders(earlier, folder)
-
-
-def _move_files(moves: Sequence[tuple[Path, Path]], folder: Path) -> None:
-    """Move files in their order; where one fails, move all back."""
-    finished: list[tuple[Path, Path]] = []
-    try:
-        for source, target in moves:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            source.rename(target)
-            finished.append((source, target))
-    except BaseException as error:
-        for source, target in reversed(finished):
-            target.rename(source)
-        _remove_empty_folders((target for _, target in moves), folder)
-        if isinstance(error, OSError):
-            raise FileError(f"{folder}: cannot be written: {error}.") from error
-        raise
-
-
-def register_results(paths: Iterable[Path], folder: Path) -> None:
-    """Add files to the manifest that another library has just written."""
-    _update_manifest({path: digest for path in paths if (digest := _digest(path))}, folder)
+    root = folder.parent if beside else folder
+    with _locked_for_exchange(root):
+        manifest = _read_manifest(folder)
+        _check_replaceable(contents, folder, manifest)
+        matches = chain.from_iterable(folder.glob(pattern) for pattern in obsolete)
+        removed = {
+            path
+            for path in matches
+            if path not in contents and path.is_file() and _is_unchanged(path, folder, manifest)
+        }
+        listed = {
+            name: digest
+            for name, digest in manifest.items()
+            if (path := folder / name).exists() and path not in removed
+        } | {_name(path, folder): _sha256(content) for path, content in contents.items()}
+        named = beside or {}
+        files = {path: content for path, content in named.items() if content is not None}
+        removed |= named.keys() - files.keys()
+        if listed:
+            files[folder / MANIFEST] = _manifest_text(listed)
+        else:
+            removed.add(folder / MANIFEST)
+        _exchange({**contents, **files}, removed, root)
 
 
 def save_result(text: str, path: Path) -> None:
-    """Write a file that the user named, and register it where its folder has a manifest."""
-    save_text(text, path)
-    if (path.parent / MANIFEST).is_file():
-        register_results((path,), path.parent)
+    """Write a file that the user named, and list it where its folder has a manifest."""
+    folder = path.parent
+    complete_exchange(folder)
+    if not (folder / MANIFEST).is_file():
+        save_text(text, path)
+        return
+    with _locked_for_exchange(folder):
+        content = text.encode("utf-8")
+        listed = _read_manifest(folder) | {path.name: _sha256(content)}
+        _exchange({path: content, folder / MANIFEST: _manifest_text(listed)}, (), folder)
 
 
-def remove_results(folder: Path, patterns: Iterable[str], keep: Iterable[Path] = ()) -> None:
-    """Remove unchanged files that hydrodamp wrote, by patterns, except those to ``keep``."""
-    manifest, excluded = _read_manifest(folder), {*keep}
-    for path in [path for pattern in patterns for path in sorted(folder.glob(pattern))]:
-        if path not in excluded and path.is_file() and _is_replaceable(path, folder, manifest):
-            path.unlink()
-            _remove_empty_folders((path,), folder)
+def complete_exchange(folder: Path) -> None:
+    """Complete the exchange of files that an aborted process committed, and remove its rest."""
+    if (folder / _COMMIT).is_dir() or (folder / _STAGING).is_dir():
+        with locked_folder(folder):
+            _complete(folder)
+
+
+@contextmanager
+def _locked_for_exchange(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder, which is created, without an exchange of an aborted process."""
+    check_folder(folder)
+    is_new = not folder.exists()
+    create_folder(folder)
+    try:
+        with locked_folder(folder):
+            _complete(folder)
+            yield
+    except BaseException:
+        if is_new:
+            with suppress(OSError):  # another process uses it
+                folder.rmdir()
+        raise
+
+
+def _exchange(files: Mapping[Path, bytes], removed: Iterable[Path], root: Path) -> None:
+    """Write files below a folder and remove others."""
+    staging = root / _STAGING
+    journal = {
+        "replaced": {_name(path, root): _digest(path) for path in files if os.path.lexists(path)},
+        "obsolete": {_name(path, root): _digest(path) for path in removed},
+    }
+    try:
+        for path, content in files.items():
+            refuse_input(path)
+            write_new_file(staging / _NEW / _name(path, root), content, path)
+        write_new_file(staging / _JOURNAL, as_json(journal).encode("utf-8"), root)
+        for path in files:
+            create_folder(path.parent)
+        staging.rename(root / _COMMIT)
+    except BaseException as error:
+        shutil.rmtree(staging, ignore_errors=True)
+        _remove_empty_folders(files, root)
+        if isinstance(error, OSError):
+            raise write_error(root, error) from error
+        raise
+    _complete(root)
+
+
+def _complete(root: Path) -> None:
+    """Complete a committed exchange; all steps may be repeated."""
+    commit, staging = root / _COMMIT, root / _STAGING
+    if commit.is_dir():
+        replaced, obsolete = _read_journal(commit / _JOURNAL)
+        new = commit / _NEW
+        files = {root / _name(path, new): path for path in new.rglob("*") if path.is_file()}
+        for path in files:
+            if os.path.lexists(path) and replaced.get(_name(path, root)) != _digest(path):
+                raise FileError(
+                    f"{path}: was changed while hydrodamp replaced it. Move it elsewhere and"
+                    " repeat the command."
+                )
+        try:
+            for path, source in files.items():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                source.replace(path)
+            for name, digest in obsolete.items():
+                if digest and _digest(root / name) == digest:
+                    (root / name).unlink()
+            commit.rename(staging)
+        except OSError as error:
+            raise write_error(root, error) from error
+        _remove_empty_folders((root / name for name in obsolete), root)
+    shutil.rmtree(staging, ignore_errors=True)
+
+
+def _read_journal(path: Path) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the digests of the files that an exchange replaces, and of those that it removes."""
+    journal = load_json(path)
+    tables = (
+        [journal.get(key) for key in ("replaced", "obsolete")] if isinstance(journal, dict) else []
+    )
+    match tables:
+        case [dict() as replaced, dict() as obsolete] if all(map(_is_inside, obsolete)):
+            return replaced, obsolete
+    raise FileError(f"{path}: is not a journal of hydrodamp. Move its folder elsewhere.")
 
 
 def _remove_empty_folders(paths: Iterable[Path], folder: Path) -> None:
@@ -128,12 +218,10 @@ def _remove_empty_folders(paths: Iterable[Path], folder: Path) -> None:
                 parent.rmdir()
 
 
-def _check_replaceable(
-    paths: Iterable[Path], folder: Path, manifest: Mapping[str, list[str]]
-) -> None:
+def _check_replaceable(paths: Iterable[Path], folder: Path, manifest: Mapping[str, str]) -> None:
     """Refuse files that exist and differ from what hydrodamp wrote."""
     for path in paths:
-        if os.path.lexists(path) and not _is_replaceable(path, folder, manifest):
+        if os.path.lexists(path) and not _is_unchanged(path, folder, manifest):
             is_listed = _name(path, folder) in manifest
             reason = "was changed since hydrodamp wrote it" if is_listed else "is not hydrodamp's"
             raise FileError(
@@ -142,48 +230,40 @@ def _check_replaceable(
             )
 
 
-def _is_replaceable(path: Path, folder: Path, manifest: Mapping[str, list[str]]) -> bool:
-    return _digest(path) in manifest.get(_name(path, folder), ())
+def _is_unchanged(path: Path, folder: Path, manifest: Mapping[str, str]) -> bool:
+    """Return whether a file has the content that hydrodamp wrote."""
+    return manifest.get(_name(path, folder), "") == _digest(path) != ""
 
 
-def _read_manifest(folder: Path) -> dict[str, list[str]]:
-    """Return the digests that each file may have: as written last, and before that."""
+def _read_manifest(folder: Path) -> dict[str, str]:
+    """Return the digest of each file that hydrodamp wrote."""
     path = folder / MANIFEST
     if not path.is_file():
         return {}
     content = load_json(path)
     manifest = content.get("files") if isinstance(content, dict) else None
     if not isinstance(manifest, dict) or not all(
-        isinstance(digests, list) and _is_inside(name) for name, digests in manifest.items()
+        isinstance(digest, str) and _is_inside(name) for name, digest in manifest.items()
     ):
         raise FileError(f"{path}: is not a manifest of hydrodamp. Move it elsewhere.")
     return manifest
+
+
+def _manifest_text(digests: Mapping[str, str]) -> bytes:
+    files = dict(sorted(digests.items()))
+    return as_json({"format": "hydrodamp-manifest", "files": files}).encode("utf-8")
 
 
 def _is_inside(name: str) -> bool:
     return not Path(name).is_absolute() and ".." not in PurePosixPath(name).parts
 
 
-def _update_manifest(digests: Mapping[Path, str], folder: Path) -> None:
-    manifest = _read_manifest(folder)
-    for path, digest in digests.items():
-        name = _name(path, folder)
-        # Until the new content is in place, the content on disk is hydrodamp's too.
-        present = {*manifest.get(name, ())} & {_digest(path)} - {digest}
-        manifest[name] = [digest, *present]
-    existing = {
-        name: manifest[name]
-        for name in sorted(manifest)
-        if folder / name in digests or (folder / name).exists()
-    }
-    if existing:
-        save_json({"format": _FORMAT, "files": existing}, folder / MANIFEST)
-    else:
-        (folder / MANIFEST).unlink(missing_ok=True)
-
-
 def _name(path: Path, folder: Path) -> str:
     return path.relative_to(folder).as_posix()
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _digest(path: Path) -> str:

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import hydrodamp as hd
 from hydrodamp.cli.main import app
+from hydrodamp.report.files import ReportContent
 
 VEHICLE = """\
 name: planar
@@ -87,5 +88,5 @@ def interrupted_at(number, function):
 @pytest.fixture
 def undrawn(monkeypatch):
     """No pictures and no report: they take longer than all the rest."""
-    monkeypatch.setattr("hydrodamp.cli.compare.write_diagnostics", lambda *_: None)
-    monkeypatch.setattr("hydrodamp.cli.identify.write_fit_report", lambda *_: None)
+    monkeypatch.setattr("hydrodamp.cli.report.draw_diagnostics", lambda *_: ReportContent())
+    monkeypatch.setattr("hydrodamp.cli.report.render_report", lambda *_: None)

@@ -8,8 +8,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.fit import empty_fit
-from hydrodamp.report.files import Picture, ReportContent, write_pictures
-from hydrodamp.results import MANIFEST
+from hydrodamp.report.files import Picture, ReportContent, picture_files
+from hydrodamp.results import save_results
 
 LINE = "identify a.csv --vehicle planar.yaml --model linear --method ls"
 
@@ -80,10 +80,9 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
 
 
 @pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 130), (RuntimeError, 1)])
-def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(folder, call, monkeypatch, error, status):
-    figures = folder / "d.figures"
-    write_pictures(ReportContent(pictures=(Picture("power", "", 1, 1, b"old"),)), figures, figures)
-    assert (figures / "power.svg").read_bytes() == b"old"
+def test_all_or_nothing_of_an_earlier_fit_is_replaced(folder, call, monkeypatch, error, status):
+    figures, content = folder / "d.figures", ReportContent(pictures=(Picture("a", "", 1, 1, b""),))
+    save_results(picture_files(content, figures), figures)
     mine = figures / "mine.svg"
     for path in (folder / "d.json", folder / "d.report.html", mine):
         path.write_text("old", "utf-8")
@@ -91,13 +90,18 @@ def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(folder, call, monkeypa
     def fail(*args):
         raise error
 
-    monkeypatch.setattr("hydrodamp.cli.report.draw_diagnostics", fail)
+    before = {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()}
     assert "d.json: exists already" in call(f"{LINE} --json --out d.json", 2).stderr
-    assert (folder / "d.json").read_text("utf-8") == "old"
-    call(f"{LINE} --json --out d.json --force", status)
+    with monkeypatch.context() as patch:
+        patch.setattr("hydrodamp.cli.report.draw_diagnostics", fail)
+        call(f"{LINE} --json --out d.json --force", status)
+    assert {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()} == before
+    monkeypatch.setattr("hydrodamp.cli.report.draw_diagnostics", lambda *_: ReportContent())
+    monkeypatch.setattr("hydrodamp.cli.report.render_report", lambda *_: None)
+    call(f"{LINE} --json --out d.json --force")
     assert hd.read_damping(folder / "d.json").covariance is not None
     assert not (folder / "d.report.html").exists()
-    assert [path for path in figures.iterdir() if path.name != MANIFEST] == [mine]
+    assert [*figures.iterdir()] == [mine]
 
 
 @pytest.mark.parametrize(

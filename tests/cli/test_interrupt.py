@@ -16,9 +16,10 @@ import pytest
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import compare
+from hydrodamp.cli import report
 from hydrodamp.cli.output import handle_errors
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
+from hydrodamp.results import MANIFEST
 from hydrodamp.validation import compare as validation
 
 from .conftest import interrupted_at, motion
@@ -36,6 +37,10 @@ def interrupt_fits(patch, at):
 
 def interrupt_replays(patch, at):
     patch.setattr(validation, "replay", interrupted_at(at, validation.replay))
+
+
+def interrupt_drawing(patch, at):
+    patch.setattr(report, "draw_diagnostics", interrupted_at(at, report.draw_diagnostics))
 
 
 def document(folder="out"):
@@ -96,7 +101,8 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
 def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, kept, whole, call):
     line = LINE.replace("--out out", "--out whole").replace(before, after)
     there = {path: path.read_bytes() for path in Path("whole/fits").iterdir()}
-    told = call(f"{line} --resume").stderr
+    assert "`--force`" in call(f"{line} --resume", 2).stderr
+    told = call(f"{line} --resume --force").stderr
     assert document("whole")["provenance"]["resumed"].startswith(f"{kept} of ")
     assert "contains an earlier comparison, which is overwritten; finished fits are reused." in told
     assert {path: path.read_bytes() for path in there} == there
@@ -116,8 +122,39 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     assert "With `--out DIR` finished fits are kept" in shown.stderr
 
 
+def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, monkeypatch):
+    line, home = LINE.replace("--out out", "--out whole"), folder / "whole"
+    before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+    other = line.replace("--train one", "--train two")
+    for interrupt, at in ((interrupt_fits, 1), (interrupt_replays, 6), (interrupt_drawing, 1)):
+        with monkeypatch.context() as patch:
+            interrupt(patch, at)
+            said = call(f"{other} --force", 130).stderr
+        after = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+        assert {path: after[path] for path in before if path.name != MANIFEST} == {
+            path: content for path, content in before.items() if path.name != MANIFEST
+        }
+        assert "interrupted" in said
+    assert len([*(home / "fits").iterdir()]) > len(whole["rows"])
+    assert "holds results already" in call(f"{line} --resume", 2).stderr  # it is finished
+    call(f"{other} --resume")  # its fits are new
+    assert document("whole")["provenance"]["resumed"].startswith("8 of 8 fits")
+
+
+def test_a_run_without_a_fit_in_common_is_not_resumed(folder, call, monkeypatch):
+    with monkeypatch.context() as patch:
+        interrupt_fits(patch, 2)
+        call(LINE, 130)
+    before = document()
+    other = LINE.replace("--train one", "--train two")
+    assert "`--force`" in call(f"{other} --resume", 2).stderr
+    assert document() == before
+    call(f"{other} --resume --force")
+    assert "unfinished" not in document()["provenance"]
+
+
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
-    monkeypatch.setattr(compare, "write_diagnostics", interrupted_at(1, compare.write_diagnostics))
+    interrupt_drawing(monkeypatch, 1)
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from pathlib import Path
 
 import pytest
 
@@ -87,6 +88,22 @@ def test_a_disk_that_is_full_ends_nothing(dive, tmp_path):
     record = run_live(rows, vehicle, checkpoint_path=tmp_path / "gone" / "state.json")
     assert record.counts["taken"] == 300
     assert record.messages == [s for s in record.messages if s.startswith("The state is not saved")]
+
+
+def test_a_full_disk_at_the_start_ends_nothing(dive, tmp_path, monkeypatch):
+    vehicle, log = dive
+    path = tmp_path / "state.json"
+    if not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full")
+    path.with_name(".hydrodamp-state.json-lock").symlink_to("/dev/full")
+
+    def fail(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", fail)
+    record = run_live(itertools.islice(rows_of(log), 300), vehicle, checkpoint_path=path)
+    assert record.counts["taken"] == 300
+    assert "state.json: cannot be written: No space left on device" in record.messages[0]
 
 
 @pytest.mark.parametrize("content", ["[]", '{"type": "FeatureCollection"}', "time,u\n0,1\n"])

@@ -45,7 +45,7 @@ def compare_command(project: Project, *, resume: bool = True) -> list[str]:
             command += [option, span]
     command += ["--models", models_argument(project), "--methods", ",".join(arguments.methods)]
     command += ["--out", project.argument(RESULTS)]
-    return [*command, "--resume"] if resume else command
+    return [*command, "--resume", "--force"] if resume else command
 
 
 def export_command(project: Project, target: str) -> list[str]:

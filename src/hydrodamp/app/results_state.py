@@ -9,10 +9,12 @@ from hydrodamp.app.project import EXPORTS, RESULTS, SUFFIX, Project
 from hydrodamp.errors import HydrodampError
 from hydrodamp.files import load_json
 from hydrodamp.report.files import COMPARISON, DAMPING
+from hydrodamp.results import complete_exchange
 
 
 def is_outdated(project: Project) -> bool:
     """Return whether the comparison was made by another command, or files have changed since."""
+    complete_exchange(project.path(RESULTS))
     path = project.path(f"{RESULTS}/{COMPARISON}")
     if not path.is_file():
         return False

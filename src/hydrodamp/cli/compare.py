@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
@@ -24,9 +24,10 @@ from hydrodamp.cli.output import (
     print_results,
     run_provenance,
 )
-from hydrodamp.cli.report import write_diagnostics
+from hydrodamp.cli.report import write_results
 from hydrodamp.errors import demand
 from hydrodamp.progress import progress
+from hydrodamp.results import check_results
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
@@ -48,7 +49,9 @@ class Task:
     methods: Sequence[hd.Method]
     out: Path | None
     settings: Mapping[str, Any]
-    verbose: bool = False
+    verbose: bool
+    resume: bool
+    force: bool
 
     @property
     def rows(self) -> list[Key]:
@@ -79,7 +82,7 @@ def compare(
 
     logs, train, test = logs or [], train or [], test or []
     files = (*logs, *train, *test, *inputs.model_files(models), vehicle, mapping)
-    check_out_folder(out, files, resume, force)
+    check_out_folder(out, resume, force)
     craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
     method_list, provenance = inputs.list_methods(methods), run_provenance(files)
     train_log, test_log, overlap = inputs.train_and_test(logs, train, test, mapping)
@@ -94,8 +97,9 @@ def compare(
         warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
     fitted_models = listed.complete(craft, train_log, estimate_gains)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
-    task = Task(craft, train_log, test_log, fitted_models, method_list, out, settings, verbose)
-    run_comparison(task, overlap | provenance, resume, json)
+    switches = verbose, resume, force
+    task = Task(craft, train_log, test_log, fitted_models, method_list, out, settings, *switches)
+    run_comparison(task, overlap | provenance, json)
 
 
 def demo(
@@ -108,7 +112,7 @@ def demo(
     json: bool = False,
 ) -> None:
     """Simulate the experiment of the paper, identify all models and print Table I."""
-    check_out_folder(out, (), resume, force)
+    check_out_folder(out, resume, force)
     campaign = hd.reenact(seed=seed, truth=truth)
     if not json:
         train, test = (
@@ -121,12 +125,11 @@ def demo(
             f"Identified on {train}; replayed on {test}.\n"
         )
     models, methods = inputs.list_models(None).models, inputs.list_methods(DEMO_METHODS)
-    settings = {"attitude": "measured", "rate_unit": "deg"}
-    task = Task(
-        campaign.vehicle, campaign.train, campaign.test, models, methods, out, settings, verbose
-    )
+    settings, switches = {"attitude": "measured", "rate_unit": "deg"}, (verbose, resume, force)
+    craft, train_log, test_log = campaign.vehicle, campaign.train, campaign.test
+    task = Task(craft, train_log, test_log, models, methods, out, settings, *switches)
     words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
-    run_comparison(task, words | run_provenance(()), resume, json)
+    run_comparison(task, words | run_provenance(()), json)
 
 
 def fit_all(
@@ -151,32 +154,35 @@ def fit_all(
     return fits
 
 
-def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: bool) -> None:
-    """Identify, replay, write and print; after Ctrl-C with the finished rows and status 130."""
-    from hydrodamp.report.documents import comparison_document
-    from hydrodamp.report.files import DAMPING
+def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
+    """Identify, replay, write and print; after Ctrl-C with the finished rows and status 130.
 
-    if task.out is not None and (task.out / "comparison.json").is_file():
-        suffix = "; finished fits are reused" if resume else ""
-        note(f"{task.out} contains an earlier comparison, which is overwritten{suffix}.")
-    comparison = compare_task(task, provenance, resume)
+    An interrupted run leaves a finished comparison in the folder as it is.
+    """
+    from hydrodamp.report.documents import comparison_document
+    from hydrodamp.report.files import DAMPING, listed_fits
+
+    comparison = compare_task(task, provenance)
     n_rows, n_requested = len(comparison.rows), len(task.rows)
+    out, remark = task.out, ""
+    if out is not None and n_rows < n_requested and listed_fits(out) is not None:
+        out, remark = None, f"The earlier comparison in {out} stays. "
     if n_rows:
-        if task.out is not None:
-            hd.write_comparison(comparison, task.out)
-        damping = None if task.out is None else task.out / DAMPING
-        paths = {} if damping is None else {"folder": str(task.out), "damping": str(damping)}
+        if out is not None and n_rows == n_requested:
+            write_results(comparison, task.vehicle, task.train, out)
+        elif out is not None:
+            hd.write_comparison(comparison, out)
+        damping = None if out is None else out / DAMPING
+        paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
         document = comparison_document(comparison) | {"paths": paths}
         print_output(json, document, *comparison_output(comparison, damping, task.verbose))
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(
-            f"interrupted: {n_rows} of {n_requested} rows. {suffix} finished fits are kept; the "
-            "same command with `--resume` continues with the others."
+            f"interrupted: {n_rows} of {n_requested} rows. {remark}{suffix} finished fits are "
+            "kept; the same command with `--resume` continues with the others."
         )
         raise typer.Exit(INTERRUPTED)
-    if task.out is not None:
-        write_diagnostics(comparison, task.vehicle, task.train, task.out)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
         fail(
@@ -184,6 +190,16 @@ def run_comparison(task: Task, provenance: dict[str, str], resume: bool, json: b
             "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
             "richer excitation."
         )
+
+
+def check_resume(folder: Path, fits: Iterable[hd.Fit], force: bool) -> None:
+    """Refuse to overwrite a comparison unless it is unfinished and these are fits of its run."""
+    from hydrodamp.report.documents import names_of
+    from hydrodamp.report.files import RESULTS, listed_fits
+
+    names, listed = {*names_of(fits)}, listed_fits(folder)
+    if not force and names <= (listed or set()):
+        check_results(folder, RESULTS, force)
 
 
 def comparison_output(
@@ -204,22 +220,26 @@ def comparison_output(
     return (verdict, brief_table(comparison), *details)
 
 
-def compare_task(task: Task, provenance: dict[str, str], resume: bool) -> hd.Comparison:
+def compare_task(task: Task, provenance: dict[str, str]) -> hd.Comparison:
     """Return the comparison; after Ctrl-C only the finished rows."""
     from hydrodamp.identification.fit import digest
-    from hydrodamp.report.files import read_finished_fit, write_fit
+    from hydrodamp.report.files import COMPARISON, read_finished_fit, write_fit
     from hydrodamp.report.narrative import RESUMED, UNFINISHED
     from hydrodamp.validation.compare import comparison_provenance
 
     fits: dict[Key, hd.Fit] = {}
     rows: dict[Key, hd.Row] = {}
     problem = hd.prepare(task.vehicle, task.train, task.models)
-    if resume and task.out is not None:
+    if task.resume and task.out is not None:
         for method, model in product(task.methods, task.models):
             key = model.key, method.key
             if fit := read_finished_fit(task.out, *key, digest(problem, model, method)):
                 fits[key] = fit
+        check_resume(task.out, fits.values(), task.force)
         provenance[RESUMED] = f"{len(fits)} of {len(task.rows)} fits from an earlier run"
+    if task.out is not None and (task.out / COMPARISON).is_file():
+        suffix = "; finished fits are reused" if task.resume else ""
+        note(f"{task.out} contains an earlier comparison, which is overwritten{suffix}.")
 
     def save(fit: hd.Fit) -> None:
         fits[fit.model.key, fit.method] = fit

@@ -12,7 +12,6 @@ from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all
 from hydrodamp.cli.output import (
     INTERRUPTED,
-    check_out_file,
     check_out_log,
     fail,
     note,
@@ -21,6 +20,7 @@ from hydrodamp.cli.output import (
 from hydrodamp.errors import ModelError
 from hydrodamp.files import save_json
 from hydrodamp.progress import count_items, progress
+from hydrodamp.results import check_new_file
 
 
 def simulate(
@@ -50,7 +50,7 @@ def simulate(
     )
     from hydrodamp.validation.verdict import describe_lights, judge_axes
 
-    check_out_log(out, (*logs, vehicle, damping, mapping), force)
+    check_out_log(out, force)
     numbers, fit, craft = inputs.read_damping_and_vehicle(damping, vehicle)
     if message := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(message)
@@ -127,7 +127,7 @@ def validate(
     from hydrodamp.report.verdict_tables import selection_table, verdict_table
     from hydrodamp.validation.cross_validation import split_holdout
 
-    check_out_file(out, (*logs, *inputs.model_files(models), vehicle, mapping), force)
+    check_new_file(out, force)
     craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
     method_list, log = inputs.list_methods(methods), inputs.read_logs(logs, mapping)
     selected = (hd.StepwiseSelection(),) if listed.selects_terms else ()

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all
-from hydrodamp.cli.output import check_out_file, fail, note, print_output, run_provenance
-from hydrodamp.cli.report import report_paths, write_fit_report
+from hydrodamp.cli.output import fail, note, print_output, run_provenance
+from hydrodamp.cli.report import report_paths, write_fit
 from hydrodamp.errors import no_such
-from hydrodamp.files import save_json
-from hydrodamp.results import check_results, remove_results
+from hydrodamp.files import as_json
+from hydrodamp.results import check_new_file, check_results
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
@@ -51,7 +51,7 @@ def identify(
     if out is not None:
         figures, page = report_paths(out)
         for path in (out, page):
-            check_out_file(path, files, force)
+            check_new_file(path, force)
         check_results(figures, PICTURES, force)
     craft, listed = hd.find_vehicle(vehicle), inputs.find_model(model)
     estimator, provenance = hd.find_method(method), run_provenance(files)
@@ -79,11 +79,7 @@ def identify(
             fit = replace(fit, grades=grades.grades)
     comparison = hd.compare((fit,), craft, log)
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
-    if out is not None and fit.status.usable:
-        page.unlink(missing_ok=True)
-        remove_results(figures, PICTURES)
-        save_json(document, out)
-        note(f"written to {out}")
+    text = as_json(document)
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
             weak_form = hd.WeakForm()
@@ -94,16 +90,16 @@ def identify(
             note(text)
     if out is not None:
         document["paths"] = {"damping": str(out), "report": str(page)}
-    print_output(json, document, *tables, *extra)
-    if not fit.status.usable:
-        fail(" ".join((fit.status.value, *fit.remarks)))
-    if out is not None:
+    if out is not None and fit.status.usable:
         details = [] if grades is None else [str(grades)]
         if not json:
             with _reason_of_failure("The residuals are not tested", details):
                 details.append("\n".join(hd.diagnose(problem, fit.damping)))
         reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra))
-        write_fit_report(reported, craft, log, provenance, out)
+        write_fit(reported, craft, log, provenance, out, text)
+    print_output(json, document, *tables, *extra)
+    if not fit.status.usable:
+        fail(" ".join((fit.status.value, *fit.remarks)))
     if next_dive and grades is not None:
         from hydrodamp.experiment_design.plan import expected_gain
 

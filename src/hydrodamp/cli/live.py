@@ -16,7 +16,7 @@ import hydrodamp as hd
 from hydrodamp.cli.inputs import find_model
 from hydrodamp.cli.output import WORK_FAILED, fail, note
 from hydrodamp.errors import demand
-from hydrodamp.files import check_file
+from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
     from hydrodamp.live.runner import LiveRun
@@ -44,8 +44,7 @@ def live(
     demand(output_interval > 0.0, "--output-interval", "positive", f"{output_interval:g}")
     interval = f"{checkpoint_interval:g}"
     demand(checkpoint_interval >= 0.0, "--checkpoint-interval", "zero or positive", interval)
-    if checkpoint is not None:
-        check_file(checkpoint)
+    check_new_file(checkpoint, force=True)
     craft, (damping_model,) = hd.find_vehicle(vehicle), find_model(model).with_terms()
     with ExitStack() as ends:
         printer, display = Printer(), None

@@ -27,7 +27,7 @@ def convert(
     json: bool = False,
 ) -> None:
     """Convert a log to the canonical form: one clock, SI units, steps of the mapping applied."""
-    check_out_log(out, (*logs, mapping), force)
+    check_out_log(out, force)
     log = read_logs(logs, mapping)
     warn_quality_issues(log)
     if names := ", ".join(each.name for each in log.measurements):

@@ -13,7 +13,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from datetime import datetime
@@ -24,9 +24,9 @@ import typer
 
 from hydrodamp.cli.options import command_signature, definition
 from hydrodamp.errors import FileError, HydrodampError, HydrodampWarning, ProblemError, printable
-from hydrodamp.files import as_json
+from hydrodamp.files import as_json, protected_inputs
 from hydrodamp.progress import show_progress
-from hydrodamp.results import check_new_file, check_results
+from hydrodamp.results import check_new_file, check_results, complete_exchange
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
@@ -89,7 +89,10 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
                 fail(f"`--{name}` is missing: {hint}", WRONG_INPUT)
         with warnings_as_notes(), nullcontext() if is_quiet else show_progress():
             try:
-                with standard_input_as_file(kwargs):
+                inputs = named_inputs(kwargs)
+                for folder in {path if path.is_dir() else path.parent for path in inputs}:
+                    complete_exchange(folder)
+                with standard_input_as_file(kwargs), protected_inputs(inputs):
                     return command(*args, **kwargs)
             except (typer.Exit, BrokenPipeError):
                 raise
@@ -134,6 +137,25 @@ def standard_input_as_file(arguments: dict[str, Any]) -> Iterator[None]:
         yield
 
 
+def named_inputs(arguments: Mapping[str, Any]) -> list[Path]:
+    """Return the files and folders that a call may read: texts name inputs, and paths outputs."""
+    from hydrodamp.ingest.formats.files import find_logs
+
+    values = [
+        each
+        for value in arguments.values()
+        for each in (value if isinstance(value, list) else [value])
+    ]
+    texts = [each for each in values if isinstance(each, str)]
+    texts += [name.strip() for text in texts for name in text.split(",")]
+    texts += [text.rpartition(":")[0] for text in texts]  # of FILE:NAME
+    inputs = [path for path in _paths(texts) if os.path.exists(path)]
+    if any(isinstance(each, Path) and each.is_file() for each in values):
+        # Results in a folder have digests; any other file in it may be a log.
+        inputs += [file for path in inputs if path.is_dir() for file in find_logs(path)]
+    return inputs
+
+
 def _interrupted(error: BaseException | None) -> bool:
     """Return whether Ctrl-C caused an error: a compiled module that loads replaces it."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
@@ -168,39 +190,25 @@ def collected_warnings() -> dict[str, str]:
     return {"warnings": lines} if lines else {}
 
 
-def check_out_file(out: Path | None, inputs: Inputs, force: bool) -> None:
-    """Raise if a file cannot be written, would replace an input, or exists."""
-    if out is None:
-        return
-    for path in _paths(inputs):
-        if out.exists() and path.is_file() and out.samefile(path):
-            raise FileError(f"`--out {out}` is one of the inputs: give another file.")
-    check_new_file(out, force)
-
-
-def check_out_log(out: Path | None, inputs: Inputs, force: bool) -> None:
-    """Raise also if the suffix is not that of a log."""
+def check_out_log(out: Path | None, force: bool) -> None:
+    """Raise if a log cannot be written, or its suffix is not that of a log."""
     from hydrodamp.data.canonical import check_log_file
 
-    check_out_file(out, inputs, force)
+    check_new_file(out, force)
     if out is not None:
         check_log_file(out)
 
 
-def check_out_folder(out: Path | None, inputs: Inputs, resume: bool, force: bool) -> None:
+def check_out_folder(out: Path | None, resume: bool, force: bool) -> None:
     """Raise if a folder cannot be written or files in it would be replaced."""
-    from hydrodamp.report.files import RESULTS, is_result
+    from hydrodamp.report.files import RESULTS
 
-    if out is None:
-        if resume:
-            raise ProblemError(
-                "`--resume` reuses fits of an interrupted run: give its folder with `--out DIR`."
-            )
-        return
-    for path in _paths(inputs):
-        if path.is_file() and is_result(path.resolve(), out.resolve()):
-            raise FileError(f"`--out {out}` would replace the input {path}: give another folder.")
-    check_results(out, RESULTS, force or resume)
+    if out is not None:
+        check_results(out, RESULTS, force or resume)
+    elif resume:
+        raise ProblemError(
+            "`--resume` reuses fits of an interrupted run: give its folder with `--out DIR`."
+        )
 
 
 def run_provenance(inputs: Inputs) -> dict[str, str]:

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.cli.output import check_out_file, collected_warnings, emit, note
+from hydrodamp.cli.output import collected_warnings, emit, note
+from hydrodamp.files import protected_inputs
+from hydrodamp.results import check_new_file, complete_exchange, save_results
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
@@ -17,25 +19,26 @@ if TYPE_CHECKING:
 def report(folder: Path, out: Path | None = None, force: bool = False, json: bool = False) -> None:
     """Write the HTML report of a folder of results without fitting again."""
     from hydrodamp.report.documents import selection_document
-    from hydrodamp.report.files import REPORT, read_comparison, read_content
+    from hydrodamp.report.files import COMPARISON, REPORT, read_comparison, read_content
     from hydrodamp.report.page import CARD, PAGE, write_fidelity_page
 
     document = {"format": "hydrodamp-report", "version": 1}
-    if (folder / CARD).is_file():
-        check_out_file(out or folder / PAGE, (str(folder / CARD),), force)
+    complete_exchange(folder)
+    is_export = (folder / CARD).is_file()
+    if not is_export and not (folder / COMPARISON).is_file():
+        problem = f"has no {COMPARISON}" if folder.is_dir() else "does not exist"
+        raise hd.FileError(
+            f"{folder}: the folder {problem}; give one that `compare`, `demo` or `export` wrote."
+        )
+    default_path = folder / (PAGE if is_export else REPORT)
+    with protected_inputs(path for path in folder.rglob("*") if path != default_path):
+        check_new_file(out or default_path, force)
+    if is_export:
         page = write_fidelity_page(folder, out)
         note(f"written to {page}")
         if json:
             emit(document | {"verdict": None, "paths": {"report": str(page)}})
         return
-    if not (folder / "comparison.json").is_file():
-        problem = "has no comparison.json" if folder.is_dir() else "does not exist"
-        raise hd.FileError(
-            f"{folder}: the folder {problem}; give one that `compare`, `demo` or `export` wrote."
-        )
-    default_path = folder / REPORT
-    inputs = (str(path) for path in folder.rglob("*") if path != default_path)
-    check_out_file(out or default_path, inputs, force)
     comparison = read_comparison(folder)
     page = hd.write_report(comparison, out or default_path, read_content(folder, comparison))
     note(f"written to {page}")
@@ -44,26 +47,37 @@ def report(folder: Path, out: Path | None = None, force: bool = False, json: boo
         emit(document | {"verdict": verdict, "paths": {"report": str(page)}})
 
 
-def write_report_or_explain(
-    results: hd.Comparison, path: Path, content: ReportContent | None = None
-) -> None:
-    """Write a report, or name the package that it lacks."""
+def render_report(comparison: hd.Comparison, path: Path, content: ReportContent) -> str | None:
+    """Return the page of a comparison, or name the package that it lacks."""
+    from hydrodamp.report.page import comparison_page
+
     try:
-        note(f"written to {hd.write_report(results, path, content)}")
+        return comparison_page(comparison, content)
     except hd.MethodError as error:
         note(f"{path} is not written: {error}.")
+        return None
 
 
-def write_diagnostics(
+def write_results(
     comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, home: Path
 ) -> None:
-    """Write grades, pictures and the report of a comparison into its folder."""
-    from hydrodamp.report.files import REPORT, write_content
+    """Write a comparison with grades, pictures and report into its folder.
 
-    content = draw_diagnostics(comparison, vehicle, train)
-    write_content(content, home)
+    An interrupt of the drawing writes the others, unless a finished comparison is in the folder.
+    """
+    from hydrodamp.report.files import REPORT, listed_fits, save_comparison
+
+    try:
+        content = draw_diagnostics(comparison, vehicle, train)
+        page = render_report(comparison, home / REPORT, content)
+    except KeyboardInterrupt:
+        if listed_fits(home) is None:
+            save_comparison(comparison, home)
+        raise
+    save_comparison(comparison, home, content, page)
     note(f"written to {home}")
-    write_report_or_explain(comparison, home / REPORT, content)
+    if page is not None:
+        note(f"written to {home / REPORT}")
 
 
 def draw_diagnostics(
@@ -84,19 +98,27 @@ def report_paths(damping: Path) -> tuple[Path, Path]:
     return Path(f"{stem}.figures"), Path(f"{stem}.report.html")
 
 
-def write_fit_report(
-    fit: hd.Fit, vehicle: hd.Vehicle, log: hd.Log, provenance: Mapping[str, str], damping: Path
+def write_fit(
+    fit: hd.Fit,
+    vehicle: hd.Vehicle,
+    log: hd.Log,
+    provenance: Mapping[str, str],
+    damping: Path,
+    text: str,
 ) -> None:
-    """Write the report and the pictures of a fit next to its damping file."""
-    from hydrodamp.report.files import write_pictures
+    """Write the damping file of a fit, and its report and pictures next to it."""
+    from hydrodamp.report.files import PICTURES, picture_files
 
     figures, page = report_paths(damping)
     comparison = hd.compare((fit,), vehicle, log)
     origin = {**comparison.provenance, **provenance}
     comparison = replace(comparison, provenance=origin)
     content = draw_diagnostics(comparison, vehicle, log)
-    if content.pictures:
-        write_pictures(content, figures, figures)
-        note(f"written to {figures}")
+    pictures = picture_files(content, figures) if content.pictures else {}
     comparison = replace(comparison, provenance=origin | collected_warnings())
-    write_report_or_explain(comparison, page, content)
+    report = render_report(comparison, page, content)
+    html = None if report is None else report.encode("utf-8")
+    save_results(pictures, figures, PICTURES, {damping: text.encode("utf-8"), page: html})
+    for path, is_written in {damping: True, figures: pictures, page: html}.items():
+        if is_written:
+            note(f"written to {path}")

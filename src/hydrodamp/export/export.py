@@ -29,11 +29,11 @@ from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
-from hydrodamp.results import MANIFEST, check_results, save_results
+from hydrodamp.results import MANIFEST, check_results, complete_exchange, save_results
 from hydrodamp.vehicle.vehicle import Vehicle
 
-CARD = "fidelity.json"
-"""Name of the fidelity card in the folder of an export."""
+CARD, PAGE = "fidelity.json", "fidelity.html"
+"""Names of the fidelity card in the folder of an export, and of its page."""
 
 MAX_WRENCH_ERROR = 100.0
 """Greatest wrench error of an axis [% of the rms of its damping]; no damping at all has 100 %."""
@@ -128,12 +128,13 @@ def export(
     digests = {path: sha256(content).hexdigest() for path, content in contents.items()}
     contents[CARD] = as_json({**card.document(), "files": digests}).encode("utf-8")
     results = {folder / path: content for path, content in contents.items()}
-    save_results(results, folder, obsolete=[folder / name for name in _earlier_files(folder)])
+    save_results(results, folder, obsolete=(*_earlier_files(folder), PAGE))
     return card
 
 
 def check_export(folder: Path, force: bool) -> None:
     """Refuse a folder with other files than an export's, or without ``force`` with an export."""
+    complete_exchange(folder)
     files = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     if files - {MANIFEST} and CARD not in files:
         raise FileError(f"{folder}: holds files that are no export; name a new folder.")

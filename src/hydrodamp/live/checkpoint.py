@@ -9,11 +9,10 @@ import hashlib
 import json
 import os
 import re
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 
@@ -25,10 +24,10 @@ from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.change_detection import Alarm
 from hydrodamp.live.estimator import LiveState
 from hydrodamp.live.samples import SampleValidator
+from hydrodamp.locks import acquire_lock
 
 VERSION = 3
 HEAD = b'{"live_state":'  # the first bytes of every checkpoint
-LOCK_OFFSET = 0x7FFF0000  # bytes; Windows locks a byte behind the content, which others may read
 
 
 @contextmanager
@@ -42,20 +41,21 @@ def locked(path: Path | None) -> Iterator[None]:
         yield
         return
     try:
-        stream = path.with_name(f"{temporary_prefix(path)}lock").open("a+")
+        stream = path.with_name(f"{temporary_prefix(path)}lock").open("a+b", buffering=0)
     except OSError:  # a folder that cannot be written: the checkpoint cannot either
         yield
         return
     with stream:
-        if not _acquire(stream):
+        if not acquire_lock(stream.fileno()):
             stream.seek(0)
+            process = stream.read(20).decode("ascii", "replace") or "unknown"
             raise FileError(
-                f"{path}: another run of `hydrodamp live` (process {stream.read(20) or 'unknown'})"
-                " uses this checkpoint. Stop that run, or give this one another `--checkpoint`."
+                f"{path}: another run of `hydrodamp live` (process {process}) uses this checkpoint."
+                " Stop that run, or give this one another `--checkpoint`."
             )
-        stream.truncate(0)
-        stream.write(str(os.getpid()))
-        stream.flush()
+        with suppress(OSError):  # on a full disk the process is unknown
+            stream.truncate(0)
+            stream.write(str(os.getpid()).encode())
         _check_kind(path)
         name = re.compile(re.escape(temporary_prefix(path)) + "[0-9a-f]{16}")
         for file in path.parent.iterdir():
@@ -63,25 +63,6 @@ def locked(path: Path | None) -> Iterator[None]:
                 with suppress(OSError):
                     file.unlink()
         yield
-
-
-def _acquire(stream: IO[str]) -> bool:
-    """Return whether this process has the lock, or the file system has no locks."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            stream.seek(LOCK_OFFSET)
-            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def _check_kind(path: Path) -> None:

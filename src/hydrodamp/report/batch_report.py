@@ -29,7 +29,7 @@ from hydrodamp.report.figures.style import (
 from hydrodamp.report.fit_tables import half_widths, standard_errors
 from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
-from hydrodamp.results import remove_results, save_results
+from hydrodamp.results import save_results
 from hydrodamp.status import Status
 
 if TYPE_CHECKING:
@@ -213,8 +213,7 @@ def write_batch(result: BatchResult, folder: Path) -> None:
     }
     if installed():
         contents[folder / "batch.html"] = render_batch_page(result, figures).encode("utf-8")
-    remove_results(folder, RESULT_FILES, keep=contents)
-    save_results(contents, folder)
+    save_results(contents, folder, RESULT_FILES)
 
 
 def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:

@@ -7,7 +7,6 @@ import os
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,7 +31,7 @@ from hydrodamp.report.documents import (
 from hydrodamp.report.narrative import RESUMED, UNFINISHED
 from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.verdict_tables import verdict_table
-from hydrodamp.results import remove_results, save_results
+from hydrodamp.results import complete_exchange, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.compare import Comparison, replayed_row
 from hydrodamp.validation.diagnostics import PredictionBand, find_selected_row
@@ -102,10 +101,9 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     comparison : Comparison
         What to write.
     folder : str or path
-        Each file is written whole or not at all, ``comparison.json`` last. Report, grades and
-        pictures of an earlier comparison in the folder are removed, and its other fits too
-        where this one is whole and was made in one go; files that hydrodamp did not write, or
-        that were changed since, stay.
+        All files are written, or none. Report, grades and pictures of an earlier comparison in
+        the folder are removed, and its other fits too where this one is whole and was made in
+        one go; files that hydrodamp did not write, or that were changed since, stay.
 
     Raises
     ------
@@ -113,11 +111,29 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         If the folder cannot be made or written, or a file would replace one that hydrodamp did
         not write.
     """
-    home, tables = Path(folder), (*summary_tables(comparison), *detail_tables(comparison))
+    save_comparison(comparison, Path(folder))
+
+
+def save_comparison(
+    comparison: Comparison,
+    home: Path,
+    content: ReportContent | None = None,
+    page: str | None = None,
+) -> None:
+    """Write a comparison with its diagnostics and report in one exchange of all files."""
+    contents = comparison_files(comparison, home)
+    if content is not None:
+        contents |= content_files(content, home)
+    if page is not None:
+        contents[home / REPORT] = page.encode("utf-8")
+    keeps_fits = not comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED))
+    save_results(contents, home, [each for each in RESULTS if each != _FITS or not keeps_fits])
+
+
+def comparison_files(comparison: Comparison, home: Path) -> dict[Path, bytes]:
+    """Return the files of a comparison without diagnostics."""
+    tables = (*summary_tables(comparison), *detail_tables(comparison))
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
-    remove_results(home, (COMPARISON, DAMPING, REPORT, GRADES, BAND, *_PICTURES))
-    if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
-        remove_results(home, (_FITS,), keep=fits)
     if any(row.blocks is not None for row in comparison.rows):
         tables = (verdict_table(comparison.verdict()), *tables)
     texts = {
@@ -130,9 +146,8 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     if (selected := find_selected_row(comparison)) is not None:
         texts[home / DAMPING] = as_json(fit_document(selected.fit))
     texts[home / COMPARISON] = as_json(comparison_document(comparison))
-    contents = {home / REPLAYS: _replays(comparison)}
-    contents |= {path: text.encode("utf-8") for path, text in texts.items()}
-    save_results(contents, home)
+    contents = {path: text.encode("utf-8") for path, text in texts.items()}
+    return {home / REPLAYS: _replays(comparison), **contents}
 
 
 def write_fit(fit: Fit, folder: Path) -> None:
@@ -144,6 +159,7 @@ def write_fit(fit: Fit, folder: Path) -> None:
 
 def read_finished_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
     """Return a fit of a folder of results, or None."""
+    complete_exchange(folder)
     path = folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
     return read_fit(path) if path.is_file() else None
 
@@ -169,6 +185,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
         If a file of ``fits`` has faults.
     """
     home = Path(folder)
+    complete_exchange(home)
     path = home / COMPARISON
     document = validate(ComparisonDocument, load_json(path), str(path))
     settings, texts = document.provenance, dict(document.provenance.model_extra or {})
@@ -186,11 +203,15 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     return Comparison(tuple(rows), settings.rate_unit, settings.attitude, texts)
 
 
-def is_result(path: Path, folder: Path) -> bool:
-    """Return whether a file is a result that a comparison may overwrite."""
-    return folder in path.parents and any(
-        fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS
-    )
+def listed_fits(folder: Path) -> set[str] | None:
+    """Return the names of the fits of a finished comparison in a folder, or None."""
+    complete_exchange(folder)
+    path = folder / COMPARISON
+    if not path.is_file():
+        return None
+    document = validate(ComparisonDocument, load_json(path), str(path))
+    is_unfinished = UNFINISHED in (document.provenance.model_extra or {})
+    return None if is_unfinished else {entry.fit for entry in document.rows}
 
 
 def _named_fits(comparison: Comparison) -> dict[str, Fit]:
@@ -242,29 +263,27 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     }
 
 
-def write_content(content: ReportContent, home: Path) -> None:
-    """Write grades, band and pictures into the folder of a comparison."""
-    contents: dict[Path, bytes] = {}
+def content_files(content: ReportContent, home: Path) -> dict[Path, bytes]:
+    """Return the files of grades, band and pictures in the folder of a comparison."""
+    contents = picture_files(content, home / FIGURES)
     if (identifiability := content.identifiability) is not None:
         grades = _Grades(model=identifiability.model.key, axes=identifiability.axes)
         contents[home / GRADES] = grades.model_dump_json(indent=2).encode("utf-8")
     if (band := content.band) is not None:
         ends = {"lower": band.lower, "upper": band.upper, "level": np.array(band.level)}
         contents[home / BAND] = _npz(ends)
-    save_results(contents, home)
-    write_pictures(content, home / FIGURES, home)
+    return contents
 
 
-def write_pictures(content: ReportContent, folder: Path, home: Path) -> None:
-    """Write pictures and captions into a folder; list them in the manifest of ``home``."""
+def picture_files(content: ReportContent, folder: Path) -> dict[Path, bytes]:
+    """Return the files of pictures and captions in a folder."""
     index = _Index(pictures=content.pictures, not_shown=content.not_shown)
     contents = {folder / f"{picture.name}.svg": picture.svg for picture in content.pictures}
-    contents[folder / INDEX] = index.model_dump_json(indent=2).encode("utf-8")
-    save_results(contents, home)
+    return {folder / INDEX: index.model_dump_json(indent=2).encode("utf-8"), **contents}
 
 
 def read_content(home: Path, comparison: Comparison) -> ReportContent:
-    """Read what :func:`write_content` wrote; report deleted pictures as missing."""
+    """Read what :func:`content_files` returned; report deleted pictures as missing."""
     row, grades, band = find_selected_row(comparison), None, None
     pictures: list[Picture] = []
     not_shown: list[str] = []

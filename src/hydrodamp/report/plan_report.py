@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from hydrodamp.report.figures.series import prediction_figure, setpoint_figure, 
 from hydrodamp.report.figures.style import figure_bytes
 from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
-from hydrodamp.results import register_results, remove_results, save_result, save_results
+from hydrodamp.results import save_results
 
 BAG = "bag"
 """Name of the ROS 2 bag in the folder of a plan."""
@@ -131,18 +132,22 @@ def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
     with suppress(MethodError):
         pictures = {name: figure_bytes(draw(plan), "svg") for name, (draw, _) in FIGURES.items()}
         contents |= {folder / f"{name}.svg": picture for name, picture in pictures.items()}
-    save_results(contents, folder)
-    write_log(plan.track, folder / "track.csv")
-    if planning.can_write_bags():
-        remove_results(folder, (f"{BAG}/*",))
-        planning.write_bag(plan, folder / BAG)
-    else:
-        missing.append('The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".')
+    with TemporaryDirectory() as name:
+        temporary = Path(name)
+        write_log(plan.track, temporary / "track.csv")
+        if planning.can_write_bags():
+            planning.write_bag(plan, temporary / BAG)
+        else:
+            missing.append(
+                'The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".'
+            )
+        files = [path for path in sorted(temporary.rglob("*")) if path.is_file()]
+        contents |= {folder / path.relative_to(temporary): path.read_bytes() for path in files}
     if installed():
-        save_result(page(plan, pictures), folder / "plan.html")
+        contents[folder / "plan.html"] = page(plan, pictures).encode("utf-8")
     else:
         missing.append('The figures and the page need: pip install "hydrodamp[report]".')
-    register_results((folder / "track.csv", *(folder / BAG).glob("*")), folder)
+    save_results(contents, folder, RESULTS)
     return missing
 
 

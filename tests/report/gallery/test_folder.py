@@ -9,19 +9,17 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.report.files import (
     ReportContent,
-    is_result,
+    picture_files,
     read_content,
-    write_content,
-    write_pictures,
+    save_comparison,
 )
-from hydrodamp.results import MANIFEST, save_result
+from hydrodamp.results import MANIFEST, save_result, save_results
 
 
 @pytest.fixture
 def home(examined, tmp_path):
     """A folder of results with findings."""
-    hd.write_comparison(examined.table, tmp_path)
-    write_content(examined.findings, tmp_path)
+    save_comparison(examined.table, tmp_path, examined.findings)
     return tmp_path
 
 
@@ -42,8 +40,6 @@ def test_stale_findings_go_and_pictures_of_others_stay(examined, home):
     save_result("old", home / "report.html")
     hd.write_comparison(examined.table, home)
     assert [path.name for path in (home / "figures").iterdir()] == ["mine.svg"]
-    assert is_result(home / "figures" / "power.svg", home)
-    assert not is_result(home / "figures" / "power.csv", home)
     for name in ("report.html", "identifiability.json", "band.npz"):
         assert not (home / name).exists()
 
@@ -53,7 +49,7 @@ def test_a_condition_without_bound_reads_back(examined, home):
     first, *others = found.axes
     first = replace(first, condition=float("inf"))
     endless = replace(found, axes=(first, *others))
-    write_content(ReportContent(endless), home)
+    save_comparison(examined.table, home, ReportContent(endless))
     assert read_content(home, hd.read_comparison(home)).identifiability == endless
 
 
@@ -89,9 +85,10 @@ def test_a_damaged_band_is_refused(home, content):
 
 def test_pictures_stand_alone_beside_a_damping_file(examined, tmp_path):
     home = tmp_path / "damping.figures"
-    write_pictures(examined.findings, home, tmp_path)
+    save_results(picture_files(examined.findings, home), tmp_path)
     listed = json.loads((tmp_path / MANIFEST).read_text("utf-8"))["files"]
     assert {*listed} == {f"{home.name}/{path.name}" for path in home.iterdir()}
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(hd.FileError, match="cannot be"):
-        write_pictures(ReportContent(), tmp_path / "file", tmp_path)
+        save_results(picture_files(ReportContent(), tmp_path / "file"), tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {MANIFEST, home.name, "file"}

@@ -198,8 +198,13 @@ def _list_files(path: Path) -> list[Path]:
 
 def _subfolders_with_logs(path: Path) -> list[str]:
     """Return the subfolders that hold logs."""
-    logs = (file for file in path.rglob("*") if file.is_file() and suffix_of(file) in SUFFIXES)
-    return sorted({str(file.parent.relative_to(path)) for file in logs} - {"."})
+    return sorted({str(file.parent.relative_to(path)) for file in find_logs(path)} - {"."})
+
+
+def find_logs(folder: Path) -> list[Path]:
+    """Return the files in a folder and its subfolders that have the suffix of a log."""
+    files = (file for file in folder.rglob("*") if file.is_file())
+    return [file for file in files if suffix_of(file) in SUFFIXES]
 
 
 def map_reporting_all_faults(
