@@ -6,6 +6,7 @@ import difflib
 import json
 import os
 import re
+import sys
 from collections import Counter, UserDict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -22,6 +23,7 @@ Value = TypeVar("Value")
 
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
 
+LOCK_OFFSET = 0x7FFF0000  # bytes; Windows locks a byte behind the content, which others may read
 MAX_DEPTH = 32  # levels of tables and lists; the deepest file of hydrodamp has 8
 MAX_NODES = 200_000  # values of a YAML file, aliases written out; a fleet vehicle has 300
 _TOO_DEEP = f"tables and lists are nested more than {MAX_DEPTH} deep"
@@ -210,6 +212,25 @@ def wrong_kind_message(content: object, source: str, required: str) -> str:
     kind, key = matches.popitem()
     name, use, _ = KINDS[kind]
     return f"{source} is {name} (it has {key}), not {KINDS[required][0]}: {use}."
+
+
+def acquire_lock(stream: IO[Any]) -> bool:
+    """Return whether a file is locked for this process, or the file system has no locks."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            stream.seek(LOCK_OFFSET)
+            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def temporary_prefix(target: Path) -> str:

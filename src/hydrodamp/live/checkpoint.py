@@ -9,17 +9,16 @@ import hashlib
 import json
 import os
 import re
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import FileError
-from hydrodamp.files import load_json, save_text, temporary_prefix
+from hydrodamp.files import acquire_lock, load_json, save_text, temporary_prefix
 from hydrodamp.kernels.core import Estimate
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.change_detection import Alarm
@@ -28,7 +27,6 @@ from hydrodamp.live.samples import SampleValidator
 
 VERSION = 3
 HEAD = b'{"live_state":'  # the first bytes of every checkpoint
-LOCK_OFFSET = 0x7FFF0000  # bytes; Windows locks a byte behind the content, which others may read
 
 
 @contextmanager
@@ -47,7 +45,7 @@ def locked(path: Path | None) -> Iterator[None]:
         yield
         return
     with stream:
-        if not _acquire(stream):
+        if not acquire_lock(stream):
             stream.seek(0)
             raise FileError(
                 f"{path}: another run of `hydrodamp live` (process {stream.read(20) or 'unknown'})"
@@ -63,25 +61,6 @@ def locked(path: Path | None) -> Iterator[None]:
                 with suppress(OSError):
                     file.unlink()
         yield
-
-
-def _acquire(stream: IO[str]) -> bool:
-    """Return whether this process has the lock, or the file system has no locks."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            stream.seek(LOCK_OFFSET)
-            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def _check_kind(path: Path) -> None:
