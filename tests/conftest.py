@@ -32,13 +32,14 @@ SLOW = (
     *("tests/studies/", "tests/examples/", "tests/docs/test_pages", "tests/report/gallery/"),
     *(f"tests/export/test_{name}" for name in ("c99", "fmu", "gazebo", "identifiers")),
 )
-"""Folders and modules whose tests compile, draw, or run scripts and pages."""
+"""Folders and modules whose tests compile, draw, or run scripts."""
 
 
 def pytest_collection_modifyitems(items):
-    """Mark slow folders and modules."""
+    """Mark slow folders and modules, and the tests that open pages in a browser."""
     for item in items:
-        if any(part in item.path.as_posix() for part in SLOW):
+        has_browser = "browser" in getattr(item, "fixturenames", ())
+        if has_browser or any(part in item.path.as_posix() for part in SLOW):
             item.add_marker(pytest.mark.slow)
 
 

@@ -13,9 +13,8 @@ import pytest
 import uvicorn
 
 import hydrodamp as hd
+from hydrodamp.app.security import Session
 from hydrodamp.app.server import create_app
-
-TOKEN = "a-token-of-the-tests"
 
 
 @dataclass
@@ -23,7 +22,12 @@ class Server:
     """A running server of a folder."""
 
     root: Path
-    port: int
+    session: Session
+    announced: list
+
+    @property
+    def port(self):
+        return self.session.port
 
     @property
     def origin(self):
@@ -31,11 +35,12 @@ class Server:
 
     @property
     def address(self):
-        return f"{self.origin}/?token={TOKEN}"
+        return self.session.new_address()
 
-    def request(self, method, path, form=None, headers=(), body=None):
-        """Return status, headers and text of a request with token and origin."""
-        known = {"Cookie": f"hydrodamp-{self.port}={TOKEN}", "Origin": self.origin}
+    def request(self, method, path, form=None, headers=(), body=None, is_page=True):
+        """Return status, headers and text of a request with cookie and origin."""
+        path = self.session.path + path if is_page else path
+        known = {"Cookie": f"hydrodamp={self.session.cookie}", "Origin": self.origin}
         if form is not None:
             body = urlencode(form, doseq=True)
             known["HX-Request"] = "true"
@@ -66,13 +71,15 @@ def server(tmp_path):
     listener = socket.socket()
     listener.bind(("127.0.0.1", 0))
     port = listener.getsockname()[1]
-    config = uvicorn.Config(create_app(tmp_path, TOKEN, port), log_level="warning")
+    announced = []
+    session = Session(port, announced.append)
+    config = uvicorn.Config(create_app(tmp_path, session), log_level="warning")
     running = uvicorn.Server(config)
     thread = threading.Thread(target=running.run, kwargs={"sockets": [listener]})
     thread.start()
     while not running.started:
         time.sleep(0.01)
-    yield Server(tmp_path, port)
+    yield Server(tmp_path, session, announced)
     running.should_exit = True
     thread.join(30.0)
     listener.close()
@@ -92,10 +99,10 @@ def canonical(server, campaign):
 
 
 def open_log(server, *paths, **more):
-    """Create the project of logs and return its address."""
+    """Create the project of logs and return its address below that of the session."""
     status, headers, text = server.request("POST", "/open", {"log": paths, **more})
     assert status == 200, text[:500]
-    return headers["HX-Redirect"].removesuffix("/channels")
+    return headers["HX-Redirect"].removeprefix(server.session.path).removesuffix("/channels")
 
 
 def version_of(server, project):

@@ -17,19 +17,24 @@ APP = [sys.executable, "-m", "hydrodamp", "app", "--no-browser"]
 
 
 def start(folder, *arguments):
-    """Start the command; return the process with its port, path and token."""
+    """Start the command; return the process with its port, the path of its page and the cookie."""
     process = subprocess.Popen(
         [*APP, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
     )
     line = process.stderr.readline()
-    found = re.search(r"http://127\.0\.0\.1:(\d+)(\S*)\?token=(\S+)", line)
+    found = re.search(r"http://127\.0\.0\.1:(\d+)(\S*)", line)
     assert found, line
-    return process, int(found[1]), found[2], found[3]
+    connection = http.client.HTTPConnection("127.0.0.1", int(found[1]), timeout=30)
+    connection.request("GET", found[2])
+    answer = connection.getresponse()
+    cookie = answer.headers["Set-Cookie"].split(";")[0]
+    connection.close()
+    return process, int(found[1]), answer.headers["Location"], cookie
 
 
-def request(port, token, method, path, form=None):
+def request(port, cookie, method, path, form=None):
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
-    headers = {"Cookie": f"hydrodamp-{port}={token}", "Origin": f"http://127.0.0.1:{port}"}
+    headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{port}"}
     connection.request(method, path, urlencode(form or {}), headers)
     answer = connection.getresponse()
     text = answer.read().decode()
@@ -54,11 +59,11 @@ def boat(tmp_path, campaign):
 
 
 def test_a_log_on_the_command_line_is_opened(boat):
-    process, port, path, token = start(boat, "boat.csv")
+    process, port, path, cookie = start(boat, "boat.csv")
     try:
-        assert path == "/p/boat/channels"
-        assert request(port, token, "GET", path)[0] == 200
-        assert request(port, "wrong", "GET", path)[0] == 403
+        assert path.endswith("/p/boat/channels")
+        assert request(port, cookie, "GET", path)[0] == 200
+        assert request(port, "hydrodamp=wrong", "GET", path)[0] == 403
     finally:
         stop(process)
 
@@ -66,9 +71,9 @@ def test_a_log_on_the_command_line_is_opened(boat):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_killed_server_leaves_whole_files(boat, seed):
     """Edits follow each other until the process is killed; each file on disk is a whole edit."""
-    process, port, path, token = start(boat, "boat.csv")
+    process, port, path, cookie = start(boat, "boat.csv")
     project = Project(boat.resolve(), "boat")
-    request(port, token, "GET", path)
+    request(port, cookie, "GET", path)
     is_over = threading.Event()
 
     def edit():
@@ -76,7 +81,7 @@ def test_a_killed_server_leaves_whole_files(boat, seed):
             text = f"time: t_s\nvelocity: {{u: fwd}}\nnote: {'x' * 2000}{number}\n"
             form = {"text": text, "version": project.version}
             try:
-                request(port, token, "POST", "/p/boat/channels/text", form)
+                request(port, cookie, "POST", f"{path}/text", form)
             except (OSError, http.client.HTTPException):
                 break
             if is_over.is_set():
@@ -92,9 +97,9 @@ def test_a_killed_server_leaves_whole_files(boat, seed):
     mapping = hd.read_mapping(project.path("mapping.yaml"))
     assert mapping.entries
     assert project.arguments.logs == ("boat.csv",)
-    again, port, path, token = start(boat)
+    again, port, path, cookie = start(boat)
     try:
-        assert "boat" in request(port, token, "GET", "/")[1]
+        assert "boat" in request(port, cookie, "GET", path)[1]
     finally:
         stop(again)
 

@@ -2,10 +2,17 @@
 
 import base64
 import csv
+import errno
 import io
 import json
+import os
+import socket
+import subprocess
+import time
 import zipfile
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +20,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import FileError
 
-from .conftest import TOKEN, open_log, version_of
+from .conftest import open_log, version_of
 
 HOSTILE = "<script>window.stolen = 1</script>"
 
@@ -22,7 +29,7 @@ HOSTILE = "<script>window.stolen = 1</script>"
     "headers",
     [
         {"Cookie": ""},
-        {"Cookie": "hydrodamp-{port}=wrong"},
+        {"Cookie": "hydrodamp=wrong"},
         {"Host": "evil.example:{port}"},
         {"Host": "127.0.0.1"},
         {"Origin": "http://evil.example"},
@@ -32,18 +39,54 @@ HOSTILE = "<script>window.stolen = 1</script>"
 @pytest.mark.parametrize(
     ("method", "path"), [("GET", "/"), ("POST", "/open"), ("PUT", "/upload?name=a")]
 )
-def test_requests_without_token_or_from_elsewhere_are_refused(server, headers, method, path):
+def test_requests_without_session_or_from_elsewhere_are_refused(server, headers, method, path):
     given = {name: text.format(port=server.port) for name, text in headers.items()}
     assert server.request(method, path, headers=given)[0] == 403
     assert not [*server.root.iterdir()]
 
 
-def test_the_token_in_the_address_becomes_a_cookie(server):
-    status, headers, _ = server.request("GET", f"/?token={TOKEN}", headers={"Cookie": ""})
+def visit(server, address, method="GET", **headers):
+    path = address.removeprefix(server.origin)
+    return server.request(method, path, headers={"Cookie": "", **headers}, is_page=False)
+
+
+def test_an_address_opens_the_session_once(server):
+    address = server.address
+    status, headers, _ = visit(server, address)
     assert status == 303
-    assert headers["Location"] == "/"
-    assert "httponly" in headers["Set-Cookie"].lower()
-    assert "samesite=strict" in headers["Set-Cookie"].lower()
+    assert headers["Location"] == f"{server.session.path}/"
+    assert {*headers["Set-Cookie"].lower().split("; ")[1:]} == {
+        "httponly", "samesite=strict", f"path={server.session.path}".lower()
+    }  # fmt: skip
+    status, headers, text = visit(server, address)
+    assert status == 403
+    assert "Set-Cookie" not in headers
+    assert b"latest address in the terminal" in text
+
+
+def test_an_address_is_not_used_ahead_of_the_visit(server):
+    address = server.address
+    assert visit(server, address, "HEAD")[0] == 403
+    assert visit(server, address, **{"Sec-Purpose": "prefetch;prerender"})[0] == 403
+    assert visit(server, address)[0] == 303
+
+
+def test_an_address_is_valid_for_a_time(server):
+    assert visit(server, server.session.new_address(life=-1.0))[0] == 403
+
+
+def test_the_announced_address_is_replaced_when_it_is_used(server):
+    server.session.announce()
+    assert visit(server, server.address)[0] == 303  # that of the browser which the command opens
+    assert len(server.announced) == 1
+    assert visit(server, server.announced[0])[0] == 303
+    assert len(server.announced) == 2
+    assert visit(server, server.announced[1])[0] == 303
+
+
+@pytest.mark.parametrize("path", ["/", "/p/dive/channels", "/assets/app.js", "//evil.example"])
+def test_the_cookie_opens_nothing_outside_the_path_of_the_session(server, path):
+    assert server.request("GET", path, is_page=False)[0] == 403
 
 
 def test_all_answers_forbid_scripts_of_others(server):
@@ -205,7 +248,6 @@ def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):
 
 def test_an_interval_outside_the_log_is_refused(server, canonical):
     project = open_log(server, canonical)
-    server.get(f"{project}/split")
     version = version_of(server, project)
     assert "no two samples" in server.post(
         f"{project}/split", 422, train="90000:99999", test="0:10", version=version
@@ -225,7 +267,8 @@ def test_files_of_a_project_alone_are_sent(server, canonical):
 def test_a_project_is_where_it_was_after_a_restart(server, canonical):
     """State is files: another process reads what the first wrote."""
     project = open_log(server, canonical)
-    server.get(f"{project}/split")
+    version = version_of(server, project)
+    server.post(f"{project}/split", train="0:20", test="20:40", version=version)
     server.post(
         f"{project}/vehicle", source="fleet", name="vt690", version=version_of(server, project)
     )
@@ -240,7 +283,6 @@ def test_a_project_is_where_it_was_after_a_restart(server, canonical):
 
 def test_a_project_whose_log_became_unreadable_stays(server, canonical):
     project = open_log(server, canonical)
-    server.get(f"{project}/split")
     (server.root / canonical).write_bytes(b"\x00\x01")
     assert open_log(server, canonical) == project
     assert server.request("GET", f"{project}/channels")[0] == 422
@@ -335,10 +377,115 @@ def test_a_report_of_others_runs_no_script(server, canonical):
 
 def test_overlap_and_constant_commands_are_told(server, canonical):
     project = open_log(server, canonical)
-    server.get(f"{project}/split")
     form = {"train": "0:100", "test": "50:200"}
     page = server.post(f"{project}/split", version=version_of(server, project), **form)
     assert "Training and test data share" in page
     reverse = {"train": "100:50", "test": "0:10"}
     page = server.post(f"{project}/split", 422, version=version_of(server, project), **reverse)
     assert "START &lt; END" in page or "START" in page
+
+
+def test_pages_write_nothing(server, canonical):
+    project = open_log(server, canonical)
+    before = version_of(server, project)
+    pages = [
+        server.get(f"{project}/{screen}") for screen in ("channels", "vehicle", "split", "run")
+    ]
+    assert version_of(server, project) == before
+    assert 'hx-trigger="submit, load"' in pages[2]  # the page saves the default that it shows
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [("POST", "/open", 413), ("PUT", "/upload?name=a.csv", 413), ("PUT", "/nothing", 404)],
+)
+def test_an_answer_to_a_large_body_can_be_read(server, monkeypatch, method, path, status):
+    from hydrodamp.app import start
+
+    monkeypatch.setattr(start, "MAX_UPLOAD", 3)
+    close = {"Connection": "close"}  # the rest of the body cannot be read after the answer
+    body = b"x" * 30_000_000
+    assert server.request(method, path, body=body, headers=close)[0] == status
+    without = {"Cookie": "", **close}
+    assert server.request(method, path, body=body, headers=without)[0] == 403
+
+
+def test_uploads_are_bounded_together(server, monkeypatch):
+    from hydrodamp.app import start
+
+    monkeypatch.setattr(start, "MAX_UPLOAD", 3)
+    assert server.request("PUT", "/upload?name=a.csv", body=b"12")[0] == 200
+    status, _, text = server.request("PUT", "/upload?name=b.csv", body=b"12")
+    assert status == 413
+    assert b"logs/b.csv" in text
+    assert server.request("PUT", "/upload?name=a.csv", body=b"12")[0] == 200
+    assert [path.name for path in (server.root / "logs").iterdir()] == ["a.csv"]
+
+
+@pytest.mark.parametrize(("method", "path"), [("POST", "/open"), ("PUT", "/upload?name=a.csv")])
+def test_a_browser_that_goes_away_leaves_no_traceback(capfd, server, method, path):
+    head = (
+        f"{method} {server.session.path}{path} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+        f"Origin: {server.origin}\r\nCookie: hydrodamp={server.session.cookie}\r\n"
+        "Content-Length: 1000\r\n\r\n"
+    )
+    with socket.create_connection(("127.0.0.1", server.port)) as connection:
+        connection.sendall(head.encode() + b"x")
+        while method == "PUT" and not [*server.root.glob("logs/.*")]:
+            time.sleep(0.01)
+    while [*server.root.glob("logs/.*")]:
+        time.sleep(0.01)
+    server.get("/")
+    assert capfd.readouterr().err == ""
+
+
+def no_space(*arguments, **options):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def check_sentence(text, name):
+    assert name in text
+    assert os.strerror(errno.ENOSPC) in text
+    assert "Free disk space" in text
+
+
+def test_an_upload_to_a_full_disk_is_refused_with_a_remedy(server, monkeypatch):
+    real = Path.open
+
+    def open_full(path, *arguments, **options):
+        if not path.name.startswith(".hydrodamp-a"):
+            return real(path, *arguments, **options)
+        path.touch()
+        return nullcontext(SimpleNamespace(write=no_space))
+
+    monkeypatch.setattr(Path, "open", open_full)
+    status, _, text = server.request("PUT", "/upload?name=a.csv", body=b"12")
+    assert status == 422
+    check_sentence(text.decode(), "logs/a.csv")
+    assert not [*(server.root / "logs").iterdir()]
+
+
+@pytest.mark.parametrize(("method", "status"), [("open", 422), ("write_text", 200)])
+def test_a_run_on_a_full_disk_is_refused_or_has_an_owner(
+    server, canonical, monkeypatch, method, status
+):
+    project, started = open_log(server, canonical), []
+    version, form = version_of(server, project), {"train": "0:20", "test": "20:40"}
+    server.post(f"{project}/split", version=version, **form)
+    version = version_of(server, project)
+    server.post(f"{project}/vehicle", source="fleet", name="vt690", version=version)
+    job = SimpleNamespace(poll=lambda: 0, pid=1)
+    monkeypatch.setattr(subprocess, "Popen", lambda *a, **more: started.append(1) or job)
+    real = getattr(Path, method)
+
+    def fail(path, *arguments, **options):
+        full = path.name.startswith(("compare", ".compare"))
+        return (no_space if full else real)(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, method, fail)
+    text = server.post(f"{project}/run/start", status)
+    assert len(started) == (status == 200)
+    if status == 200:
+        assert "Finished" in server.get(f"{project}/run/status")
+    else:
+        check_sentence(text, "")

@@ -76,6 +76,7 @@ def show_channels(request: Request, form: Form) -> Response:
     version, files, text = project.version, read_files(project), project.text(MAPPING)
     content = displayed_content(project)
     return render_screen(
+        request,
         project,
         "channels",
         version,
@@ -155,8 +156,9 @@ def _real_names(files: Files, content: Content) -> dict[str, str]:
     return names
 
 
-def _write(project: Project, form: Form, text: str, note: str = "") -> Response:
+def _write(request: Request, form: Form, text: str, note: str = "") -> Response:
     """Write the mapping and return the parts of the page that depend on it."""
+    project = project_of(request)
     before = {row.number: row for row in list_rows(read_files(project), displayed_content(project))}
     project.write(field_value(form, "version"), {MAPPING: text})
     version, content = project.version, displayed_content(project)
@@ -164,6 +166,7 @@ def _write(project: Project, form: Form, text: str, note: str = "") -> Response:
         row for row in list_rows(read_files(project), content) if row != before.get(row.number)
     ]
     return render(
+        request,
         "channels_change.html.j2",
         project=project,
         version=version,
@@ -205,7 +208,7 @@ def change_column(request: Request, form: Form) -> Response:
         if each.role == role not in ("", COMMANDS) and each.column != new.column
     ]
     note = f"{role} had the column {displaced[0]}, which is not used now." if displaced else ""
-    return _write(project, form, format_content(assign(content, new, displayed)), note)
+    return _write(request, form, format_content(assign(content, new, displayed)), note)
 
 
 def change_frame(request: Request, form: Form) -> Response:
@@ -214,14 +217,14 @@ def change_frame(request: Request, form: Form) -> Response:
     frame, world = field_value(form, "frame", "FRD"), field_value(form, "world")
     allowed = ("NED",) if frame == "FRD" else ("NWU", "ENU")
     world = world if world in allowed else allowed[0]
-    return _write(project, form, format_content(set_frame(_content(project), frame, world)))
+    return _write(request, form, format_content(set_frame(_content(project), frame, world)))
 
 
 def apply_step(request: Request, form: Form) -> Response:
     """Add a cleaning step."""
     project = project_of(request)
     content = add_step(_content(project), field_value(form, "step"))
-    return _write(project, form, format_content(content))
+    return _write(request, form, format_content(content))
 
 
 def apply_preset(request: Request, form: Form) -> Response:
@@ -231,11 +234,11 @@ def apply_preset(request: Request, form: Form) -> Response:
         raise LogError(f"the preset `{name}` does not match the log")
     content, path = load_content(name)
     resolved = resolve_extends(content, path) if isinstance(content, dict) else {}
-    return _write(project, form, format_content(resolved))
+    return _write(request, form, format_content(resolved))
 
 
 def change_text(request: Request, form: Form) -> Response:
     """Write the text of the mapping if it is one."""
     project, text = project_of(request), field_value(form, "text").replace("\r\n", "\n")
     parse_mapping(project, text)  # raises its faults before anything is written
-    return _write(project, form, text)
+    return _write(request, form, text)

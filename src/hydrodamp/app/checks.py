@@ -30,6 +30,7 @@ def show_checks(request: Request, form: Form) -> Response:
     by_channel = _issues_by_channel(report)
     rows = list_rows(read_files(project), displayed_content(project))
     return render(
+        request,
         "checks.html.j2",
         project=project,
         fault=fault or ("" if inspection is None else inspection.reason),

@@ -1,22 +1,22 @@
 """Commands that run in the background, one for each project and name.
 
-A job is a process of its own: an interrupt leaves finished fits on disk, as Ctrl-C does.
+A job is a process of its own: an interrupt leaves finished fits on disk, as Ctrl-C does. It holds
+the lock of the file of its output, by which other servers know that it runs.
 """
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import RLock
 
 from hydrodamp.app.project import Project
 from hydrodamp.errors import ProblemError
+from hydrodamp.locks import acquire_lock
 
 #: Seconds that an interrupted process has before it is killed.
 GRACE = 20.0
@@ -31,6 +31,8 @@ class Job:
 
     process: subprocess.Popen[bytes]
     output: Path
+    command: list[str]
+    is_cancelled: bool = False
     started: float = field(default_factory=time.time)
 
     @property
@@ -53,7 +55,16 @@ class Job:
     def interrupt(self) -> None:
         """Interrupt the command as Ctrl-C does."""
         if self.is_running:
+            self.is_cancelled = True
             self.process.send_signal(signal.SIGINT)
+
+    def wait(self) -> None:
+        """Wait for the end of an interrupted command."""
+        try:
+            self.process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
 
 
 class Jobs:
@@ -68,14 +79,26 @@ class Jobs:
         return self._jobs.get((project.name, name))
 
     def start(self, project: Project, name: str, command: list[str]) -> Job:
-        """Start a command in the folder of the projects, unless one of the name is running."""
+        """Start a command in the folder of the projects, unless it runs already."""
         with self._lock:
             job = self.find(project, name)
+            if job is not None and job.is_cancelled:
+                job.wait()
             if job is not None and job.is_running:
+                if job.command != command:
+                    raise ProblemError(
+                        f"`hydrodamp {name}` runs with earlier choices: cancel it, or wait for its "
+                        "end, then start it again"
+                    )
                 return job
-            self._check_elsewhere(project, name)
             output = project.path(f"{name}.log")
-            with output.open("wb") as stream:
+            with output.open("ab") as stream:
+                if not acquire_lock(stream.fileno()):
+                    raise ProblemError(
+                        f"this project has a job of another server, or of one that was killed: "
+                        f"wait for its end, or end the process that writes {output}"
+                    )
+                stream.truncate(0)
                 process = subprocess.Popen(
                     [sys.executable, "-m", "hydrodamp", *command],
                     cwd=project.root,
@@ -84,23 +107,8 @@ class Jobs:
                     stderr=subprocess.STDOUT,
                     start_new_session=True,  # Ctrl-C in the terminal reaches it once, by stop_all
                 )
-            project.path(f".{name}.pid").write_text(str(process.pid), "utf-8")
-            job = self._jobs[project.name, name] = Job(process, output)
+            job = self._jobs[project.name, name] = Job(process, output, command)
             return job
-
-    def _check_elsewhere(self, project: Project, name: str) -> None:
-        """Raise if another server, or one that was killed, has started the job and it runs."""
-        path = project.path(f".{name}.pid")
-        text = path.read_text("utf-8") if path.is_file() else ""
-        known = self.find(project, name)
-        if not text.isdigit() or (known is not None and known.process.pid == int(text)):
-            return
-        with suppress(OSError):  # there is no such process
-            os.kill(int(text), 0)
-            raise ProblemError(
-                f"a job `{name}` of this project runs already as process {text}: wait for its end, "
-                f"or end it and remove {path}"
-            )
 
     def stop_all(self) -> None:
         """Interrupt all commands and wait for their end."""
@@ -108,7 +116,4 @@ class Jobs:
         for job in running:
             job.interrupt()
         for job in running:
-            try:
-                job.process.wait(GRACE)
-            except subprocess.TimeoutExpired:
-                job.process.kill()
+            job.wait()

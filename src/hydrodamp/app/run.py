@@ -40,6 +40,7 @@ def show_run(request: Request, form: Form) -> Response:
     project = project_of(request)
     version, arguments, lacking = project.version, project.arguments, _lacking(project)
     return render_screen(
+        request,
         project,
         "run",
         version,
@@ -121,6 +122,7 @@ def choose_models(request: Request, form: Form) -> Response:
     update_models(project, field_value(form, "version"), models=models, methods=methods)
     lacking = _lacking(project)
     return render(
+        request,
         "run_change.html.j2",
         project=project,
         version=project.version,
@@ -154,4 +156,6 @@ def show_status(request: Request, form: Form) -> Response:
 
 
 def _render_status(request: Request, project: Project) -> Response:
-    return render("run_status.html.j2", project=project, lacking=[], **_status(request, project))
+    return render(
+        request, "run_status.html.j2", project=project, lacking=[], **_status(request, project)
+    )

@@ -1,13 +1,20 @@
-"""Access to a local server: loopback host, token, origin, and headers of all responses.
+"""Access to a local server: loopback host, session, origin, and headers of all responses.
 
-A page of another site can send requests to a local port. It knows no token, its Origin differs,
+A page of another site can send requests to a local port. It has no session, its Origin differs,
 and a name that it rebinds to 127.0.0.1 is in the Host header: each of the three is checked.
+
+All users of a machine can read the command line of a browser: an address that opens a session
+holds a code that works once. A browser sends cookies to all ports of a host: the pages, and the
+cookie of the session, are below a random path, which no other server is asked for.
 """
 
 from __future__ import annotations
 
 import hmac
-from collections.abc import Mapping
+import math
+import secrets
+import time
+from collections.abc import Callable, Mapping
 from urllib.parse import parse_qs, quote
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -19,6 +26,15 @@ from hydrodamp.app.web import MESSAGE_HEADERS
 
 #: Names of the loopback interface.
 LOOPBACK = ("127.0.0.1", "localhost")
+
+#: Name of the cookie of a session.
+COOKIE = "hydrodamp"
+
+NEEDS_ADDRESS = (
+    "This browser has no session. Open the latest address in the terminal of `hydrodamp app`: each "
+    "works once. If you had not used this one, another user of this machine may have: stop the "
+    "server with Ctrl-C, then start it again."
+)
 
 #: Headers of all pages; no inline script or event handler runs.
 HEADERS: Mapping[str, str] = {
@@ -34,12 +50,40 @@ HEADERS: Mapping[str, str] = {
 }
 
 
-class LocalAccess:
-    """Middleware that refuses requests without the token, or from another host or origin."""
+class Session:
+    """The session of a server: the path of its pages, the value of its cookie, unused codes."""
 
-    def __init__(self, app: ASGIApp, token: str, port: int) -> None:
-        self.app, self.token = app, token
-        self.cookie = f"hydrodamp-{port}"
+    def __init__(self, port: int, announce: Callable[[str], None], start: str = "/") -> None:
+        self.port, self.start, self._announce = port, start, announce
+        self.path = f"/{secrets.token_urlsafe(16)}"
+        self.cookie = secrets.token_urlsafe(24)
+        self._codes: dict[str, float] = {}
+        self._announced = ""
+
+    def new_address(self, life: float = math.inf) -> str:
+        """Return an address that opens the session once, within a time [s]."""
+        code = secrets.token_urlsafe(24)
+        self._codes[code] = time.monotonic() + life
+        return f"http://{LOOPBACK[0]}:{self.port}{self.start}?code={code}"
+
+    def announce(self) -> None:
+        """Announce an address for a browser of the user's choice."""
+        self._announced = self.new_address()
+        self._announce(self._announced)
+
+    def use_code(self, code: str) -> bool:
+        """Return whether a code opens the session; an announced address is replaced by another."""
+        is_valid = time.monotonic() <= self._codes.pop(code, -math.inf)
+        if is_valid and self._announced.endswith(code):
+            self.announce()
+        return is_valid
+
+
+class LocalAccess:
+    """Middleware that refuses requests without the session, or from another host or origin."""
+
+    def __init__(self, app: ASGIApp, session: Session) -> None:
+        self.app, self.session, port = app, session, session.port
         self.hosts = {f"{name}:{port}" for name in LOOPBACK}
         self.hosts |= set(LOOPBACK) if port == 80 else set()
         self.origins = {f"http://{host}" for host in self.hosts}
@@ -50,37 +94,58 @@ class LocalAccess:
             await self.app(scope, receive, send)
             return
 
+        is_read = scope["method"] in ("GET", "HEAD")
+
+        async def receive_body() -> Message:
+            nonlocal is_read
+            message = await receive()
+            is_read = not message.get("more_body", False)
+            return message
+
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
+                while not is_read:  # a browser reads an answer after it has sent all of a body
+                    await receive_body()
                 headers = MutableHeaders(scope=message)
                 for name, value in HEADERS.items():
                     headers.setdefault(name, value)
             await send(message)
 
         headers = Headers(scope=scope)
-        query = parse_qs(scope["query_string"].decode("latin-1"))
-        if fault := self._fault(headers, query, scope["method"]):
+        path = self.session.path
+        if fault := self._fault(headers, scope):
             response = PlainTextResponse(f"{fault}\n", status_code=403, headers=MESSAGE_HEADERS)
-            await response(scope, receive, send_with_headers)
-        elif "token" in query:
-            path = "/" + quote(scope["path"].lstrip("/"))
-            redirect = RedirectResponse(path, status_code=303)
-            redirect.set_cookie(self.cookie, self.token, httponly=True, samesite="strict")
-            await redirect(scope, receive, send_with_headers)
+            await response(scope, receive_body, send_with_headers)
+        elif scope["path"].startswith(f"{path}/"):
+            await self.app(scope, receive_body, send_with_headers)
         else:
-            await self.app(scope, receive, send_with_headers)
+            redirect = RedirectResponse(f"{path}/{quote(scope['path'].lstrip('/'))}", 303)
+            redirect.set_cookie(
+                COOKIE, self.session.cookie, path=path, httponly=True, samesite="strict"
+            )
+            await redirect(scope, receive_body, send_with_headers)
 
-    def _fault(self, headers: Headers, query: Mapping[str, list[str]], method: str) -> str:
+    def _fault(self, headers: Headers, scope: Scope) -> str:
         """Return why a request is refused, empty if it is not."""
         if headers.get("host") not in self.hosts:
             return "This server answers on the loopback interface only."
         origin = headers.get("origin")
         if origin is not None and origin not in self.origins:
             return "The request comes from another site."
-        cookies = cookie_parser(headers.get("cookie", ""))
-        token = query.get("token", [""])[0] or cookies.get(self.cookie, "")
-        if not hmac.compare_digest(token.encode(), self.token.encode()):
-            return "Open the address that `hydrodamp app` printed: it holds the token."
-        if method not in ("GET", "HEAD") and origin is None:
+        is_page = scope["path"].startswith(f"{self.session.path}/")
+        if not (self._has_session(headers) if is_page else self._opens_session(headers, scope)):
+            return NEEDS_ADDRESS
+        if scope["method"] not in ("GET", "HEAD") and origin is None:
             return "A request that changes files needs its origin."
         return ""
+
+    def _has_session(self, headers: Headers) -> bool:
+        """Return whether a request has the cookie of the session."""
+        cookie = cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
+        return hmac.compare_digest(cookie.encode(), self.session.cookie.encode())
+
+    def _opens_session(self, headers: Headers, scope: Scope) -> bool:
+        """Return whether a request uses a code; one ahead of the user's visit does not."""
+        code = parse_qs(scope["query_string"].decode("latin-1")).get("code", [""])[0]
+        is_visit = scope["method"] == "GET" and "sec-purpose" not in headers
+        return is_visit and self.session.use_code(code)

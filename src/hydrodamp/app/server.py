@@ -1,8 +1,7 @@
-"""Server of the local pages: routes, token, and the start in a browser."""
+"""Server of the local pages: routes, session, and the start in a browser."""
 
 from __future__ import annotations
 
-import secrets
 import socket
 import webbrowser
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -13,18 +12,20 @@ from urllib.parse import quote
 import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
-from starlette.routing import Mount, Route
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from hydrodamp.app import channels, checks, run, series, split, start, takeaway, vehicle
 from hydrodamp.app.jobs import Jobs
 from hydrodamp.app.project import resolve_log
-from hydrodamp.app.security import LOOPBACK, LocalAccess
+from hydrodamp.app.security import LOOPBACK, LocalAccess, Session
 from hydrodamp.app.web import Handler, asset_folder, handler
 from hydrodamp.errors import FileError
 
-#: Seconds for open connections after Ctrl-C.
-SHUTDOWN = 2
+#: Seconds for open connections after Ctrl-C, and from the start to the visit of the browser.
+SHUTDOWN, START = 2, 120
 
 #: Handlers by method and path.
 HANDLERS: dict[tuple[str, str], Handler] = {
@@ -61,7 +62,7 @@ HANDLERS: dict[tuple[str, str], Handler] = {
 }
 
 
-def create_app(root: Path, token: str, port: int) -> Starlette:
+def create_app(root: Path, session: Session) -> Starlette:
     """Return the application for the projects below a folder."""
     jobs = Jobs()
 
@@ -70,22 +71,28 @@ def create_app(root: Path, token: str, port: int) -> Starlette:
         yield
         jobs.stop_all()
 
-    routes = [
+    routes: list[BaseRoute] = [
         Route(path, handler(function), methods=[method])
         for (method, path), function in HANDLERS.items()
     ]
+    routes += [
+        Route("/upload", start.upload, methods=["PUT"]),
+        Mount("/assets", StaticFiles(directory=asset_folder("hydrodamp.app"))),
+        Mount("/report", StaticFiles(directory=asset_folder("hydrodamp.report"))),
+    ]
     app = Starlette(
-        routes=[
-            *routes,
-            Route("/upload", start.upload, methods=["PUT"]),
-            Mount("/assets", StaticFiles(directory=asset_folder("hydrodamp.app"))),
-            Mount("/report", StaticFiles(directory=asset_folder("hydrodamp.report"))),
-        ],
-        middleware=[Middleware(LocalAccess, token=token, port=port)],
+        routes=[Mount(session.path, routes=routes)],
+        middleware=[Middleware(LocalAccess, session=session)],
+        exception_handlers={ClientDisconnect: _end_request},
         lifespan=lifespan,
     )
     app.state.root, app.state.jobs = root.resolve(), jobs
     return app
+
+
+def _end_request(request: Request, error: Exception) -> Response:
+    """Return the answer to a browser that has gone before the end of its request."""
+    return Response(status_code=400)
 
 
 def serve(
@@ -111,13 +118,12 @@ def serve(
             ) from error
         listener.listen()  # the browser may be faster than the server
         port = listener.getsockname()[1]
-        token = secrets.token_urlsafe(24)
-        url = f"http://{LOOPBACK[0]}:{port}{address}?token={token}"
-        announce(url)
+        session = Session(port, announce, address)
+        session.announce()
         if open_browser:
-            webbrowser.open(url)
+            webbrowser.open(session.new_address(START))
         config = uvicorn.Config(
-            create_app(root, token, port),
+            create_app(root, session),
             log_level="warning",
             timeout_graceful_shutdown=SHUTDOWN,
             server_header=False,

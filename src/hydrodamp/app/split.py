@@ -24,13 +24,15 @@ TRAINING_SHARE = 2.0 / 3.0
 
 
 def show_split(request: Request, form: Form) -> Response:
-    """Return the screen; a project without a split takes the default."""
+    """Return the screen; without a split it has the default, which the page saves."""
     project = project_of(request)
-    log = read_log(project)
-    if not project.arguments.train and not project.arguments.test:
+    version, log, arguments = project.version, read_log(project), project.arguments
+    is_new = not arguments.train and not arguments.test
+    if is_new:
         train, test = default_split(log)
-        project.update(project.version, train=train, test=test)
-    return render_screen(project, "split", project.version, None, **_variables(project, log))
+        arguments = arguments.model_copy(update={"train": train, "test": test})
+    variables = _variables(project, arguments, log)
+    return render_screen(request, project, "split", version, None, is_new=is_new, **variables)
 
 
 def default_split(log: Log) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -48,8 +50,7 @@ def select_all(log: Log, values: Sequence[str]) -> Log:
     return concatenate(select_data(log, each) for each in values)
 
 
-def _variables(project: Project, log: Log) -> dict[str, Any]:
-    arguments = project.arguments
+def _variables(project: Project, arguments: Arguments, log: Log) -> dict[str, Any]:
     vehicle, _ = read_vehicle(project)
     axes = AXES if vehicle is None else vehicle.axes
     rows: list[tuple[str, ...]] = []
@@ -120,8 +121,9 @@ def change_split(request: Request, form: Form) -> Response:
         select_data(log, each)  # raises the fault of an interval before anything is written
     project.update(field_value(form, "version"), train=spans["train"], test=spans["test"])
     return render(
+        request,
         "split_change.html.j2",
         project=project,
         version=project.version,
-        **_variables(project, log),
+        **_variables(project, project.arguments, log),
     )

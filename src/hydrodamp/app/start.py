@@ -6,6 +6,7 @@ import filecmp
 import os
 import re
 import secrets
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
@@ -25,12 +26,12 @@ from hydrodamp.app.project import (
     resolve_log,
 )
 from hydrodamp.app.recordings import read_files
-from hydrodamp.app.web import Form, redirect, render, render_error
+from hydrodamp.app.web import Form, describe_disk_failure, redirect, render, render_error
 from hydrodamp.errors import FileError
 from hydrodamp.files import temporary_prefix
 
-#: Folder of dropped files, and their largest size [bytes].
-UPLOADS, MAX_UPLOAD = "logs", 4 * 2**30
+#: Folder of dropped files, and the largest size of all of them [bytes].
+UPLOADS, MAX_UPLOAD = "logs", 16 * 2**30
 
 #: Bytes of the name of a dropped file: that of a file, less the temporary suffix.
 MAX_NAME = 180
@@ -44,6 +45,7 @@ def show_start(request: Request, form: Form) -> Response:
     """Return the page with projects and logs."""
     root: Path = request.app.state.root
     return render(
+        request,
         "start.html.j2",
         title="hydrodamp",
         root=str(root),
@@ -61,7 +63,7 @@ def open_logs(request: Request, form: Form) -> Response:
         raise FileError("name at least one log")
     if "joined" in form:
         logs = ("+".join(logs),)
-    return redirect(open_project(root, logs), "channels")
+    return redirect(request, open_project(root, logs), "channels")
 
 
 def open_project(root: Path, logs: tuple[str, ...]) -> Project:
@@ -92,27 +94,44 @@ async def upload(request: Request) -> Response:
     root: Path = request.app.state.root
     name = _NAME.sub("-", Path(request.query_params.get("name", "")).name).strip(". -")
     if not name or len(name.encode()) > MAX_NAME:
-        return render_error(f"the name of the dropped file needs 1 to {MAX_NAME} bytes", 422)
+        text = f"the name of the dropped file needs 1 to {MAX_NAME} bytes"
+        return render_error(request, text, 422)
     folder = root / UPLOADS
     temporary = folder / f"{temporary_prefix(folder / name)}{secrets.token_hex(8)}"
-    size = 0
     try:
         folder.mkdir(exist_ok=True)
         if not folder.resolve().is_relative_to(root):
             raise FileError(f"{UPLOADS} is a link to a folder outside {root}")
+        room = MAX_UPLOAD - _total_size(each for each in folder.iterdir() if each.name != name)
         with temporary.open("wb") as stream:
             async for chunk in request.stream():
-                size += len(chunk)
-                if size > MAX_UPLOAD:
-                    return render_error(f"{name}: is larger than {MAX_UPLOAD / 2**30:.0f} GiB", 413)
+                room -= len(chunk)
+                if room < 0:
+                    text = (
+                        f"{UPLOADS}/{name}: the files in {UPLOADS} would have more than "
+                        f"{MAX_UPLOAD / 2**30:.0f} GiB; remove some, or copy this one into {root}"
+                    )
+                    return render_error(request, text, 413)
                 stream.write(chunk)
         await run_in_threadpool(_publish, temporary, folder / name)
-    except (OSError, FileError) as error:
-        return render_error(str(error), 422)
+    except FileError as error:
+        return render_error(request, str(error), 422)
+    except OSError as error:
+        text = str(describe_disk_failure(error, f"{UPLOADS}/{name}"))
+        return render_error(request, text, 422)
     finally:
         with suppress(OSError):
             temporary.unlink()
     return JSONResponse({"path": f"{UPLOADS}/{name}"})
+
+
+def _total_size(paths: Iterable[Path]) -> int:
+    """Return the bytes of files, of which others may be removed at any time."""
+    total = 0
+    for path in paths:
+        with suppress(FileNotFoundError):
+            total += path.stat().st_size
+    return total
 
 
 def _publish(temporary: Path, target: Path) -> None:

@@ -18,7 +18,14 @@ from hydrodamp.app.project import ENVELOPE, EXPORTS, PLAN, RESULTS, Project
 from hydrodamp.app.recordings import read_log, read_vehicle
 from hydrodamp.app.results_state import is_outdated, outdated_exports
 from hydrodamp.app.run import jobs_of
-from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.app.web import (
+    Form,
+    field_value,
+    project_address,
+    project_of,
+    render,
+    render_screen,
+)
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.export.export import TARGETS
 from hydrodamp.files import save_text
@@ -31,20 +38,23 @@ def show_verdict(request: Request, form: Form) -> Response:
     """Return the screen with the report of the comparison."""
     project = project_of(request)
     return render_screen(
+        request,
         project,
         "verdict",
         project.version,
         ["report", project.argument(RESULTS)],
         is_outdated=is_outdated(project),
         has_report=project.path(f"{RESULTS}/{REPORT}").is_file(),
-        report=f"/p/{quote(project.name)}/file/{RESULTS}/{REPORT}",
+        report=f"{project_address(request, project.name)}/file/{RESULTS}/{REPORT}",
     )
 
 
 def show_files(request: Request, form: Form) -> Response:
     """Return the screen with all files, exports and commands."""
     project = project_of(request)
-    return render_screen(project, "files", project.version, None, **_files(request, project))
+    return render_screen(
+        request, project, "files", project.version, None, **_files(request, project)
+    )
 
 
 def _files(request: Request, project: Project) -> dict[str, Any]:
@@ -125,7 +135,7 @@ def _write_envelope(project: Project) -> bool:
 def show_exports(request: Request, form: Form) -> Response:
     """Return the files and the state of exports."""
     project = project_of(request)
-    return render("files_change.html.j2", project=project, **_files(request, project))
+    return render(request, "files_change.html.j2", project=project, **_files(request, project))
 
 
 def list_files(project: Project) -> dict[str, int]:

@@ -35,6 +35,7 @@ def show_vehicle(request: Request, form: Form) -> Response:
     vehicle, fault = read_vehicle(project)
     commands, delays = _commands(project)
     return render_screen(
+        request,
         project,
         "vehicle",
         version,
@@ -116,7 +117,7 @@ def choose_vehicle(request: Request, form: Form) -> Response:
         parse_vehicle(text, source=VEHICLE)
         project.update(version, {VEHICLE: text}, vehicle=VEHICLE)
     _draft_gains(project)
-    return redirect(project, "vehicle")
+    return redirect(request, project, "vehicle")
 
 
 def _draft_gains(project: Project) -> None:
@@ -137,7 +138,7 @@ def copy_fleet_vehicle(request: Request, form: Form) -> Response:
         raise VehicleError(fault or "choose a vehicle first")
     contents = {VEHICLE: format_vehicle(vehicle)}
     project.update(field_value(form, "version"), contents, vehicle=VEHICLE)
-    return redirect(project, "vehicle")
+    return redirect(request, project, "vehicle")
 
 
 def _estimate(form: Form) -> Vehicle:
@@ -166,4 +167,4 @@ def choose_gains(request: Request, form: Form) -> Response:
     gains = {axis: " ".join(name for name, moved in pairs if moved == axis) for axis in AXES}
     gains = {axis: names for axis, names in gains.items() if names}
     update_models(project, field_value(form, "version"), gains=gains)
-    return redirect(project, "vehicle")
+    return redirect(request, project, "vehicle")

@@ -20,7 +20,7 @@ from starlette.responses import HTMLResponse, Response
 
 from hydrodamp.app.commands import format_command
 from hydrodamp.app.project import OutdatedEditError, Project, find_project
-from hydrodamp.errors import HydrodampError, ProblemError
+from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.report.page import page_environment
 
 #: Screens of a project: name, title.
@@ -44,16 +44,32 @@ Form = Mapping[str, list[str]]
 _logger = logging.getLogger("hydrodamp.app")
 
 
-def render(template: str, **variables: Any) -> HTMLResponse:
-    """Return a page or a fragment."""
-    return HTMLResponse(page_environment("hydrodamp.app").get_template(template).render(variables))
+def render(request: Request, template: str, **variables: Any) -> HTMLResponse:
+    """Return a page or a fragment; it knows the addresses of the server and of its project."""
+    addresses = {
+        "home": request.scope["root_path"],
+        "address": project_address(request, request.path_params.get("project", "")),
+    }
+    page = page_environment("hydrodamp.app").get_template(template)
+    return HTMLResponse(page.render(addresses | variables))
+
+
+def project_address(request: Request, name: str) -> str:
+    """Return the path of the pages of a project."""
+    return f"{request.scope['root_path']}/p/{quote(name)}"
 
 
 def render_screen(
-    project: Project, screen: str, version: str, command: list[str] | None, **variables: Any
+    request: Request,
+    project: Project,
+    screen: str,
+    version: str,
+    command: list[str] | None,
+    **variables: Any,
 ) -> HTMLResponse:
     """Return a screen of a version of a project, with the command that repeats it."""
     return render(
+        request,
         f"{screen}.html.j2",
         project=project,
         screen=screen,
@@ -65,17 +81,17 @@ def render_screen(
     )
 
 
-def render_error(text: str, status: int) -> HTMLResponse:
+def render_error(request: Request, text: str, status: int) -> HTMLResponse:
     """Return a message in place of a fragment."""
-    response = render("message.html.j2", text=text)
+    response = render(request, "message.html.j2", text=text)
     response.status_code = status
     response.headers.update(MESSAGE_HEADERS)
     return response
 
 
-def redirect(project: Project, screen: str) -> Response:
+def redirect(request: Request, project: Project, screen: str) -> Response:
     """Return the instruction to load a screen of a project."""
-    return Response(headers={"HX-Redirect": f"/p/{quote(project.name)}/{screen}"})
+    return Response(headers={"HX-Redirect": f"{project_address(request, project.name)}/{screen}"})
 
 
 def field_value(form: Form, name: str, default: str = "") -> str:
@@ -101,7 +117,8 @@ def handler(function: Handler) -> Callable[[Request], Awaitable[Response]]:
             async for chunk in request.stream():
                 body += chunk
                 if len(body) > MAX_FORM:
-                    return render_error("the form is too large", 413)
+                    text = f"a form must have at most {MAX_FORM / 1e6:g} MB; send less text"
+                    return render_error(request, text, 413)
             form = parse_qs(body.decode("utf-8", "replace"), keep_blank_values=True)
         try:
             return await run_in_threadpool(function, request, form)
@@ -111,18 +128,29 @@ def handler(function: Handler) -> Callable[[Request], Awaitable[Response]]:
     return endpoint
 
 
+def describe_disk_failure(error: OSError, path: str = "") -> FileError:
+    """Return the error of a file that cannot be read or written."""
+    return FileError(
+        f"{path or error.filename or 'a file'}: cannot be read or written: "
+        f"{error.strerror or error}. Free disk space, or change the permissions of the folder."
+    )
+
+
 def _render_failure(request: Request, error: Exception) -> Response:
     """Return the message of an error: of the input, or of the program, whose log has it whole."""
+    if isinstance(error, OSError) and not isinstance(error, HydrodampError):
+        error = describe_disk_failure(error)
     is_input = isinstance(error, HydrodampError)
     status = 409 if isinstance(error, OutdatedEditError) else 422 if is_input else 500
     text = str(error) if is_input else f"internal error: {type(error).__name__}: {error}"
     if not is_input:
         _logger.error("%s %s", request.method, request.url.path, exc_info=error)
     if request.headers.get("hx-request"):
-        return render_error(text, status)
-    name = request.path_params.get("project", "")
-    channels = f"/p/{quote(name)}/channels" if name and "/channels" not in request.url.path else ""
-    page = render("error.html.j2", text=text, title="Not possible", channels=channels)
+        return render_error(request, text, status)
+    has_channels = "project" in request.path_params and "/channels" not in request.url.path
+    page = render(
+        request, "error.html.j2", text=text, title="Not possible", has_channels=has_channels
+    )
     page.status_code = status
     return page
 

@@ -20,6 +20,6 @@ def app(logs: list[str] | None = None, port: int = 0, browser: bool = True) -> N
         raise MethodError(NEEDS) from error
 
     def announce(url: str) -> None:
-        note(f"open {url} (Ctrl-C stops the server)")
+        note(f"open {url} (it works once; Ctrl-C stops the server)")
 
     serve(Path.cwd(), logs or [], port, announce, browser)

@@ -49,7 +49,7 @@
       const status = find("#uploads");
       for (const file of files) {
         status.textContent = `copying ${file.name}`;
-        const answer = await fetch(`/upload?name=${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
+        const answer = await fetch(`${drop.dataset.upload}?name=${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
         if (!answer.ok) {
           const page = new DOMParser().parseFromString(await answer.text(), "text/html");
           say(page.body.textContent.trim().replace(/\s+Dismiss$/, ""));

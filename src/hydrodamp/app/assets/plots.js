@@ -98,8 +98,8 @@ const seriesPlots = (() => {
         }
       }
       for (const place of places()) {
-        const pair = found.series[place.dataset.plot];
-        if (pair) draw(place, pair);
+        const name = place.dataset.plot; // a column may be called `__proto__`
+        if (Object.hasOwn(found.series, name)) draw(place, found.series[name]);
       }
       report();
       home.dataset.drawn = String(Number(home.dataset.drawn ?? 0) + 1);
