@@ -171,3 +171,15 @@ def test_a_log_too_short_for_grades_says_so_and_shows_all_coefficients(folder, c
     done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --train 0:3")
     assert "Coefficients are not graded: " in done.stdout
     assert all(f"\n{label} " in done.stdout for label in ("X_u", "Y_v", "N_r|r|"))
+
+
+def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficients(folder, call):
+    plain = json.loads(call(f"{LINE} --json").stdout)
+    done = call(f"{LINE} --estimate buoyancy --json")
+    document = json.loads(done.stdout)
+    buoyancy = document["vehicle_parameters"]["B"]
+    assert (buoyancy["grade"], buoyancy["prior"], buoyancy["unit"]) == ("not determined", 100, "N")
+    assert buoyancy["cause"]
+    assert document["fit"]["vehicle"] == plain["fit"]["vehicle"]
+    assert document["coefficients"] == plain["coefficients"]
+    assert "does not determine B: " in done.stderr

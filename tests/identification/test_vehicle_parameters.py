@@ -1,5 +1,6 @@
 """Added mass and buoyancy of a simulated vehicle, estimated from wrong priors."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -63,7 +64,48 @@ def test_free_gains_leave_the_scale_open_and_the_result_says_so(simulated):
     assert result.remarks[0].startswith("The gains of commands on N are free")
     assert "known ballast" in str(result)
     assert not result.parameters["A_N"].is_determined
+    assert result.parameters["A_N"].cause
     assert result.vehicle.added_mass[5, 5] == bare.added_mass[5, 5]
+
+
+@pytest.mark.slow
+def test_a_model_that_lacks_terms_determines_nothing_and_keeps_the_vehicle():
+    campaign, model = hd.reenact(seed=1, duration=15.0), hd.catalog["fossen"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    result = hd.estimate_vehicle_parameters(problem, model, ["added-mass", "buoyancy"])
+    assert [each.grade.word for each in result.parameters.values()] == ["not determined"] * 7
+    assert result.vehicle == campaign.vehicle
+    words = r"^Averages of the residuals of [u-wp-r] are [\d.]+ times the sensor noise \(white"
+    assert re.match(words, result.parameters["A_N"].cause)
+    assert "the model lacks terms, or sensor errors are coloured" in result.remarks[0]
+    assert "take the values from a towing tank or strip theory" in result.remarks[0]
+
+
+def determined_errors(seed, model):
+    """Return the relative errors of the determined added masses."""
+    campaign = hd.reenact(seed=seed, duration=100.0)
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    result = hd.estimate_vehicle_parameters(problem, model, ["added-mass"])
+    return [
+        abs(each.value / each.prior - 1.0)
+        for each in result.parameters.values()  # the priors are true
+        if each.is_determined
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("key", ["fossen", "prestero", "linear"])
+def test_no_mass_is_determined_with_a_model_that_lacks_terms_of_the_truth(seed, key):
+    assert determined_errors(seed, hd.catalog[key]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_terms_of_the_truth_determine_all_masses(seed):
+    errors = determined_errors(seed, hd.published["vt690-sname2022"].model)
+    assert len(errors) == 6
+    assert max(errors) <= 0.1
 
 
 def test_faults_are_told(simulated):

@@ -62,8 +62,9 @@ def identify(
         names = tuple(inputs.split_names(estimate))
     models = listed.complete(craft, log, estimate_gains or GAINS in names)
     problem = hd.prepare(craft, log, models)
+    estimated: dict[str, object] = {}
     if parameters := [name for name in names if name != GAINS]:
-        problem = _estimate_parameters(problem, models[0], parameters)
+        problem, estimated = _estimate_parameters(problem, models[0], parameters)
         craft, log = problem.vehicle, problem.log
     if check_actuators:
         from hydrodamp.validation.sensitivity import check_gains
@@ -78,7 +79,7 @@ def identify(
             grades = hd.grade_fit(problem, fit)
             fit = replace(fit, grades=grades.grades)
     comparison = hd.compare((fit,), craft, log)
-    document = fit_document(fit) | {"verdict": selection_document(comparison)}
+    document = fit_document(fit) | {"verdict": selection_document(comparison)} | estimated
     text = as_json(document)
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
@@ -128,8 +129,8 @@ def fit_output(
 
 def _estimate_parameters(
     problem: hd.Problem, model: hd.DampingModel, names: Sequence[str]
-) -> hd.Problem:
-    """Return the problem with estimated parameters of the commands and of the vehicle."""
+) -> tuple[hd.Problem, dict[str, object]]:
+    """Return the problem with estimated parameters, and a document of those of the vehicle."""
     from hydrodamp.identification.command_response import PARAMETERS
     from hydrodamp.identification.vehicle_parameters import VEHICLE_PARAMETERS
 
@@ -147,7 +148,12 @@ def _estimate_parameters(
         for line in str(result).splitlines():
             note(line)
         problem = hd.prepare(result.vehicle, problem.log, problem.models)
-    return problem
+        rows = {
+            label: {**each._asdict(), "grade": each.grade.word}
+            for label, each in result.parameters.items()
+        }
+        return problem, {"vehicle_parameters": rows}
+    return problem, {}
 
 
 @contextmanager

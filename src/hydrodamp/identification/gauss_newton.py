@@ -288,3 +288,12 @@ def newton_step(objective: ShootingObjective, result: Iterate) -> FloatArray:
     penalty = objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
     step = np.linalg.solve(hessian + penalty, rhs - penalty @ x)
     return np.asarray(step * objective.scale)
+
+
+@factorisation("normal matrix of the windows")
+def prior_share(objective: ShootingObjective, result: Iterate) -> FloatArray:
+    """Return the posterior over the prior variance: one where the data say nothing."""
+    x = result.coefficients / objective.scale
+    hessian = objective.gauss_newton(result)[0]
+    hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
+    return np.asarray(objective.nuisance_weight * np.diag(np.linalg.inv(hessian)))

@@ -124,6 +124,12 @@ class EliminatedWindows(NamedTuple):
         correction = np.tensordot(self.cross[windows], self.gains[windows], ((0, 1), (0, 1)))
         return np.asarray(rows.T @ rows - correction, dtype=np.float64)
 
+    def residuals(self, linearised: LinearisedResiduals) -> FloatArray:
+        """Return the averages of the residuals of a chunk at the optimal initial states."""
+        columns, shift = linearised.columns, self.gains[:, :, -1]
+        each = np.repeat(shift, np.diff(linearised.edges), axis=0)
+        return np.asarray(columns[:, -1] - np.sum(columns[:, : each.shape[1]] * each, axis=1))
+
 
 @dataclass(frozen=True, eq=False)
 class Windows:
@@ -223,23 +229,38 @@ class Windows:
         Initial states are optimal. The mean squares are over the residuals of each output, the
         matrix (q + 1, q + 1) and the squared correction δᵀP⁻¹δ over all residuals.
         """
-        q, f, n = len(coefficients), len(self.initial_state_std), len(residual_std)
+        q, n = len(coefficients), len(residual_std)
         normal, correction = np.zeros((q + 1, q + 1)), 0.0
         square, count = np.zeros(n), np.zeros(n)
         for windows in self.chunks:
             linearised = windows.outputs.linearise(windows, coefficients, residual_std)
             eliminated = windows._eliminate(linearised)
-            columns, residuals = linearised.columns, linearised.columns[:, -1]
+            residuals = linearised.columns[:, -1]
             normal += eliminated.normal(0, len(eliminated.gains))
-            shift = eliminated.gains[:, :, q]
-            change = columns[:, :f] * np.repeat(shift, np.diff(linearised.edges), axis=0)
-            corrected = residuals - np.sum(change, axis=1)
-            reduction = np.bincount(linearised.output, residuals**2 - corrected**2, n)
+            change = residuals**2 - eliminated.residuals(linearised) ** 2
+            reduction = np.bincount(linearised.output, change, n)
             square += linearised.square - reduction * residual_std**2
             count += linearised.number
+            shift = eliminated.gains[:, :, q]
             correction += float(np.sum((shift / self.initial_state_std) ** 2))
         total = count.sum()
         return normal / total, square / np.maximum(count, 1.0), correction / total
+
+    def average_squares(
+        self, coefficients: FloatArray, residual_std: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return mean square and number (n_outputs,) of averages of n residuals, times √n.
+
+        Initial states are optimal; diverged and too sensitive windows do not count.
+        """
+        square, count = np.zeros(len(residual_std)), np.zeros(len(residual_std))
+        for windows in self.chunks:
+            linearised = windows.outputs.linearise(windows, coefficients, residual_std)
+            residuals = windows._eliminate(linearised).residuals(linearised)
+            is_used, n = linearised.columns.any(axis=1), len(residual_std)
+            square += np.bincount(linearised.output, residuals**2, n)
+            count += np.bincount(linearised.output, is_used, n)
+        return square / np.maximum(count, 1.0), count
 
     def _eliminate(self, linearised: LinearisedResiduals) -> EliminatedWindows:
         """Eliminate the initial states of the windows of a chunk."""

@@ -4,7 +4,10 @@ Parameters μ of the vehicle join the coefficients in the objective of output er
 prior. Added mass is A(μ) = D A₀ D with D = diag(exp(μ/2)): the rows of its Cholesky factor are
 scaled, so the mass matrix stays symmetric and positive definite. Slopes on μ are differences; the
 variance is that of a delete-one-block jackknife plus the squares of half the difference of
-estimates from two halves and of the undamped step that the minimisation has left.
+estimates from two halves, of the undamped step that the minimisation has left and of the share of
+the prior. Terms that the
+model lacks and coloured sensor errors bias μ, also on axes whose own residuals are small: unless
+all residuals are at the level of the white noise, no parameter is determined.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.term import AXES
+from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.continuation import RELATIVE_TOLERANCE, fit_windows
 from hydrodamp.identification.fit import MIN_BLOCKS, critical_value, jackknife
@@ -25,7 +28,9 @@ from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
     minimise,
     newton_step,
+    prior_share,
 )
+from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.held_out_replay import leave_one_out, split_pieces
 from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.multiple_shooting import (
@@ -35,6 +40,8 @@ from hydrodamp.identification.multiple_shooting import (
     Windows,
 )
 from hydrodamp.identification.output_error import half_estimates, update_estimate
+from hydrodamp.identification.residual_level import highest_residual_level
+from hydrodamp.identification.sensor_outputs import SensorOutputs
 from hydrodamp.identification.sensor_parameters import SensorParameter
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import channel_names
@@ -64,14 +71,29 @@ MAX_STEPS = 40
 DIFFERENCE_STEP = 0.01
 
 
+#: Causes of a parameter that is not determined.
+_WIDE = f"The standard error is at least {100.0 * MAX_DETERMINED_RATIO:.0f} % of the prior's."
+_SCALE = "The gains of commands are free: the scale of the axis is open."
+
+
 class ParameterEstimate(NamedTuple):
-    """Value, standard error and prior value of a parameter, and whether the log determines it."""
+    """Value, standard error and prior value of a parameter, and why it is not determined."""
 
     value: float
     standard_error: float
     prior: float
     unit: str
-    is_determined: bool
+    cause: str = ""
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether the log determines the parameter."""
+        return not self.cause
+
+    @property
+    def grade(self) -> Grade:
+        """The grade of the parameter."""
+        return Grade.DETERMINED if self.is_determined else Grade.NOT_DETERMINED
 
 
 @dataclass(frozen=True)
@@ -156,7 +178,10 @@ def estimate_vehicle_parameters(
     problem = replace(problem, equations=problem.equations.restrict_to(model))
     objective = make_objective(problem, model)
     std = np.array([each.std for each in parameters])
-    outputs = _VehicleOutputs(objective.outputs, vehicle, model, parameters)
+    base, names_of_outputs = objective.outputs, [VELOCITY_OF[axis] for axis in vehicle.axes]
+    if isinstance(base, SensorOutputs):
+        names_of_outputs = list(base.labels)
+    outputs = _VehicleOutputs(base, vehicle, model, parameters)
     objective = replace(objective, outputs=outputs, scale=np.concatenate([objective.scale, std]))
     _, result = fit_windows(objective, model)
     tolerance = min(FINAL_TOLERANCE, RELATIVE_TOLERANCE / result.n_free)
@@ -169,30 +194,37 @@ def estimate_vehicle_parameters(
         variance = np.diag(jackknife(replicates, problem.duration).covariance)
         difference = (halves[0] - halves[1])[-len(std) :] / 2.0
         remaining = newton_step(objective, result)[-len(std) :]
-        errors = np.minimum(np.sqrt(variance + difference**2 + remaining**2), std)
-    free = _free_gains(problem, model) if "added-mass" in names else []
-    has_scale = [each.group != "added-mass" or AXES[each.axis] not in free for each in parameters]
-    determined = (errors < MAX_DETERMINED_RATIO * std) & has_scale
-    chosen = np.where(determined, mean, 0.0)
-    estimates = {
-        each.label: each.estimate(value, error, bool(known))
-        for each, value, error, known in zip(
-            parameters, mean.tolist(), errors.tolist(), determined, strict=True
-        )
-    }
-    remarks: tuple[str, ...] = ()
-    if free:
-        remarks = (
-            f"The gains of commands on {' '.join(free)} are free: mass, damping and gains of such "
+        prior = std * prior_share(objective, result)[-len(std) :]
+        square = variance + difference**2 + remaining**2 + prior**2
+        errors = np.minimum(np.sqrt(square), std)
+    level = highest_residual_level(objective, result, names_of_outputs)
+    gains = _free_gains(problem, model) if "added-mass" in names else []
+    causes = [_WIDE if wide else "" for wide in (errors >= MAX_DETERMINED_RATIO * std).tolist()]
+    remarks = []
+    if gains:
+        remarks.append(
+            f"The gains of commands on {' '.join(gains)} are free: mass, damping and gains of such "
             "an axis have a common factor that no log determines. A known thrust [N], or a dive "
-            "with a known ballast, resolves it.",
+            "with a known ballast, resolves it."
         )
-    if not determined.all():
-        labels = " ".join(
-            each.label for each, known in zip(parameters, determined, strict=True) if not known
+        scaled = [each.group == "added-mass" and AXES[each.axis] in gains for each in parameters]
+        causes = [_SCALE if free else cause for free, cause in zip(scaled, causes, strict=True)]
+    if level.is_excessive:
+        causes = [f"{level}."] * len(causes)
+        remarks.append(
+            f"{level}: the model lacks terms, or sensor errors are coloured, and vehicle "
+            "parameters absorb both. Choose a larger damping model, or take the values from a "
+            "towing tank or strip theory."
         )
-        remarks += (f"The log does not determine {labels}: their priors are kept.",)
-    return VehicleEstimate(estimates, _vehicle_at(vehicle, parameters, chosen), remarks)
+    if any(causes):
+        labels = " ".join(each.label for each, why in zip(parameters, causes, strict=True) if why)
+        remarks.append(f"The log does not determine {labels}: their priors are kept.")
+    rows = zip(parameters, mean.tolist(), errors.tolist(), causes, strict=True)
+    estimates = {each.label: each.estimate(*row) for each, *row in rows}
+    if not all(causes):
+        chosen = np.where([not cause for cause in causes], mean, 0.0)
+        vehicle = _vehicle_at(vehicle, parameters, chosen)
+    return VehicleEstimate(estimates, replace(vehicle, estimate=()), tuple(remarks))
 
 
 class _Parameter(NamedTuple):
@@ -205,13 +237,13 @@ class _Parameter(NamedTuple):
     prior: float
     std: float
 
-    def estimate(self, value: float, error: float, is_determined: bool) -> ParameterEstimate:
-        """Return the parameter at μ with its standard error."""
+    def estimate(self, value: float, error: float, cause: str) -> ParameterEstimate:
+        """Return the parameter at μ with its standard error and why it is not determined."""
         if self.group == "added-mass":  # the logarithm
             size = self.prior * float(np.exp(value))
-            return ParameterEstimate(size, size * error, self.prior, self.unit, is_determined)
+            return ParameterEstimate(size, size * error, self.prior, self.unit, cause)
         total = self.prior + value
-        return ParameterEstimate(total, error, self.prior, self.unit, is_determined)
+        return ParameterEstimate(total, error, self.prior, self.unit, cause)
 
 
 def _parameters(vehicle: Vehicle, names: Sequence[str]) -> tuple[_Parameter, ...]:
@@ -276,7 +308,6 @@ def _vehicle_at(vehicle: Vehicle, parameters: Sequence[_Parameter], mu: FloatArr
         added_mass=changed,
         center_of_gravity=center + shift,
         buoyancy=vehicle.buoyancy + buoyancy,
-        estimate=(),
     )
 
 
