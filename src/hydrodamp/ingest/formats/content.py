@@ -22,6 +22,8 @@ _BUFFER_BYTES = 1 << 16  # bytes
 _BLOCK_BYTES = 1 << 20  # bytes
 MAX_UNPACKED_BYTES = 1 << 29  # a day of 20 text columns at 30 Hz
 MAX_UNPACKED_RATIO = 20  # gzip compresses measured numbers by 2 to 10
+_CELL_BYTES = 8  # bytes; of a number, or of a reference to a text
+_TEXT_BYTES = 64  # bytes; of a short text in memory
 MAX_COLUMNS = 4096  # PX4 logs have some 2000 fields in all topics
 _NO_PROGRESS = nullcontext(lambda count: None)
 
@@ -52,6 +54,11 @@ def check_unpacked(size: float, path: str | Path) -> None:
             " implausible for a log. If the file is correct, unpack it and read the result",
             source=str(path),
         )
+
+
+def check_cells(n: int, path: str | Path, n_texts: int = 0) -> None:
+    """Refuse a table whose cells, and distinct texts, need an implausible amount of memory."""
+    check_unpacked(_CELL_BYTES * n + _TEXT_BYTES * n_texts, path)
 
 
 def check_columns(n: int, path: str | Path) -> None:

@@ -82,6 +82,9 @@ def _report_failures(form: Format, path: str | Path) -> Iterator[None]:
             f"{path}: the package {name}, which reads this format, is not installed. Install it:"
             ' pip install "hydrodamp[logs]"'
         ) from error
+    except MemoryError as error:
+        fault = "it needs more memory than is free. Close other programs, or split the file"
+        raise LogError(fault, source=str(path)) from error
     except Exception as error:  # the exceptions of damaged files are undocumented
         reason = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
         raise LogError(
