@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, cast
 
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.files import irregular_file
 from hydrodamp.progress import Step, progress
 
 if TYPE_CHECKING:
@@ -120,6 +121,8 @@ class _CountedFile(io.FileIO):
 @contextmanager
 def open_log(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
     """Open a file for reading, decompressed, with a progress bar if `counted`."""
+    if fault := irregular_file(path):
+        raise LogError(fault, source=str(path))
     try:
         size = Path(path).stat().st_size
         bar = progress(f"reading {Path(path).name}", size) if counted else _NO_PROGRESS
