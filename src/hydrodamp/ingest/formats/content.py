@@ -9,8 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, cast
+from typing import IO, TYPE_CHECKING, Any, cast
 
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import irregular_file
 from hydrodamp.progress import Step, progress
@@ -33,6 +36,12 @@ def read_head(path: str | Path, size: int) -> bytes:
     """Return the first bytes of a file, decompressed."""
     with open_log(path, counted=False) as file:
         return file.read(size)
+
+
+def as_numbers(values: Any) -> FloatArray:
+    """Return numbers in double precision; a signalling NaN is a NaN like others."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values, dtype=np.float64)
 
 
 def read_bytes(path: str | Path) -> bytes:
