@@ -1,52 +1,215 @@
-"""Throw broken files at our own readers until one falls over.
+"""Mutated logs of every format, read in processes of bounded memory and time.
 
-    python studies/fuzz_readers.py -max_total_time=60 -max_len=4000
+    PYTHONPATH=tests python studies/fuzz_readers.py --first 0 --n 1000 --out fuzz_0.json
 
-Guided by coverage (atheris, ``pip install atheris``). A reader may refuse a file with an error of
-hydrodamp; anything else is a fault, and the file that shows it is kept. The property tests in
-``tests/ingest/formats`` ask for right numbers too.
+Bytes of a small log are changed, cut, repeated and spliced; every fourth file is compressed after
+it. A reader answers with a recording or an error of hydrodamp. A file that ends otherwise (crash,
+time limit, traceback, warning of NumPy) is kept in the folder `fuzz_faults`.
 """
 
 from __future__ import annotations
 
+import gzip
+import json
+import os
+import resource
+import signal
+import struct
 import sys
+import tempfile
+import traceback
 import warnings
+from collections import Counter
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-import atheris
+import numpy as np
+import typer
 
-with atheris.instrument_imports(include=["hydrodamp.ingest.formats"]):
-    from hydrodamp.ingest.formats import ardupilot, delimited, moos
+from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.ingest.formats import files
+from hydrodamp.ingest.inspection.probe import probe
+from writers import Dataflash, RosBag, Ulog
 
-from hydrodamp.errors import HydrodampError
-
-READERS = (
-    (moos.read_file, "a.alog"),
-    (delimited.read_file, "a.csv"),
-    (ardupilot.read_file, "a.bin"),
-)
+MEMORY_BYTES = 2 << 30  # of address space beyond that at the start
+TIME_LIMIT_SECONDS = 15  # of CPU; a reader that waits has ten times as long
+PROBED_SHARE = 8  # one file in so many is also probed, which takes ten times as long
+OUTCOMES = ("read", "refused", "traceback", "warning")
+N_ROWS = 60
 
 
-def main() -> None:
-    """Fuzz until libFuzzer's own options say stop."""
-    warnings.simplefilter("ignore")
-    with TemporaryDirectory() as folder:
+def write_seeds(folder: Path) -> dict[str, bytes]:
+    """Write a log of each format; return the contents by name."""
+    import h5py
+    import scipy.io
+    from pyarrow import parquet, table
 
-        def read_one_input(data: bytes) -> None:
-            if not data:
-                return
-            read, name = READERS[data[0] % len(READERS)]
-            path = Path(folder) / name
-            path.write_bytes(data[1:])
-            try:
-                read(path)
-            except HydrodampError:
-                return
+    time = 100.0 + 0.1 * np.arange(N_ROWS)
+    columns = {name: np.sin(0.1 * k + time) for k, name in enumerate("uvwpqr")}
+    state = {"time": time, **columns, "yaw": 0.1 * time, "rpm": 900.0 + 0 * time}
+    rows = [[*state], *np.column_stack([*state.values()]).round(4).tolist()]
+    lines = [[*map(str, row)] for row in rows]
+    for name, mark in (
+        ("log.csv", ","),
+        ("semicolons.csv", ";"),
+        ("log.tsv", "\t"),
+        ("a.dat", " "),
+    ):
+        text = "\n".join(map(mark.join, lines)) + "\n"
+        text = text.replace(".", ",") if mark == ";" else text
+        (folder / name).write_text(text, "utf-8")
+    words = [
+        [*line, f"2024-05-01 10:{k // 60:02}:{k % 60:02}", '"on"'] for k, line in enumerate(lines)
+    ]
+    comments = "# a log\n" + "\n".join(map(",".join, words)) + "\n"
+    (folder / "words.csv").write_bytes(comments.encode("utf-16"))
+    postings = (
+        f"{t:.2f} NAV_X pNav {x:.3f}\n{t:.2f} MODE pHelm on"
+        for t, x in zip(time, columns["u"], strict=True)
+    )
+    (folder / "log.alog").write_text("%% LOGSTART 1000.5\n" + "\n".join(postings) + "\n", "utf-8")
+    np.savez(folder / "log.npz", **state)
+    np.save(folder / "log.npy", np.column_stack([*state.values()]))
+    scipy.io.savemat(folder / "log.mat", {"log": state})
+    with h5py.File(folder / "log.h5", "w") as file:
+        for key, values in state.items():
+            file.create_dataset(f"nav/{key}", data=values, compression="gzip")
+    parquet.write_table(table({**state, "mode": ["on"] * N_ROWS}), folder / "log.parquet")
+    _write_autopilot_logs(folder, time)
+    bag = RosBag()
+    bag.ros1(folder / "log.bag", bag.twists(N_ROWS, old=True))
+    for kind in ("MCAP", "SQLITE3"):
+        storage = next(bag.ros2(folder / kind, bag.twists(N_ROWS), kind).glob("*[3p]"))
+        storage.rename(folder / f"log{storage.suffix}")
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
 
-        atheris.Setup(sys.argv, read_one_input)
-        atheris.Fuzz()
+
+def _write_autopilot_logs(folder: Path, time: np.ndarray) -> None:
+    from pymavlink.dialects.v20 import common
+
+    dataflash, ulog, vehicle = Dataflash(), Ulog(1_000_000), common.MAVLink(None, 3, 1)
+    for kind, name, letters, fields in (
+        (130, "UNIT", "QbZ", "TimeUS,Id,Label"),
+        (131, "MULT", "Qbd", "TimeUS,Id,Mult"),
+        (132, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds"),
+        (140, "ATT", "QccC", "TimeUS,Roll,Pitch,Yaw"),
+        (141, "IMU", "QBff", "TimeUS,I,GyrX,GyrZ"),
+        (142, "XKF1", "Qfffg", "TimeUS,VN,VE,VD,D"),
+        (143, "MSG", "QZ", "TimeUS,Message"),
+    ):
+        dataflash.define(kind, name, letters, fields)
+    dataflash.write_message("UNIT", 0, ord("E"), b"rad/s")
+    dataflash.write_message("MULT", 0, ord("0"), 1.0)
+    dataflash.write_message("FMTU", 0, 141, b"s#EE", b"F-00")
+    dataflash.write_message("MSG", 0, b"ArduSub")
+    ulog.define("vehicle_attitude", "float[4] q;uint8_t reset;uint8_t[3] _padding0")
+    ulog.define("vehicle_local_position", "float x;float vx;double ref")
+    ulog.announce(0, "vehicle_attitude")
+    ulog.announce(1, "vehicle_local_position")
+    packets = b""
+    for k, second in enumerate(time.tolist()):
+        stamp = round(1e6 * second)
+        dataflash.write_message("ATT", stamp, 0.1 * k, -0.2 * k, 3.0 * k)
+        for sensor in (0, 1):
+            dataflash.write_message("IMU", stamp, sensor, 0.1 * k, 0.5)
+        dataflash.write_message("XKF1", stamp, 1.0, 0.1 * k, 0.0, 2.0)
+        ulog.send(0, stamp, "4fB", 1.0, 0.0, 0.0, 0.1, k)
+        ulog.send(1, stamp, "2fd", 1.0 * k, 1.0, 50.0)
+        message = vehicle.attitude_encode(round(1e3 * second), 0.1, 0, 0.1 * k, 0, 0, 0.25)
+        packets += struct.pack(">Q", 1_700_000_000_000_000 + stamp) + message.pack(vehicle)
+    dataflash.save(folder / "log.bin")
+    ulog.save(folder / "log.ulg")
+    (folder / "log.tlog").write_bytes(packets)
+
+
+def mutate(content: bytes, rng: np.random.Generator) -> bytes:
+    """Return a content with some bytes changed, cut, repeated or spliced."""
+    data = bytearray(content)
+    for _ in range(rng.integers(1, 5)):
+        at, to = sorted(rng.integers(0, len(data) + 1, 2).tolist())
+        length = int(rng.integers(1, 17))
+        match rng.integers(10):
+            case 0 | 7 | 8 | 9:
+                data[at : at + 1] = bytes([rng.integers(256)])
+            case 1:
+                data[at : at + length] = rng.bytes(length)
+            case 2:
+                data[at : at + length] = rng.choice([b"\0", b"\xff", b"\x7f", b"9"]) * length
+            case 3:
+                data[at:at] = data[at : at + 8 * length]
+            case 4:
+                del data[at : at + length]
+            case 5:
+                data[at : at + length] = data[to : to + length]
+            case 6 if rng.random() < 0.3:
+                del data[at:]
+        data = data or bytearray(b"\0")
+    return bytes(data)
+
+
+def read_in_child(path: Path, *, probed: bool) -> str:
+    """Read a file in a child process; return the outcome."""
+    child = os.fork()
+    if child == 0:
+        os._exit(OUTCOMES.index(_read(path, probed=probed)))
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        is_late = number in (signal.SIGALRM, signal.SIGPROF)
+        return "time limit" if is_late else signal.Signals(number).name
+    return OUTCOMES[os.WEXITSTATUS(status)]
+
+
+def _read(path: Path, *, probed: bool) -> str:
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+    limit = pages * resource.getpagesize() + MEMORY_BYTES
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT_SECONDS)
+    signal.alarm(10 * TIME_LIMIT_SECONDS)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        outcome = "read"
+        try:
+            recording = files.read_files(path)
+            if probed:
+                probe(recording)
+        except HydrodampError:
+            outcome = "refused"
+        except BaseException:
+            traceback.print_exc()
+            return "traceback"
+    foreign = [it for it in caught if not issubclass(it.category, HydrodampWarning)]
+    for it in foreign:
+        print(f"{path.name}: {it.filename}:{it.lineno}: {it.message}", file=sys.stderr)
+    return "warning" if foreign else outcome
+
+
+def main(first: int = 0, n: int = 1000, out: Path = Path("fuzz.json"), only: str = "") -> None:
+    """Read ``n`` mutated files from number ``first``, and write the counts of outcomes."""
+    counts: dict[str, Counter[str]] = {}
+    faults = Path("fuzz_faults")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        seeds = {key: it for key, it in write_seeds(folder).items() if only in key}
+        for key in seeds:
+            files.read_files(folder / key)  # imports what the children need
+        for number in range(first, first + n):
+            rng = np.random.default_rng(number)
+            key = [*seeds][number % len(seeds)]
+            content, path = mutate(seeds[key], rng), folder / f"mutated_{number}_{key}"
+            if rng.integers(4) == 0:
+                content, path = gzip.compress(content), path.with_name(f"{path.name}.gz")
+            path.write_bytes(content)
+            outcome = read_in_child(path, probed=number // len(seeds) % PROBED_SHARE == 0)
+            counts.setdefault(Path(key).suffix, Counter())[outcome] += 1
+            if outcome not in OUTCOMES[:2]:
+                print(f"{path.name}: {outcome}", file=sys.stderr)
+                faults.mkdir(exist_ok=True)
+                (faults / path.name).write_bytes(content)
+            path.unlink()
+            if number % 100 == 99:
+                out.write_text(json.dumps(counts, indent=1), "utf-8")
+    out.write_text(json.dumps(counts, indent=1), "utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

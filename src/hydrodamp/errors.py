@@ -132,6 +132,11 @@ def printable(text: str) -> str:
     return text.translate(_CONTROLS)
 
 
+def has_controls(text: str) -> bool:
+    """Return whether a text holds control characters other than tabs and ends of lines."""
+    return printable(text) != text.translate({9: " ", 10: " ", 13: " "})
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a clause naming the known word nearest to ``name``."""
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)

@@ -46,6 +46,8 @@ KINDS = {
 
 def load_text(path: str | os.PathLike[str]) -> str:
     """Return the text of a file."""
+    if fault := irregular_file(path):
+        raise FileError(f"{path}: {fault}")
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
@@ -56,6 +58,16 @@ def load_text(path: str | os.PathLike[str]) -> str:
         raise FileError(
             f"{path}: must be UTF-8 text; near byte {error.start} it is not."
         ) from error
+
+
+def irregular_file(path: str | os.PathLike[str]) -> str:
+    """Return the fault of a path that is no file, such as a pipe, without opening it."""
+    target = Path(path)
+    if target.is_symlink() and not target.exists():
+        return "it is a link to a file that does not exist. Correct or delete the link"
+    if target.exists() and not target.is_file() and not target.is_dir():
+        return "it is a pipe, a socket or a device. Give a file that holds its content"
+    return ""
 
 
 def missing_file_message(path: str | os.PathLike[str]) -> str:

@@ -3,6 +3,9 @@
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.experiment_design.autopilot_design import design_autopilot
+from hydrodamp.experiment_design.ensemble import prior_damping
+from hydrodamp.experiment_design.envelope import Envelope, LoopGains, read_envelope
 
 
 def write_envelope(folder, text):
@@ -43,3 +46,32 @@ def test_invalid_envelopes_are_refused_with_the_key(tmp_path, text, says):
     with pytest.raises(hd.FileError, match=r"envelope\.yaml") as caught:
         hd.read_envelope(write_envelope(tmp_path, text))
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("entry", "says"),
+    [
+        ("noise: {u: 1.0e300}", r"`noise.u` must be at most 13.3, in SI units; got 1e\+300"),
+        ("commands: {rpm: {highest: 1e9}}", r"`commands.rpm.highest` must be at most 1e\+06"),
+    ],
+)
+def test_implausible_noise_and_limits_are_refused(tmp_path, entry, says):
+    path = tmp_path / "band.yaml"
+    path.write_text(entry, "utf-8")
+    with pytest.raises(hd.FileError, match=says):
+        read_envelope(path)
+
+
+def test_gains_that_are_not_stated_are_assumptions():
+    vehicle = hd.fleet["vt690"]
+    prior = prior_damping(vehicle, hd.catalog["prestero"], None)
+
+    def assumptions(**loops):
+        envelope = Envelope(autopilot=LoopGains(**loops))
+        return " ".join(design_autopilot(vehicle, prior, envelope).assumptions)
+
+    assert "gains are assumed: heading: [" in assumptions()
+    assert "State the vehicle's: `autopilot: {heading: [" in assumptions()
+    gains = dict.fromkeys(("depth", "pitch"), (1.0, 0.1, 1.0))
+    assert "pitch:" not in assumptions(**gains)
+    assert "gains" not in assumptions(heading=(1.0, 0.1, 1.0), **gains)

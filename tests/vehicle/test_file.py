@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.file import fleet, format_vehicle, parse_vehicle
 
 RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"
 ADDED = f"added_mass: {np.diag([1.0, 8, 8, 0.1, 1, 1]).tolist()}\n"
@@ -159,3 +162,11 @@ def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
 def test_long_values_are_cut_in_messages():
     with pytest.raises(hd.VehicleError, match=r"got 'w{12}\.\.\.w{13}'$"):
         parse_vehicle(REST + f"mass_matrix: [[{'w' * 90}]]\n")
+
+
+@pytest.mark.parametrize("name", ["a\ab", "a\nb", "", "x" * 300, "a\u202eb"])
+def test_a_name_is_a_line_of_printable_characters(name):
+    with pytest.raises(VehicleError, match="`name` must be 1 to 100 characters on one line"):
+        replace(fleet["vt690"], name=name)
+    with pytest.raises(VehicleError, match="`note` must be text without control characters"):
+        replace(fleet["vt690"], note="a\ab")

@@ -163,7 +163,7 @@ def _match(address: str) -> Iterator[str]:
     for path in map(Path, sorted(glob.glob(pattern, recursive=True)) if is_pattern else [address]):
         if path.is_dir() and not is_bag(path):
             yield from _walk(path)
-        elif path.exists() or (
+        elif os.path.lexists(path) or (
             len(files := split_joined_paths(path)) > 1 and all(p.exists() for p in files)
         ):
             yield str(path)
@@ -203,8 +203,7 @@ def _walk(folder: Path) -> list[str]:
             folders.clear()
             logs.append(str(Path(path)))
             continue
-        files = (Path(path, name) for name in names if suffix_of(name) in SUFFIXES)
-        logs += [str(file) for file in files if file.is_file()]
+        logs += [str(Path(path, name)) for name in names if suffix_of(name) in SUFFIXES]
     return sorted(logs)
 
 

@@ -9,8 +9,8 @@ steady speeds.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -209,7 +209,9 @@ def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> 
         slopes = forces.effectiveness(float(np.mean(envelope.speed)), amplitude)
     if propeller is not None:
         slopes[propeller] = 0.0
-    heading, pitch, depth = _loops(vehicle, envelope, slopes, amplitude, hovers)
+    loops = _loops(vehicle, envelope, slopes, amplitude, hovers)
+    assumptions += _gain_assumptions(envelope, loops)
+    heading, pitch, depth = loops
     return DesignedAutopilot(
         *(names, lowest, highest, rates, heading, pitch, depth),
         *(propeller, speeds, propeller_commands),
@@ -217,6 +219,22 @@ def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> 
         full_ahead=full_ahead,
         assumptions=tuple(assumptions),
     )
+
+
+def _gain_assumptions(envelope: Envelope, loops: Sequence[Loop | None]) -> Iterator[str]:
+    """Yield the gains that the envelope does not state."""
+    stated = envelope.autopilot or LoopGains()
+    gains = {
+        name: ", ".join(f"{abs(gain):.3g}" for gain in astuple(loop.pid)[:3])
+        for name, loop in zip(("heading", "pitch", "depth"), loops, strict=True)
+        if loop is not None and getattr(stated, name) is None
+    }
+    if gains:
+        entries = ", ".join(f"{name}: [{values}]" for name, values in gains.items())
+        yield (
+            f"The autopilot's gains are assumed: {entries}. With other gains the dive may leave "
+            f"its limits. State the vehicle's: `autopilot: {{{entries}}}` in the envelope."
+        )
 
 
 def _rates(

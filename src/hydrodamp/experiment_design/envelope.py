@@ -22,6 +22,14 @@ Positive = Annotated[float, Field(gt=0.0)]
 
 NonNegative = Annotated[float, Field(ge=0.0)]
 
+MAX_NOISE_RATIO = 1e3
+"""Largest noise over the published one, beyond which a sensor measures nothing; assumed."""
+
+MAX_COMMAND = 1e6
+"""Largest limit of a command in its own unit; rpm, newtons and pulse widths [us] are below it."""
+
+Limit = Annotated[float, Field(ge=-MAX_COMMAND, le=MAX_COMMAND)]
+
 Gains = tuple[NonNegative, NonNegative, NonNegative]
 """Proportional, integral and derivative gain; their signs follow from the vehicle."""
 
@@ -33,8 +41,8 @@ class _Table(BaseModel):
 class CommandLimits(_Table):
     """Limits of a command, in its own unit, and its rate limit in that unit per second."""
 
-    lowest: float | None = None
-    highest: float | None = None
+    lowest: Limit | None = None
+    highest: Limit | None = None
     rate: Positive | None = None
 
     @model_validator(mode="after")
@@ -136,9 +144,12 @@ class Envelope(_Table):
         for name, band in dict(self.area or ()).items():
             if not band[0] <= 0.0 <= band[1] or band[0] == band[1]:
                 yield f"`area.{name}` must contain the start, 0; " + _got(band)
-        for name in self.noise:
+        published = dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True))
+        for name, std in self.noise.items():
             if name not in SENSOR_CHANNELS:
                 yield f"`noise` has the channels {' '.join(SENSOR_CHANNELS)}; got '{name}'"
+            elif std > (most := MAX_NOISE_RATIO * published[name]):
+                yield f"`noise.{name}` must be at most {most:.3g}, in SI units; got {std:g}"
         if self.home is not None and not (abs(self.home[0]) <= 89.0 and abs(self.home[1]) <= 180.0):
             limits = "a latitude of at most 89 deg and a longitude of at most 180 deg"
             yield f"`home` must be {limits}; {_got(self.home)}"

@@ -15,7 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from hydrodamp.arrays import MAX_MAGNITUDE, FloatArray
 from hydrodamp.basis.term import AXES
-from hydrodamp.errors import ModelError, did_you_mean, list_faults
+from hydrodamp.errors import ModelError, did_you_mean, has_controls, list_faults
 from hydrodamp.faults import faults_in, validate
 from hydrodamp.files import load_json, load_yaml, save_json, save_text, wrong_kind_message
 from hydrodamp.models.catalog import catalog
@@ -36,6 +36,8 @@ def _text(given: object) -> object:
     """Return a name that YAML took for a number, or nothing, as text."""
     if given is None:
         return ""
+    if isinstance(given, str) and has_controls(given):
+        raise ValueError("must be text without control characters; remove them")
     plain = isinstance(given, int | float) and not isinstance(given, bool)
     return str(given) if plain else given
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, Term
-from hydrodamp.errors import VehicleError
+from hydrodamp.errors import VehicleError, has_controls, printable
 from hydrodamp.vehicle import mass as masses
 from hydrodamp.vehicle.actuators import Actuator, Propeller, checked_number
 
@@ -26,6 +26,10 @@ def mass_matrix_digest(matrix: npt.ArrayLike) -> str:
     """Return a short fingerprint of a mass matrix."""
     rounded = np.round(np.asarray(matrix, dtype="<f8"), 9) + 0.0
     return hashlib.sha256(rounded.tobytes()).hexdigest()[:16]
+
+
+MAX_NAME_LENGTH = 100
+"""Of a vehicle: file systems allow 255 bytes, which exporters extend by suffixes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +105,12 @@ class Vehicle:
             ),
             "actuators": checked_actuators(tuple(self.actuators)),
         }
+        if not 0 < len(self.name) <= MAX_NAME_LENGTH or printable(self.name) != self.name:
+            wanted = f"1 to {MAX_NAME_LENGTH} characters on one line, none of them a control"
+            raise VehicleError(f"`name` must be {wanted} character; got {self.name[:40]!r}")
+        for name in ("source", "note"):
+            if has_controls(getattr(self, name)):
+                raise VehicleError(f"`{name}` must be text without control characters; remove them")
         for name in ("weight", "buoyancy"):
             force = fixed[name] = float(getattr(self, name))
             if not 0.0 <= force < math.inf:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,8 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hydrodamp.batch.discovery import expand_addresses
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.files import load_text
 from hydrodamp.ingest.formats import content, files, rosbag
 
 TABLE = "t,u\n0,1\n1,2\n"
@@ -133,3 +136,19 @@ def test_a_bar_counts_the_bytes_of_a_file(tmp_path: Path, bars: list[Any], name:
     assert len(steps) > 1
     # Who seeks reads some bytes again.
     assert total <= sum(steps) <= (1.5 * total if name[-1] in "t5" else total)
+
+
+def test_a_pipe_a_socket_and_a_dangling_link_are_named_and_not_waited_for(tmp_path):
+    table = "time,u\n0,1\n1,2\n"
+    (tmp_path / "good.csv").write_text(table, "utf-8")
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "link.csv").symlink_to("nowhere.csv")
+    for name, fault in (("pipe.csv", "is a pipe"), ("link.csv", "does not exist")):
+        with pytest.raises(LogError, match=f"{name}: it .*{fault}"):
+            files.read_files(tmp_path / name)
+        with pytest.raises(FileError, match=f"{name}: it .*{fault}"):
+            load_text(tmp_path / name)
+    notes = " ".join(files.read_files(tmp_path).notes)
+    assert "pipe.csv: it is a pipe" in notes
+    assert "link.csv: it is a link" in notes
+    assert len(expand_addresses([str(tmp_path)])) == 3

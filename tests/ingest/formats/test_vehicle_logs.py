@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.ingest.formats import ardupilot, files, px4
+from hydrodamp.ingest.formats.content import as_numbers
 
 
 def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
@@ -145,3 +146,10 @@ def test_moos(tmp_path: Path) -> None:
     assert recording.topic("MODE").texts["value"] == ("PARK station keeping",)
     assert np.isnan(recording.topic("EMPTY").fields["value"]).all()
     assert recording.notes[0] == "times count from 1659009600.5 s since 1970"
+
+
+def test_a_signalling_nan_is_a_nan_without_a_warning():
+    with np.errstate(invalid="raise"):
+        numbers = as_numbers(np.array([0x7FA00000], np.uint32).view(np.float32))
+    assert numbers.dtype == np.float64
+    assert np.isnan(numbers).all()

@@ -18,7 +18,7 @@ import numpy as np
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import parse_column
-from hydrodamp.ingest.formats.content import read_bytes
+from hydrodamp.ingest.formats.content import as_numbers, read_bytes
 
 #: Fault of a log without messages.
 NO_MESSAGE = "the log holds no message with a value; check that logging was enabled"
@@ -151,9 +151,9 @@ def _decode_fields(form: _MessageFormat, table: Any) -> dict[str, Any]:
         if column.dtype.kind == "S":
             fields[name] = [_decode_string(word) for word in column.tolist()]
         elif column.ndim == 2:
-            fields |= {f"{name}[{k}]": column[:, k].astype(np.float64) for k in range(32)}
+            fields |= {f"{name}[{k}]": as_numbers(column[:, k]) for k in range(32)}
         else:
-            fields[name] = column.astype(np.float64) / _DIVISORS.get(letter, 1.0)
+            fields[name] = as_numbers(column) / _DIVISORS.get(letter, 1.0)
     return fields
 
 

@@ -18,8 +18,10 @@ import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, first_few
+from hydrodamp.files import MAX_DEPTH
 from hydrodamp.ingest.formats.cells import Column, ColumnNames, make_topic, parse_column
 from hydrodamp.ingest.formats.content import (
+    check_cells,
     check_columns,
     check_unpacked,
     max_unpacked_bytes,
@@ -50,6 +52,9 @@ def read_file(path: str | Path) -> Recording:
     arrays = dict(read_arrays(path, notes))
     columns = _split_columns(arrays, notes)
     check_columns(len(columns), path)
+    is_text = [column.dtype.kind in "US" for column in columns.values()]
+    n_cells = [*map(len, columns.values())]
+    check_cells(sum(n_cells), path, int(np.dot(n_cells, is_text)))
     if not columns:
         kinds = ", ".join(f"`{name}`" for name in list(arrays)[:5]) or "nothing"
         fault = f"expected arrays with one value per sample; found {kinds}"
@@ -102,7 +107,9 @@ def _read_matlab(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]
     ]
     process = subprocess.run(command, input=data, capture_output=True, check=False)
     if process.returncode:
-        raise ValueError(_failure_reason(process))
+        reason = _failure_reason(process)
+        check_unpacked(np.inf if "MemoryError" in reason else 0.0, path)
+        raise ValueError(reason)
     with np.load(io.BytesIO(process.stdout), allow_pickle=False) as archive:
         names, messages, *arrays = archive.values()
     notes += messages.tolist()
@@ -173,7 +180,17 @@ def _read_hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
 
     nodes: dict[str, Any] = {}
     with open_seekable(path) as content, h5py.File(content, "r") as file:
-        file.visititems(lambda name, node: nodes.update({name: node}))
+
+        def collect(name: str, node: Any) -> bool | None:
+            nodes[name] = node
+            return name.count("/") >= MAX_DEPTH or None  # a value ends the visit
+
+        if file.visititems(collect):
+            raise LogError(
+                f"groups are nested more than {MAX_DEPTH} deep, which is implausible for a log."
+                " Move the arrays to groups nearer to the root",
+                source=str(path),
+            )
         _check_storage(file, nodes, path)
         for key, node in nodes.items():
             name, kind = key.replace("/", "."), node.attrs.get("MATLAB_class", b"")
@@ -207,6 +224,7 @@ def _check_storage(file: Any, nodes: Mapping[str, Any], path: str | Path) -> Non
             source=str(path),
         )
     check_unpacked(sum(node.nbytes for node in arrays.values()), path)
+    check_cells(sum(node.size for node in arrays.values() if node.ndim in (1, 2)), path)
 
 
 def _is_external(node: Any) -> bool:

@@ -5,17 +5,18 @@ Nested structs and short lists of Parquet become columns.
 
 from __future__ import annotations
 
-import io
+import codecs
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording
+from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.formats.cells import (
     COMMENTS,
     Column,
@@ -23,8 +24,15 @@ from hydrodamp.ingest.formats.cells import (
     Dialect,
     make_topic,
     parse_column,
+    share_texts,
 )
-from hydrodamp.ingest.formats.content import check_columns, check_unpacked, open_log, open_seekable
+from hydrodamp.ingest.formats.content import (
+    check_cells,
+    check_columns,
+    check_unpacked,
+    open_log,
+    open_seekable,
+)
 
 _MAX_LIST_LENGTH = 64  # values; longer lists are no samples of one instant
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "null", "NULL", "None", "none", "NaT"]
@@ -40,9 +48,11 @@ def read_file(path: str | Path) -> Recording:
 
     with open_seekable(path) as file:
         metadata = read_metadata(file)
-        sizes = (metadata.row_group(k).total_byte_size for k in range(metadata.num_row_groups))
+        groups = [metadata.row_group(k) for k in range(metadata.num_row_groups)]
         check_columns(metadata.num_columns, path)
-        check_unpacked(max(sum(sizes), 8 * metadata.num_rows * metadata.num_columns), path)
+        check_unpacked(sum(group.total_byte_size for group in groups), path)
+        chunks = (group.column(k) for group in groups for k in range(group.num_columns))
+        check_cells(sum(chunk.num_values for chunk in chunks), path)  # elements of lists, too
         file.seek(0)
         return _make_recording(read_table(file), path)
 
@@ -56,6 +66,7 @@ def _make_recording(table: Any, path: str | Path) -> Recording:
     header = ColumnNames(table.column_names)
     columns: dict[str, Column] = {}
     units: dict[str, str] = {}
+    texts: dict[str, str] = {}
     notes: list[str] = [*header.faults.values()]
     for name, field, column in zip(header.names, table.schema, table.columns, strict=True):
         kind = field.type
@@ -64,7 +75,9 @@ def _make_recording(table: Any, path: str | Path) -> Recording:
         if types.is_dictionary(kind):
             kind, column = kind.value_type, column.cast(kind.value_type)
         if types.is_string(kind) or types.is_large_string(kind):
-            columns[name] = parse_column([word or "" for word in column.to_pylist()], name=name)
+            words = [w or "" for it in column.chunks for w in share_texts(it.to_pylist(), texts)]
+            check_cells(table.num_rows * table.num_columns, path, len(texts))
+            columns[name] = parse_column(words, name=name)
             continue
         if types.is_temporal(kind):
             values, unit = {name: _to_seconds(column)}, stated_unit or "s"
@@ -115,29 +128,62 @@ def read_csv(
     path: str | Path, dialect: Dialect, errors: str
 ) -> tuple[list[Column], Sequence[int]] | None:
     """Return columns and line numbers of clean delimited text; None where Arrow fails on it."""
+    blocks: list[list[Any]] = [[] for _ in dialect.numeric]
+    texts: dict[str, str] = {}
+    n = 0
     try:
+        import pyarrow
         from pyarrow import csv
 
         with open_log(path) as file:
-            text: IO[bytes] = file
+            text: Any = pyarrow.PythonFile(file, "r")
             if not dialect.delimiter:  # Arrow needs single spaces
-                utf8 = file.read().decode(dialect.encoding, errors=errors).encode()
-                text = io.BytesIO(_LINE_MARGINS.sub(b"", _SPACES.sub(b" ", utf8)))
-            table: Any = csv.read_csv(text, **_arrow_options(csv, dialect))
+                text = pyarrow.TransformInputStream(text, _space_normalizer(dialect, errors))
+            for batch in csv.open_csv(text, **_arrow_options(csv, dialect)):
+                if _is_misread(batch, dialect):
+                    return None
+                for block, column, numeric in zip(
+                    blocks, batch.columns, dialect.numeric, strict=False
+                ):
+                    if numeric:
+                        block.append(column.to_numpy(zero_copy_only=False))
+                    else:
+                        block += share_texts(column.to_pylist(), texts)
+                n += len(batch)
+                check_cells(n * dialect.width, path, len(texts))
+    except HydrodampError:
+        raise
     except (ImportError, ValueError, OverflowError, OSError):
         return None
-    if _is_misread(table, dialect):
-        return None
-    columns = [
-        Column(_to_numbers(column)) if numeric else dialect.parse_column(k, column.to_pylist())
-        for k, (column, numeric) in enumerate(zip(table.columns, dialect.numeric, strict=False))
-    ]
-    return columns, range(dialect.first_line, dialect.first_line + len(table))
+    columns = []
+    for k, numeric in enumerate(dialect.numeric):
+        block, blocks[k] = blocks[k], []  # so that its memory is free once it is joined
+        columns.append(Column(_join(block)) if numeric else dialect.parse_column(k, block))
+    return columns, range(dialect.first_line, dialect.first_line + n)
+
+
+def _space_normalizer(dialect: Dialect, errors: str) -> Callable[[Any], bytes]:
+    """Return a function that makes blocks of text UTF-8 with single spaces between the cells."""
+    decode = codecs.getincrementaldecoder(dialect.encoding)(errors).decode
+    before = b"\n"  # end of the text so far
+
+    def normalize(block: Any) -> bytes:
+        nonlocal before
+        text = before + decode(bytes(block), not len(block)).encode()
+        cells = _LINE_MARGINS.sub(b"", _SPACES.sub(b" ", text.rstrip(b" \t")))
+        before = cells[-1:] + b" " * (text[-1:] in b" \t")
+        return cells[1:]
+
+    return normalize
 
 
 def _to_numbers(column: Any) -> FloatArray:
     """Return an Arrow column as a read-only array; NaN for null."""
-    arrays = (chunk.to_numpy(zero_copy_only=False) for chunk in column.chunks)
+    return _join([chunk.to_numpy(zero_copy_only=False) for chunk in column.chunks])
+
+
+def _join(arrays: Sequence[FloatArray]) -> FloatArray:
+    """Return arrays one after another, read-only."""
     values = np.concatenate([np.empty(0), *arrays])
     values.setflags(write=False)
     return values
@@ -172,11 +218,11 @@ def _arrow_options(csv: Any, dialect: Dialect) -> dict[str, Any]:
     }
 
 
-def _is_misread(table: Any, dialect: Dialect) -> bool:
+def _is_misread(batch: Any, dialect: Dialect) -> bool:
     """Return whether Arrow took blank lines, comments or quotation marks for data."""
     from pyarrow import compute
 
-    columns = [*zip(table.columns, dialect.numeric, strict=False)]
+    columns = [*zip(batch.columns, dialect.numeric, strict=False)]
     texts = [column for column, numeric in columns if not numeric]
     first, numeric = columns[0]
     if numeric and not first.null_count and not texts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -125,34 +125,45 @@ def parse_numbers(cells: Sequence[str], decimal: str = ".") -> Column:
     return Column(values, tuple(map(str.strip, cells)) if invalid else (), invalid)
 
 
+def share_texts(cells: Iterable[str], texts: dict[str, str]) -> Iterable[str]:
+    """Return cells such that equal ones are one object, which ``texts`` holds."""
+    words = [*cells]
+    return map(texts.setdefault, words, words)
+
+
 def parse_column(cells: Sequence[str], decimal: str = ".", name: str = "") -> Column:
     """Parse a column of unknown content; segment labels keep text and numbers."""
+    distinct = dict.fromkeys(cells)
     if name == SEGMENT:
-        positions = {cell: index for index, cell in enumerate(dict.fromkeys(cells))}
+        positions = {cell: index for index, cell in enumerate(distinct)}
         column, indices = parse_column([*positions], decimal), [positions[cell] for cell in cells]
         numbers = None if column.invalid else column.numbers
-        labels = tuple(cell.strip() or _UNNAMED_SEGMENT for cell in cells)
-        return Column(None if numbers is None else numbers[indices], labels)
-    present = [cell for cell in cells if not is_missing(cell)]
-    lowered = [cell.strip().lower() for cell in cells]
-    if present and {*lowered} <= {*_BOOLEANS, *MISSING}:
-        return Column(np.array([_BOOLEANS.get(cell, _NAN) for cell in lowered]))
+        labels = {cell: cell.strip() or _UNNAMED_SEGMENT for cell in distinct}
+        return Column(
+            None if numbers is None else numbers[indices], tuple(labels[cell] for cell in cells)
+        )
+    lowered = {cell: cell.strip().lower() for cell in distinct}
+    present = [cell for cell, word in lowered.items() if word not in MISSING]
+    if present and {*lowered.values()} <= {*_BOOLEANS, *MISSING}:
+        return Column(np.array([_BOOLEANS.get(lowered[cell], _NAN) for cell in cells]))
     if present and all(map(is_date, present)):
         with suppress(ValueError):
             return Column(_parse_dates(cells), unit="s")
     column = parse_numbers(cells, decimal)
-    if 2 * len(column.invalid) <= len(present):
+    if 2 * len(column.invalid) <= sum(lowered[cell] not in MISSING for cell in cells):
         return column
     return Column(None, tuple(map(str.strip, cells)))
 
 
 def _parse_dates(cells: Sequence[str]) -> FloatArray:
     """Return dates as seconds since 1970, times of day as unwrapped seconds since midnight [s]."""
-    matches = [None if is_missing(cell) else _DATE.match(cell) for cell in cells]
-    is_day_first = any(int(match[4]) > 12 for match in matches if match and match[4])
+    texts = [cell for cell in dict.fromkeys(cells) if not is_missing(cell)]
+    dates = filter(None, map(_DATE.match, texts))
+    is_day_first = any(int(match[4]) > 12 for match in dates if match[4])
     days: dict[tuple[str | None, ...], float] = {(None,) * 6: 0.0}
     seconds = np.full(len(cells), _NAN)
-    for row, match in enumerate(matches):
+    for row, cell in enumerate(cells):
+        match = None if is_missing(cell) else _DATE.match(cell)
         if match is None:
             continue
         if (date := match.groups()[:6]) not in days:

@@ -9,9 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, cast
+from typing import IO, TYPE_CHECKING, Any, cast
 
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.files import irregular_file
 from hydrodamp.progress import Step, progress
 
 if TYPE_CHECKING:
@@ -22,6 +26,8 @@ _BUFFER_BYTES = 1 << 16  # bytes
 _BLOCK_BYTES = 1 << 20  # bytes
 MAX_UNPACKED_BYTES = 1 << 29  # a day of 20 text columns at 30 Hz
 MAX_UNPACKED_RATIO = 20  # gzip compresses measured numbers by 2 to 10
+_CELL_BYTES = 8  # bytes; of a number, or of a reference to a text
+_TEXT_BYTES = 64  # bytes; of a short text in memory
 MAX_COLUMNS = 4096  # PX4 logs have some 2000 fields in all topics
 _NO_PROGRESS = nullcontext(lambda count: None)
 
@@ -30,6 +36,12 @@ def read_head(path: str | Path, size: int) -> bytes:
     """Return the first bytes of a file, decompressed."""
     with open_log(path, counted=False) as file:
         return file.read(size)
+
+
+def as_numbers(values: Any) -> FloatArray:
+    """Return numbers in double precision; a signalling NaN is a NaN like others."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values, dtype=np.float64)
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -52,6 +64,11 @@ def check_unpacked(size: float, path: str | Path) -> None:
             " implausible for a log. If the file is correct, unpack it and read the result",
             source=str(path),
         )
+
+
+def check_cells(n: int, path: str | Path, n_texts: int = 0) -> None:
+    """Refuse a table whose cells, and distinct texts, need an implausible amount of memory."""
+    check_unpacked(_CELL_BYTES * n + _TEXT_BYTES * n_texts, path)
 
 
 def check_columns(n: int, path: str | Path) -> None:
@@ -113,6 +130,8 @@ class _CountedFile(io.FileIO):
 @contextmanager
 def open_log(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
     """Open a file for reading, decompressed, with a progress bar if `counted`."""
+    if fault := irregular_file(path):
+        raise LogError(fault, source=str(path))
     try:
         size = Path(path).stat().st_size
         bar = progress(f"reading {Path(path).name}", size) if counted else _NO_PROGRESS

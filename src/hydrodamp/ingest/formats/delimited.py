@@ -11,9 +11,11 @@ import codecs
 import csv
 import io
 import re
+from array import array
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 
@@ -34,8 +36,9 @@ from hydrodamp.ingest.formats.cells import (
     make_topic,
     parse_number,
     parse_numbers,
+    share_texts,
 )
-from hydrodamp.ingest.formats.content import check_columns, open_log, read_head
+from hydrodamp.ingest.formats.content import check_cells, check_columns, open_log, read_head
 
 #: Error handler that decodes bytes invalid in UTF-8 as Windows-1252.
 CP1252_FALLBACK = "hydrodamp.western"
@@ -64,6 +67,7 @@ _COMMENT = re.compile(r"\s*(#|%|//)+")
 _SAMPLE_LINES = 200  # lines
 _BLOCK_ROWS = 4096  # rows; their strings fit in the cache
 _MAX_LISTED = 3
+_MAX_LINE = 1 << 20  # characters; a table of the most columns has a tenth of it
 _NUMBER_STARTS = frozenset("0123456789.+-")  # a row that begins so is data
 
 
@@ -90,17 +94,21 @@ def _read_by_row(
 ) -> tuple[list[Column], Sequence[int]]:
     """Return columns and line numbers, read row by row in blocks."""
     reader = _RowReader(path, dialect)
-    rows, lines = iter(reader), list[int]()
+    rows, lines = iter(reader), array("q")
     blocks: list[list[Column]] = []
+    texts: dict[str, str] = {}
     while block := [*islice(rows, _BLOCK_ROWS)]:
-        lines += [line for line, _ in block]
+        lines.extend(line for line, _ in block)
         columns = zip(*(cells for _, cells in block), strict=True)
         blocks.append(
             [
-                parse_numbers(cells, dialect.decimal) if numeric else Column(None, cells)
+                parse_numbers(cells, dialect.decimal)
+                if numeric
+                else Column(None, tuple(share_texts(cells, texts)))
                 for cells, numeric in zip(columns, dialect.numeric, strict=True)
             ]
         )
+        check_cells(len(lines) * len(dialect.header.names), path, len(texts))
     notes += reader.notes()
     by_column = [*zip(*blocks, strict=True)] or [()] * len(dialect.header.names)
     return [_join_blocks(dialect, k, column) for k, column in enumerate(by_column)], lines
@@ -128,8 +136,9 @@ class _RowReader:
 
     def __init__(self, path: str | Path, dialect: Dialect) -> None:
         self.path, self.dialect = path, dialect
-        self.ragged: list[tuple[int, int]] = []
-        self.skipped: dict[str, list[int]] = {}
+        self.ragged: list[tuple[int, int]] = []  # the first ones and the last
+        self.skipped: dict[str, int] = {}  # the first line of each reason
+        self.counts: Counter[str] = Counter()
         self.multiline = self.line = 0
         self.has_line_end = True
 
@@ -149,6 +158,8 @@ class _RowReader:
                 elif header and tuple(map(str.strip, cells)) == header:
                     self._skip(line, "repeats the header")
                 elif len(cells) != width:
+                    self.counts["is ragged"] += 1
+                    del self.ragged[_MAX_LISTED:]
                     self.ragged.append((line, len(cells)))
                     if not self.multiline and any("\n" in cell for cell in cells):
                         self.multiline = line
@@ -174,7 +185,7 @@ class _RowReader:
             yield from ((above + rows.line_num, cells) for cells in rows)
 
     def _lines(self, text: io.TextIOWrapper) -> Iterator[str]:
-        for line in text:
+        for line in iter(partial(text.readline, _MAX_LINE), ""):
             self.line += 1
             self.has_line_end = line.endswith(("\n", "\r"))
             is_zero = "\0" in line and not line.strip("\0\r\n")
@@ -183,7 +194,8 @@ class _RowReader:
             yield "\n" if is_zero else line
 
     def _skip(self, line: int, reason: str) -> None:
-        self.skipped.setdefault(reason, []).append(line)
+        self.skipped.setdefault(reason, line)
+        self.counts[reason] += 1
 
     def notes(self) -> Iterator[str]:
         """Yield a note on each kind of skipped line; raise LogError if there are ragged lines."""
@@ -192,13 +204,14 @@ class _RowReader:
         if line == self.line and not self.has_line_end and n_cells < len(header.names):
             yield f"the last line ({line}) is truncated; it was skipped"
             self.ragged.pop()
+            self.counts["is ragged"] -= 1
         if self.ragged:
             columns = f"the {'header has' if header.cells else 'first rows have'}"
             messages = [
                 f"line {line} has {cells} cells, {columns} {len(header.names)}"
                 for line, cells in self.ragged[:_MAX_LISTED]
             ]
-            if (n_more := len(self.ragged) - _MAX_LISTED) > 0:
+            if (n_more := self.counts["is ragged"] - _MAX_LISTED) > 0:
                 messages.append(f"so do {n_more} more lines")
             mark = DELIMITERS[self.dialect.delimiter]
             messages[-1] += f". The delimiters are {mark}; correct or delete these lines"
@@ -207,9 +220,10 @@ class _RowReader:
                     f"a cell continues on line {self.multiline}; check for a missing quotation mark"
                 )
             raise LogError(messages, source=str(self.path))
-        for reason, lines in self.skipped.items():
-            more = f", as do {len(lines) - 1} more lines" if len(lines) > 1 else ""
-            yield f"line {lines[0]} {reason}{more}; skipped"
+        for reason, line in self.skipped.items():
+            n_more = self.counts[reason] - 1
+            more = f", as do {n_more} more lines" if n_more else ""
+            yield f"line {line} {reason}{more}; skipped"
 
 
 def find_dialect(path: str | Path) -> Dialect:

@@ -82,6 +82,9 @@ def _report_failures(form: Format, path: str | Path) -> Iterator[None]:
             f"{path}: the package {name}, which reads this format, is not installed. Install it:"
             ' pip install "hydrodamp[logs]"'
         ) from error
+    except MemoryError as error:
+        fault = "it needs more memory than is free. Close other programs, or split the file"
+        raise LogError(fault, source=str(path)) from error
     except Exception as error:  # the exceptions of damaged files are undocumented
         reason = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
         raise LogError(
@@ -172,11 +175,11 @@ def read_files(
 
 def _list_files(path: Path) -> list[Path]:
     """Return the readable files of a folder, or the path itself."""
-    if not path.exists():
+    if not path.exists() and not path.is_symlink():
         raise FileError(missing_file_message(path))
     if not path.is_dir() or is_bag(path):
         return [path]
-    visible = (file for file in sorted(path.glob("[!.]*")) if file.is_file())
+    visible = (file for file in sorted(path.glob("[!.]*")) if not file.is_dir())
     inside = [file for file in visible if suffix_of(file) in SUFFIXES]
     if not inside:
         fault = f"the folder holds no log; the suffixes of logs are {' '.join(sorted(SUFFIXES))}"

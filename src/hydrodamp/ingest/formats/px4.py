@@ -9,12 +9,10 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.ardupilot import NO_MESSAGE
-from hydrodamp.ingest.formats.content import read_bytes
+from hydrodamp.ingest.formats.content import as_numbers, read_bytes
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
 _MAX_ARRAY_LENGTH = 64  # values; longer arrays are no samples of one instant
@@ -68,7 +66,7 @@ def _make_topics(log: Any, notes: list[str]) -> Iterator[Topic]:
             for field in long
         ]
         fields = {
-            field: np.asarray(values, dtype=np.float64)
+            field: as_numbers(values)
             for field, values in dataset.data.items()
             if field.rpartition("[")[0] not in long
         }
