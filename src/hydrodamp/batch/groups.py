@@ -208,16 +208,16 @@ def _outlying_groups(value: FloatArray, weight: FloatArray) -> list[list[int]]:
     """
     outlying: list[list[int]] = []
     for x, w in zip(value.T, weight.T, strict=True):
-        others, n_outlying, order = np.flatnonzero(w > 0.0), 0, list[int]()
-        n_most = max(1, len(others) // 10) if len(others) > MIN_GROUPS else 0
+        indices, n_outlying, order = np.flatnonzero(w > 0.0), 0, list[int]()
+        n_most = max(1, len(indices) // 10) if len(indices) > MIN_GROUPS else 0
         for k in range(n_most):
-            index, ratio = _extreme_deviate(x[others], w[others])
-            order.append(int(others[index]))
-            n = len(others)
+            index, ratio = _extreme_deviate(x[indices], w[indices])
+            order.append(int(indices[index]))
+            n = len(indices)
             p_value = 2.0 * n * student.sf(ratio, n - 3)
             if p_value < OUTLIER_LEVEL:
                 n_outlying = k + 1
-            others = np.delete(others, index)
+            indices = np.delete(indices, index)
         outlying.append(order[:n_outlying])
     return outlying
 
