@@ -92,6 +92,10 @@ class ClockWarning(HydrodampWarning):
     """A recorded clock repeats, runs backwards or jumps."""
 
 
+class OutlierWarning(HydrodampWarning):
+    """Implausible samples of a log are left out."""
+
+
 class ForeignVehicleWarning(HydrodampWarning):
     """Damping coefficients are used with another vehicle."""
 
@@ -100,23 +104,29 @@ class PropulsionWarning(HydrodampWarning):
     """The propulsion ratio is unknown and assumed to be one."""
 
 
-_suppressed: ContextVar[bool] = ContextVar("suppressed", default=False)
+#: A message and its category.
+WarningList = list[tuple[str, type["HydrodampWarning"]]]
+
+_suppressed: ContextVar[WarningList | None] = ContextVar("suppressed", default=None)
 
 
 @contextmanager
-def suppress_warnings() -> Iterator[None]:
-    """Issue no warning by :func:`warn` inside, in this thread or task alone."""
-    token = _suppressed.set(True)
+def suppress_warnings() -> Iterator[WarningList]:
+    """Collect the warnings by :func:`warn` inside instead, in this thread or task alone."""
+    collected: WarningList = []
+    token = _suppressed.set(collected)
     try:
-        yield
+        yield collected
     finally:
         _suppressed.reset(token)
 
 
 def warn(message: str, category: type[HydrodampWarning], stacklevel: int) -> None:
     """Issue a warning as :func:`warnings.warn` does, unless it is suppressed here."""
-    if not _suppressed.get():
+    if (suppressed := _suppressed.get()) is None:
         warnings.warn(message, category, stacklevel=stacklevel + 1)
+    else:
+        suppressed.append((message, category))
 
 
 def list_faults(source: str, faults: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.batch.groups import find_change_points
+from hydrodamp.batch.groups import find_change_points, find_outlying_groups
 
 MODEL = hd.catalog["prestero"]
 
@@ -71,6 +71,17 @@ def test_a_coefficient_that_no_side_determines_is_not_tested():
     assert find_change_points(shifted(few, 30, by=0.1)) == ()
     (change,) = find_change_points(shifted(few, 30, by=2.0))
     assert change.first == 30
+
+
+@pytest.mark.parametrize("by", [-150.0, 1500.0])
+@pytest.mark.parametrize("day", [0, 3, 11])
+def test_a_bad_group_does_not_hide_a_change(day, by):
+    fits = shifted(season(np.random.default_rng(10), 8, days=12), 6, by=40.0)
+    (bad,) = shifted(fits[day : day + 1], 0, by=by)
+    fits[day] = bad
+    assert find_outlying_groups(fits) == {day: ("X_u|u|",)}
+    (change,) = find_change_points(fits)
+    assert (change.label, change.first) == ("X_u|u|", 6)
 
 
 def test_too_few_groups_are_not_tested():

@@ -11,7 +11,7 @@ from time import monotonic
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.live.estimator import TYPICAL_VELOCITY
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 
 #: How often a run is killed.
 KILLS = int(os.environ.get("HYDRODAMP_KILLS", "5"))

@@ -27,11 +27,11 @@ from hydrodamp.batch.groups import (
     group_reasons,
     sort_groups,
 )
+from hydrodamp.batch.reading import read_start
 from hydrodamp.batch.sufficient_statistics import (
     LogStatistics,
     grade_statistics,
     identify_logs,
-    read_start,
     replay_log,
     solve_model,
 )
@@ -95,6 +95,8 @@ class BatchResult:
         Number of logs whose statistics were in the cache.
     duplicates : dict of str to str
         Logs that are omitted, each with the log of the same group and content.
+    outliers : tuple of str
+        Implausible samples that are left out: file, channel, number, values and times.
     """
 
     by: tuple[str, ...]
@@ -102,6 +104,7 @@ class BatchResult:
     failed: dict[str, str]
     n_cached: int = 0
     duplicates: dict[str, str] = field(default_factory=dict)
+    outliers: tuple[str, ...] = ()
 
     @cached_property
     def order(self) -> str:
@@ -225,7 +228,7 @@ def batch(
         raise ProblemError(
             f"none of {len(addresses)} logs could be used. {'; '.join(group_reasons(failed))}"
         )
-    return BatchResult(tuple(by), fits, failed, groups.n_cached, groups.duplicates)
+    return BatchResult(tuple(by), fits, failed, groups.n_cached, groups.duplicates, groups.outliers)
 
 
 @dataclass
@@ -275,6 +278,7 @@ class _Groups:
     failed: dict[str, str] = field(default_factory=dict)
     duplicates: dict[str, str] = field(default_factory=dict)
     n_cached: int = 0
+    outliers: tuple[str, ...] = ()
 
 
 def _read_groups(
@@ -286,8 +290,7 @@ def _read_groups(
     """Compute the statistics of each log, or read its start, and assign it to its group."""
     result, groups = _Groups(), dict[Group, _Group]()
     first_logs: dict[tuple[Group, str], str] = {}
-    calls = [(caches, by, log) for log in addresses]
-    answers = pool.map(_read_log, calls, "reading logs")
+    answers = pool.map(_read_log, [(caches, by, log) for log in addresses], "reading logs")
     for log, answer in zip(addresses, answers, strict=True):
         if isinstance(answer, Failure):
             result.failed[log] = answer
@@ -295,6 +298,7 @@ def _read_groups(
             result.duplicates[log] = first
         else:
             result.n_cached += answer.is_cached
+            result.outliers += answer.outliers
             group = groups.setdefault(answer.group, _Group(caches[answer.vehicle]))
             group.add(log, answer.start, answer.statistics)
     order = sort_groups(by, {name: group.start for name, group in groups.items()})
@@ -309,6 +313,7 @@ class _LogResult(NamedTuple):
     statistics: LogStatistics | None  # None for methods without
     digest: str
     is_cached: bool
+    outliers: tuple[str, ...]
 
 
 def _read_log(caches: dict[str, StatisticsCache], by: Sequence[str], log: str) -> _LogResult:
@@ -316,12 +321,13 @@ def _read_log(caches: dict[str, StatisticsCache], by: Sequence[str], log: str) -
     cache = caches[vehicle]
     if isinstance(cache.method, SummarisingMethod):
         statistics, digest, is_cached = cache.summarise(log)
-        start = statistics.start
+        start, outliers = statistics.start, statistics.outliers
     else:
         digest = digest_of_recording(log, cache.mapping)
-        start, statistics, is_cached = read_start(log, cache.mapping), None, False
+        statistics, is_cached = None, False
+        start, outliers = read_start(log, cache.vehicle, cache.models, cache.mapping)
     group = assign_group(by, log, vehicle, start)
-    return _LogResult(vehicle, group, start, statistics, digest, is_cached)
+    return _LogResult(vehicle, group, start, statistics, digest, is_cached, outliers)
 
 
 def _fit_groups(
@@ -340,11 +346,10 @@ def _fit_groups(
         for name, group in several.items()
         if name in test_fits
     ]
-    answers = pool.map(replay_log, replays, "replaying")
     none = (None,) * len(models)
     errors = {
         name: none if isinstance(answer, Failure) else answer
-        for name, answer in zip(test_fits, answers, strict=True)
+        for name, answer in zip(test_fits, pool.map(replay_log, replays, "replaying"), strict=True)
     }
     return tuple(
         GroupFit(

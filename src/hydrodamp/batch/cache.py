@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -84,7 +84,8 @@ def _load(path: Path) -> LogStatistics | None:
             blocks = tuple(Triangle(basis, r, n_rows) for r, n_rows in rows)
             start, duration, n = stored["log"].tolist()
             pairs = {name: (low, high) for name, (low, high) in ranges}
-            return LogStatistics(blocks, start, duration, int(n), 1, pairs)
+            statistics = LogStatistics(blocks, start, duration, int(n), 1, pairs)
+            return replace(statistics, outliers=tuple(stored["outliers"].tolist()))
     except Exception:  # of a damaged archive, which is computed again
         return None
 
@@ -99,4 +100,5 @@ def _save(statistics: LogStatistics, path: Path) -> None:
             log=[statistics.start, statistics.duration, statistics.n_samples],
             training_range=list(statistics.training_range),
             ranges=list(statistics.training_range.values()),
+            outliers=np.array(statistics.outliers, dtype=np.str_),
         )

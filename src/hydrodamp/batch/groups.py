@@ -34,6 +34,9 @@ MIN_GROUPS_PER_SIDE, MIN_GROUPS = 2, 5  # before and after a change, and in all;
 #: and every growth of 5 % detected (studies/season_changes.py).
 SIGNIFICANCE_LEVEL = 0.002
 
+#: Level of the test for outlying groups, for each coefficient; by choice.
+OUTLIER_LEVEL = 1e-4
+
 Group = tuple[str, ...]
 
 
@@ -169,9 +172,11 @@ def find_change_points(fits: Sequence[Fit]) -> tuple[ChangePoint, ...]:
     ``fits`` are in the order of time. The standard error is the scatter between n groups, with
     n − 2 degrees of freedom; the standard errors of the groups are not used, as few blocks
     determine them poorly. Groups without an estimate, and coefficients that are determined on
-    neither side of the change, are omitted.
+    neither side of the change, are omitted, and so are those of :func:`find_outlying_groups`.
     """
     value, weight = _estimates(fits)
+    for index, outlying in enumerate(_outlying_groups(value, weight)):
+        weight[outlying, index] = 0.0
     n_coefficients, changes = value.shape[1], list[ChangePoint]()
     for index, label in enumerate(fits[0].model.labels if fits else ()):
         groups = np.flatnonzero(weight[:, index] > 0.0)
@@ -184,6 +189,62 @@ def find_change_points(fits: Sequence[Fit]) -> tuple[ChangePoint, ...]:
         if p_value < SIGNIFICANCE_LEVEL:
             changes.append(ChangePoint(label, int(groups[day]), before, after, error, p_value))
     return tuple(sorted(changes, key=lambda change: change.p_value))
+
+
+def find_outlying_groups(fits: Sequence[Fit]) -> dict[int, tuple[str, ...]]:
+    """Return the indices of groups that are far from all others, each with the coefficients."""
+    labels: dict[int, tuple[str, ...]] = {}
+    for index, outlying in enumerate(_outlying_groups(*_estimates(fits))):
+        for group in outlying:
+            labels[group] = (*labels.get(group, ()), fits[group].model.labels[index])
+    return dict(sorted(labels.items()))
+
+
+def _outlying_groups(value: FloatArray, weight: FloatArray) -> list[list[int]]:
+    """Return the outlying groups of each coefficient, at most one in ten or one.
+
+    Generalised extreme Studentised deviate test about the mean, or the means before and after the
+    best change.
+    """
+    outlying: list[list[int]] = []
+    for x, w in zip(value.T, weight.T, strict=True):
+        indices, n_outlying, order = np.flatnonzero(w > 0.0), 0, list[int]()
+        n_most = max(1, len(indices) // 10) if len(indices) > MIN_GROUPS else 0
+        for k in range(n_most):
+            index, ratio = _extreme_deviate(x[indices], w[indices])
+            order.append(int(indices[index]))
+            n = len(indices)
+            p_value = 2.0 * n * student.sf(ratio, n - 3)
+            if p_value < OUTLIER_LEVEL:
+                n_outlying = k + 1
+            indices = np.delete(indices, index)
+        outlying.append(order[:n_outlying])
+    return outlying
+
+
+def _extreme_deviate(value: FloatArray, weight: FloatArray) -> tuple[int, float]:
+    """Return the group whose omission reduces the residuals most, and its Studentised deviate."""
+    n = len(value)
+    sides = _sides(weight)
+    total = sides.sum(axis=2, keepdims=True)
+    residual = value - (sides @ value)[..., None] / total
+    square = sides * residual**2
+    sums = square.sum(axis=(0, 2))
+    # Without a group, its side has another mean.
+    omitted = square / np.maximum(1.0 - sides / total, np.finfo(np.float64).eps)
+    remaining = sums[:, None] - omitted.sum(axis=0)
+    day, index = np.unravel_index(remaining.argmin(), remaining.shape)
+    least = max(float(remaining[day, index]), np.finfo(np.float64).tiny)
+    drop = max(float(sums.min()) - least, 0.0)
+    return int(index), float(np.sqrt(drop / least * (n - 3)))
+
+
+def _sides(weight: FloatArray) -> FloatArray:
+    """Return the weights before and after each day, shape (2, days, groups)."""
+    n = len(weight)
+    days = np.arange(MIN_GROUPS_PER_SIDE, n - MIN_GROUPS_PER_SIDE + 1)
+    late = np.arange(n) >= days[:, None]
+    return np.where(np.stack([~late, late]), weight, 0.0)
 
 
 def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
@@ -213,12 +274,10 @@ def _most_significant(
 ) -> tuple[int, float, float, float, float]:
     """Return the index of the least p-value, both means, the standard error and the p-value."""
     n = len(value)
-    days = np.arange(MIN_GROUPS_PER_SIDE, n - MIN_GROUPS_PER_SIDE + 1)
-    late = np.arange(n) >= days[:, None]
-    sides = np.where(np.stack([~late, late]), weight, 0.0)
+    sides = _sides(weight)
     total = sides.sum(axis=2)
     before, after = means = (sides @ value) / total
-    residual = value - np.where(late, after[:, None], before[:, None])
+    residual = value - np.where(sides[1] > 0.0, after[:, None], before[:, None])
     errors = np.sqrt((residual**2 @ weight) / (n - 2) / total)
     error = np.hypot(*errors)
     half = critical_value(degrees_of_freedom=n - 2) * errors
@@ -227,7 +286,7 @@ def _most_significant(
     p_values = np.where(determined, 2.0 * student.sf(ratio, n - 2), 1.0)
     best = int(p_values.argmin())
     means = float(before[best]), float(after[best])
-    return int(days[best]), *means, float(error[best]), float(p_values[best])
+    return best + MIN_GROUPS_PER_SIDE, *means, float(error[best]), float(p_values[best])
 
 
 def group_reasons(failed: Mapping[str, str]) -> list[str]:

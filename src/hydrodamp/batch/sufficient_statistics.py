@@ -19,8 +19,9 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.batch.discovery import ResolvedMapping, local_copy
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.batch.discovery import ResolvedMapping
+from hydrodamp.batch.reading import outlier_messages, read_logs
+from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, suppress_warnings
 from hydrodamp.identification.dissipativity import Ranges, join_ranges, velocity_ranges
 from hydrodamp.identification.fit import (
@@ -42,7 +43,6 @@ from hydrodamp.identification.regression import (
     solve_axis,
     update_factor,
 )
-from hydrodamp.ingest.read import read_log
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare, vehicle_stamp
@@ -60,7 +60,8 @@ class LogStatistics:
     """Sufficient statistics of one or several logs: (R, Qᵀy) of blocks of time.
 
     ``order`` sorts the blocks of merged statistics: start of the log [s], a number that
-    distinguishes logs of equal start, index of the block.
+    distinguishes logs of equal start, index of the block. ``outliers`` are the implausible samples
+    that are left out of a single log.
     """
 
     blocks: tuple[Triangle, ...]
@@ -70,6 +71,7 @@ class LogStatistics:
     n_logs: int
     training_range: Ranges
     order: tuple[tuple[float, float, int], ...] = ()
+    outliers: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Set the order of the blocks of a single log."""
@@ -173,16 +175,6 @@ def _group_blocks(blocks: Sequence[Triangle], n_max: int) -> list[slice]:
     return [slice(first, last) for first, last in pairwise([*firsts, len(blocks)])]
 
 
-def _read_logs(addresses: Sequence[str], mapping: ResolvedMapping | None) -> Log:
-    """Read and concatenate logs without warnings; `probe` reports quality issues."""
-    logs = []
-    with suppress_warnings():
-        for address in addresses:
-            with local_copy(address) as path:
-                logs.append(read_log(path, mapping.mapping if mapping else None))
-    return logs[0] if len(logs) == 1 else concatenate(logs)
-
-
 def summarise_address(
     address: str,
     vehicle: Vehicle,
@@ -192,7 +184,10 @@ def summarise_address(
 ) -> LogStatistics:
     """Read a log and return its sufficient statistics."""
     try:
-        return summarise_log(_read_logs([address], mapping), vehicle, models, method)
+        with suppress_warnings() as collected:
+            log = read_logs([address], mapping)
+            statistics = summarise_log(log, vehicle, models, method)
+        return replace(statistics, outliers=outlier_messages(collected))
     except _UnusableLogError as error:
         raise ProblemError(f"{address}: {error}") from error
 
@@ -207,6 +202,7 @@ def summarise_log(
     """Return the sufficient statistics of the regression rows of a log."""
     with np.errstate(all="ignore"):  # overflow is refused below
         problem = prepare(vehicle, log, models)
+        log = problem.log
         rows = method.equations.rows(problem)
         if not rows.n:
             raise _UnusableLogError(f"{log.duration:.3g} s are too short for a regression row.")
@@ -233,11 +229,6 @@ def _largest_values(log: Log, n: int = 3) -> str:
     return ", ".join(f"{k} {sizes[k]:.3g}" for k in sorted(sizes, key=lambda k: -sizes[k])[:n])
 
 
-def read_start(address: str, mapping: ResolvedMapping | None = None) -> float:
-    """Return the clock time of the first sample [s]."""
-    return float(_read_logs([address], mapping).time[0])
-
-
 def identify_logs(
     addresses: Sequence[str],
     vehicle: Vehicle,
@@ -246,7 +237,8 @@ def identify_logs(
     mapping: ResolvedMapping | None = None,
 ) -> tuple[Fit, ...]:
     """Identify models from concatenated logs, by a method without sufficient statistics."""
-    problem = prepare(vehicle, _read_logs(addresses, mapping), models)
+    with suppress_warnings():  # `read_start` reports outliers
+        problem = prepare(vehicle, read_logs(addresses, mapping), models)
     return tuple(identify_or_refuse(method, problem, model) for model in models)
 
 
@@ -257,10 +249,11 @@ def replay_log(
     mapping: ResolvedMapping | None = None,
 ) -> tuple[float | None, ...]:
     """Return the RMS error (eq. 24) of replays of a log; None for divergence or an absent fit."""
-    log = _read_logs([address], mapping)
-    return tuple(
-        None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
-    )
+    with suppress_warnings():
+        log = read_logs([address], mapping)
+        return tuple(
+            None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
+        )
 
 
 def solve_model(

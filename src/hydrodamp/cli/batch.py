@@ -60,6 +60,7 @@ def batch(
         "verdict": batch_report.batch_verdict(result),
         "coefficients": rows,
         "failed": result.failed,
+        "outliers": result.outliers,
         "paths": {"folder": str(out), "report": str(out / "batch.html")},
     }
     print_output(json, document, *batch_report.summary_tables(result))

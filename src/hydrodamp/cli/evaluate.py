@@ -64,7 +64,7 @@ def simulate(
         note(f"written to {out}")
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
     trained = {} if fit is None else fit.training_range
-    driven = dissipativity.velocity_ranges(log.velocity, craft.axes)
+    driven = dissipativity.velocity_ranges(trajectory.log.velocity, craft.axes)
     doubts = compare_excitation(trained, driven).reasons
     grades, overlap = {}, ""
     if fit is not None:

@@ -21,12 +21,12 @@ from hydrodamp.data.channels import (
     unit_of,
 )
 from hydrodamp.data.log import Log
+from hydrodamp.data.plausibility import FULL_TURN, find_absurd, mask_absurd
 from hydrodamp.data.record import Record, command_faults, stack_columns
 from hydrodamp.errors import FileError, did_you_mean
 from hydrodamp.files import open_atomic
 from hydrodamp.progress import progress
 
-_FULL_TURN_RAD = 2 * np.pi
 _CONVERT_ADVICE = "Convert, or give a mapping with unit: deg"
 _CHUNK_ROWS = 8192
 _TEXT_SUFFIXES = ("", ".csv", ".txt", ".dat")
@@ -43,6 +43,7 @@ def record_of_columns(
     run: IntArray | None = None,
 ) -> tuple[Record | None, list[str]]:
     """Return the record of named columns in SI units and canonical axes, and its faults."""
+    numbers = mask_absurd(numbers, numbers.get("time", np.empty(0)), source)
     faults = [
         *_attitude_faults(numbers),
         *_incomplete_group_faults(numbers),
@@ -186,8 +187,9 @@ def _incomplete_group_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]
 
 def is_in_degrees(name: str, angle: FloatArray) -> bool:
     """Return whether an angle is in degrees: a pitch beyond a full turn, or a wrap by 360."""
+    angle = angle[~find_absurd(angle, FULL_TURN)] if name == "pitch" else angle
     wrap = np.abs(np.diff(angle))
-    exceeds = np.abs(angle) > _FULL_TURN_RAD if name == "pitch" else (wrap > 340) & (wrap < 380)
+    exceeds = np.abs(angle) > FULL_TURN if name == "pitch" else (wrap > 340) & (wrap < 380)
     return bool(exceeds.any())
 
 

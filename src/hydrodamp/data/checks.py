@@ -11,18 +11,15 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.channel_regression import integrate_rotation, regress_channel
 from hydrodamp.data.channels import BLOCKS, unit_of
+from hydrodamp.data.plausibility import MAX_NORM_ERROR, MAX_VELOCITY
 from hydrodamp.data.record import Record, Segment, copy_arrays, split_segments, unrecorded_columns
 from hydrodamp.errors import first_few
-
-#: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
-MAX_VELOCITY = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
 _SCREENING_FACTOR = 0.1  # of that slope; smaller ratios of medians are not regressed
 #: Longest median step [s], a day, and latest clock [s], 30 000 years after 1970: what is beyond is
 #: no clock in seconds, for no vessel is recorded so slowly or so late.
 _LONGEST_STEP_S, _LATEST_CLOCK_S = 86_400.0, 1e12
-MAX_NORM_ERROR = 1e-3  # how far the norm of a quaternion may be off one
 NORM_ROUNDING = 1e-12  # how far it is off one by rounding alone
 _MAX_LISTED = 3
 

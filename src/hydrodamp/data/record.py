@@ -14,7 +14,8 @@ import numpy.typing as npt
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
 from hydrodamp.basis.term import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.channels import ACCELERATION, BLOCKS
+from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, VELOCITY
+from hydrodamp.data.plausibility import mask_absurd
 from hydrodamp.data.time_scale import motion_time_scale
 from hydrodamp.errors import LogError, TermError, did_you_mean, first_few, format_time, unique_names
 
@@ -116,7 +117,10 @@ def record_of_arrays(
         ]
     if attitude is not None and np.shape(attitude) == (n, 3):
         euler, wrong = copy_arrays({"attitude": (attitude, (3,))}, n)
-        attitude, faults = quaternion_from_euler(euler["attitude"]), faults + wrong
+        angles = dict(zip(EULER, euler["attitude"].T, strict=True))
+        angles = mask_absurd(angles, given["time"], source)
+        attitude = quaternion_from_euler(stack_columns(angles, EULER, n))
+        faults += wrong
     complete = {**given, "velocity": velocity, "attitude": attitude}
     shapes = {block.name: (complete[block.name], block.shape) for block in BLOCKS}
     blocks, wrong = copy_arrays(shapes, n)
@@ -126,6 +130,11 @@ def record_of_arrays(
         faults.append(f"`segment` must have {n} labels; got {len(segment)}")
     if faults:
         raise LogError(faults, source=source)
+    for block in (VELOCITY, ATTITUDE):
+        if block.name in blocks:
+            columns = dict(zip(block.columns, blocks[block.name].T, strict=True))
+            columns = mask_absurd(columns, blocks["time"], source)
+            blocks[block.name] = stack_columns(columns, block.columns, n)
     labels = None if segment is None else tuple(map(str, segment))
     blocks["commands"] = stack_columns(channels, [*channels], n)
     return Record(blocks, names, tuple(channels), labels, source=source)

@@ -31,8 +31,9 @@ from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.errors import MethodError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.recursive import TYPICAL_VELOCITY, RecursiveLeastSquares
+from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import core
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 from hydrodamp.vehicle.actuators import Limited, Thruster
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 

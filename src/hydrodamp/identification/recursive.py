@@ -31,10 +31,8 @@ from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 from hydrodamp.status import Status
-
-#: u v w [m/s] p q r [rad/s]; scales of the terms on board, where there is no log.
-TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 
 #: Length of a block on board [s], where there is no log, and over the time scale of a log.
 TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.25

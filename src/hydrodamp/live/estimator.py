@@ -18,28 +18,26 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES, Term
 from hydrodamp.data.channels import SEGMENT
-from hydrodamp.data.checks import MAX_VELOCITY
+from hydrodamp.data.plausibility import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
 from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, grade_coefficients
-from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.samples import (
     ACCEPTED,
     REJECTED,
     RESTARTS,
-    Ranges,
     Row,
     SampleValidator,
     classify,
     make_sample,
-    ranges_of,
     read_inputs,
     read_number,
     read_velocity,
     sample_equations,
 )
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY, Ranges, ranges_of
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CRITICAL_VALUE = 1.959964  # of a 95 % interval of the normal distribution
@@ -109,7 +107,9 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), None)
     ai = _AI.init(equations, model, sample) if method == "ai" else None
     rls = _RLS.init(equations, model, sample)
-    return LiveState(rls, ai, ranges_of(equations), SampleValidator(), 0, {ACCEPTED: 0})
+    commands = equations.required_commands
+    ranges = ranges_of(vehicle, commands, actuators=equations.actuators)
+    return LiveState(rls, ai, ranges, SampleValidator(), 0, {ACCEPTED: 0})
 
 
 def update(state: LiveState, row: Row) -> tuple[LiveState, str]:

@@ -15,16 +15,16 @@ import numpy as np
 from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, SEGMENT
-from hydrodamp.data.checks import MAX_NORM_ERROR, MAX_VELOCITY, NORM_ROUNDING
+from hydrodamp.data.checks import NORM_ROUNDING
 from hydrodamp.data.log import Log
+from hydrodamp.data.plausibility import MAX_NORM_ERROR, MAX_RATIO, MAX_VELOCITY, SENTINELS
 from hydrodamp.data.record import max_step
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.adaptive import observe
-from hydrodamp.identification.recursive import TYPICAL_VELOCITY
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, prepare
-from hydrodamp.vehicle.actuators import Actuator
+from hydrodamp.simulation.ranges import MIN_OUTLIER_STEP, Ranges
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: One sample as a source provides it: numbers by canonical column, and the segment.
@@ -52,18 +52,9 @@ REJECTED = {
     "frozen": "with velocities that have been constant for seconds",
 }
 
-#: Largest integers of MAVLink, which mean "unknown": INT16_MAX, UINT16_MAX, INT32_MAX, UINT32_MAX.
-SENTINELS = frozenset((32767.0, 65535.0, 2147483647.0, 4294967295.0))
-
-MAX_FIELD = 2.0**32  # largest integer field of an autopilot's message
-MAX_COMMAND_RATIO = 10.0  # command over the actuator's limit; by choice: autopilots exceed it
-ORDINARY_SHARE = 0.01  # of the largest plausible acceleration: 0.5 m/s^2 or rad/s^2
-MAGNITUDES = np.geomspace(1e-6, MAX_FIELD, 2000)  # candidate inputs, 2 % apart
 MAX_LATE_SAMPLES = 20  # consecutive older samples after which the clock was set back; by choice
 MAX_OUTLIERS = 3  # consecutive outliers after which the step is real; by choice
-MIN_OUTLIER_STEP = 0.5  # m/s or rad/s, least change of an outlier; by choice
 OUTLIER_RATIO = 20.0  # least ratio of an outlier's change to the usual one; by choice
-MAX_INPUT_RATIO = 3.0  # of the largest accepted magnitude of an input; by choice
 MAX_CONSTANT_S = 2.0  # s, that velocities may stay equal to the last bit; by choice
 STEP_MEMORY = 25  # time steps that define the longest regular one
 CHANGE_GAIN = 0.01  # of the exponential average of changes; about 100 samples
@@ -164,74 +155,6 @@ def _normalise(quaternion: list[float]) -> list[float]:
     return [element / divisor for element in quaternion]
 
 
-class Ranges(NamedTuple):
-    """Inputs of equation 1, their largest plausible and their ordinary magnitudes.
-
-    An input within its ordinary magnitude is never an outlier.
-    """
-
-    names: tuple[str, ...] = ()
-    largest: tuple[float, ...] = ()
-    ordinary: tuple[float, ...] = ()
-
-
-def ranges_of(equations: EquationTable) -> Ranges:
-    """Return the ranges of the needed commands and, without actuators, of a recorded wrench.
-
-    The largest plausible input accelerates the vehicle from rest to the largest plausible
-    velocity within a second, and no propeller sustains more than that velocity.
-    """
-    vehicle = equations.vehicle
-    actuators = vehicle.actuators if equations.actuators else ()
-    pairs = [_command_range(vehicle, actuators, name) for name in equations.required_commands]
-    names = equations.required_commands
-    if not equations.actuators:
-        bounds = _wrench_bounds(vehicle).tolist()
-        names = (*names, *AXES)
-        pairs += [(bound, ORDINARY_SHARE * bound) for bound in bounds]
-    largest, ordinary = zip(*pairs, strict=True) if pairs else ((), ())
-    return Ranges(names, largest, ordinary)
-
-
-def _command_range(
-    vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str
-) -> tuple[float, float]:
-    """Return the ranges of a command; its limit is stated, or the end of the thrust curve."""
-    used = [actuator for actuator in actuators if name in actuator.commands]
-    if not used:
-        return MAX_FIELD, 0.0
-    magnitudes, at_rest = np.append(0.0, MAGNITUDES), np.zeros(len(MAGNITUDES) + 1)
-    commands = {**dict.fromkeys(vehicle.commands, at_rest), name: magnitudes}
-    velocity, down = np.tile(TYPICAL_VELOCITY, (len(at_rest), 1)), np.zeros((len(at_rest), 3))
-    wrench = vehicle.known_wrench(velocity, down, commands)
-    effect = (np.abs(wrench - wrench[0]) / _wrench_bounds(vehicle)).max(axis=1)
-    speed = vehicle.propulsion_speed(commands)
-    is_too_fast = np.abs(at_rest if speed is None else speed) > MAX_VELOCITY
-    largest = magnitudes[(effect > 1.0) | is_too_fast].min(initial=MAX_FIELD)
-    limits = [limit for limit in map(_limit, used) if limit is not None]
-    if limits:
-        return min(float(largest), MAX_COMMAND_RATIO * max(limits)), max(limits)
-    exceeds = effect > ORDINARY_SHARE
-    return float(largest), float(magnitudes[exceeds.argmax()])
-
-
-def _limit(actuator: Actuator) -> float | None:
-    curve = getattr(actuator, "curve", None) or ()
-    limit: float | None = getattr(actuator, "limit", None)
-    return max((abs(row[0]) for row in curve), default=None) if limit is None else limit
-
-
-def _wrench_bounds(vehicle: Vehicle) -> np.ndarray:
-    """Return the largest plausible force [N] and moment [N m] by axis; infinite where locked.
-
-    A moment is that of the force at the radius of gyration.
-    """
-    inertia = np.where(vehicle.free, vehicle.mass_matrix.diagonal(), np.nan)
-    mass = float(np.nanmax([*inertia[:3], 0.0])) or float(np.nanmax(inertia))
-    scale = np.concatenate([inertia[:3], np.sqrt(mass * inertia[3:])])
-    return np.where(vehicle.free, MAX_VELOCITY * scale, np.inf)
-
-
 class SampleValidator(NamedTuple):
     """State that classifies the next sample from the accepted ones."""
 
@@ -310,7 +233,7 @@ def classify(
 def _has_input_step(accepted: Sequence[float], inputs: Sequence[float], ranges: Ranges) -> bool:
     """Return whether an input is far above all accepted ones and above an ordinary one."""
     return any(
-        abs(x) > ordinary and abs(x) > MAX_INPUT_RATIO * largest and (largest or ordinary)
+        abs(x) > ordinary and abs(x) > MAX_RATIO * largest and (largest or ordinary)
         for x, largest, ordinary in zip(inputs, accepted, ranges.ordinary, strict=True)
     )
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.batch.batch import BatchResult, GroupFit
-from hydrodamp.batch.groups import MIN_GROUPS, group_reasons
+from hydrodamp.batch.groups import MIN_GROUPS, find_outlying_groups, group_reasons
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
@@ -94,7 +94,15 @@ def _notes(result: BatchResult) -> Iterator[str]:
         "that of noise in the velocities."
     )
     yield from _change_notes(result)
+    for name in result.changes:
+        series = result.time_series[name]
+        for index, labels in find_outlying_groups([each.fit for each in series]).items():
+            yield (
+                f"{name}: {' '.join(series[index].group)} is far from all other groups in "
+                f"{' '.join(labels)} and is not part of the test for changes of these."
+            )
     yield from _data_notes(result)
+    yield from result.outliers
     for reason in group_reasons(result.failed):
         yield f"omitted: {reason}"
 

@@ -21,6 +21,7 @@ from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import actuation_channels, check_log
+from hydrodamp.simulation.ranges import remove_implausible
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 
@@ -396,11 +397,17 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     ------
     ProblemError
         If the log lacks data that the vehicle or a term requires; all are named.
+
+    Warns
+    -----
+    OutlierWarning
+        For each channel with implausible samples, which are left out: beyond the range of the
+        vehicle, "unknown" to MAVLink, or a few far larger than all others.
     """
     requested = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in requested)
     check_log(vehicle, log, free)
-    log, sensor_log = _rebuild(vehicle, log)
+    log, sensor_log = _rebuild(vehicle, remove_implausible(vehicle, log, free))
     problem = replace(_fill(vehicle, log, free), sensor_log=sensor_log)
     if any(problem.undetermined(model) for model in free):
         warnings.warn(

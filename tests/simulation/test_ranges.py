@@ -1,0 +1,123 @@
+"""Implausible samples are left out and named; strong commands are not."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.data.log import Log
+from hydrodamp.errors import OutlierWarning
+from hydrodamp.simulation.ranges import remove_implausible
+
+CAMPAIGN = hd.reenact(duration=30.0)
+MODELS = [hd.catalog["prestero"]]
+
+pytestmark = pytest.mark.filterwarnings("ignore::hydrodamp.errors.GapWarning")
+
+
+def screened(log):
+    """Return the screened log and its warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        log = remove_implausible(CAMPAIGN.vehicle, log, MODELS)
+    return log, [str(each.message) for each in caught if each.category is OutlierWarning]
+
+
+def with_command(name, rows, value):
+    """Return the training log with a value of a command in some rows."""
+    commands = CAMPAIGN.train.commands.copy()
+    commands[rows, CAMPAIGN.train.command_names.index(name)] = value
+    return replace(CAMPAIGN.train, commands=commands)
+
+
+@pytest.mark.parametrize("rows", [[100], [0], [100, 101, 102, 500]])
+@pytest.mark.parametrize("value", [65535.0, 1e6, 12e3, -1.0, 32767.0])
+def test_wild_commands_are_cut_out_and_named(rows, value):
+    log, (message,) = screened(with_command("rpm", rows, value))
+    assert not np.isin(value, log.command("rpm"))
+    assert f"`rpm`: {len(rows)} implausible sample" in message
+    assert f"{value:g} at {CAMPAIGN.train.time[rows[0]] - CAMPAIGN.train.time[0]:.2f} s" in message
+
+
+@pytest.mark.parametrize(("index", "value"), [(0, 32.767), (2, -32.768), (3, 20.0)])
+def test_wild_velocities_are_interpolated_and_named(index, value):
+    velocity = CAMPAIGN.train.velocity.copy()
+    velocity[100, index] = value
+    log, (message,) = screened(replace(CAMPAIGN.train, velocity=velocity))
+    assert log.n == CAMPAIGN.train.n
+    assert log.velocity[100, index] == pytest.approx(velocity[[99, 101], index].mean())
+    assert f"`{'uvwpqr'[index]}`: 1 implausible sample" in message
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "value"),
+    [
+        ("rudder", slice(None), 0.0),
+        ("rpm", slice(100, 150), 9000.0),
+        ("rpm", slice(None), 0.0),
+        ("rpm", slice(100, 102), 0.0),
+    ],
+)
+def test_steps_are_kept(name, rows, value):
+    log = with_command(name, rows, value)
+    assert screened(log) == (log, [])
+
+
+def test_a_propeller_that_starts_once_and_a_rudder_hard_over_are_kept():
+    log = with_command("rpm", slice(None), 0.0)
+    commands = log.commands * 0.01
+    commands[100:102, log.command_names.index("rpm")] = 2000.0
+    commands[200:203, log.command_names.index("rudder")] = 0.34
+    log = replace(log, commands=commands)
+    assert screened(log) == (log, [])
+
+
+def test_a_problem_and_a_replay_leave_out_the_same():
+    log, damping = with_command("rpm", [100], 65535.0), hd.published["vt690-sname2022"]
+    with pytest.warns(OutlierWarning, match="rpm"):
+        problem = hd.prepare(CAMPAIGN.vehicle, log, MODELS)
+    with pytest.warns(OutlierWarning, match="rpm"):
+        trajectory = hd.simulate(CAMPAIGN.vehicle, damping, log)
+    assert problem.n_samples == trajectory.log.n == log.n - 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("u", 300.0), ("r", 65.535), ("pitch", 400.0), ("roll", 1e308)]
+)
+def test_an_impossible_sample_does_not_refuse_a_log(tmp_path, name, value):
+    time = np.arange(40.0) / 10
+    columns = {each: 0.1 * np.sin(time + k) for k, each in enumerate(("roll", "pitch", *"uvwpqr"))}
+    columns |= {"time": time, "yaw": time, "rpm": 0 * time}
+    columns[name][20] = value
+    path = tmp_path / "log.csv"
+    table = np.column_stack([*columns.values()])
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
+    with pytest.warns(
+        OutlierWarning, match=rf"log.csv: `{name}`: 1 .*: {re.escape(f'{value:g}')} at 2.00 s"
+    ):
+        log = hd.read_log(path)
+    assert log.time.tolist() == np.delete(time, 20).tolist()
+    angles = np.column_stack([columns[each] for each in ("roll", "pitch", "yaw")])
+    velocity = {each: columns[each] for each in "uvwpqr"}
+    with pytest.warns(OutlierWarning, match=name):
+        assert Log.from_arrays(time, velocity, attitude=angles).n == 39
+
+
+def test_an_impossible_quaternion_does_not_refuse_a_log():
+    attitude = CAMPAIGN.train.attitude.copy()
+    attitude[50, 0] = 65535.0
+    train = CAMPAIGN.train
+    with pytest.warns(OutlierWarning, match="qw qx qy qz"):
+        log = Log.from_arrays(train.time[:200], train.velocity[:200], attitude=attitude[:200])
+    assert log.n == 199
+
+
+def test_degrees_are_refused():
+    columns = {"u": np.ones(40)}
+    with pytest.raises(hd.LogError, match="at most 50 m/s"):
+        Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]})
