@@ -68,7 +68,8 @@ def optional_channels(row: Row, known: Sequence[str] = ()) -> frozenset[str]:
     has_angles = angles and len(quaternion) < len(_QUATERNION)
     if not _ANGLES.isdisjoint(known) or (has_angles and _QUATERNION.isdisjoint(known)):
         return names - _QUATERNION
-    return names - _ANGLES | (_QUATERNION if quaternion else set())
+    is_new = quaternion and _QUATERNION.isdisjoint(known)
+    return names - _ANGLES | (_QUATERNION if is_new else set())
 
 
 def read_velocity(row: Row, free: Sequence[bool]) -> tuple[float, ...]:
