@@ -50,7 +50,7 @@ FOREIGN = {
     "damaged": lambda text: text.replace('"n_rows": 300', '"n_rows": 301'),
     "cannot be read as JSON": lambda text: text[:-100],
     "cannot be read": lambda text: "",
-    "of version 3": lambda text: text.replace('"live_state": 3', '"live_state": 1'),
+    "of version 4": lambda text: text.replace('"live_state": 4', '"live_state": 1'),
 }
 
 

@@ -8,7 +8,7 @@ from itertools import islice
 import pytest
 
 from hydrodamp.live.readers import LineParser
-from hydrodamp.live.samples import REJECTED, RESTARTS
+from hydrodamp.live.sample_validator import REJECTED, RESTARTS
 from live.conftest import run_live
 from live.row_mutator import mutated, rows
 

@@ -12,8 +12,9 @@ from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import estimate_uncertainty
 from hydrodamp.live import estimator
 from hydrodamp.live.readers import UNREADABLE, BoundedQueue, LineParser, parse_json
+from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import rows_of
-from live.conftest import run_live
+from live.conftest import LiveRecord, run_live
 
 NAN = math.nan
 
@@ -216,3 +217,117 @@ def test_an_error_in_a_row_is_counted(dive, rows, monkeypatch):
     record = run_live(rows, vehicle)
     assert record.counts == {"taken": 299, "first": 1, "failed": 1, "again": 1}
     assert "Eigenvalues did not converge" in record.messages[0]
+
+
+def angles(row):
+    """Return a row with Euler angles that turn as the vehicle does."""
+    others = {name: value for name, value in row.items() if name not in ("qw", "qx", "qy", "qz")}
+    return others | {"roll": 0.02, "pitch": 0.1 * row["q"], "yaw": 0.5}
+
+
+def wrench(row):
+    others = {name: row[name] for name in row if name not in ("rudder", "elevator", "rpm")}
+    return others | dict.fromkeys("XYZKMN", 0.0) | {"X": 1e-2 * row["rpm"], "eta": 1.2}
+
+
+ABSENT = [(dict, "qz"), *((angles, x) for x in ("roll", "pitch", "yaw"))]
+ABSENT += [(wrench, x) for x in ("X", "N", "eta", "qw")]
+ABSENT += [(dict, x) for x in ("u", "rudder")]
+
+
+@pytest.mark.parametrize(("form", "name"), ABSENT)
+def test_a_row_without_a_channel_of_the_first_is_left_out(dive, rows, form, name):
+    model, full = hd.catalog["fossen"], [form(row) for row in rows]
+    poor = [
+        {x: v for x, v in row.items() if x != name or k % 10 != 5} for k, row in enumerate(full)
+    ]
+    left_out = [row for k, row in enumerate(full) if k % 10 != 5]
+    clean, record = (run_live(each, dive[0], model=model) for each in (left_out, poor))
+    assert record.coefficients == clean.coefficients
+    assert record.counts == clean.counts | {"incomplete": 30}
+
+
+def test_another_form_of_the_attitude_is_not_used(dive, rows):
+    vehicle, full = dive[0], [angles(row) for row in rows]
+    clean = run_live(full, vehicle)
+    both = run_live([*full[:100], full[100] | {"qw": 1.0}, *full[101:]], vehicle)
+    assert (both.coefficients, both.counts) == (clean.coefficients, clean.counts)
+    other = run_live([*full[:100], rows[100], *full[101:]], vehicle)
+    assert other.counts == clean.counts | {"taken": 300 - 1, "first": 1, "incomplete": 1}
+
+
+def test_a_channel_that_the_first_row_lacked_is_used_when_it_lasts(dive, rows):
+    full = [wrench(row) for row in rows]
+    first = {name: value for name, value in full[0].items() if name != "Y"}
+    model = hd.catalog["fossen"]
+    record = run_live([first, *full[1:]], dive[0], model=model)
+    assert record.counts == {"taken": 298, "first": 1, "incomplete": 2}
+    assert "Y" in record.run.state.validator.channels
+    stray = run_live([*({**row, "Y": 0.0} if k == 50 else
+                        {x: v for x, v in row.items() if x != "Y"} for k, row in enumerate(full))],
+                     dive[0], model=model)  # fmt: skip
+    assert stray.counts == {"taken": 299, "first": 1, "incomplete": 1}
+
+
+@pytest.mark.parametrize("foreign", [{"heartbeat": 1}, {"battery": 15.8, "time": 3.0}])
+def test_rows_of_other_programs_interrupt_nothing(dive, rows, clean_rows, foreign):
+    mixed = [each for row in rows for each in (row, foreign)]
+    record = run_live(mixed, dive[0])
+    assert record.coefficients == clean_rows.coefficients
+    assert record.counts == clean_rows.counts | {"foreign": 300}
+
+
+def test_the_cause_is_told_where_no_block_is_whole(dive, rows):
+    mixed = [row | {"segment": str(k % 2)} for k, row in enumerate(rows)]
+    entries = run_live(mixed, dive[0]).lines[-1]["coefficients"].values()
+    assert {entry["cause"] for entry in entries} == {"no whole block"}
+    assert {entry["value"] for entry in entries} == {None}
+
+
+@pytest.mark.parametrize("n", [1, 3, 8])
+def test_wild_rows_are_not_remembered(dive, reference, n):
+    """After wild rows, that may be the first ones, single ones are outliers still."""
+    vehicle, log = dive
+    samples = [*rows_of(log)]
+    start = 0 if n == 1 else 300
+    wild = {*range(start, start + n), *range(400, len(samples), 47)}
+    spoilt = [row | ({"rpm": 20_000.0} if k in wild else {}) for k, row in enumerate(samples)]
+    record = run_live(spoilt, vehicle)
+    assert record.counts["spike"] == len(range(400, len(samples), 47)) + min(2, n - 1)
+
+
+def test_one_row_with_a_wrong_attitude_leaves_no_trace(dive, rows, clean_rows):
+    extra = rows[199] | {
+        "time": rows[199]["time"] + 0.01,
+        "qw": 0.0,
+        "qx": 1.0,
+        "qy": 0.0,
+        "qz": 0.0,
+    }
+    record = run_live([*rows[:200], extra, *rows[200:]], dive[0])
+    assert record.coefficients == clean_rows.coefficients
+    assert record.counts == clean_rows.counts | {"spike": 1}
+
+
+def test_each_reason_why_no_run_begins_is_told_once(rows):
+    poor = [{"x": 1}, UNREADABLE, *rows[:9], {"x": 1}, *rows[9:20], *[UNREADABLE] * 50]
+    vehicle = hd.fleet["bluerov2"]
+    record = LiveRecord()
+    run = LiveRun(vehicle, hd.catalog["fossen"], "rls", record.lines.append, record.messages.append)
+    with pytest.raises(ProblemError, match="'bluerov2' has no actuators"):
+        run.process_rows(poor)
+    assert len(record.messages) == 3
+    assert "'bluerov2' has no actuators" in record.messages[2]
+    run.is_stopped = True
+    run.process_rows(poor)
+    assert "'bluerov2' has no actuators" in record.messages[-1]
+
+
+def test_losses_of_a_source_are_told_when_they_begin_and_at_the_end(dive, rows):
+    number = itertools.count()
+    counts = lambda: {"dropped": next(number), "kernel drops": 0}  # noqa: E731
+    record = run_live(rows, dive[0], output_interval=5.0, source_counts=counts)
+    told = [message for message in record.messages if "oldest" in message]
+    assert len(told) == 2
+    assert "so far" in told[0]
+    assert "in all" in told[1]

@@ -79,3 +79,16 @@ def test_a_paced_log_does_not_wait_for_what_was_taken(dive, monkeypatch):
     rows.skip_to(290)
     assert [row for row in samples if row][-1]["time"] == pytest.approx(29.9)
     assert sum(pauses) == pytest.approx(0.9)
+
+
+def test_a_datagram_of_any_size_is_read_and_its_senders_are_counted():
+    source, port = listening()
+    line = json.dumps({"time": 1.0, "u": 1.0}).encode() + b"\n"
+    for _ in range(2):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.bind(("127.0.0.1", 0))
+            sender.sendto(line * 2000, ("127.0.0.1", port))
+            rows = iter(source.rows)
+            assert [next(rows) for _ in range(2000)] == [{"time": 1.0, "u": 1.0}] * 2000
+    source.close()
+    assert source.counts() == {"dropped": 0, "kernel drops": 0, "other senders": 1}

@@ -64,6 +64,10 @@ class Cause(TextEnum):
         "not significant: the 95 % confidence interval contains zero by the weak form or the fit."
     )
     MODEL_FORM = "model form: the residuals of the axis are correlated, so intervals are invalid."
+    NO_BLOCK = (
+        "no whole block: the run has just begun, or rejected samples and restarts leave no two "
+        "successive blocks of time whole; the counts say which."
+    )
 
 
 def count_determined(grades: Mapping[str, Grade]) -> int | None:

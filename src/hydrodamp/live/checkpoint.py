@@ -23,10 +23,10 @@ from hydrodamp.kernels.core import Estimate
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.change_detection import Alarm
 from hydrodamp.live.estimator import LiveState
-from hydrodamp.live.samples import SampleValidator
+from hydrodamp.live.sample_validator import SampleValidator
 from hydrodamp.locks import acquire_lock
 
-VERSION = 3
+VERSION = 4
 HEAD = b'{"live_state":'  # the first bytes of every checkpoint
 
 
@@ -124,7 +124,9 @@ def load(fresh: LiveState, path: Path) -> LiveState:
     return fresh._replace(
         rls=fresh.rls._replace(estimate=content.estimate, block=content.block, last=last),
         ai=fresh.ai and fresh.ai._replace(table=content.table, last=last),
-        validator=content.validator._replace(time=float(content.validator.time)),
+        validator=content.validator._replace(
+            time=float(content.validator.time), channels=fresh.validator.channels
+        ),
         n_rows=content.n_rows,
         counts=content.counts,
         alarm=content.alarm,

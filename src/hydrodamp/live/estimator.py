@@ -11,26 +11,32 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.term import AXES, Term
+from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.plausibility import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
 from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, grade_coefficients
 from hydrodamp.live.change_detection import Alarm, update_alarm
-from hydrodamp.live.samples import (
+from hydrodamp.live.sample_validator import (
     ACCEPTED,
     REJECTED,
     RESTARTS,
-    Row,
     SampleValidator,
     classify,
+    find_fault,
+    require_channels,
+)
+from hydrodamp.live.samples import (
+    Row,
     make_sample,
+    optional_channels,
     read_inputs,
     read_number,
     read_velocity,
@@ -103,38 +109,52 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     """Return the initial state; the first row determines the channels and is not absorbed yet."""
     if method not in METHODS:
         raise MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
-    equations = sample_equations(vehicle, model, row)
-    sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), None)
+    channels = tuple(sorted(optional_channels(row)))
+    equations = sample_equations(vehicle, model, row, channels)
+    sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), channels, None)
     ai = _AI.init(equations, model, sample) if method == "ai" else None
     rls = _RLS.init(equations, model, sample)
     commands = equations.required_commands
     ranges = ranges_of(vehicle, commands, actuators=equations.actuators)
-    return LiveState(rls, ai, ranges, SampleValidator(), 0, {ACCEPTED: 0})
+    return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0})
+
+
+def is_foreign(row: Row) -> bool:
+    """Return whether a row says nothing about the motion of the vehicle."""
+    return row.keys().isdisjoint(VELOCITIES)
 
 
 def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     """Return the state after a row, and the class of the row."""
     if not row:
         return state.add_count("unreadable"), "unreadable"
-    equations = state.rls.adaptation.equations
-    velocity = read_velocity(row, equations.vehicle.free.tolist())
-    validator, kind = classify(
-        state.validator,
-        read_number(row, "time"),
-        velocity,
-        str(row.get(SEGMENT, "")),
-        read_inputs(row, state.ranges.names),
-        state.ranges,
-    )
-    if kind in REJECTED:
-        return state._replace(validator=validator).add_count(kind), kind
-    is_restart = kind in RESTARTS
+    if is_foreign(row):
+        return state.add_count("foreign"), "foreign"
+    equations, ranges = state.rls.adaptation.equations, state.ranges
+    channels = optional_channels(row, state.validator.channels)
+    if equations.actuators:
+        channels -= frozenset(AXES)
+    validator, is_usable = require_channels(state.validator, channels)
+    free = equations.vehicle.free.tolist()
+    required = (*compress(VELOCITIES, free), *equations.required_commands)
+    if not is_usable or not all(name in row for name in required):
+        return state._replace(validator=validator).add_count("incomplete"), "incomplete"
+    time, velocity = read_number(row, "time"), read_velocity(row, free)
+    inputs = read_inputs(row, ranges.names, validator.channels)
+    if kind := find_fault(time, velocity, inputs, ranges):
+        return state.reject(kind), kind
     try:
-        sample = make_sample(equations, row, velocity, None if is_restart else state.rls.last)
+        sample = make_sample(equations, row, velocity, validator.channels, state.rls.last)
     except HydrodampError:
         return state.reject("incomplete"), "incomplete"
     if np.abs(sample.propulsion).max() > MAX_VELOCITY:
         return state.reject("absurd"), "absurd"
+    motion, segment = (*velocity, *sample.values[7:10].tolist()), str(row.get(SEGMENT, ""))
+    validator, kind = classify(validator, time, motion, segment, inputs, ranges)
+    if kind in REJECTED:
+        return state._replace(validator=validator).add_count(kind), kind
+    if is_restart := kind in RESTARTS:
+        sample = make_sample(equations, row, velocity, validator.channels, None)
     rls, ai, alarm = state.rls, state.ai, state.alarm
     rls = rls.restart(sample) if is_restart else _RLS.step(rls, sample)
     if ai is not None:
@@ -176,7 +196,9 @@ def _grade(
     is_noise = current.persistent_leverage_share < MIN_MOTION_LEVERAGE
     columns = zip(grades, causes, is_noise.tolist(), has_model_form.tolist(), strict=True)
     for grade, cause, is_weak, has_error in columns:
-        if has_error:
+        if not state.rls.estimate.rows.any():
+            yield Grade.NOT_DETERMINED, Cause.NO_BLOCK
+        elif has_error:
             yield Grade.NOT_DETERMINED, Cause.MODEL_FORM
         else:
             yield (Grade.WEAK if is_weak and grade is Grade.DETERMINED else grade), cause

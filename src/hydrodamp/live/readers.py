@@ -35,7 +35,8 @@ POLL_INTERVAL = 0.2  # s, after which an idle source yields None; by choice
 FULL_INTERVAL = 0.01  # s, between two looks at a full queue; by choice
 JOIN_TIMEOUT = 5.0  # s, that the end of a reader may take; by choice
 MAX_QUEUE_LENGTH = 10_000  # rows or messages; by choice
-MAX_DATAGRAM_SIZE = 8192  # bytes; the end of a larger one is lost
+MAX_DATAGRAM_SIZE = 1 << 16  # bytes; UDP has no larger ones
+MAX_SENDERS = 1000  # that are told apart; by choice
 CHUNK_SIZE, MAX_LINE_LENGTH = 1 << 16, 1 << 20  # bytes; by choice
 RECEIVE_BUFFER_SIZE = 1 << 22  # bytes of the kernel
 SO_RXQ_OVFL = 40  # Linux's asm-generic/socket.h: ancillary count of datagrams dropped so far
@@ -200,10 +201,11 @@ def bind_socket(address: str, allow_remote: bool) -> socket.socket:
 
 
 class DatagramSocket:
-    """A UDP socket that counts, on Linux, the datagrams the kernel drops."""
+    """A UDP socket that counts its senders and, on Linux, the datagrams the kernel drops."""
 
     def __init__(self, receiver: socket.socket) -> None:
         self.socket, self.n_kernel_drops = receiver, 0
+        self.senders: set[Any] = set()  # addresses
         receiver.settimeout(POLL_INTERVAL)
         if sys.platform == "linux":
             with suppress(OSError):
@@ -224,11 +226,16 @@ class DatagramSocket:
 
     def _receive(self) -> bytes:
         if sys.platform != "linux":
-            return self.socket.recv(MAX_DATAGRAM_SIZE)
-        data, ancillary, *_ = self.socket.recvmsg(MAX_DATAGRAM_SIZE, socket.CMSG_SPACE(4))
-        for level, kind, count in ancillary:
-            if (level, kind) == (socket.SOL_SOCKET, SO_RXQ_OVFL):
-                self.n_kernel_drops = int.from_bytes(count[:4], sys.byteorder)
+            data, sender = self.socket.recvfrom(MAX_DATAGRAM_SIZE)
+        else:
+            data, ancillary, _, sender = self.socket.recvmsg(
+                MAX_DATAGRAM_SIZE, socket.CMSG_SPACE(4)
+            )
+            for level, kind, count in ancillary:
+                if (level, kind) == (socket.SOL_SOCKET, SO_RXQ_OVFL):
+                    self.n_kernel_drops = int.from_bytes(count[:4], sys.byteorder)
+        if len(self.senders) < MAX_SENDERS:
+            self.senders.add(sender)
         return data
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
+from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -15,10 +17,21 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.live.checkpoint import load, locked, save
-from hydrodamp.live.estimator import LiveState, estimate_line, start, update
-from hydrodamp.live.samples import ACCEPTED, REJECTED, RESTARTS, Row
+from hydrodamp.live.estimator import LiveState, estimate_line, is_foreign, start, update
+from hydrodamp.live.sample_validator import ACCEPTED, REJECTED, RESTARTS
+from hydrodamp.live.samples import Row
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
+
+MAX_REASONS = 100  # different ones that are reported before the first complete row; by choice
+
+#: Counts of a source that are reported, with what they mean.
+LOSSES = {
+    "dropped": "samples come faster than they are processed: the oldest in the queue are dropped",
+    "kernel drops": "datagrams come faster than they are read: the operating system drops some",
+    "other senders": "datagrams come from several senders: if these are several vehicles, give"
+    " each a port of its own",
+}
 
 
 @dataclass
@@ -38,8 +51,10 @@ class LiveRun:
     skip_to: Callable[[int], None] = lambda first: None  # of the source
     state: LiveState | None = None
     is_stopped: bool = False
-    _n_incomplete: int = 0  # rows before the first complete one
-    _first_error: str = ""  # of those
+    _rejected: Counter[str] = field(default_factory=Counter)  # before the first complete row
+    #: Of those, by reason without digits: whether it has a velocity, number, the last text.
+    _reasons: dict[str, tuple[bool, int, str]] = field(default_factory=dict)
+    _reported: set[str] = field(default_factory=set)  # counts of the source
 
     def process_rows(self, rows: Iterable[Row | None]) -> None:
         """Process all rows, None for an interval without one; save and emit the last estimate.
@@ -62,10 +77,13 @@ class LiveRun:
                         saved_at = monotonic()
             finally:
                 self.save_checkpoint()
-            if self.state is None and not self.is_stopped:
-                raise ProblemError(
-                    f"there was no sample to begin with. {self._first_error}".strip()
-                )
+                self._report_losses(is_end=True)
+            if self.state is None:
+                *_, reason = max(self._reasons.values(), default=("",))
+                message = f"there was no sample to begin with. {reason}".strip()
+                if not self.is_stopped:
+                    raise ProblemError(message)
+                self.on_message(message)
             self.emit_estimate()
 
     def emit_estimate(self) -> None:
@@ -74,6 +92,14 @@ class LiveRun:
             line = estimate_line(self.state)
             line["counts"] = line["counts"] | self.source_counts()
             self.on_estimate(line)
+            self._report_losses()
+
+    def _report_losses(self, is_end: bool = False) -> None:
+        """Report what the source lost, once when it begins and the number at the end."""
+        for name, n in self.source_counts().items():
+            if n and name in LOSSES and (is_end or name not in self._reported):
+                self._reported.add(name)
+                self.on_message(f"{LOSSES[name]} ({n} {'in all' if is_end else 'so far'}).")
 
     def save_checkpoint(self) -> None:
         """Write the state; an error is reported and does not end the run."""
@@ -88,18 +114,23 @@ class LiveRun:
         try:
             return self._start(row)
         except Exception as error:  # a bad row must not end the run
-            self._first_error = self._first_error or _describe(error)
-            self._n_incomplete += 1
-            if self._n_incomplete == 1:
-                self.on_message(f"samples are rejected until one is complete: {self._first_error}")
+            kind = "unreadable" if not row else "foreign" if is_foreign(row) else "incomplete"
+            reason = _describe(error) if kind == "incomplete" else f"A sample {REJECTED[kind]}."
+            self._rejected[kind] += 1
+            key = re.sub(r"\d+", "", reason)
+            if key not in self._reasons and len(self._reasons) < MAX_REASONS:
+                self.on_message(f"samples are rejected until one is complete: {reason}")
+                self._reasons[key] = kind == "incomplete", 0, reason
+            if key in self._reasons:
+                self._reasons[key] = kind == "incomplete", self._reasons[key][1] + 1, reason
             return 0
 
     def _start(self, row: Row) -> int:
         """Start, or resume from the checkpoint; return the number of rows it contains."""
-        n, path = self._n_incomplete, self.checkpoint_path
+        path = self.checkpoint_path
         fresh = start(self.vehicle, self.model, self.method, row)
-        counts = fresh.counts | ({"incomplete": n} if n else {})
-        self.state = fresh._replace(n_rows=n, counts=counts)
+        counts = fresh.counts | self._rejected
+        self.state = fresh._replace(n_rows=self._rejected.total(), counts=counts)
         if path is None or not path.exists():
             return 0
         try:
@@ -114,7 +145,7 @@ class LiveRun:
             self.skip_to(state.n_rows)
             return state.n_rows
         self.on_message(f"{path}: is of another log; this one starts at its first sample.")
-        self.state = state._replace(validator=state.validator._replace(velocity=()), n_rows=0)
+        self.state = state._replace(validator=state.validator._replace(motion=()), n_rows=0)
         return 0
 
     def _move_aside(self, path: Path, reason: str) -> None:

@@ -112,7 +112,10 @@ def open_source(
 
     def counts() -> dict[str, int]:
         n = {"dropped": queue.dropped}
-        n |= {"kernel drops": datagrams.n_kernel_drops} if datagrams else {}
+        if datagrams is not None:
+            n["kernel drops"] = datagrams.n_kernel_drops
+            if decoder is None:  # MAVLink distinguishes vehicles by their system
+                n["other senders"] = max(0, len(datagrams.senders) - 1)
         return n | ({"passed over": synchroniser.n_discarded} if synchroniser else {})
 
     rows: Iterable[Row | None] = queue

@@ -33,7 +33,7 @@ MAX_FIELD = 2.0**32  # largest integer field of an autopilot's message
 MAX_COMMAND_RATIO = 10.0  # command over the actuator's limit; by choice: autopilots exceed it
 ORDINARY_SHARE = 0.01  # of the largest plausible acceleration: 0.5 m/s^2 or rad/s^2
 MAGNITUDES = np.geomspace(1e-6, MAX_FIELD, 2000)  # candidate inputs, 2 % apart
-MIN_OUTLIER_STEP = 0.5  # m/s or rad/s, least change of an outlier; by choice
+MIN_OUTLIER_STEP = 0.5  # m/s, rad/s or of a unit vector, least change of an outlier; by choice
 #: Largest plausible and ordinary size of velocities [m/s, rad/s] and accelerations (per second).
 SENSED_RANGE = (MAX_VELOCITY, MIN_OUTLIER_STEP)
 
