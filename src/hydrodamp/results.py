@@ -76,15 +76,15 @@ def save_results(
     contents: Mapping[Path, bytes],
     folder: Path,
     obsolete: Iterable[str] = (),
-    beside: Mapping[Path, bytes | None] | None = None,
+    outside: Mapping[Path, bytes | None] | None = None,
 ) -> None:
     """Write files into a folder and its manifest, and remove obsolete ones: all of it, or nothing.
 
     Files that hydrodamp did not write are refused before any is written. Files that match the
-    patterns ``obsolete`` are removed unless they are new or were changed. Files ``beside`` the
+    patterns ``obsolete`` are removed unless they are new or were changed. Files ``outside`` the
     folder have names that the user gave: they are replaced whatever they are, or removed if None.
     """
-    root = folder.parent if beside else folder
+    root = folder.parent if outside else folder
     with _locked_for_exchange(root):
         manifest = _read_manifest(folder)
         _check_replaceable(contents, folder, manifest)
@@ -99,7 +99,7 @@ def save_results(
             for name, digest in manifest.items()
             if (path := folder / name).exists() and path not in removed
         } | {_name(path, folder): _sha256(content) for path, content in contents.items()}
-        named = beside or {}
+        named = outside or {}
         files = {path: content for path, content in named.items() if content is not None}
         removed |= named.keys() - files.keys()
         if listed:

@@ -11,10 +11,10 @@ LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 @pytest.mark.parametrize(
     ("parts", "shared"),
     [
-        ("a.csv --train 0:20 --test 10:40", "10:19.9"),
-        ("ab.csv --train one --test one", "0:39.9"),
-        ("ab.csv --train one --test two --test 30:50", "30:39.9"),
-        ("ab.csv --train 0:50 --test two", "40:49.9"),
+        ("a.csv --train 0:20 --test 10:40", "10:19.9 s"),
+        ("ab.csv --train one --test one", "all test data"),
+        ("ab.csv --train one --test two --test 30:50", "30:39.9 s"),
+        ("ab.csv --train 0:50 --test two", "40:49.9 s"),
         ("--train a.csv --test b.csv --test ./a.csv", "./a.csv"),
         ("a.csv --train 0:20 --test 20:40", ""),
         ("ab.csv --train one --test 40:60", ""),
@@ -23,7 +23,9 @@ LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 )
 def test_shared_data_are_warned_of_and_written_down(folder, call, parts, shared):
     done = call(f"{LINE} {parts} --out out")
-    said = f"training and test data share {shared}:" if shared else "data share"
+    said = f"Training and test data share {shared}:" if shared else "data share"
+    if shared == "all test data":
+        said = "Errors are those of the training data"
     assert (f"warning: {said}" in done.stderr) == bool(shared)
     assert (said[1:] in " ".join(done.stdout.split())) == bool(shared)
     document = json.loads((folder / "out" / "comparison.json").read_text("utf-8"))

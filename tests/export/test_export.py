@@ -202,16 +202,16 @@ def test_an_axis_that_the_source_does_not_damp_counts():
 
 
 def test_an_earlier_export_stays_where_a_new_file_cannot_take_its_place(tmp_path, monkeypatch):
-    out, rename = tmp_path / "a", Path.rename
+    out, opened = tmp_path / "a", Path.open
     hd.export(PUBLISHED, hd.fleet["vt690"], "c", out)
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
-    def fails(path, place):
+    def fails(path, *arguments, **options):
         if path.name == "motion.c" and path.parent.name == "new":
             raise OSError(28, "No space left on device")
-        return rename(path, place)
+        return opened(path, *arguments, **options)
 
-    monkeypatch.setattr(Path, "rename", fails)
+    monkeypatch.setattr(Path, "open", fails)
     with pytest.raises(hd.FileError, match="No space left"):
         hd.export(PUBLISHED, hd.fleet["vt690"], "c", out, force=True)
     assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
