@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import count
+from itertools import chain, count
 from typing import NamedTuple
 
 import numpy as np
@@ -294,3 +294,20 @@ class Dialect:
     def parse_column(self, index: int, cells: Sequence[str]) -> Column:
         """Parse the cells of a column."""
         return parse_column(cells, self.decimal, self.header.names[index])
+
+
+def join_blocks(dialect: Dialect, index: int, blocks: Sequence[Column]) -> Column:
+    """Concatenate the blocks of a column."""
+    arrays = [block.numbers for block in blocks if block.numbers is not None]
+    if not arrays:
+        return dialect.parse_column(index, [cell for block in blocks for cell in block.texts])
+    starts = np.cumsum([0, *map(len, arrays)]).tolist()
+    invalid = tuple(
+        (start + row, cell)
+        for start, block in zip(starts, blocks, strict=False)
+        for row, cell in block.invalid
+    )
+    texts = (p.texts or map(repr, a.tolist()) for p, a in zip(blocks, arrays, strict=True))
+    return Column(
+        np.concatenate(arrays), tuple(chain.from_iterable(texts)) if invalid else (), invalid
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import io
 import zlib
@@ -30,6 +31,25 @@ _CELL_BYTES = 8  # bytes; of a number, or of a reference to a text
 _TEXT_BYTES = 64  # bytes; of a short text in memory
 MAX_COLUMNS = 4096  # PX4 logs have some 2000 fields in all topics
 _NO_PROGRESS = nullcontext(lambda count: None)
+
+#: Error handler that decodes bytes invalid in UTF-8 as Windows-1252.
+CP1252_FALLBACK = "hydrodamp.western"
+
+
+def _decode_cp1252(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    decoded = error.object[error.start : error.end].decode("cp1252", "replace")
+    return decoded if error.encoding == "utf-8" else "\ufffd", error.end
+
+
+codecs.register_error(CP1252_FALLBACK, _decode_cp1252)
+
+ENCODINGS = {
+    rb"\xef\xbb\xbf": "utf-8-sig",
+    rb"\xff\xfe|\xfe\xff": "utf-16",
+    rb"([^\0]\0){4}": "utf-16-le",
+    rb"(\0[^\0]){4}": "utf-16-be",
+}
 
 
 def read_head(path: str | Path, size: int) -> bytes:

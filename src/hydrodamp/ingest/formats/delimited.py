@@ -7,7 +7,6 @@ is slower but reports comments, repeated headers and ragged rows with their line
 
 from __future__ import annotations
 
-import codecs
 import csv
 import io
 import re
@@ -16,10 +15,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
-
-import numpy as np
 
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.recording import Recording
@@ -33,31 +30,21 @@ from hydrodamp.ingest.formats.cells import (
     Row,
     is_missing,
     is_number,
+    join_blocks,
     make_topic,
     parse_number,
     parse_numbers,
     share_texts,
 )
-from hydrodamp.ingest.formats.content import check_cells, check_columns, open_log, read_head
+from hydrodamp.ingest.formats.content import (
+    CP1252_FALLBACK,
+    ENCODINGS,
+    check_cells,
+    check_columns,
+    open_log,
+    read_head,
+)
 
-#: Error handler that decodes bytes invalid in UTF-8 as Windows-1252.
-CP1252_FALLBACK = "hydrodamp.western"
-
-
-def _decode_cp1252(error: UnicodeError) -> tuple[str, int]:
-    assert isinstance(error, UnicodeDecodeError)
-    decoded = error.object[error.start : error.end].decode("cp1252", "replace")
-    return decoded if error.encoding == "utf-8" else "\ufffd", error.end
-
-
-codecs.register_error(CP1252_FALLBACK, _decode_cp1252)
-
-_ENCODINGS = {
-    rb"\xef\xbb\xbf": "utf-8-sig",
-    rb"\xff\xfe|\xfe\xff": "utf-16",
-    rb"([^\0]\0){4}": "utf-16-le",
-    rb"(\0[^\0]){4}": "utf-16-be",
-}
 _HEAD_BYTES = 1 << 18  # bytes
 _LINE = re.compile("\r\n|\n|\r")
 
@@ -111,24 +98,7 @@ def _read_by_row(
         check_cells(len(lines) * len(dialect.header.names), path, len(texts))
     notes += reader.notes()
     by_column = [*zip(*blocks, strict=True)] or [()] * len(dialect.header.names)
-    return [_join_blocks(dialect, k, column) for k, column in enumerate(by_column)], lines
-
-
-def _join_blocks(dialect: Dialect, index: int, blocks: Sequence[Column]) -> Column:
-    """Concatenate the blocks of a column."""
-    arrays = [block.numbers for block in blocks if block.numbers is not None]
-    if not arrays:
-        return dialect.parse_column(index, [cell for block in blocks for cell in block.texts])
-    starts = np.cumsum([0, *map(len, arrays)]).tolist()
-    invalid = tuple(
-        (start + row, cell)
-        for start, block in zip(starts, blocks, strict=False)
-        for row, cell in block.invalid
-    )
-    texts = (p.texts or map(repr, a.tolist()) for p, a in zip(blocks, arrays, strict=True))
-    return Column(
-        np.concatenate(arrays), tuple(chain.from_iterable(texts)) if invalid else (), invalid
-    )
+    return [join_blocks(dialect, k, column) for k, column in enumerate(by_column)], lines
 
 
 class _RowReader:
@@ -229,7 +199,7 @@ class _RowReader:
 def find_dialect(path: str | Path) -> Dialect:
     """Detect the dialect of a file from its first lines."""
     head = read_head(path, _HEAD_BYTES)
-    encodings = (name for signature, name in _ENCODINGS.items() if re.match(signature, head))
+    encodings = (name for signature, name in ENCODINGS.items() if re.match(signature, head))
     encoding = next(encodings, "utf-8")
     lines = _LINE.split(head.rstrip(b"\0").decode(encoding, errors=CP1252_FALLBACK))
     if len(head) == _HEAD_BYTES and len(lines) > 1:
