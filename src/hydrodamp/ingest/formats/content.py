@@ -29,6 +29,7 @@ MAX_UNPACKED_BYTES = 1 << 29  # a day of 20 text columns at 30 Hz
 MAX_UNPACKED_RATIO = 20  # gzip compresses measured numbers by 2 to 10
 _CELL_BYTES = 8  # bytes; of a number, or of a reference to a text
 _TEXT_BYTES = 64  # bytes; of a short text in memory
+_FREE_BYTES = 1 << 26  # bytes; a block of text and its cells need half of it
 MAX_COLUMNS = 4096  # PX4 logs have some 2000 fields in all topics
 _NO_PROGRESS = nullcontext(lambda count: None)
 
@@ -61,7 +62,7 @@ def read_head(path: str | Path, size: int) -> bytes:
 def as_numbers(values: Any) -> FloatArray:
     """Return numbers in double precision; a signalling NaN is a NaN like others."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(values, dtype=np.float64)
+        return np.asarray(np.multiply(values, 1.0, dtype=np.float64))
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -89,6 +90,12 @@ def check_unpacked(size: float, path: str | Path) -> None:
 def check_cells(n: int, path: str | Path, n_texts: int = 0) -> None:
     """Refuse a table whose cells, and distinct texts, need an implausible amount of memory."""
     check_unpacked(_CELL_BYTES * n + _TEXT_BYTES * n_texts, path)
+    check_memory()
+
+
+def check_memory() -> None:
+    """Raise MemoryError before the next block of a table: there Arrow aborts the process."""
+    np.empty(_FREE_BYTES, np.uint8)
 
 
 def check_columns(n: int, path: str | Path) -> None:
