@@ -95,6 +95,20 @@ def test_a_gzip_file_for_a_library_that_seeks_is_bounded(tmp_path, monkeypatch):
         files.read_files(path)
 
 
+@pytest.mark.parametrize("name", ["a.alog", "a.tlog", "a.bin", "a.ulg"])
+@pytest.mark.parametrize("is_packed", [False, True])
+def test_messages_that_unpack_out_of_proportion_are_refused(tmp_path, monkeypatch, name, is_packed):
+    monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
+    data = b"%% LOGSTART 1\n" + b"1.0 A p 0\n" * 10_000
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(data) if is_packed else data)
+    if not is_packed:
+        assert content.read_bytes(path) == data
+        return
+    with pytest.raises(LogError, match=r"MB unpack to more than 0\.03277 MB"):
+        files.read_files(path)
+
+
 def npz(path):
     np.savez_compressed(path, time=np.arange(1 << 17), u=np.zeros(1 << 17))
 

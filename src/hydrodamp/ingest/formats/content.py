@@ -27,6 +27,7 @@ _BUFFER_BYTES = 1 << 16  # bytes
 _BLOCK_BYTES = 1 << 20  # bytes
 MAX_UNPACKED_BYTES = 1 << 29  # a day of 20 text columns at 30 Hz
 MAX_UNPACKED_RATIO = 20  # gzip compresses measured numbers by 2 to 10
+MESSAGE_COPIES = 32  # of a message: MOOS and MAVLink take 20 to 25 times its bytes in memory
 _CELL_BYTES = 8  # bytes; of a number, or of a reference to a text
 _TEXT_BYTES = 64  # bytes; of a short text in memory
 _FREE_BYTES = 1 << 26  # bytes; a block of text and its cells need half of it
@@ -66,19 +67,22 @@ def as_numbers(values: Any) -> FloatArray:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """Return all bytes of a file, decompressed."""
+    """Return all bytes of a log of messages, decompressed."""
+    bound = max_unpacked_bytes(path, MESSAGE_COPIES)
     with open_log(path) as file:
-        return file.read()
+        data = file.read(bound + 1 if isinstance(file, gzip.GzipFile) else -1)
+    check_unpacked(len(data), path, MESSAGE_COPIES)
+    return data
 
 
-def max_unpacked_bytes(path: str | Path) -> int:
+def max_unpacked_bytes(path: str | Path, copies: int = 1) -> int:
     """Return the largest decompressed size [bytes] allowed for a file."""
-    return max(MAX_UNPACKED_BYTES, MAX_UNPACKED_RATIO * Path(path).stat().st_size)
+    return max(MAX_UNPACKED_BYTES // copies, MAX_UNPACKED_RATIO * Path(path).stat().st_size)
 
 
-def check_unpacked(size: float, path: str | Path) -> None:
+def check_unpacked(size: float, path: str | Path, copies: int = 1) -> None:
     """Refuse a file with an implausible compression ratio."""
-    if size > (bound := max_unpacked_bytes(path)):
+    if size > (bound := max_unpacked_bytes(path, copies)):
         packed = Path(path).stat().st_size
         raise LogError(
             f"its {packed / 1e6:.3g} MB unpack to more than {bound / 1e6:.4g} MB, which is"
