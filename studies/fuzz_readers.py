@@ -4,11 +4,12 @@
 
 Bytes of a small log are changed, cut, repeated and spliced; every fourth file is compressed after
 it. A reader answers with a recording or an error of hydrodamp. A file that ends otherwise (crash,
-time limit, traceback, warning of NumPy) is kept in the folder `fuzz_faults`.
+time limit, traceback, warning of NumPy) is kept in the folder `fuzz_0.faults`.
 """
 
 from __future__ import annotations
 
+import gc
 import gzip
 import json
 import os
@@ -19,19 +20,25 @@ import sys
 import tempfile
 import traceback
 import warnings
+import zipfile
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from subprocess import CompletedProcess
+from types import SimpleNamespace
 
 import numpy as np
 import typer
 
 from hydrodamp.errors import HydrodampError, HydrodampWarning
-from hydrodamp.ingest.formats import files
+from hydrodamp.ingest.formats import arrays, files
 from hydrodamp.ingest.inspection.probe import probe
 from writers import Dataflash, RosBag, Ulog
 
 MEMORY_BYTES = 2 << 30  # of address space beyond that at the start
 TIME_LIMIT_SECONDS = 15  # of CPU; a reader that waits has ten times as long
+BATCH = 20  # files of a child process: a fork takes as long as two files
 PROBED_SHARE = 8  # one file in so many is also probed, which takes ten times as long
 OUTCOMES = ("read", "refused", "traceback", "warning")
 N_ROWS = 60
@@ -146,23 +153,46 @@ def mutate(content: bytes, rng: np.random.Generator) -> bytes:
     return bytes(data)
 
 
-def read_in_child(path: Path, *, probed: bool) -> str:
-    """Read a file in a child process; return the outcome."""
+def mutated_file(number: int, seeds: dict[str, bytes], folder: Path) -> tuple[Path, bytes]:
+    """Return the path and the content of a mutated file by its number."""
+    rng, key = np.random.default_rng(number), [*seeds][number % len(seeds)]
+    content, path = mutate(seeds[key], rng), folder / f"mutated_{number}_{key}"
+    if rng.integers(4) == 0:
+        content, path = gzip.compress(content), path.with_name(f"{path.name}.gz")
+    return path, content
+
+
+def read_in_child(numbers: range, seeds: dict[str, bytes], folder: Path) -> Iterator[str]:
+    """Read files in a child process; yield their outcomes, the last of which may end the child."""
+    source, sink = os.pipe()
     child = os.fork()
     if child == 0:
-        os._exit(OUTCOMES.index(_read(path, probed=probed)))
+        os.close(source)
+        _limit_memory()
+        for number in numbers:
+            path, content = mutated_file(number, seeds, folder)
+            path.write_bytes(content)
+            outcome = _read(path, probed=number // len(seeds) % PROBED_SHARE == 0)
+            path.unlink()
+            os.write(sink, bytes([OUTCOMES.index(outcome)]))
+        os._exit(0)
+    os.close(sink)
+    with os.fdopen(source, "rb") as stream:
+        yield from (OUTCOMES[code] for code in stream.read())
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
         is_late = number in (signal.SIGALRM, signal.SIGPROF)
-        return "time limit" if is_late else signal.Signals(number).name
-    return OUTCOMES[os.WEXITSTATUS(status)]
+        yield "time limit" if is_late else signal.Signals(number).name
 
 
-def _read(path: Path, *, probed: bool) -> str:
+def _limit_memory() -> None:
     pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
     limit = pages * resource.getpagesize() + MEMORY_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def _read(path: Path, *, probed: bool) -> str:
     signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT_SECONDS)
     signal.alarm(10 * TIME_LIMIT_SECONDS)
     with warnings.catch_warnings(record=True) as caught:
@@ -183,32 +213,58 @@ def _read(path: Path, *, probed: bool) -> str:
     return "warning" if foreign else outcome
 
 
+def run_forked(command: list[str], *, input: bytes, **_: bool) -> CompletedProcess[bytes]:
+    """Run the code of a Python command in a fork, which has its imports, not in a new process."""
+    with ExitStack() as stack:
+        streams = [stack.enter_context(tempfile.TemporaryFile()) for _ in range(3)]
+        streams[0].write(input)
+        streams[0].seek(0)
+        child = os.fork()
+        if child == 0:
+            for number, stream in enumerate(streams):
+                os.dup2(stream.fileno(), number)
+            sys.stdin, sys.stdout, sys.stderr = (os.fdopen(k, "w" if k else "r") for k in range(3))
+            status = 1
+            try:
+                exec(command[2], {})
+                status = 0
+            except BaseException:
+                traceback.print_exc()
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+        _, status = os.waitpid(child, 0)
+        for stream in streams[1:]:
+            stream.seek(0)
+        code = os.waitstatus_to_exitcode(status)
+        return CompletedProcess(command, code, streams[1].read(), streams[2].read())
+
+
 def main(first: int = 0, n: int = 1000, out: Path = Path("fuzz.json"), only: str = "") -> None:
     """Read ``n`` mutated files from number ``first``, and write the counts of outcomes."""
     counts: dict[str, Counter[str]] = {}
-    faults = Path("fuzz_faults")
+    faults = out.with_suffix(".faults")
+    zipfile.ZipExtFile._update_crc = lambda *_: None  # an attacker writes the right one
+    arrays.subprocess = SimpleNamespace(run=run_forked)  # type: ignore[assignment]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         seeds = {key: it for key, it in write_seeds(folder).items() if only in key}
         for key in seeds:
-            files.read_files(folder / key)  # imports what the children need
-        for number in range(first, first + n):
-            rng = np.random.default_rng(number)
-            key = [*seeds][number % len(seeds)]
-            content, path = mutate(seeds[key], rng), folder / f"mutated_{number}_{key}"
-            if rng.integers(4) == 0:
-                content, path = gzip.compress(content), path.with_name(f"{path.name}.gz")
-            path.write_bytes(content)
-            outcome = read_in_child(path, probed=number // len(seeds) % PROBED_SHARE == 0)
-            counts.setdefault(Path(key).suffix, Counter())[outcome] += 1
-            if outcome not in OUTCOMES[:2]:
-                print(f"{path.name}: {outcome}", file=sys.stderr)
-                faults.mkdir(exist_ok=True)
-                (faults / path.name).write_bytes(content)
-            path.unlink()
-            if number % 100 == 99:
-                out.write_text(json.dumps(counts, indent=1), "utf-8")
-    out.write_text(json.dumps(counts, indent=1), "utf-8")
+            probe(files.read_files(folder / key))  # imports what the children need
+        gc.freeze()
+        number = first
+        while number < first + n:
+            numbers = range(number, min(number + BATCH, first + n))
+            for outcome in read_in_child(numbers, seeds, folder):
+                path, content = mutated_file(number, seeds, folder)
+                kind = Path(path.name.removesuffix(".gz")).suffix
+                counts.setdefault(kind, Counter())[outcome] += 1
+                number += 1
+                if outcome not in OUTCOMES[:2]:
+                    print(f"{path.name}: {outcome}", file=sys.stderr)
+                    faults.mkdir(exist_ok=True)
+                    (faults / path.name).write_bytes(content)
+            out.write_text(json.dumps(counts, indent=1), "utf-8")
 
 
 if __name__ == "__main__":

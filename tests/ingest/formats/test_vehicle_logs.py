@@ -148,8 +148,9 @@ def test_moos(tmp_path: Path) -> None:
     assert recording.notes[0] == "times count from 1659009600.5 s since 1970"
 
 
-def test_a_signalling_nan_is_a_nan_without_a_warning():
+@pytest.mark.parametrize(("bits", "kind"), [(0x7FA << 20, "4"), (0x7FF4 << 48, "8")])
+def test_a_signalling_nan_is_a_nan_without_a_warning(bits, kind):
     with np.errstate(invalid="raise"):
-        numbers = as_numbers(np.array([0x7FA00000], np.uint32).view(np.float32))
+        numbers = as_numbers(np.array([bits], f"u{kind}").view(f"f{kind}")) / 10.0
     assert numbers.dtype == np.float64
     assert np.isnan(numbers).all()

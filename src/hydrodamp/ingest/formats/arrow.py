@@ -29,6 +29,7 @@ from hydrodamp.ingest.formats.cells import (
 from hydrodamp.ingest.formats.content import (
     check_cells,
     check_columns,
+    check_memory,
     check_unpacked,
     open_log,
     open_seekable,
@@ -37,7 +38,7 @@ from hydrodamp.ingest.formats.content import (
 _MAX_LIST_LENGTH = 64  # values; longer lists are no samples of one instant
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "null", "NULL", "None", "none", "NaT"]
 _BLOCK_BYTES = 1 << 19  # larger blocks of text exceed the cache: 1.5 times the time
-_SPACES = re.compile(rb"[ \t]+")
+_SPACES = re.compile(rb" [ \t]+|\t[ \t]*")  # but single spaces: a match takes 100 bytes
 _LINE_MARGINS = re.compile(rb"(?m)^ +| +(?=\r?$)")
 _TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -139,6 +140,7 @@ def read_csv(
             text: Any = pyarrow.PythonFile(file, "r")
             if not dialect.delimiter:  # Arrow needs single spaces
                 text = pyarrow.TransformInputStream(text, _space_normalizer(dialect, errors))
+            check_memory()
             for batch in csv.open_csv(text, **_arrow_options(csv, dialect)):
                 if _is_misread(batch, dialect):
                     return None

@@ -27,8 +27,10 @@ _BUFFER_BYTES = 1 << 16  # bytes
 _BLOCK_BYTES = 1 << 20  # bytes
 MAX_UNPACKED_BYTES = 1 << 29  # a day of 20 text columns at 30 Hz
 MAX_UNPACKED_RATIO = 20  # gzip compresses measured numbers by 2 to 10
+MESSAGE_COPIES = 32  # of a message: MOOS and MAVLink take 20 to 25 times its bytes in memory
 _CELL_BYTES = 8  # bytes; of a number, or of a reference to a text
 _TEXT_BYTES = 64  # bytes; of a short text in memory
+_FREE_BYTES = 1 << 26  # bytes; a block of text and its cells need half of it
 MAX_COLUMNS = 4096  # PX4 logs have some 2000 fields in all topics
 _NO_PROGRESS = nullcontext(lambda count: None)
 
@@ -61,23 +63,26 @@ def read_head(path: str | Path, size: int) -> bytes:
 def as_numbers(values: Any) -> FloatArray:
     """Return numbers in double precision; a signalling NaN is a NaN like others."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(values, dtype=np.float64)
+        return np.asarray(np.multiply(values, 1.0, dtype=np.float64))
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """Return all bytes of a file, decompressed."""
+    """Return all bytes of a log of messages, decompressed."""
+    bound = max_unpacked_bytes(path, MESSAGE_COPIES)
     with open_log(path) as file:
-        return file.read()
+        data = file.read(bound + 1 if isinstance(file, gzip.GzipFile) else -1)
+    check_unpacked(len(data), path, MESSAGE_COPIES)
+    return data
 
 
-def max_unpacked_bytes(path: str | Path) -> int:
+def max_unpacked_bytes(path: str | Path, copies: int = 1) -> int:
     """Return the largest decompressed size [bytes] allowed for a file."""
-    return max(MAX_UNPACKED_BYTES, MAX_UNPACKED_RATIO * Path(path).stat().st_size)
+    return max(MAX_UNPACKED_BYTES // copies, MAX_UNPACKED_RATIO * Path(path).stat().st_size)
 
 
-def check_unpacked(size: float, path: str | Path) -> None:
+def check_unpacked(size: float, path: str | Path, copies: int = 1) -> None:
     """Refuse a file with an implausible compression ratio."""
-    if size > (bound := max_unpacked_bytes(path)):
+    if size > (bound := max_unpacked_bytes(path, copies)):
         packed = Path(path).stat().st_size
         raise LogError(
             f"its {packed / 1e6:.3g} MB unpack to more than {bound / 1e6:.4g} MB, which is"
@@ -89,6 +94,12 @@ def check_unpacked(size: float, path: str | Path) -> None:
 def check_cells(n: int, path: str | Path, n_texts: int = 0) -> None:
     """Refuse a table whose cells, and distinct texts, need an implausible amount of memory."""
     check_unpacked(_CELL_BYTES * n + _TEXT_BYTES * n_texts, path)
+    check_memory()
+
+
+def check_memory() -> None:
+    """Raise MemoryError before the next block of a table: there Arrow aborts the process."""
+    np.empty(_FREE_BYTES, np.uint8)
 
 
 def check_columns(n: int, path: str | Path) -> None:
