@@ -20,6 +20,7 @@ from hydrodamp.errors import ProblemError, list_faults
 from hydrodamp.experiment_design.envelope import Envelope, Gains, LoopGains
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.closed_loop import FIN_LIMIT, Autopilot, EquationOfMotion, Loop, Pid
+from hydrodamp.simulation.ranges import ranges_of
 from hydrodamp.vehicle.actuators import Fin, Matrix
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -262,13 +263,22 @@ def _limits(
         item.command: item.limit for item in vehicle.actuators if not isinstance(item, Matrix)
     }
     highest = np.array([limits.get(name) or np.inf for name in names])
-    lowest = -highest
+    lowest, faults = -highest, []
+    plausible = ranges_of(vehicle, names, actuators=True).largest
     for index, name in enumerate(names):
         if (stated := envelope.commands.get(name)) is not None:
+            faults += [
+                f"`commands.{name}.{key}` must be within ±{plausible[index]:.4g}, beyond which no "
+                f"actuator of '{vehicle.name}' can be; got {limit:g}"
+                for key, limit in (("lowest", stated.lowest), ("highest", stated.highest))
+                if limit is not None and abs(limit) > plausible[index]
+            ]
             if stated.lowest is not None:
                 lowest[index] = max(lowest[index], stated.lowest)
             if stated.highest is not None:
                 highest[index] = min(highest[index], stated.highest)
+    if faults:
+        raise ProblemError(list_faults("envelope", faults))
     return lowest, highest
 
 

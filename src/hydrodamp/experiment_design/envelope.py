@@ -25,11 +25,6 @@ NonNegative = Annotated[float, Field(ge=0.0)]
 MAX_NOISE_RATIO = 1e3
 """Largest noise over the published one, beyond which a sensor measures nothing; assumed."""
 
-MAX_COMMAND = 1e6
-"""Largest limit of a command in its own unit; rpm, newtons and pulse widths [us] are below it."""
-
-Limit = Annotated[float, Field(ge=-MAX_COMMAND, le=MAX_COMMAND)]
-
 Gains = tuple[NonNegative, NonNegative, NonNegative]
 """Proportional, integral and derivative gain; their signs follow from the vehicle."""
 
@@ -41,8 +36,8 @@ class _Table(BaseModel):
 class CommandLimits(_Table):
     """Limits of a command, in its own unit, and its rate limit in that unit per second."""
 
-    lowest: Limit | None = None
-    highest: Limit | None = None
+    lowest: float | None = None
+    highest: float | None = None
     rate: Positive | None = None
 
     @model_validator(mode="after")
