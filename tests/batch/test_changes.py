@@ -84,6 +84,12 @@ def test_a_bad_group_does_not_hide_a_change(day, by):
     assert (change.label, change.first) == ("X_u|u|", 6)
 
 
+def test_groups_of_little_information_are_no_outliers():
+    rng = np.random.default_rng(11)
+    named = [bool(find_outlying_groups(season(rng, 8, spread=2.0))) for _ in range(20)]
+    assert sum(named) <= 1
+
+
 def test_too_few_groups_are_not_tested():
     assert find_change_points(season(np.random.default_rng(9), 8, days=4)) == ()
     assert find_change_points([]) == ()

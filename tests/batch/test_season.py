@@ -13,6 +13,7 @@ import hydrodamp as hd
 from batch.conftest import MODEL
 from hydrodamp.batch.groups import find_change_points
 from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
+from hydrodamp.conditioning.dropouts import remove_samples
 from hydrodamp.identification.regression import merge
 
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
@@ -155,19 +156,23 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
 
 
 @pytest.mark.parametrize("value", [1e160, 1e120])
-def test_a_wild_command_costs_its_log_alone(value, fleet, tmp_path, threads):
+def test_a_wild_command_costs_its_sample_alone(value, fleet, tmp_path, threads):
     """1e160 overflows in equation 1 of the log, 1e120 would in the covariance of its group."""
     logs = fleet.season(tmp_path / "logs", days=2)
     wild = fleet.dive(7)
+    path, sample = logs / "2026-05-02_wild.csv", np.arange(wild.n) == 100
+    hd.write_log(remove_samples(wild, {"rpm": sample}, "wild", 0.0), path)
+    expected = hd.batch(logs, fleet.vehicle, MODEL, client=threads)
     commands = wild.commands.copy()
     commands[100, wild.command_names.index("rpm")] = value
-    hd.write_log(replace(wild, commands=commands), logs / "2026-05-02_wild.csv")
+    hd.write_log(replace(wild, commands=commands), path)
     found = hd.batch(logs, fleet.vehicle, MODEL, client=threads)
-    assert all(np.isfinite(one.fit.damping.coefficients).all() for one in found.fits)
-    assert [one.n_logs for one in found.fits] == [2, 2]
-    ((log, why),) = found.failed.items()
-    assert log.endswith("2026-05-02_wild.csv")
-    assert f"rpm {value:.3g}" in why
+    assert ([one.n_logs for one in found.fits], found.failed) == ([2, 3], {})
+    for one, other in zip(found.fits, expected.fits, strict=True):
+        assert one.fit.damping.coefficients.tolist() == other.fit.damping.coefficients.tolist()
+    (message,) = found.outliers
+    assert "2026-05-02_wild.csv: `rpm`: 1 implausible sample" in message
+    assert f"{value:.6g} at {wild.time[100] - wild.time[0]:.2f} s" in message
 
 
 def test_days_are_in_order_whatever_their_clocks_say(fleet, tmp_path, threads):

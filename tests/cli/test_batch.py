@@ -87,16 +87,18 @@ def test_wrong_calls_are_refused(folder, call):
     assert not (folder / "season" / "coefficients.csv").exists()
 
 
-def test_a_wild_command_is_refused_and_json_is_valid(folder, call):
+def test_a_wild_command_is_left_out_and_json_is_valid(folder, call):
     write(folder, "dive-2026-05-01.csv")
     log = hd.read_log("b.csv")
     commands = log.commands.copy()
     commands[10] = 1e200
     hd.write_log(replace(log, commands=commands), folder / "dive-2026-05-02.csv")
-    done = call(LINE.format("dive-2026-05-0*.csv", "day") + " --json", 1)
-    document = json.loads(done.stdout)
-    assert [*document["failed"]] == ["dive-2026-05-02.csv"]
-    assert {row["day"] for row in document["coefficients"]} == {"2026-05-01"}
+    document = json.loads(call(LINE.format("dive-2026-05-0*.csv", "day") + " --json").stdout)
+    assert document["failed"] == {}
+    assert {row["day"] for row in document["coefficients"]} == {"2026-05-01", "2026-05-02"}
+    assert all("dive-2026-05-02.csv: `" in outlier for outlier in document["outliers"])
+    assert [outlier.split("`")[1] for outlier in document["outliers"]] == [*log.command_names]
+    assert all("1e+200 at" in outlier for outlier in document["outliers"])
 
 
 def test_groups_have_files_of_their_own_and_results_are_no_logs(folder, call):

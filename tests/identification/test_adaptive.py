@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import OutlierWarning
 from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 
 SCALED = hd.AdaptiveIdentifier(a=hd.NoiseScaledGain(2e-4), gamma=hd.TermScaledGain(7.0), passes=40)
@@ -158,7 +159,8 @@ def test_numbers_beyond_float64_are_a_status(method, vehicle):
     log = hd.Log.from_arrays(
         np.arange(20) / 10, np.ones((20, 6)), attitude=np.zeros((20, 3)), wrench=wrench
     )
-    with np.errstate(all="ignore"):
+    message = "`X`: 20 of 20 samples are beyond .*: check its column and unit"
+    with np.errstate(all="ignore"), pytest.warns(OutlierWarning, match=message):
         fit = hd.identify(hd.catalog["coe"], vehicle, log, method)
     assert fit.status is hd.Status.FAILED
     assert np.isnan(fit.damping.coefficients).all()

@@ -83,7 +83,7 @@ def test_astern_is_under_way_too(boxed):
 def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed):
     problem, box = boxed(3.0)
     velocity = problem.log.velocity.copy()
-    velocity[100] = 40.0
+    velocity[100] += 4.5  # m/s, rad/s; less than 5 g in 0.1 s
     log = replace(problem.log, velocity=velocity)
     other = hd.operating_box(hd.prepare(vehicle, log, LINEAR))
     np.testing.assert_allclose(other.max_abs, box.max_abs, rtol=0.05)

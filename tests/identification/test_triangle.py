@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import OutlierWarning
 from hydrodamp.identification.regression import column_span
 
 
@@ -46,7 +47,8 @@ def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
     """Speed hardly varies under way: at condition 1e7 a Gram matrix gives wrong numbers."""
     model = hd.DampingModel.from_table({"X": "1 u u^2 u^2|u|"}, key="cubic")
     truth = hd.Damping(model, [3.0, -2.0, 1.5, -0.5])
-    problem = hd.prepare(vehicle, exact_log(truth, forward=40.0), model)
+    with pytest.warns(OutlierWarning, match="`X`: 3000 of 3000 samples .*; all are kept"):
+        problem = hd.prepare(vehicle, exact_log(truth, forward=40.0), model)
     triangle = hd.accumulate(problem)
     design = triangle.r[:, :4]
     scaled = design / np.linalg.norm(design, axis=0)

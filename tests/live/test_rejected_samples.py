@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import estimate_uncertainty
 from hydrodamp.live import estimator
@@ -69,6 +70,22 @@ def test_after_a_sample_that_lacks_something_a_run_begins(dive, rows, change, ki
     spoilt = [*rows[:200], rows[200] | change, *rows[201:]]
     record = run_live(spoilt, vehicle)
     assert record.counts == {"taken": 299, "first": 1, kind: 1, "again": 1}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("pitch", 400.0), ("roll", 1e308), ("yaw", -1e4), ("pitch", -6.4)]
+)
+def test_angles_beyond_their_range_are_absurd(dive, rows, name, value):
+    vehicle, log = dive
+    quaternion = ("qw", "qx", "qy", "qz")
+    euler = euler_from_quaternion(log.attitude[:60]).tolist()
+    turning = [
+        {key: number for key, number in row.items() if key not in quaternion}
+        | dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+        for row, angles in zip(rows[:60], euler, strict=True)
+    ]
+    turning[40] |= {name: value}
+    assert run_live(turning, vehicle).counts == {"taken": 59, "first": 1, "absurd": 1, "again": 1}
 
 
 def test_a_clock_that_is_set_back_begins_a_run(dive, rows):

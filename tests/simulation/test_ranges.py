@@ -77,6 +77,47 @@ def test_a_propeller_that_starts_once_and_a_rudder_hard_over_are_kept():
     assert screened(log) == (log, [])
 
 
+@pytest.mark.parametrize("value", [9000.0, 12e3, 20e3])
+def test_a_single_pulse_of_an_idle_propeller_is_kept(value):
+    commands = CAMPAIGN.train.commands * 0.0
+    commands += np.random.default_rng(1).normal(0.0, 1e-3, commands.shape)
+    commands[100:103, CAMPAIGN.train.command_names.index("rpm")] = value
+    log = replace(CAMPAIGN.train, commands=commands)
+    assert screened(log) == (log, [])
+
+
+def test_a_pulse_of_a_channel_of_unknown_effect_is_kept_and_a_field_is_not():
+    pilot = np.random.default_rng(1).normal(0.0, 1e-3, CAMPAIGN.train.n)
+    pilot[200:203] = 1.0
+    model = hd.catalog["linear"].with_terms({"X": "pilot"})
+    vehicle = replace(CAMPAIGN.vehicle, actuators=())
+    log = replace(CAMPAIGN.train, commands=pilot[:, None], command_names=("pilot",))
+    assert remove_implausible(vehicle, log, [model]) == log
+    log.commands.setflags(write=True)
+    log.commands[300] = 1e6
+    with pytest.warns(OutlierWarning, match="`pilot`: 1 implausible sample .*: 1e\\+06 at 30.00 s"):
+        assert remove_implausible(vehicle, log, [model]).n == log.n - 1
+
+
+@pytest.mark.parametrize(("index", "value"), [(0, 5.0), (3, 3.0), (5, -2.0)])
+def test_an_impact_is_kept(index, value):
+    velocity, acceleration = CAMPAIGN.train.velocity.copy(), np.zeros((CAMPAIGN.train.n, 6))
+    velocity[100:102, index] = value
+    acceleration[100, index] = 40.0
+    log = replace(CAMPAIGN.train, velocity=velocity, acceleration=acceleration)
+    assert screened(log) == (log, [])
+
+
+def test_a_channel_in_another_unit_is_kept_and_named():
+    log = with_command("rpm", slice(None), 1e5)
+    screened_log, (message,) = screened(log)
+    assert screened_log == log
+    assert re.fullmatch(
+        rf".*`rpm`: {log.n} of {log.n} samples are beyond \d.*: check its column and unit; .*",
+        message,
+    )
+
+
 def test_a_problem_and_a_replay_leave_out_the_same():
     log, damping = with_command("rpm", [100], 65535.0), hd.published["vt690-sname2022"]
     with pytest.warns(OutlierWarning, match="rpm"):

@@ -204,17 +204,19 @@ def _outlying_groups(value: FloatArray, weight: FloatArray) -> list[list[int]]:
     """Return the outlying groups of each coefficient, at most one in ten or one.
 
     Generalised extreme Studentised deviate test about the mean, or the means before and after the
-    best change.
+    best change. A deviate is significant for errors that are the noise, and for the weights of
+    :func:`_estimates`: a group of little information may be far from all others.
     """
     outlying: list[list[int]] = []
     for x, w in zip(value.T, weight.T, strict=True):
         indices, n_outlying, order = np.flatnonzero(w > 0.0), 0, list[int]()
         n_most = max(1, len(indices) // 10) if len(indices) > MIN_GROUPS else 0
         for k in range(n_most):
-            index, ratio = _extreme_deviate(x[indices], w[indices])
+            n, weights = len(indices), w[indices]
+            deviates = np.minimum(*(_deviates(x[indices], weights**power) for power in (1, 2)))
+            index = int(deviates.argmax())
             order.append(int(indices[index]))
-            n = len(indices)
-            p_value = 2.0 * n * student.sf(ratio, n - 3)
+            p_value = 2.0 * n * student.sf(deviates[index], n - 3)
             if p_value < OUTLIER_LEVEL:
                 n_outlying = k + 1
             indices = np.delete(indices, index)
@@ -222,8 +224,8 @@ def _outlying_groups(value: FloatArray, weight: FloatArray) -> list[list[int]]:
     return outlying
 
 
-def _extreme_deviate(value: FloatArray, weight: FloatArray) -> tuple[int, float]:
-    """Return the group whose omission reduces the residuals most, and its Studentised deviate."""
+def _deviates(value: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the Studentised deviate of each group: how far its omission reduces the residuals."""
     n = len(value)
     sides = _sides(weight)
     total = sides.sum(axis=2, keepdims=True)
@@ -232,11 +234,9 @@ def _extreme_deviate(value: FloatArray, weight: FloatArray) -> tuple[int, float]
     sums = square.sum(axis=(0, 2))
     # Without a group, its side has another mean.
     omitted = square / np.maximum(1.0 - sides / total, np.finfo(np.float64).eps)
-    remaining = sums[:, None] - omitted.sum(axis=0)
-    day, index = np.unravel_index(remaining.argmin(), remaining.shape)
-    least = max(float(remaining[day, index]), np.finfo(np.float64).tiny)
-    drop = max(float(sums.min()) - least, 0.0)
-    return int(index), float(np.sqrt(drop / least * (n - 3)))
+    remaining = (sums[:, None] - omitted.sum(axis=0)).min(axis=0)
+    least = np.maximum(remaining, np.finfo(np.float64).tiny)
+    return np.asarray(np.sqrt(np.maximum(sums.min() - least, 0.0) / least * (n - 3)))
 
 
 def _sides(weight: FloatArray) -> FloatArray:

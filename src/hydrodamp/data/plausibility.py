@@ -58,7 +58,7 @@ def find_sentinels(values: FloatArray) -> BoolArray:
     return sentinel
 
 
-def find_isolated(values: FloatArray, ordinary: float) -> BoolArray:
+def find_isolated(values: FloatArray, ordinary: float, ratio: float = MAX_RATIO) -> BoolArray:
     """Return which values are far larger than all others and than an ordinary one, and soon end.
 
     A run of more than :data:`MAX_RUN` samples is a step that lasts, and so are all values of its
@@ -66,10 +66,10 @@ def find_isolated(values: FloatArray, ordinary: float) -> BoolArray:
     """
     size, n_most = np.abs(values), _most(values)
     largest = float(size.max(initial=0.0))
-    if largest <= ordinary or np.count_nonzero(size * MAX_RATIO > largest) > n_most:
+    if largest <= ordinary or np.count_nonzero(size * ratio > largest) > n_most:
         return np.zeros(len(values), dtype=np.bool_)
     top = np.sort(np.partition(size, len(size) - n_most - 1)[len(size) - n_most - 1 :])
-    jumps = (top[1:] > MAX_RATIO * top[:-1]) & (top[:-1] > 0.0) & (top[1:] > ordinary)
+    jumps = (top[1:] > ratio * top[:-1]) & (top[:-1] > 0.0) & (top[1:] > ordinary)
     for limit in top[1:][jumps].tolist():
         isolated = size >= limit
         edges = np.flatnonzero(np.diff(isolated, prepend=False, append=False))

@@ -18,7 +18,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES, Term
-from hydrodamp.data.channels import SEGMENT
+from hydrodamp.data.channels import EULER, SEGMENT
 from hydrodamp.data.plausibility import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
@@ -141,7 +141,8 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
         return state._replace(validator=validator).add_count("incomplete"), "incomplete"
     time, velocity = read_number(row, "time"), read_velocity(row, free)
     inputs = read_inputs(row, ranges.names, validator.channels)
-    if kind := find_fault(time, velocity, inputs, ranges):
+    angles = {name: read_number(row, name) for name in EULER if name in validator.channels}
+    if kind := find_fault(time, velocity, inputs, ranges, angles):
         return state.reject(kind), kind
     try:
         sample = make_sample(equations, row, velocity, validator.channels, state.rls.last)

@@ -402,7 +402,8 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     -----
     OutlierWarning
         For each channel with implausible samples, which are left out: beyond the range of the
-        vehicle, "unknown" to MAVLink, or a few far larger than all others.
+        vehicle, "unknown" to MAVLink or a DVL, or a few that no motion explains. A channel that is
+        mostly beyond the range is kept and named.
     """
     requested = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in requested)

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES, VELOCITY_OF
-from hydrodamp.conditioning.dropouts import Masks, remove_samples
+from hydrodamp.conditioning.dropouts import (
+    Masks,
+    is_invalid_velocity,
+    remove_samples,
+    true_runs,
+)
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import PROPULSION_RATIO
 from hydrodamp.data.log import Log
 from hydrodamp.data.plausibility import (
+    MAX_RATIO,
     MAX_VELOCITY,
     MIN_SAMPLES,
     describe_outliers,
@@ -30,23 +36,25 @@ from hydrodamp.vehicle.vehicle import Vehicle
 TYPICAL_VELOCITY = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 
 MAX_FIELD = 2.0**32  # largest integer field of an autopilot's message
+MAX_FIELD_RATIO = 2.0**16  # of a command with an unknown effect to all others, least: of 16 bits
 MAX_COMMAND_RATIO = 10.0  # command over the actuator's limit; by choice: autopilots exceed it
 ORDINARY_SHARE = 0.01  # of the largest plausible acceleration: 0.5 m/s^2 or rad/s^2
+STRONG_SHARE = 0.1  # of the largest plausible acceleration: 5 m/s^2, above which few vehicles are
 MAGNITUDES = np.geomspace(1e-6, MAX_FIELD, 2000)  # candidate inputs, 2 % apart
 MIN_OUTLIER_STEP = 0.5  # m/s, rad/s or of a unit vector, least change of an outlier; by choice
-#: Largest plausible and ordinary size of velocities [m/s, rad/s] and accelerations (per second).
-SENSED_RANGE = (MAX_VELOCITY, MIN_OUTLIER_STEP)
 
 
 class Ranges(NamedTuple):
-    """Inputs of equation 1, their largest plausible and their ordinary magnitudes.
+    """Inputs of equation 1, their largest plausible, their ordinary and their strong magnitudes.
 
-    An input within its ordinary magnitude is never an outlier.
+    An input within its ordinary magnitude is never an outlier of a stream, within its strong
+    magnitude never one of a log; zero where its effect is unknown.
     """
 
     names: tuple[str, ...] = ()
     largest: tuple[float, ...] = ()
     ordinary: tuple[float, ...] = ()
+    strong: tuple[float, ...] = ()
 
 
 @lru_cache(maxsize=64)
@@ -61,18 +69,20 @@ def ranges_of(vehicle: Vehicle, commands: tuple[str, ...], *, actuators: bool) -
     if not actuators:
         bounds = _wrench_bounds(vehicle).tolist()
         names = (*names, *AXES)
-        pairs += [(bound, ORDINARY_SHARE * bound) for bound in bounds]
-    largest, ordinary = zip(*pairs, strict=True) if pairs else ((), ())
-    return Ranges(names, largest, ordinary)
+        pairs += [(bound, ORDINARY_SHARE * bound, STRONG_SHARE * bound) for bound in bounds]
+    return Ranges(names, *zip(*pairs, strict=True))
 
 
 def _command_range(
     vehicle: Vehicle, actuators: tuple[Actuator, ...], name: str
-) -> tuple[float, float]:
-    """Return the ranges of a command; its limit is stated, or the end of the thrust curve."""
+) -> tuple[float, float, float]:
+    """Return the ranges of a command; its limit is stated, or the end of the thrust curve.
+
+    Beyond its limit, a command has no further effect.
+    """
     used = [actuator for actuator in actuators if name in actuator.commands]
     if not used:
-        return MAX_FIELD, 0.0
+        return MAX_FIELD, 0.0, 0.0
     magnitudes, at_rest = np.append(0.0, MAGNITUDES), np.zeros(len(MAGNITUDES) + 1)
     commands = {**dict.fromkeys(vehicle.commands, at_rest), name: magnitudes}
     velocity, down = np.tile(TYPICAL_VELOCITY, (len(at_rest), 1)), np.zeros((len(at_rest), 3))
@@ -83,9 +93,11 @@ def _command_range(
     largest = magnitudes[(effect > 1.0) | is_too_fast].min(initial=MAX_FIELD)
     limits = [limit for limit in map(_limit, used) if limit is not None]
     if limits:
-        return min(float(largest), MAX_COMMAND_RATIO * max(limits)), max(limits)
-    exceeds = effect > ORDINARY_SHARE
-    return float(largest), float(magnitudes[exceeds.argmax()])
+        largest = min(float(largest), MAX_COMMAND_RATIO * max(limits))
+        return largest, max(limits), largest
+    shares = ORDINARY_SHARE, STRONG_SHARE
+    ordinary, strong = (float(magnitudes[(effect > share).argmax()]) for share in shares)
+    return float(largest), ordinary, strong
 
 
 def _limit(actuator: Actuator) -> float | None:
@@ -112,43 +124,75 @@ def remove_implausible(vehicle: Vehicle, log: Log, models: Sequence[DampingModel
     """
     if log.n < MIN_SAMPLES:
         return log
-    sensed = {
-        name: SENSED_RANGE
-        for axis in vehicle.axes
-        for name in (VELOCITY_OF[axis], f"d{VELOCITY_OF[axis]}")
-    }
-    for ranges, longest in ((sensed, None), (_command_ranges(vehicle, log, models), 0.0)):
+    sensed: dict[str, _Test] = {VELOCITY_OF[axis]: _find_wild_velocities for axis in vehicle.axes}
+    sensed |= {f"d{name}": partial(_find_excess, MAX_VELOCITY) for name in sensed}
+    for find, longest in ((sensed, None), (_command_tests(vehicle, log, models), 0.0)):
         masks = Masks()
         for name, values in columns_of(log).items():
-            if name in ranges:
-                masks[name], reason = _find_implausible(values, *ranges[name])
-                if reason:
-                    sentence = describe_outliers(name, values, masks[name], log.time, reason)
+            if name in find:
+                kinds = find[name](values, log)
+                reason, excess = next(iter(kinds.items()))
+                if 2 * excess.sum() > log.n:
+                    sentence = f"`{name}`: {excess.sum()} of {log.n} samples are {reason}"
+                    warn_outliers(
+                        log.source, f"{sentence}: check its column and unit; all are kept"
+                    )
+                    continue
+                masks[name] = mask = np.logical_or.reduce([*kinds.values()])
+                if reason := ", ".join(reason for reason, rows in kinds.items() if rows.any()):
+                    sentence = describe_outliers(name, values, mask, log.time, reason)
                     warn_outliers(log.source, sentence)
         log = remove_samples(log, masks, "implausible", longest)
     return log
 
 
-def _command_ranges(
-    vehicle: Vehicle, log: Log, models: Sequence[DampingModel]
-) -> dict[str, tuple[float, float]]:
-    """Return the ranges of the commands that equation 1 uses, of a wrench and of the ratio."""
+#: Channel and its log -> for each reason, which samples are implausible.
+_Test = Callable[[FloatArray, Log], dict[str, BoolArray]]
+
+
+def _command_tests(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> dict[str, _Test]:
+    """Return the tests of the commands that equation 1 uses, of a wrench and of the ratio."""
     actuators = bool(vehicle.actuators) and log.wrench is None
     names = {name for model in models for name in model.commands}
     names |= set(vehicle.commands if actuators else ())
     ranges = ranges_of(vehicle, tuple(sorted(names)), actuators=actuators)
-    limits = zip(ranges.largest, ranges.ordinary, strict=True)
-    free = dict.fromkeys(PROPULSION_RATIO.columns, (np.inf, np.inf))  # large at low speed
-    return dict(zip(ranges.names, limits, strict=True)) | free
-
-
-def _find_implausible(values: FloatArray, largest: float, ordinary: float) -> tuple[BoolArray, str]:
-    """Return which samples of a channel are implausible, and why."""
-    kinds = {
-        f"beyond {largest:.3g}": np.abs(values) > largest,
-        "unknown to MAVLink": find_sentinels(values),
+    tests: dict[str, _Test] = {
+        name: partial(_find_wild_inputs, largest, strong)
+        for name, largest, strong in zip(ranges.names, ranges.largest, ranges.strong, strict=True)
     }
-    mask = np.logical_or.reduce([*kinds.values()])
-    kinds["far from all others"] = isolated = np.zeros_like(mask)
-    isolated[~mask] = find_isolated(values[~mask], ordinary)
-    return mask | isolated, ", ".join(reason for reason, rows in kinds.items() if rows.any())
+    # The ratio is large at low speed.
+    ratio: _Test = partial(_find_wild_inputs, np.inf, np.inf)
+    return tests | dict.fromkeys(PROPULSION_RATIO.columns, ratio)
+
+
+def _find_wild_inputs(
+    largest: float, strong: float, values: FloatArray, log: Log
+) -> dict[str, BoolArray]:
+    """Return implausible commands: a single pulse of an idle actuator is plausible."""
+    kinds = _find_excess(largest, values, log)
+    usual = ~np.logical_or.reduce([*kinds.values()])
+    kinds["far from all others"] = isolated = np.zeros_like(usual)
+    ratio = MAX_RATIO if strong else MAX_FIELD_RATIO
+    isolated[usual] = find_isolated(values[usual], strong, ratio)
+    size = np.abs(values[usual & ~isolated])
+    if strong and isolated.any() and size.max() > MAX_RATIO * np.median(size):
+        isolated[:] = False
+    return kinds
+
+
+def _find_wild_velocities(values: FloatArray, log: Log) -> dict[str, BoolArray]:
+    """Return implausible velocities: no vehicle reaches the largest one within a second."""
+    isolated = find_isolated(values, MIN_OUTLIER_STEP)
+    jumps = np.abs(np.diff(values)) > MAX_VELOCITY * np.diff(log.time)
+    for start, stop in true_runs(isolated):
+        isolated[start:stop] = jumps[max(start - 1, 0)] & jumps[min(stop, log.n - 1) - 1]
+    sentinel = is_invalid_velocity(values, np.inf)
+    sentinel &= np.abs(values) > MAX_RATIO * np.abs(values[~sentinel]).max(initial=0.0)
+    kinds = {"far from all others": isolated & ~sentinel, "unknown to a DVL": sentinel}
+    return _find_excess(MAX_VELOCITY, values, log) | kinds
+
+
+def _find_excess(largest: float, values: FloatArray, log: Log) -> dict[str, BoolArray]:
+    """Return the values beyond a limit and the sentinels."""
+    excess, unknown = np.abs(values) > largest, find_sentinels(values)
+    return {f"beyond {largest:.3g}": excess & ~unknown, "unknown to MAVLink": unknown}
