@@ -164,10 +164,10 @@ def test_a_second_run_with_the_same_state_is_refused(folder, call):
 
 
 def test_a_state_file_that_is_none_is_refused(folder, call):
-    text = (folder / "planar.yaml").read_text()
-    said = call(f"{START} --source b.csv --checkpoint planar.yaml", status=2).stderr
-    assert "planar.yaml: is not a state" in said
-    assert (folder / "planar.yaml").read_text() == text
+    text = (folder / "a.csv").read_text()
+    said = call(f"{START} --source b.csv --checkpoint a.csv", status=2).stderr
+    assert "a.csv: is not a state" in said
+    assert (folder / "a.csv").read_text() == text
 
 
 def test_a_reader_that_fails_is_status_1(folder, call, monkeypatch):
