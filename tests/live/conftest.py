@@ -44,6 +44,17 @@ def run_live(rows, vehicle, method="rls", model=MODEL, output_interval=1e9, **se
     return record
 
 
+def angles(row):
+    """Return a row with Euler angles that turn as the vehicle does."""
+    others = {name: value for name, value in row.items() if name not in ("qw", "qx", "qy", "qz")}
+    return others | {"roll": 0.02, "pitch": 0.1 * row["q"], "yaw": 0.5}
+
+
+def wrench(row):
+    others = {name: row[name] for name in row if name not in ("rudder", "elevator", "rpm")}
+    return others | dict.fromkeys("XYZKMN", 0.0) | {"X": 1e-2 * row["rpm"], "eta": 1.2}
+
+
 @pytest.fixture(scope="session")
 def dive():
     """Four segments of 50 s, commands as recorded."""

@@ -8,8 +8,9 @@ status 0 and a finite estimate.
 from __future__ import annotations
 
 import json
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import count, islice
 from random import Random
 
@@ -24,6 +25,43 @@ NUMBERS = (
 )
 TYPES = ("true", "false", "null", '"noon"', '""', "[]", "[1, 2]", "{}", '{"value": 1}')
 JUNK = (b"", b" ", b"{", b"[" * 3000, b"\xff\xfe\x00", b"nan", b"[1]", b"1,2", b"#", b"time,u")
+
+
+QUATERNION = ("qw", "qx", "qy", "qz")
+#: Changes of a row, by kind; None removes a column, and a function gets the earlier value.
+CHANGES = {
+    "foreign": None,
+    "angles": {**dict.fromkeys(QUATERNION), "roll": 0.1, "pitch": 0.2, "yaw": 0.3},
+    "quaternion": {**dict.fromkeys(("roll", "pitch", "yaw")), "qw": 1.0, "qx": 0, "qy": 0, "qz": 0},
+    "qw beside angles": {"qw": 1.0},
+    "roll beside a quaternion": {"roll": 3.0},
+    "upside down": {"qw": 0.0, "qx": 1.0, "qy": 0.0, "qz": 0.0},
+    "quaternion of zeros": dict.fromkeys(QUATERNION, 0.0),
+    "roll 1e308": {"roll": 1e308},
+    "roll 3": {"roll": 3.0},
+    "pitch 400": {"pitch": 400.0},
+    "other columns": {"Y": 40.0, "eta": 0.1, "heartbeat": 1},
+    "rpm": {"rpm": 20_000.0},
+    "force": {"X": 5e2},
+    "degrees": dict.fromkeys(("roll", "pitch", "yaw"), math.degrees),
+    "knots": dict.fromkeys("uvw", lambda x: 1.944 * x),
+}
+LASTING = {"degrees"}  # from a row on
+
+
+def poisoned(rows: Sequence[dict], kind: str, n: int, random: Random) -> list[dict[str, object]]:
+    """Return rows of which n are changed, but not the first; `without NAME` removes a column."""
+    start = random.randrange(1, len(rows) - n)
+    chosen = range(start, len(rows)) if kind in LASTING else random.sample(range(1, len(rows)), n)
+    change = CHANGES.get(kind, {kind.removeprefix("without "): None})
+    spoilt = [*rows]
+    for k in chosen:
+        if change is None:
+            spoilt[k] = {"heartbeat": k}
+            continue
+        new = {name: f(rows[k][name]) if callable(f) else f for name, f in change.items()}
+        spoilt[k] = {name: value for name, value in (rows[k] | new).items() if value is not None}
+    return spoilt
 
 
 def rows() -> Iterator[dict[str, object]]:

@@ -15,7 +15,7 @@ from hydrodamp.live import estimator
 from hydrodamp.live.readers import UNREADABLE, BoundedQueue, LineParser, parse_json
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import rows_of
-from live.conftest import LiveRecord, run_live
+from live.conftest import LiveRecord, angles, run_live, wrench
 
 NAN = math.nan
 
@@ -236,17 +236,6 @@ def test_an_error_in_a_row_is_counted(dive, rows, monkeypatch):
     assert "Eigenvalues did not converge" in record.messages[0]
 
 
-def angles(row):
-    """Return a row with Euler angles that turn as the vehicle does."""
-    others = {name: value for name, value in row.items() if name not in ("qw", "qx", "qy", "qz")}
-    return others | {"roll": 0.02, "pitch": 0.1 * row["q"], "yaw": 0.5}
-
-
-def wrench(row):
-    others = {name: row[name] for name in row if name not in ("rudder", "elevator", "rpm")}
-    return others | dict.fromkeys("XYZKMN", 0.0) | {"X": 1e-2 * row["rpm"], "eta": 1.2}
-
-
 ABSENT = [(dict, "qz"), *((angles, x) for x in ("roll", "pitch", "yaw"))]
 ABSENT += [(wrench, x) for x in ("X", "N", "eta", "qw")]
 ABSENT += [(dict, x) for x in ("u", "rudder")]
@@ -284,6 +273,39 @@ def test_a_channel_that_the_first_row_lacked_is_used_when_it_lasts(dive, rows):
                         {x: v for x, v in row.items() if x != "Y"} for k, row in enumerate(full))],
                      dive[0], model=model)  # fmt: skip
     assert stray.counts == {"taken": 299, "first": 1, "incomplete": 1}
+
+
+STRAY = [
+    {"eta": 1.2},
+    {"X": 0.0, "rpm": None, "rudder": None, "elevator": None},
+    {"roll": 0.0, "pitch": 0.0, "yaw": 0.0, "qw": None},
+]
+
+
+@pytest.mark.parametrize("change", STRAY)
+@pytest.mark.parametrize("n", [1, 5])
+def test_columns_of_the_first_rows_alone_are_not_required(dive, rows, change, n):
+    first = [
+        {name: value for name, value in (row | change).items() if value is not None}
+        for row in rows[:n]
+    ]
+    model = hd.catalog["linear"]
+    clean, record = (run_live(x, dive[0], model=model) for x in (rows[n + 19 :], first + rows[n:]))
+    assert record.coefficients == clean.coefficients
+    assert record.counts == {"taken": 300 - 19, "first": 2, "incomplete": 19}
+
+
+def test_a_column_that_a_run_loses_is_required_still(dive, rows):
+    full = [row | {"eta": 1.2} for row in rows[:100]]
+    clean, record = run_live(full, dive[0]), run_live([*full, *rows[100:]], dive[0])
+    assert record.coefficients == clean.coefficients
+    assert record.counts == clean.counts | {"incomplete": 200}
+
+
+def test_outliers_do_not_count_as_rows_with_a_new_column(dive, rows):
+    wild = [{**row, "rpm": 20_000.0} for row in rows[150:152]]
+    record = run_live([*rows[:150], *wild, rows[152] | {"eta": 1.2}, *rows[153:]], dive[0])
+    assert record.counts == {"taken": 297, "first": 1, "spike": 2, "incomplete": 1}
 
 
 @pytest.mark.parametrize("foreign", [{"heartbeat": 1}, {"battery": 15.8, "time": 3.0}])
@@ -348,3 +370,15 @@ def test_losses_of_a_source_are_told_when_they_begin_and_at_the_end(dive, rows):
     assert len(told) == 2
     assert "so far" in told[0]
     assert "in all" in told[1]
+
+
+def test_losses_are_told_where_no_run_begins():
+    messages = []
+    run = LiveRun(hd.fleet["vt690"], hd.catalog["linear"], "rls", print, messages.append)
+    run.source_counts = lambda: {"dropped": 3}
+    with pytest.raises(ProblemError, match="no sample to begin with"):
+        run.process_rows([{"x": 1}] * 20)
+    assert [("so far" in text, "in all" in text) for text in messages[1:]] == [
+        (True, False),
+        (False, True),
+    ]

@@ -26,7 +26,7 @@ from hydrodamp.live.estimator import LiveState
 from hydrodamp.live.sample_validator import SampleValidator
 from hydrodamp.locks import acquire_lock
 
-VERSION = 4
+VERSION = 5
 HEAD = b'{"live_state":'  # the first bytes of every checkpoint
 
 
@@ -124,9 +124,7 @@ def load(fresh: LiveState, path: Path) -> LiveState:
     return fresh._replace(
         rls=fresh.rls._replace(estimate=content.estimate, block=content.block, last=last),
         ai=fresh.ai and fresh.ai._replace(table=content.table, last=last),
-        validator=content.validator._replace(
-            time=float(content.validator.time), channels=fresh.validator.channels
-        ),
+        validator=content.validator._replace(time=float(content.validator.time)),
         n_rows=content.n_rows,
         counts=content.counts,
         alarm=content.alarm,

@@ -26,12 +26,14 @@ from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, g
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.sample_validator import (
     ACCEPTED,
+    MAX_INCOMPLETE,
+    MAX_OUTLIERS,
     REJECTED,
     RESTARTS,
     SampleValidator,
     classify,
+    count_other_channels,
     find_fault,
-    require_channels,
 )
 from hydrodamp.live.samples import (
     Row,
@@ -115,8 +117,20 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     ai = _AI.init(equations, model, sample) if method == "ai" else None
     rls = _RLS.init(equations, model, sample)
     commands = equations.required_commands
-    ranges = ranges_of(vehicle, commands, actuators=equations.actuators)
+    limits = zip(*ranges_of(vehicle, commands, actuators=equations.actuators), strict=True)
+    # The wrench on a locked axis has no limit and no effect.
+    ranges = Ranges(*zip(*(each for each in limits if math.isfinite(each[1])), strict=True))
     return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0})
+
+
+def _start_again(state: LiveState, row: Row) -> LiveState | None:
+    """Return an initial state with the channels of another row, which must be complete."""
+    bound = state.rls.adaptation
+    try:
+        fresh = start(bound.equations.vehicle, bound.model, METHODS[state.ai is not None], row)
+    except HydrodampError:
+        return None
+    return fresh._replace(n_rows=state.n_rows, counts=state.counts)
 
 
 def is_foreign(row: Row) -> bool:
@@ -134,10 +148,16 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     channels = optional_channels(row, state.validator.channels)
     if equations.actuators:
         channels -= frozenset(AXES)
-    validator, is_usable = require_channels(state.validator, channels)
+    validator = count_other_channels(state.validator, tuple(sorted(channels)))
+    names, n_new = validator.new_channels
+    if n_new >= MAX_OUTLIERS and channels.issuperset(validator.channels):
+        validator, n_new = validator._replace(channels=names, new_channels=((), 0)), 0
+    is_stray = n_new >= MAX_INCOMPLETE and not state.rls.estimate.rows.any()
+    if is_stray and (fresh := _start_again(state, row)):
+        return update(fresh, row)
     free = equations.vehicle.free.tolist()
     required = (*compress(VELOCITIES, free), *equations.required_commands)
-    if not is_usable or not all(name in row for name in required):
+    if n_new or not all(name in row for name in required):
         return state._replace(validator=validator).add_count("incomplete"), "incomplete"
     time, velocity = read_number(row, "time"), read_velocity(row, free)
     inputs = read_inputs(row, ranges.names, validator.channels)

@@ -72,6 +72,7 @@ class LiveRun:
                         if self.state is not None and index >= n_skipped:
                             self._process(self.state, row)
                         index += 1
+                    self._report_losses()
                     if monotonic() - saved_at >= self.checkpoint_interval:
                         self.save_checkpoint()
                         saved_at = monotonic()
@@ -92,7 +93,6 @@ class LiveRun:
             line = estimate_line(self.state)
             line["counts"] = line["counts"] | self.source_counts()
             self.on_estimate(line)
-            self._report_losses()
 
     def _report_losses(self, is_end: bool = False) -> None:
         """Report what the source lost, once when it begins and the number at the end."""

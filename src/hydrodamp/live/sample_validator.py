@@ -29,7 +29,7 @@ RESTARTS = {
 REJECTED = {
     "unreadable": "that cannot be read",
     "foreign": "without any velocity",
-    "incomplete": "without a required time, velocity, attitude or command",
+    "incomplete": "without a required time, velocity, attitude, command or wrench",
     "absurd": "with a value outside the plausible range",
     "overflow": "that would make the estimate infinite",
     "failed": "that raises an error",
@@ -41,6 +41,7 @@ REJECTED = {
 
 MAX_LATE_SAMPLES = 20  # consecutive older samples after which the clock was set back; by choice
 MAX_OUTLIERS = 3  # consecutive outliers after which the step is real; by choice
+MAX_INCOMPLETE = 20  # consecutive rows, then those before the estimate were strays; by choice
 OUTLIER_RATIO = 20.0  # least ratio of an outlier's change to the usual one; by choice
 QUANTILE, QUANTILE_GAIN = 0.99, 0.05  # of magnitudes: up 5 % per sample at most; by choice
 MAX_CONSTANT_S = 2.0  # s, that velocities may stay equal to the last bit; by choice
@@ -64,22 +65,18 @@ class SampleValidator(NamedTuple):
     usual: tuple[float, ...] = ()  # running 99 % quantiles of these magnitudes
     time_before_gap: float | None = None  # s, while the segment has one or two samples
     channels: tuple[str, ...] = ()  # optional columns that every row must have
+    new_channels: tuple[tuple[str, ...], int] = (
+        (),
+        0,
+    )  # those of the last rows instead; their number
 
 
-def require_channels(
-    validator: SampleValidator, channels: frozenset[str]
-) -> tuple[SampleValidator, bool]:
-    """Return the next state, and whether a row with these optional columns may be used.
-
-    Columns that the first row lacked are required once three rows in a row have them.
-    """
-    known = frozenset(validator.channels)
-    if not channels > known:
-        return validator, channels == known
-    validator = validator._replace(n_outliers=validator.n_outliers + 1)
-    if validator.n_outliers < MAX_OUTLIERS:
-        return validator, False
-    return validator._replace(channels=tuple(sorted(channels))), True
+def count_other_channels(validator: SampleValidator, names: tuple[str, ...]) -> SampleValidator:
+    """Return the state after a row with these optional columns."""
+    if names == validator.channels:
+        return validator._replace(new_channels=((), 0))
+    last, count = validator.new_channels
+    return validator._replace(new_channels=(names, count + 1 if names == last else 1))
 
 
 def find_fault(
