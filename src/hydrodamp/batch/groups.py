@@ -14,7 +14,7 @@ from datetime import UTC, date, datetime
 from pathlib import PurePosixPath
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
@@ -216,7 +216,7 @@ def _outlying_groups(value: FloatArray, weight: FloatArray) -> list[list[int]]:
             deviates = np.minimum(*(_deviates(x[indices], weights**power) for power in (1, 2)))
             index = int(deviates.argmax())
             order.append(int(indices[index]))
-            p_value = 2.0 * n * student.sf(deviates[index], n - 3)
+            p_value = 2.0 * n * stdtr(n - 3, -deviates[index])
             if p_value < OUTLIER_LEVEL:
                 n_outlying = k + 1
             indices = np.delete(indices, index)
@@ -283,7 +283,7 @@ def _most_significant(
     half = critical_value(degrees_of_freedom=n - 2) * errors
     determined = np.any(half <= MAX_RELATIVE_HALF_WIDTH * np.abs(means), axis=0)
     ratio = np.abs(after - before) / np.maximum(error, np.finfo(np.float64).tiny)
-    p_values = np.where(determined, 2.0 * student.sf(ratio, n - 2), 1.0)
+    p_values = np.where(determined, 2.0 * stdtr(n - 2, -ratio), 1.0)
     best = int(p_values.argmin())
     means = float(before[best]), float(after[best])
     return best + MIN_GROUPS_PER_SIDE, *means, float(error[best]), float(p_values[best])
