@@ -42,6 +42,7 @@ def run(fleet, tmp_path, threads):
     return call
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["cut", "empty", "text", "flipped"])
 def test_a_damaged_fold_is_made_again(damage, run, fleet, tmp_path):
     hd.write_log(fleet.dive(1), tmp_path / "logs" / "a.csv")

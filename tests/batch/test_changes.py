@@ -36,6 +36,7 @@ def shifted(fits, first, by, label="X_u|u|"):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [0.0, 1.0, 2.0])
 @pytest.mark.parametrize("n_blocks", [4, 8, 16])
 def test_quiet_seasons_of_few_blocks_do_not_change(n_blocks, spread):

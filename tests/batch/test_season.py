@@ -47,6 +47,7 @@ def test_a_group_is_identified_as_its_logs_one_after_the_other(key, fleet, seaso
     assert len(first.grades) == MODEL.n_coefficients
 
 
+@pytest.mark.slow
 def test_results_are_the_same_bits_on_threads_and_processes(fleet, season, threads):
     one = hd.batch(season, fleet.vehicle, MODEL, client=threads, by=["month"])
     other = hd.batch(season, fleet.vehicle, MODEL, workers=2, by=["month"])
@@ -84,6 +85,7 @@ def test_many_blocks_become_fewer_and_nothing_is_lost(fleet, season):
     np.testing.assert_allclose(many.triangle.r.T @ many.triangle.r, 21 * normal, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["rls", "ridge"])
 def test_other_methods_read_the_logs_of_a_group_together(key, fleet, season, threads):
     found = hd.batch(season, fleet.vehicle, MODEL, key, client=threads, by=["month"])
@@ -94,6 +96,7 @@ def test_other_methods_read_the_logs_of_a_group_together(key, fleet, season, thr
     assert one.n_logs == 6
 
 
+@pytest.mark.slow
 def test_a_fifth_more_drag_is_found_and_dated(fleet, tmp_path, threads):
     logs = fleet.season(tmp_path / "logs", days=10, fouled=6)
     found = hd.batch(logs, fleet.vehicle, MODEL, client=threads)
@@ -103,6 +106,7 @@ def test_a_fifth_more_drag_is_found_and_dated(fleet, tmp_path, threads):
     assert drag.relative_change == pytest.approx(0.2, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
     def again(*models, by="day"):
         return hd.batch(
@@ -123,6 +127,7 @@ def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
     assert again(hd.catalog["linear"]).n_cached == 0  # terms that no fold has
 
 
+@pytest.mark.slow
 def test_groups_are_what_is_asked_for(fleet, season, threads):
     def groups(*by):
         found = hd.batch(season, fleet.vehicle, MODEL, client=threads, by=by)
@@ -133,6 +138,7 @@ def test_groups_are_what_is_asked_for(fleet, season, threads):
     assert groups(r"dive(\d)")[0] == [("0",), ("1",)]
 
 
+@pytest.mark.slow
 def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, tmp_path, threads):
     light = replace(fleet.vehicle, name="ray")
     heavy = replace(light, name="ray-heavy", mass_matrix=2.0 * light.mass_matrix)
@@ -175,6 +181,7 @@ def test_a_wild_command_costs_its_sample_alone(value, fleet, tmp_path, threads):
     assert f"{value:.6g} at {wild.time[100] - wild.time[0]:.2f} s" in message
 
 
+@pytest.mark.slow
 def test_days_are_in_order_whatever_their_clocks_say(fleet, tmp_path, threads):
     """Clocks count from boot, later on later days or earlier; one counts from 1970."""
     starts = {1: 9e4, 2: 10.0, 3: 5e4, 4: 1777852800.0, 5: 3e3}  # the fourth of May
@@ -197,6 +204,7 @@ def test_equal_logs_of_a_group_count_once(fleet, tmp_path, threads):
     }
 
 
+@pytest.mark.slow
 def test_warnings_are_as_before_after_a_season_on_threads(fleet, season, threads):
     before = [*warnings.filters]
     hd.batch(season, fleet.vehicle, MODEL, client=threads)
@@ -257,6 +265,7 @@ def test_a_day_without_standard_errors_is_passed_over():
     ]
 
 
+@pytest.mark.slow
 def test_quiet_seasons_rarely_change():
     """At a level of 0.002, more than 3 of 300 seasons change with a probability of 0.3 %."""
     rng, found = np.random.default_rng(3), 0

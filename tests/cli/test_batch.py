@@ -19,6 +19,7 @@ def write(folder, name, log="a.csv"):
     hd.write_log(hd.read_log(log), folder / name)
 
 
+@pytest.mark.slow
 def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     (folder / "logs").mkdir()
     for day in (1, 2):
@@ -54,6 +55,7 @@ def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
     assert "1 log could not be used" in done.stderr
 
 
+@pytest.mark.slow
 def test_groups_of_too_little_are_named(folder, call):
     write(folder, "dive-2026-05-01.csv")
     line = LINE.format("dive-2026-05-01.csv", "day").replace("linear", "linear,gertler-hagen")
@@ -101,6 +103,7 @@ def test_a_wild_command_is_left_out_and_json_is_valid(folder, call):
     assert all("1e+200 at" in outlier for outlier in document["outliers"])
 
 
+@pytest.mark.slow
 def test_groups_have_files_of_their_own_and_results_are_no_logs(folder, call):
     for name in ("a b", "a-b", "a;b", "A-b"):
         write(folder, f"dive_{name}_.csv")

@@ -53,6 +53,7 @@ def test_files_of_one_recording_go_in_together(folder, call):
     assert "no such file" in call("convert run2_pose.csv --mapping m.yaml --out d.csv", 2).stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["npz", "mat"])
 def test_arrays_of_other_lengths_are_tables_of_their_own(folder, kind):
     """A simulation of more arrays than the measurement beside it refuses neither."""

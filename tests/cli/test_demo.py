@@ -6,6 +6,7 @@ import pytest
 import hydrodamp as hd
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_our_table_stands_beside_the_papers(folder, call, monkeypatch):
     monkeypatch.setattr(hd, "reenact", functools.partial(hd.reenact, duration=5.0))

@@ -16,6 +16,7 @@ def damping(folder):
     hd.write_damping(hd.Damping.from_dict(None, TRUTH), "d.json")
 
 
+@pytest.mark.slow
 def test_writes_runs_and_tells(folder, call, damping):
     line = "export python d.json --vehicle planar.yaml --log b.csv --out sim"
     done = call(line)
@@ -29,6 +30,7 @@ def test_writes_runs_and_tells(folder, call, damping):
     assert document == json.loads((folder / "sim" / "fidelity.json").read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_the_page_of_the_card_is_made_again(folder, call, damping):
     call("export c d.json --vehicle planar.yaml --log b.csv --out lib --set precision=float")
     page = (folder / "lib" / "fidelity.html").read_text("utf-8")

@@ -14,6 +14,7 @@ from hydrodamp.results import save_results
 LINE = "identify a.csv --vehicle planar.yaml --model linear --method ls"
 
 
+@pytest.mark.slow
 def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, monkeypatch):
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")

@@ -57,6 +57,7 @@ def whole(folder, call):
     return document("whole")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("interrupt", "at"),
     [(interrupt_fits, 1), (interrupt_fits, 3), (interrupt_replays, 6)],
@@ -122,6 +123,7 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     assert "With `--out DIR` finished fits are kept" in shown.stderr
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, monkeypatch):
     line, home = LINE.replace("--out out", "--out whole"), folder / "whole"
     before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
@@ -172,6 +174,7 @@ def read_until(stream, pattern):
     return seen
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a pseudo-terminal")
 def test_a_bar_shows_the_share_and_time_left_and_ctrl_c_keeps_the_rows(folder):
     vehicle, rng = hd.read_vehicle("planar.yaml"), np.random.default_rng(0)

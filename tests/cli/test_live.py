@@ -63,6 +63,7 @@ def test_what_cannot_run_is_refused_in_a_sentence(folder, call, line, sentence):
     assert sentence in call(line, status=2).stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP"])
 def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
@@ -112,6 +113,7 @@ def words(*more):
     return [sys.executable, "-m", "hydrodamp", *START.split(), *more]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 def test_a_full_disk_under_standard_output_ends_nothing(folder, call):
     call(f"{START} --source a.csv --checkpoint whole.json")
@@ -122,6 +124,7 @@ def test_a_full_disk_under_standard_output_ends_nothing(folder, call):
     assert (folder / "s.json").read_text() == (folder / "whole.json").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such pipes")
 def test_a_closed_pipe_ends_the_run_with_its_state(folder):
     run = words("--source", "a.csv", "--checkpoint", "s.json")
@@ -134,6 +137,7 @@ def test_a_closed_pipe_ends_the_run_with_its_state(folder):
     assert 0 < json.loads((folder / "s.json").read_text())["state"]["n_rows"] < 400
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
 def test_a_signal_ends_a_pause_of_a_paced_log(folder):
     head, *lines = (folder / "b.csv").read_text().splitlines()
@@ -150,6 +154,7 @@ def test_a_signal_ends_a_pause_of_a_paced_log(folder):
         assert process.wait(60) == 0
 
 
+@pytest.mark.slow
 def test_a_second_run_with_the_same_state_is_refused(folder, call):
     run = words("--source", "stdin", "--checkpoint", "s.json")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}

@@ -2,6 +2,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 import hydrodamp
 from hydrodamp.cli.compare import DEMO_METHODS
 from hydrodamp.cli.options import definition
@@ -30,6 +32,7 @@ def test_help_imports_nothing_heavy():
     assert done.stdout.splitlines()[-1] == ""
 
 
+@pytest.mark.slow
 def test_python_m_hydrodamp():
     line = [sys.executable, "-m", "hydrodamp", "models", "liner"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
@@ -52,6 +55,7 @@ def test_help_of_a_command_has_two_forms(call):
     assert "list[" not in call("help compare").stdout
 
 
+@pytest.mark.slow
 def test_names_that_options_accept_are_listed_with_descriptions(call):
     known = {"methods": hydrodamp.METHODS, "vehicles": fleet, "presets": presets(),
              "targets": hydrodamp.TARGETS}  # fmt: skip
@@ -62,6 +66,7 @@ def test_names_that_options_accept_are_listed_with_descriptions(call):
         assert all(name in call(kind).stdout for name in names)
 
 
+@pytest.mark.slow
 def test_a_dash_reads_the_log_from_standard_input(folder):
     line = [sys.executable, "-m", "hydrodamp", "convert", "-", "--out", "again.csv"]
     source = (folder / "a.csv").read_bytes()

@@ -60,6 +60,7 @@ def test_paths_are_told_from_the_working_directory(tmp_path, monkeypatch, capsys
     assert said == f"error: {inside.relative_to(tmp_path)}: is odd; see {tmp_path.parent}/b\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "file"),
     [

@@ -35,6 +35,7 @@ def results(compared, folder):
     return Path(shutil.copytree(compared, folder / "out"))
 
 
+@pytest.mark.slow
 def test_the_report_is_made_again_as_it_was(results, call):
     for name in (*BARE, "figures/index.json"):
         assert (results / name).exists()

@@ -296,6 +296,7 @@ def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> Non
         assert check_quality(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
     ("folder", "files", "mapping"),

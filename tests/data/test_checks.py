@@ -22,6 +22,7 @@ def tumble(rate: float, seed: int, n: int = 300) -> tuple[np.ndarray, np.ndarray
     return time, attitude, np.tile(rate * axis, (n, 1))
 
 
+@pytest.mark.slow
 @given(st.floats(0.05, 0.8), st.integers(0, 99))
 def test_a_log_in_degrees_names_its_rates(rate: float, seed: int) -> None:
     time, attitude, rates = tumble(rate, seed)

@@ -18,6 +18,7 @@ def identified():
     return problem, fit, hd.grade_fit(problem, fit)
 
 
+@pytest.mark.slow
 def test_a_short_log_gains_from_a_planned_dive(identified):
     message = expected_gain(*identified)
     assert "`hydrodamp plan --damping FILE --duration 600`" in message

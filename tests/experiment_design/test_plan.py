@@ -99,6 +99,7 @@ def test_the_reason_of_an_unreached_goal_has_the_required_time():
     )
 
 
+@pytest.mark.slow
 def test_a_prior_with_standard_errors_counts(boat, known):
     errors = np.array([0.5, 3.0, np.nan, 0.4, 0.0])
     prior = replace(known, covariance=np.diag(errors**2))
@@ -112,6 +113,7 @@ def test_a_prior_with_standard_errors_counts(boat, known):
     assert np.abs(samples[:, indices[1]] + 30.0).max() <= 2 * 0.3 * 30.0  # at most 30 %, twice
 
 
+@pytest.mark.slow
 def test_impossible_plans_are_refused(boat, known):
     model, slow = known.model, {"damping": known, "envelope": hd.Envelope(speed=(0.8, 1.6))}
     alias = model.with_terms({"X": "u^2"})
@@ -130,6 +132,7 @@ def test_impossible_plans_are_refused(boat, known):
     check_refused("no gains of thruster", boat, gains, 60.0, damping=known)
 
 
+@pytest.mark.slow
 def test_an_unreachable_speed_is_refused_with_the_reachable_speed(boat, known):
     # 2e-5 rpm^2 = 8 u^2: 1.58 m/s at 1000 rpm with the nominal damping.
     def envelope(speed):
@@ -176,6 +179,7 @@ def test_time_at_limits_is_counted(boat, known):
     assert result.saturation(autopilot)["rudder"] == pytest.approx([0.21])
 
 
+@pytest.mark.slow
 def test_time_at_limits_costs_in_the_objective(boat, known):
     """Of two dives with the same information the one at its limits is worse, unit or not."""
     context = PlanningContext.of(boat, known.model, 60.0, known, hd.Envelope(speed=(0.8, 1.6)), 0)
@@ -188,6 +192,7 @@ def test_time_at_limits_costs_in_the_objective(boat, known):
     assert saturated["rudder"][0].max() < 0.05 < saturated["rudder"][1].min()
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_hovers_is_planned_from_rest():
     rov = hd.Vehicle(
         "rov",
@@ -215,6 +220,7 @@ def test_a_prior_of_another_mass_matrix_is_refused(boat, known):
     check_refused("mass matrix", boat, known.model, 60.0, damping=foreign)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "blames"), [("setpoints", False), ("waypoints", True)])
 def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
     boat, known, monkeypatch, mode, blames
@@ -229,6 +235,7 @@ def test_only_waypoints_are_blamed_where_no_manoeuvre_determines_more(
     assert ("waypoints" in result.notes[0]) == blames
 
 
+@pytest.mark.slow
 def test_a_vehicle_with_a_propeller_alone_is_planned_for():
     sled = hd.Vehicle(
         "sled",

@@ -53,6 +53,7 @@ def test_its_jacobian_is_that_of_differences(tmp_path):
             np.testing.assert_allclose(found[:, axis], wanted, rtol=1e-6, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path, campaign):
     damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_vV": -9.0, "Z_|w|": -0.1})
     slopes = []
@@ -110,6 +111,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
     np.testing.assert_allclose(np.array(found).T, core(plant, at), rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_example_of_predictive_control_runs(tmp_path):
     plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
     write_export(CasADi(smooth=1e-3), plant, tmp_path)

@@ -155,6 +155,7 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
         hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["gz-sim", "vrx", "mujoco", "uuv", "urdf", "stonefish"])
 def test_any_name_and_words_make_xml_that_is_read(key, tmp_path):
     vehicle = replace(hd.fleet["vt690"], name='é <"x"> -- y', source='a -- b <c> & "d" --> e\n]]>')

@@ -73,6 +73,7 @@ def test_a_vehicle_of_three_degrees_of_freedom(planar, tmp_path):
     assert card.replays.target_to_log.rms < 1e-12
 
 
+@pytest.mark.slow
 def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, tmp_path):
     card = hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "a", log=campaign.test)
     assert not card.exact
@@ -114,6 +115,7 @@ def test_what_could_not_be_run_is_said(campaign, tmp_path):
     assert "not from the files" in str(card)
 
 
+@pytest.mark.slow
 def test_an_export_replaces_the_files_of_an_earlier_one_alone(campaign, tmp_path):
     out = tmp_path / "deep" / "a"
     hd.export(PUBLISHED, campaign.vehicle, "c", out)
@@ -160,6 +162,7 @@ def test_folders_without_a_list_of_files_are_left_alone(campaign, tmp_path):
             hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("target", "name"),
     [("python", "class"), ("casadi", "mpc"), ("c", "batch"), ("octave", "3 a"), ("fmu", "été */")],
@@ -245,6 +248,7 @@ def test_a_projection_drives_no_vehicle_at_rest(target, campaign):
     assert surge[-1] < 0.05
 
 
+@pytest.mark.slow
 def test_linear_couplings_of_a_projection_feed_no_slow_motion():
     """``|v|`` is lost in uuv; linear Y_r and N_v that take its place are bounded by the drag."""
     values = {"X_u": -1.0, "Y_v": -1e-3, "N_r": -1e-3, "Y_rV": 40.0, "N_vV": 40.0}
@@ -323,6 +327,7 @@ def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
     assert (tmp_path / "a" / "examples").read_text() == "mine"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["python", "c", "octave", "casadi", "fmu", "mujoco"])
 @pytest.mark.parametrize("name", ["hd", "*/ x; /*", "sqrt", "norm", "cos", "INPUTS"])
 def test_names_of_built_ins_and_of_the_files_themselves_run(target, name, tmp_path):

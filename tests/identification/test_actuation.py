@@ -85,6 +85,7 @@ def test_nothing_is_asked_of_what_does_not_vary_or_is_an_unknown_already():
     assert list(check_gains(hd.prepare(BARE, log, freed), [freed])) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["ls", "weak", "ridge", "oe"])
 def test_free_gains_undo_a_factor_by_every_method_and_in_its_replay(key):
     method, test = hd.find_method(key), recorded(CAMPAIGN.exact_test, 1.2)

@@ -36,6 +36,7 @@ def lagged():
     return replace(setup, truth=truth).simulate([3], 40.0, hd.WHITE_NOISE)[0].train
 
 
+@pytest.mark.slow
 def test_a_lag_is_estimated_within_its_interval(vehicle, lagged):
     problem = hd.prepare(vehicle, lagged, LINEAR)
     response = hd.estimate_command_response(problem, LINEAR, ("lag", "delay"))
@@ -62,6 +63,7 @@ def test_a_delayed_recording_has_that_dead_time(vehicle, log):
     assert response.is_significant
 
 
+@pytest.mark.slow
 def test_recommended_reports_a_lag_and_the_step_that_applies_it(vehicle, log, lagged):
     fit = hd.Recommended().identify(hd.prepare(vehicle, lagged, LINEAR), LINEAR)
     assert "apply_first_order_lag" in fit.remarks[-1]

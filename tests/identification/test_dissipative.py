@@ -59,6 +59,7 @@ def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
     np.testing.assert_allclose(found.reshape(3, 3), expected, atol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "box"),
     [
@@ -73,6 +74,7 @@ def test_no_velocity_of_the_box_pushes(key, box, true_damping):
     assert power.max() <= 1e-4 * np.abs(power).max()
 
 
+@pytest.mark.slow
 def test_a_box_away_from_rest_costs_less():
     """Forward drag pays for a coupling that no box around rest allows."""
     damping = hd.Damping.from_dict(None, {"X_u": -2.0, "N_v": 1.0, "N_r": -0.1})
@@ -111,6 +113,7 @@ def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
     assert "The constraint is inactive" in fit.remarks[0]
 
 
+@pytest.mark.slow
 def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
     """By hand, from the rows: root mean square over axes of the growth of each."""
     problem = pushing(vehicle)
@@ -130,6 +133,7 @@ def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
     assert f"increases the RMS residual by {total:.2g} %" in fit.remarks[0]
 
 
+@pytest.mark.slow
 def test_what_was_checked_and_left_free_is_said(vehicle, pushing):
     table = {"X": "u", "Y N": "v r vV uv(eta-1)"}
     model = hd.DampingModel.from_table(table, key="with-v")

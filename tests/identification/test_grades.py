@@ -82,6 +82,7 @@ def by_log(problem):
     return hd.identifiability(problem, PRESTERO)
 
 
+@pytest.mark.slow
 def test_the_campaign_determines_the_main_coefficients(by_log):
     main = {"X_u|u|", "Y_ur", "K_p|p|", "M_uw", "N_uv", "N_ur"}
     assert main <= set(by_log.labels_with(hd.Grade.DETERMINED))

@@ -21,6 +21,7 @@ def campaign():
     return hd.reenact(seed=3, duration=30.0)
 
 
+@pytest.mark.slow
 def test_replicates_are_gauss_newton_steps_without_one_piece(campaign):
     """Delete-one-block jackknife, R. G. Miller (1974), doi:10.1093/biomet/61.1.1, section 4."""
     model = hd.catalog["fossen"]

@@ -34,6 +34,7 @@ def relative_error(campaign, damping):
     return np.sqrt(np.mean((error / ([0.0133] * 3 + [8.7e-4] * 3)) ** 2))
 
 
+@pytest.mark.slow
 def test_true_coefficients_are_recovered_from_noise_free_data(campaign):
     log = replace(campaign.exact_train, acceleration=None)
     fit = hd.identify(TRUE_TERMS, campaign.vehicle, log, hd.OutputError())

@@ -20,6 +20,7 @@ def problem_of(campaign, key="fossen"):
     return hd.prepare(campaign.vehicle, campaign.train, hd.catalog[key])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("weak_is_better", "remark"), [(True, "held-out"), (False, "2 s, 4 s;")])
 def test_the_weak_form_replaces_an_estimate_that_predicts_worse(
     campaign, monkeypatch, weak_is_better, remark
@@ -54,6 +55,7 @@ def test_pieces_cover_every_segment(campaign, duration):
     assert half.n_samples == np.diff(pieces[::2], axis=1).sum()
 
 
+@pytest.mark.slow
 def test_slightly_more_data_changes_the_replay_slightly(campaign):
     """Replays fitted to 90 % and 100 % of each segment differ less than either from the log."""
     model = hd.catalog["prestero"].with_terms({"K": "up"}, key="true-terms")
@@ -69,6 +71,7 @@ def test_slightly_more_data_changes_the_replay_slightly(campaign):
     assert np.all(difference < error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["short", "at rest", "dead axis", "stuck actuator"])
 def test_a_poor_log_gives_a_status_not_an_exception(campaign, fault):
     log = campaign.train.between(0.0, 20.0)

@@ -35,6 +35,7 @@ def problem(campaign):
     return hd.prepare(campaign.vehicle, campaign.train, FOSSEN)
 
 
+@pytest.mark.slow
 def test_autocorrelation_and_outliers_are_reported(problem):
     damping = hd.LeastSquares().identify(problem, FOSSEN).damping
     remark, *_ = diagnose(problem, damping)

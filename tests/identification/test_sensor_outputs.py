@@ -68,6 +68,7 @@ def stacked(objective, windows, parameters):
     )
 
 
+@pytest.mark.slow
 def test_slopes_are_the_derivatives_of_the_residuals(linearised):
     """Jᵀε of the linearisation, against central differences of the sum of squares."""
     objective, windows, parameters = linearised
@@ -122,6 +123,7 @@ def test_velocities_are_compared_where_all_are_recorded(exact):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mask", ["dvl", "usbl", "heading"])
 def test_coefficients_are_those_of_the_simulation(exact, mask):
     """Replays with estimates from sensors follow the exact motion."""

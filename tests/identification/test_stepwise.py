@@ -47,6 +47,7 @@ def rms(campaign, model):
     return error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", ["sname", "crossflow"])
 def test_fewer_coefficients_than_linear_and_less_error(truth):
     campaign = hd.reenact(seed=12, truth=truth, duration=60.0)
@@ -59,6 +60,7 @@ def test_fewer_coefficients_than_linear_and_less_error(truth):
         assert any(is_drag(axis, term) for term in terms)
 
 
+@pytest.mark.slow
 def test_a_selection_is_deterministic_and_documents_itself(campaign, flat):
     rounds: list[Round] = []
     first = QUICK.select(flat, campaign.train, done=rounds.append)

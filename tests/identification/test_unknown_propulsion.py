@@ -24,6 +24,7 @@ def noisy(vehicle, exact_log, true_damping):
     return replace(log, velocity=log.velocity + noise, propulsion_ratio=None, acceleration=None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["ls", "weak", "ridge", "dissipative", "oe", "ai", "rls"])
 def test_every_method_leaves_them_zero_and_names_them(vehicle, noisy, key):
     """The weak form evaluates terms at smoothed velocities, output error at simulated ones."""

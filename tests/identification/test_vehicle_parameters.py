@@ -34,6 +34,7 @@ def with_added_mass(vehicle, logarithms):
     )
 
 
+@pytest.mark.slow
 def test_added_mass_and_buoyancy_are_within_their_intervals(simulated):
     vehicle, log = simulated
     wrong = with_added_mass(vehicle, [0.3, -0.3, 0.25, 0.0, 0.2, -0.25])
@@ -55,6 +56,7 @@ def test_added_mass_and_buoyancy_are_within_their_intervals(simulated):
     assert np.linalg.eigvalsh(result.vehicle.mass_matrix).min() > 0.0
 
 
+@pytest.mark.slow
 def test_free_gains_leave_the_scale_open_and_the_result_says_so(simulated):
     vehicle, log = simulated
     model = hd.catalog["fossen"].with_terms({"N": ("rudder",)}, key="gains")

@@ -63,6 +63,7 @@ def printed(compiler, core, real, folder, runner=()):
     return hashlib.md5(lines.encode()).hexdigest()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", SAME_BITS)
 def test_the_bits_are_those_of_every_other_machine(compiler, objects, tmp_path, real):
     assert printed((compiler,), objects[real], real, tmp_path) == SAME_BITS[real]

@@ -33,6 +33,7 @@ def replay_error(campaign, coefficients):
     return float(np.sqrt(np.mean((error / ([0.0133] * 3 + [8.7e-4] * 3)) ** 2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [hd.OutputError(), hd.Recommended()])
 def test_sixteen_times_the_data_quarter_the_replay_error(campaigns, method):
     """Errors fall as 1/√N; a factor of 2.5 instead of 4 leaves room for the scatter of one draw."""

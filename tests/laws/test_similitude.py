@@ -50,6 +50,7 @@ def results(campaign):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("key", METHODS)
 def test_coefficients_intervals_grades_and_replays_scale(results, key, ratio):

@@ -42,6 +42,7 @@ def read_again(log):
     return hd.Log.from_arrays(log.time, log.velocity, **arrays)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::hydrodamp.errors.GapWarning")
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("gap", [0.3, 0.5])

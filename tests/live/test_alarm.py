@@ -29,6 +29,7 @@ def sled(n, more=0.0, seed=0):
             u += 0.05 * (push(k + part / 20.0) - drag * u * abs(u)) / MASS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_quiet_where_nothing_changes(seed):
     record = run_live(sled(1500, seed=seed), VEHICLE, output_interval=200.0)
@@ -76,6 +77,7 @@ def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):
     assert record.lines[-1]["alarm"]["changes"] == 0
 
 
+@pytest.mark.slow
 def test_an_axis_whose_model_lacks_terms_is_not_armed_and_says_so():
     campaign = hd.reenact(seed=1, duration=150.0)
     record = run_live(
@@ -104,6 +106,7 @@ def uninterrupted():
     return rows, run_live(rows, VEHICLE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [250, 350, CHANGED + 4, CHANGED + 80])
 def test_change_detection_resumes_bit_for_bit(tmp_path, uninterrupted, stop):
     path, (rows, expected) = tmp_path / "state.json", uninterrupted

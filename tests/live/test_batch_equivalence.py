@@ -56,6 +56,7 @@ def from_datagrams(log, _):
     queue.cancel()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])
 @pytest.mark.parametrize("method", ["rls", "ai"])
 def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
@@ -66,6 +67,7 @@ def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
     assert record.counts == {"taken": log.n, "first": 1, "joined": 3}
 
 
+@pytest.mark.slow
 def test_standard_errors_are_those_of_the_batch_fit(dive, reference):
     vehicle, log = dive
     line = reference["rls"].lines[-1]

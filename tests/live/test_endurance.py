@@ -99,6 +99,7 @@ def straight(row, seconds, after):
         yield {**still, **moves, "time": after + 0.1 * k}
 
 
+@pytest.mark.slow
 def test_a_straight_course_moves_no_estimate_out_of_its_interval(dive):
     vehicle, log = dive
     rows = [*rows_of(log)]

@@ -47,6 +47,7 @@ def rows_of(source, port, packets):
         yield row
 
 
+@pytest.mark.slow
 def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
     vehicle, _ = dive
     path = tmp_path / "dive.tlog"

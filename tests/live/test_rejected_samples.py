@@ -177,6 +177,7 @@ def test_one_absurd_command_moves_no_estimate(dive, reference, rpm):
     assert abs(value - clean) < error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [1e6, 1e200, 500.0])
 def test_one_absurd_wrench_moves_no_estimate(dive, force):
     vehicle, log = dive

@@ -100,6 +100,7 @@ def test_pauses_of_the_receiver_change_nothing(each):
     assert numbers(rows) == numbers(synchronise(stream)[0])
 
 
+@pytest.mark.slow
 def test_what_comes_twice_or_late_is_passed_over():
     stream = [*messages()]
     expected = numbers(synchronise(stream)[0])
@@ -111,6 +112,7 @@ def test_what_comes_twice_or_late_is_passed_over():
     assert (numbers(rows), synchroniser.n_discarded) == (expected, 10)
 
 
+@pytest.mark.slow
 def test_a_sample_waits_a_second_for_a_topic_that_fell_silent():
     stream = [one for one in messages(18.0) if one.topic != "fin" or one.received < 110.0]
     rows, reports, _ = synchronise(stream)
@@ -136,6 +138,7 @@ def test_a_clock_that_is_set_back_is_followed():
     assert sum(time < 60.1 for time in times) > 480
 
 
+@pytest.mark.slow
 def test_memory_is_bounded_while_no_sample_can_be_made():
     stream = (Message("imu", 0.001 * k, {"stamp": 0.001 * k, "rate": 0.1}) for k in range(25_000))
     rows, reports, synchroniser = synchronise(stream)
@@ -184,6 +187,7 @@ def test_other_peoples_topics_are_forgotten_and_told_in_part():
     assert "lights11, ... and 988 more topics" in reports[0]
 
 
+@pytest.mark.slow
 def test_the_receivers_clock_may_be_set_back():
     stream = [*messages()]
     back = [

@@ -18,6 +18,7 @@ def quiet_log(n=200, velocity=(1.5, 0.2, -0.1, 0.1, 0.05, -0.1), **more):
     )
 
 
+@pytest.mark.slow
 def test_against_solve_ivp_with_the_equation_written_out(vehicle):
     """Equation 1 integrated by someone else's adaptive program."""
     log = quiet_log(30, wrench=np.random.default_rng(1).normal(0, 5, (30, 6)))

@@ -94,6 +94,7 @@ class Blind:
         return replace(empty, damping=still, status=Status.OK) if self.usable else empty
 
 
+@pytest.mark.slow
 def test_a_method_that_fails_or_knows_no_covariance(campaign):
     logs = campaign.train, campaign.test
     doubt = vehicle_sensitivity(campaign.vehicle, *logs, LINEAR, Blind(usable=False))

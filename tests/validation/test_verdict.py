@@ -26,6 +26,7 @@ def table(campaign):
     return hd.compare(fits, campaign.vehicle, campaign.test)
 
 
+@pytest.mark.slow
 def test_blocks_add_up_to_equation_24_and_to_the_fits(table):
     for row in table.rows:
         if row.rms is not None:

@@ -120,6 +120,7 @@ def test_the_tanker_moves_as_its_position_says(measured_logs) -> None:
         assert np.abs(log.command("rudder")).max() < np.radians(36)
 
 
+@pytest.mark.slow
 def test_the_690_becomes_one_log_of_many_topics(measured_logs) -> None:
     """Against the log on one clock that others derived from the same files."""
     folder = measured_logs("vt690_field")

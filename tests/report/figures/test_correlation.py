@@ -9,6 +9,7 @@ from hydrodamp.report.figures.style import COLUMN, PAGE
 from .conftest import made_up, tied
 
 
+@pytest.mark.slow
 def test_correlation_is_that_of_the_covariance_each_pair_once(sailed, on_sheet):
     fit = sailed.fit("fossen", "weak")
     figure = hd.correlation_figure(fit)

@@ -11,6 +11,7 @@ from hydrodamp.simulation.campaign.conditions import true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 
 
+@pytest.mark.slow
 def test_logs_have_a_segment_a_run_and_three_commands(campaign):
     """Four runs and three joins to train on, two runs to test on, 10 Hz."""
     names = [segment.name for segment in campaign.train.segments]
@@ -46,6 +47,7 @@ def test_same_arguments_same_campaign():
     assert not np.array_equal(first.train.commands, other.train.commands)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", ["sname", "crossflow"])
 def test_every_run_is_under_control(truth):
     """Speed near 0.001 rpm, roll small, drift a few degrees, fins within 20 degrees."""
