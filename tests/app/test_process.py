@@ -13,6 +13,8 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.app.project import Project, create_project
 
+pytestmark = pytest.mark.slow
+
 APP = [sys.executable, "-m", "hydrodamp", "app", "--no-browser"]
 
 
@@ -58,7 +60,6 @@ def boat(tmp_path, campaign):
     return tmp_path
 
 
-@pytest.mark.slow
 def test_a_log_on_the_command_line_is_opened(boat):
     process, port, path, cookie = start(boat, "boat.csv")
     try:
@@ -69,7 +70,6 @@ def test_a_log_on_the_command_line_is_opened(boat):
         stop(process)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_killed_server_leaves_whole_files(boat, seed):
     """Edits follow each other until the process is killed; each file on disk is a whole edit."""
@@ -106,7 +106,6 @@ def test_a_killed_server_leaves_whole_files(boat, seed):
         stop(again)
 
 
-@pytest.mark.slow
 def test_an_occupied_port_is_told(boat):
     process, port, _, _ = start(boat)
     try:
@@ -129,7 +128,6 @@ def test_other_commands_import_nothing_of_the_pages():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.slow
 def test_a_project_of_the_same_log_is_reopened(boat):
     first = create_project(boat.resolve(), ("boat.csv",))
     process, *_ = start(boat, "boat.csv")

@@ -55,6 +55,7 @@ def test_a_node_that_hangs_and_a_scheduler_that_is_lost_cost_their_work_alone():
     assert "the scheduler is lost" in lost[0]
 
 
+@pytest.mark.slow
 def test_logs_come_from_a_store(fleet, season, tmp_path):
     """The memory of fsspec is of one process: threads see it."""
     from concurrent.futures import ThreadPoolExecutor

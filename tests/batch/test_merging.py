@@ -48,6 +48,7 @@ def estimate(folded, fleet):
     return fit.damping.coefficients, fit.uncertainty.standard_errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_every_order_and_tree_gives_the_same_errors(seed, folds, fleet):
     expected = estimate(merge_statistics(folds), fleet)

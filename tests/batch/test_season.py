@@ -25,6 +25,7 @@ def threads():
         yield executor
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", METHODS)
 def test_a_group_is_identified_as_its_logs_one_after_the_other(key, fleet, season, threads):
     found = hd.batch(season, fleet.vehicle, MODEL, key, client=threads)
@@ -218,6 +219,7 @@ def test_warnings_are_as_before_after_a_season_on_threads(fleet, season, threads
         hd.read_log(path)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, threads):
     (tmp_path / "2026-05-09.csv").write_text("time,u\n0,fast\n", "utf-8")
     hd.write_log(fleet.dive(1), tmp_path / "undated.csv")

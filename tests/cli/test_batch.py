@@ -45,6 +45,7 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     assert "2026-05-02_dive.csv is a duplicate of logs/2026-05-01_dive.csv" in done.stderr
 
 
+@pytest.mark.slow
 def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
     write(folder, "dive-2026-05-01.csv")
     (folder / "dive-2026-05-02.csv").write_text("", "utf-8")

@@ -28,6 +28,7 @@ def halves(folder, run, source="a.csv"):
         np.savetxt(path, columns, delimiter=",", header=header, comments="", fmt="%.17g")
 
 
+@pytest.mark.slow
 def test_files_of_one_recording_go_in_together(folder, call):
     """Joined by a plus, the draft says so for all runs: any file then stands for its recording."""
     halves(folder, "run1")

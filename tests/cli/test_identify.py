@@ -139,6 +139,7 @@ def test_a_fit_without_numbers_writes_nothing(folder, call, monkeypatch):
     assert not (folder / "d.json").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
     bare = (folder / "planar.yaml").read_text("utf-8").split("actuators:")[0]

@@ -90,6 +90,7 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
     assert fits[0] == fits[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("before", "after", "kept"),
     [
@@ -143,6 +144,7 @@ def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, mo
     assert document("whole")["provenance"]["resumed"].startswith("8 of 8 fits")
 
 
+@pytest.mark.slow
 def test_a_run_without_a_fit_in_common_is_not_resumed(folder, call, monkeypatch):
     with monkeypatch.context() as patch:
         interrupt_fits(patch, 2)
@@ -155,6 +157,7 @@ def test_a_run_without_a_fit_in_common_is_not_resumed(folder, call, monkeypatch)
     assert "unfinished" not in document()["provenance"]
 
 
+@pytest.mark.slow
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
     interrupt_drawing(monkeypatch, 1)
     call(LINE, 130)

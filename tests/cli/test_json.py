@@ -24,6 +24,7 @@ def validator():
     return jsonschema.Draft202012Validator(json.loads(schema))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("name", CALLS)
 def test_json_has_format_version_and_paths(folder, call, validator, name):

@@ -134,6 +134,7 @@ def written(path, columns):
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
 
 
+@pytest.mark.slow
 def test_files_of_one_run_are_told_as_such_once(folder, call):
     unmapped(folder)
     table = whole(folder)
@@ -173,6 +174,7 @@ def test_a_jitter_of_the_clock_is_minded(folder, call):
     assert not any("jitters by" in each for each in asked(call, "a.csv")["remarks"])
 
 
+@pytest.mark.slow
 def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     unmapped(folder)
     call("probe dive.csv --draft mine.yaml")

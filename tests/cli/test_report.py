@@ -7,6 +7,8 @@ from typer.testing import CliRunner
 from hydrodamp.cli.main import app
 from hydrodamp.report import page as pages, pictures as drawing
 
+pytestmark = pytest.mark.slow
+
 LINE = (
     "compare ab.csv --vehicle planar.yaml --train one --test two --models linear --methods ls "
     "--out out"
@@ -35,7 +37,6 @@ def results(compared, folder):
     return Path(shutil.copytree(compared, folder / "out"))
 
 
-@pytest.mark.slow
 def test_the_report_is_made_again_as_it_was(results, call):
     for name in (*BARE, "figures/index.json"):
         assert (results / name).exists()

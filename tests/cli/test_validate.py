@@ -13,6 +13,7 @@ from .conftest import interrupted_at
 LINE = "validate a.csv --vehicle planar.yaml --models linear,fossen --methods ls"
 
 
+@pytest.mark.slow
 def test_tables_say_which_model_and_why(folder, call):
     assert len(call(LINE).stdout.splitlines()) <= 25
     done = call(f"{LINE} --verbose")
@@ -72,6 +73,7 @@ def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
     assert [row["model"] for row in json.loads(done.stdout)["folds"]] == ["fossen", "sparse"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
     whole = json.loads(call(f"{LINE} --json").stdout)
     for more in ("", " --json"):

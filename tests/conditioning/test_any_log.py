@@ -72,6 +72,7 @@ def logs(draw: st.DrawFn) -> Log:
     return dataclasses.replace(log, attitude=signs * quaternion_from_euler(euler[rows]))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(logs())
 def test_cleaning_keeps_a_log_a_log(log: Log) -> None:

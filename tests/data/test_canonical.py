@@ -59,6 +59,7 @@ def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path, recorded: i
     assert_same(read_log(tmp_path / "swim.csv"), log)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(
     arrays(np.float64, (6, 20), elements=st.floats(-1e6, 1e6)),

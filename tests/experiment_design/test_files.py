@@ -12,8 +12,9 @@ from hydrodamp.experiment_design.result import UNITS, commands_csv, mission_plan
 from hydrodamp.files import as_json
 from hydrodamp.report.plan_report import write_plan
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_the_table_has_a_row_for_each_waypoint_or_each_period(planned):
     rows = list(csv.DictReader(commands_csv(planned).splitlines()))
     assert [*rows[0]] == ["time", "north", "east", "speed"]  # a boat has no depth
@@ -85,7 +86,6 @@ def test_the_document_states_the_unit_of_every_number(planned):
     )
 
 
-@pytest.mark.slow
 def test_a_plan_is_written_whole(planned, tmp_path):
     pytest.importorskip("rosbags")
     assert write_plan(planned, tmp_path) == []

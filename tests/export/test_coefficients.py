@@ -138,6 +138,7 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
     assert float(root.find(".//center_of_buoyancy").get("z")) == pytest.approx(-0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["uuv", "urdf", "marinegym"])
 def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     key, campaign, planar, tmp_path

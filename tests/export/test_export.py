@@ -39,6 +39,7 @@ class Linear(Python):
         return super().render_files(replace(plant, damping=damping))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_log", [True, False])
 def test_an_exact_export_is_the_same_but_for_rounding(campaign, tmp_path, with_log):
     log = campaign.test if with_log else None
@@ -55,6 +56,7 @@ def test_an_exact_export_is_the_same_but_for_rounding(campaign, tmp_path, with_l
     assert (written["target"], written["exact"]) == ("python", True)
 
 
+@pytest.mark.slow
 def test_a_recorded_wrench_takes_the_place_of_actuators(campaign, tmp_path):
     log = campaign.exact_test
     named = {name: log.command(name) for name in log.command_names}
@@ -204,6 +206,7 @@ def test_an_axis_that_the_source_does_not_damp_counts():
     assert found["Y"] == pytest.approx(100.0 * 2.0 * size[1] / (4.0 * size[0]))
 
 
+@pytest.mark.slow
 def test_an_earlier_export_stays_where_a_new_file_cannot_take_its_place(tmp_path, monkeypatch):
     out, opened = tmp_path / "a", Path.open
     hd.export(PUBLISHED, hd.fleet["vt690"], "c", out)

@@ -39,6 +39,7 @@ def test_accelerations_are_those_of_the_core(model, tmp_path):
     np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @here
 def test_it_sails_as_the_core_does(campaign, tmp_path):
     log = campaign.test.between(0.0, 5.0)

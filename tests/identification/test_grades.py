@@ -90,6 +90,7 @@ def test_the_campaign_determines_the_main_coefficients(by_log):
     assert by_log.grades["Z_w|w|"] is hd.Grade.NOT_DETERMINED
 
 
+@pytest.mark.slow
 def test_aliased_columns_are_named(problem, campaign):
     twice = hd.DampingModel.from_table({"X": "u^2 u|u|", "K": "p"}, key="twice")
     found = hd.identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
@@ -98,6 +99,7 @@ def test_aliased_columns_are_named(problem, campaign):
     assert found.labels_with(hd.Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
 
 
+@pytest.mark.slow
 def test_printed_on_one_screen(by_log):
     text = str(by_log)
     assert len(text.splitlines()) <= 16
@@ -105,6 +107,7 @@ def test_printed_on_one_screen(by_log):
     assert by_log.axes[0].rank == 5
 
 
+@pytest.mark.slow
 def test_a_log_that_is_too_short_is_refused(campaign):
     first = campaign.train.segments[0].name
     short = hd.prepare(campaign.vehicle, campaign.train.select(first).between(0.0, 6.0), LINEAR)
@@ -121,10 +124,12 @@ def with_errors(fit, covariance):
     return replace(fit, damping=replace(fit.damping, covariance=covariance), uncertainty=None)
 
 
+@pytest.mark.slow
 def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
     assert hd.grade_fit(problem, with_errors(fit, None)).grades == by_log.grades
 
 
+@pytest.mark.slow
 def test_the_worse_holds(problem, fit, by_log):
     known = fit.uncertainty
     half, seen = (

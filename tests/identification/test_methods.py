@@ -17,6 +17,7 @@ def short():
     return hd.prepare(campaign.vehicle, run, [LARGE, SMALL])
 
 
+@pytest.mark.slow
 def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
     told = []
     fits = hd.identify_all(short, (LARGE, SMALL), hd.Ridge(), told.append)

@@ -90,6 +90,7 @@ def hour(voyage):
     return adaptation, path[1:], shares(early, adaptation)
 
 
+@pytest.mark.slow
 def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
     """In shares of the wrench of each axis; the first row comes after two seconds."""
     adaptation, estimates, share = hour

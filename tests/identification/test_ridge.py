@@ -65,6 +65,7 @@ def test_a_strength_has_no_unit(vehicle, exact_log, true_damping):
     )
 
 
+@pytest.mark.slow
 def test_the_choice_is_that_of_refitting_without_each_fold(linear):
     """No strength of a fine grid predicts the rows left out better, by the normal equations."""
     truth, _, problem = linear

@@ -152,6 +152,7 @@ def test_outliers_are_left_out_and_told(exact):
     assert problem.sensor_log.sensors[0].valid[20].tolist() == [True, False, True]
 
 
+@pytest.mark.slow
 def test_a_delay_and_a_bias_are_estimated(exact):
     """A delay of 0.3 s and a bias of 0.05 m/s are found from a log of 160 s."""
     vehicle, log, _ = exact
@@ -163,6 +164,7 @@ def test_a_delay_and_a_bias_are_estimated(exact):
     assert fit.sensor_parameters["dvl bias u"][0] == pytest.approx(0.05, abs=0.015)
 
 
+@pytest.mark.slow
 def test_a_delay_that_is_not_stated_is_told(exact):
     vehicle, log, _ = exact
     late = sample(log, "dvl", "velocity", log.velocity[:, :3], 0.5, 1e-3, true_delay=0.3)

@@ -103,6 +103,7 @@ def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
             assert [*wrong(mapping.log(recording), case)] == [], text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
     """Above 70 % every channel of a draft is what the draft says, in its unit and its sign."""

@@ -90,6 +90,7 @@ def test_delays_scale(log, ratio):
         assert each.seconds / np.sqrt(ratio) == pytest.approx(reference.seconds, abs=1e-3 * step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_lags_of_commands_scale(campaign, ratio):
     """A command in advance of the motion has a lag."""

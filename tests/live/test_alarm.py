@@ -39,6 +39,7 @@ def test_it_is_quiet_where_nothing_changes(seed):
     assert not record.messages
 
 
+@pytest.mark.slow
 def test_it_names_the_axis_and_the_time_of_a_change():
     record = run_live(sled(1500, more=0.2), VEHICLE)
     alarm = record.lines[-1]["alarm"]
@@ -48,6 +49,7 @@ def test_it_names_the_axis_and_the_time_of_a_change():
     assert ["detected on X at" in message for message in record.messages] == [True]
 
 
+@pytest.mark.slow
 def test_an_axis_is_not_armed_after_a_change_until_its_residuals_are_white():
     lines = run_live(sled(1500, more=0.2), VEHICLE, output_interval=10.0).lines
     alarms = [line["alarm"] for line in lines if line["time"] > CHANGED + 60]
@@ -70,6 +72,7 @@ def pull(time, turn):
     return 25.0 if time < turn else push(time - turn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("turn", [450, 900])
 def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):

@@ -12,6 +12,7 @@ from hydrodamp.live.samples import rows_of
 from live.conftest import run_live
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rls", "ai"])
 @pytest.mark.parametrize("stop", [1, 501, 1003])
 def test_an_interrupted_run_resumes_bit_for_bit(dive, reference, tmp_path, method, stop):
@@ -24,6 +25,7 @@ def test_an_interrupted_run_resumes_bit_for_bit(dive, reference, tmp_path, metho
     assert again.lines == [expected]
 
 
+@pytest.mark.slow
 def test_a_stream_resumes(dive, reference, tmp_path):
     vehicle, log = dive
     path, rows = tmp_path / "state.json", [*rows_of(log)]

@@ -45,6 +45,7 @@ def among(rows, noise):
         yield json.dumps(row).encode()
 
 
+@pytest.mark.slow
 def test_samples_among_junk_are_all_taken(dive):
     vehicle, log = dive
     rows = [*islice(rows_of(log), 300)]

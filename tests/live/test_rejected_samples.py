@@ -167,6 +167,7 @@ def drag_of(record):
     return value, estimate_uncertainty(state).standard_errors[labels.index("X_u|u|")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rpm", [65535, 1e9, 1e200, 12_000, 30_000])
 def test_one_absurd_command_moves_no_estimate(dive, reference, rpm):
     vehicle, log = dive
@@ -324,6 +325,7 @@ def test_the_cause_is_told_where_no_block_is_whole(dive, rows):
     assert {entry["value"] for entry in entries} == {None}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 3, 8])
 def test_wild_rows_are_not_remembered(dive, reference, n):
     """After wild rows, that may be the first ones, single ones are outliers still."""

@@ -75,6 +75,7 @@ def numbers(rows):
     return [tuple(row.values()) for row in rows if not np.isnan([*row.values()]).any()]
 
 
+@pytest.mark.slow
 def test_samples_are_those_of_the_recording_bit_for_bit():
     stream = [*messages()]
     rows, reports, synchroniser = synchronise(stream)

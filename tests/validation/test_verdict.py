@@ -35,6 +35,7 @@ def test_blocks_add_up_to_equation_24_and_to_the_fits(table):
             assert row.blocks.standard_error > 0.0
 
 
+@pytest.mark.slow
 def test_the_standard_error_of_a_mean_square_is_that_of_independent_blocks():
     """The jackknife of a mean is its standard error (Miller, 1974), here of 4000 squares."""
     squares = RNG.chisquare(4.0, size=(4000, 1))

@@ -293,6 +293,7 @@ CASES += [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arrow", "make", "becomes", "says"), CASES)
 def test_corpus(
     tmp_path: Path, bag: Any, dive: Any, write_ulog: Any, monkeypatch, arrow, make, becomes, says

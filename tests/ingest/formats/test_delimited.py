@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Recording
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import delimited
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
@@ -141,6 +142,7 @@ def test_a_bad_column_keeps_its_cells_across_blocks(
     assert topic.fields["t"].tolist() == [0, 1, 2, 3, 4, 5, 6]
 
 
+@pytest.mark.slow
 def test_letters_that_are_no_unicode_far_down(read: Read) -> None:
     rows = "".join(f"{k},calm\n" for k in range(60_000))
     recording = read(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
@@ -166,3 +168,9 @@ def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text("event,who\ndive,crew\nrise,crew\n")
     assert delimited.read_file(path).topics[0].texts["event"] == ("dive", "rise")
+
+
+def test_a_line_without_end_is_named(tmp_path: Path) -> None:
+    (tmp_path / "long.csv").write_text(f"a b,c\n1,x\n2,y\n3,{'z' * (1 << 21)}\n4,q\n")
+    with pytest.raises(LogError, match="line 4 has more than 1048576 characters"):
+        delimited.read_file(tmp_path / "long.csv")

@@ -99,6 +99,7 @@ def test_the_preset_of_the_tank_runs_is_the_mapping_of_the_example() -> None:
     assert (ours.entries, ours.frame, ours.world) == (theirs.entries, theirs.frame, theirs.world)
 
 
+@pytest.mark.slow
 def test_the_tanker_moves_as_its_position_says(measured_logs) -> None:
     """Every zigzag: u v r against differences of position and heading at 20 Hz."""
     for path in sorted(measured_logs("kvlcc2_hsva").glob("HSVA_*.dat")):

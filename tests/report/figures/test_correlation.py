@@ -25,6 +25,7 @@ def test_correlation_is_that_of_the_covariance_each_pair_once(sailed, on_sheet):
     on_sheet(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["fossen", "linear", "gertler-hagen", "mcfarland-whitcomb"])
 def test_it_grows_with_the_model_up_to_the_page_and_no_name_leaves_it(key, on_sheet):
     figure = hd.correlation_figure(tied(key, 0.95))

@@ -24,6 +24,7 @@ def test_bars_are_shares_and_counts(sailed, on_sheet):
     on_sheet(figure)
 
 
+@pytest.mark.slow
 def test_residuals_by_axis(sailed, on_sheet):
     figure = hd.residuals_figure(sailed.problem, sailed.fit("linear", "weak"))
     assert labels(figure, "y") == [f"${x}$" for x in "XYZKMN"]

@@ -38,6 +38,7 @@ def test_measured_log_is_the_exact_one_with_published_noise(campaign):
     np.testing.assert_array_equal(campaign.train.commands, campaign.exact_train.commands)
 
 
+@pytest.mark.slow
 def test_same_arguments_same_campaign():
     """Determinism by seed, bit for bit; another seed is another campaign."""
     first, again, other = (hd.reenact(seed, duration=5.0) for seed in (3, 3, 4))
@@ -83,6 +84,7 @@ def test_impossible_arguments_are_refused(arguments, message):
         hd.reenact(**arguments)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_side_by_side_or_one_by_one():
     """Campaigns of several seeds at once are those of each seed, to rounding."""
     together = CampaignSetup.of("sname").simulate([3, 4], 10.0, hd.WHITE_NOISE)
@@ -93,6 +95,7 @@ def test_side_by_side_or_one_by_one():
             np.testing.assert_allclose(velocity, getattr(alone, name).velocity, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_plan_sails_at_the_rate_of_its_autopilot():
     """Commands five times as often, samples likewise; the motion is nearly the same."""
     plan = CampaignSetup.of("sname")

@@ -98,7 +98,7 @@ def check_cells(n: int, path: str | Path, n_texts: int = 0) -> None:
 
 
 def check_memory() -> None:
-    """Raise MemoryError before the next block of a table: there Arrow aborts the process."""
+    """Raise MemoryError under a limit of memory, before Arrow would abort the process there."""
     np.empty(_FREE_BYTES, np.uint8)
 
 

@@ -158,6 +158,9 @@ class _RowReader:
         for line in iter(partial(text.readline, _MAX_LINE), ""):
             self.line += 1
             self.has_line_end = line.endswith(("\n", "\r"))
+            if len(line) == _MAX_LINE and not self.has_line_end:
+                fault = f"line {self.line} has more than {_MAX_LINE} characters: it is no table"
+                raise LogError(fault, source=str(self.path))
             is_zero = "\0" in line and not line.strip("\0\r\n")
             if is_zero:
                 self._skip(self.line, "is filled with zero bytes")
