@@ -30,7 +30,7 @@ def pytest_configure():
 
 SLOW = (
     *("tests/studies/", "tests/examples/", "tests/docs/test_pages", "tests/report/gallery/"),
-    *(f"tests/export/test_{name}" for name in ("c99", "fmu", "gazebo", "identifiers")),
+    *(f"tests/export/test_{name}" for name in ("c99", "fmu", "gazebo", "identifiers", "octave")),
 )
 """Folders and modules whose tests compile, draw, or run scripts."""
 

@@ -22,6 +22,7 @@ from hydrodamp.simulation.damping_estimate import hull_damping
 from hydrodamp.simulation.problem import vehicle_stamp
 
 
+@pytest.mark.slow
 def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
     assert [item.label for item in planned.predictions] == list(known.model.labels)
     assert all(0.0 < item.cramer_rao_bound < item.std_error for item in planned.predictions)
