@@ -33,6 +33,7 @@ def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
     assert "A dive of" in str(planned)
 
 
+@pytest.mark.slow
 def test_a_plan_is_feasible(planned):
     assert planned.feasibility_rate >= 0.95
     assert np.abs(planned.track.command("rudder")).max() <= 0.4
@@ -41,6 +42,7 @@ def test_a_plan_is_feasible(planned):
     assert planned.mode == "waypoints"
 
 
+@pytest.mark.slow
 def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
     goal = planned.goal_duration
     assert set(goal.duration_by_axis) == {"X", "Y", "N"}
@@ -51,6 +53,7 @@ def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
     assert undetermined <= set(goal.unreached)
 
 
+@pytest.mark.slow
 def test_standard_errors_are_smaller_without_model_form_error(planned):
     """Predictions include the model-form error of the ensemble."""
     problem = hd.prepare(planned.vehicle, planned.track, planned.model)
@@ -161,6 +164,7 @@ def test_a_propeller_without_a_limit_is_assumed_to_push_a_tenth_of_the_weight(bo
     check_refused(match, boat, known.model, 60.0, damping=known, envelope=fast)
 
 
+@pytest.mark.slow
 def test_a_fin_without_a_rate_moves_at_a_rate_that_is_stated(planned, boat, known):
     assert "No rate of `rudder` is given: 1 rad/s is assumed" in planned.assumptions[0]
     step = np.diff(planned.track.command("rudder")) / planned.envelope.period
