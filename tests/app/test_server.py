@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.app.web import MAX_FORM
 from hydrodamp.errors import FileError
 
 from .conftest import open_log, version_of
@@ -62,6 +63,19 @@ def test_an_address_opens_the_session_once(server):
     assert status == 403
     assert "Set-Cookie" not in headers
     assert b"latest address in the terminal" in text
+
+
+def test_a_used_address_that_comes_again_ends_the_session(server, caplog):
+    address, cookie = server.address, server.session.cookie
+    assert visit(server, address)[0] == 303  # by another user, who read it first
+    assert visit(server, address)[0] == 403
+    assert "has ended" in caplog.text
+    headers = {"Cookie": f"hydrodamp={cookie}"}
+    assert server.request("GET", "/", headers=headers)[0] == 403
+    assert visit(server, server.announced[-1])[0] == 303
+    server.get("/")
+    assert visit(server, address)[0] == 403
+    server.get("/")  # the address ended its own session, and ends no later one
 
 
 def test_an_address_is_not_used_ahead_of_the_visit(server):
@@ -407,7 +421,19 @@ def test_an_answer_to_a_large_body_can_be_read(server, monkeypatch, method, path
     body = b"x" * 30_000_000
     assert server.request(method, path, body=body, headers=close)[0] == status
     without = {"Cookie": "", **close}
-    assert server.request(method, path, body=body, headers=without)[0] == 403
+    assert server.request(method, path, body=body[:MAX_FORM], headers=without)[0] == 403
+
+
+def test_a_large_body_without_session_is_not_read_to_its_end(server):
+    head = (
+        f"PUT {server.session.path}/upload?name=a.csv HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+        f"Content-Length: {10 * MAX_FORM}\r\n\r\n"
+    )
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as connection:
+        connection.sendall(head.encode() + bytes(MAX_FORM + 1))
+        answer = connection.recv(1000).lower()
+    assert b" 403 " in answer
+    assert b"connection: close" in answer
 
 
 def test_uploads_are_bounded_together(server, monkeypatch):
