@@ -23,7 +23,10 @@ def acquire_lock(descriptor: int) -> bool:
             import msvcrt
 
             os.lseek(descriptor, LOCK_OFFSET, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+            try:
+                msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+            finally:
+                os.lseek(descriptor, 0, os.SEEK_SET)  # a child process writes at the offset
         else:
             import fcntl
 

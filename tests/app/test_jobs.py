@@ -4,12 +4,14 @@ import os
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from hydrodamp.app.jobs import Jobs
 from hydrodamp.app.project import Project
 from hydrodamp.errors import ProblemError
+from hydrodamp.locks import acquire_lock
 
 COMMAND = ["compare"]
 
@@ -73,8 +75,27 @@ def test_the_job_of_another_server_is_found_by_its_lock(project):
         Jobs().start(project, "compare", COMMAND)
     assert "ready" in first.messages
     first.process.kill()
-    first.process.wait()
+    first.wait()
     assert Jobs().start(project, "compare", COMMAND).is_running
+
+
+def test_the_server_holds_the_lock_until_the_job_ends(project):
+    job = Jobs().start(project, "compare", COMMAND)
+    wait_until_ready(job)
+    assert not job.stream.closed
+    job.interrupt()
+    job.wait()
+    assert job.stream.closed
+    assert job.status == 0
+
+
+def test_a_lock_of_windows_leaves_the_offset_of_the_output(tmp_path, monkeypatch):
+    locking = SimpleNamespace(LK_NBLCK=2, locking=lambda *_: None)
+    monkeypatch.setitem(sys.modules, "msvcrt", locking)
+    monkeypatch.setattr(sys, "platform", "win32")
+    with (tmp_path / "compare.log").open("wb") as stream:
+        assert acquire_lock(stream.fileno())
+        assert os.lseek(stream.fileno(), 0, os.SEEK_CUR) == 0
 
 
 def test_the_number_of_a_foreign_process_is_not_believed(project):

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.app.web import MAX_FORM
 from hydrodamp.errors import FileError
 
 from .conftest import open_log, version_of
@@ -62,6 +63,19 @@ def test_an_address_opens_the_session_once(server):
     assert status == 403
     assert "Set-Cookie" not in headers
     assert b"latest address in the terminal" in text
+
+
+def test_a_used_address_that_comes_again_ends_the_session(server, caplog):
+    address, cookie = server.address, server.session.cookie
+    assert visit(server, address)[0] == 303  # by another user, who read it first
+    assert visit(server, address)[0] == 403
+    assert "has ended" in caplog.text
+    headers = {"Cookie": f"hydrodamp={cookie}"}
+    assert server.request("GET", "/", headers=headers)[0] == 403
+    assert visit(server, server.announced[-1])[0] == 303
+    server.get("/")
+    assert visit(server, address)[0] == 403
+    server.get("/")  # the address ended its own session, and ends no later one
 
 
 def test_an_address_is_not_used_ahead_of_the_visit(server):
@@ -395,6 +409,14 @@ def test_pages_write_nothing(server, canonical):
     assert 'hx-trigger="submit, load"' in pages[2]  # the page saves the default that it shows
 
 
+def head_of(server, method, path, size):
+    return (
+        f"{method} {server.session.path}{path} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+        f"Origin: {server.origin}\r\nCookie: hydrodamp={server.session.cookie}\r\n"
+        f"Content-Length: {size}\r\n\r\n"
+    ).encode()
+
+
 @pytest.mark.parametrize(
     ("method", "path", "status"),
     [("POST", "/open", 413), ("PUT", "/upload?name=a.csv", 413), ("PUT", "/nothing", 404)],
@@ -407,7 +429,17 @@ def test_an_answer_to_a_large_body_can_be_read(server, monkeypatch, method, path
     body = b"x" * 30_000_000
     assert server.request(method, path, body=body, headers=close)[0] == status
     without = {"Cookie": "", **close}
-    assert server.request(method, path, body=body, headers=without)[0] == 403
+    assert server.request(method, path, body=body[:MAX_FORM], headers=without)[0] == 403
+
+
+def test_a_large_body_without_session_is_not_read_to_its_end(server):
+    head = head_of(server, "PUT", "/upload?name=a.csv", 10 * MAX_FORM)
+    server.session.cookie = "another"
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as connection:
+        connection.sendall(head + bytes(MAX_FORM + 1))
+        answer = connection.recv(1000).lower()
+    assert b" 403 " in answer
+    assert b"connection: close" in answer
 
 
 def test_uploads_are_bounded_together(server, monkeypatch):
@@ -422,15 +454,24 @@ def test_uploads_are_bounded_together(server, monkeypatch):
     assert [path.name for path in (server.root / "logs").iterdir()] == ["a.csv"]
 
 
+def test_uploads_at_the_same_time_are_bounded_together(server, monkeypatch):
+    from hydrodamp.app import start
+
+    monkeypatch.setattr(start, "MAX_UPLOAD", 3)
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as connection:
+        connection.sendall(head_of(server, "PUT", "/upload?name=a.csv", 2) + b"1")
+        while not [*server.root.glob("logs/.*")]:
+            time.sleep(0.01)
+        assert server.request("PUT", "/upload?name=b.csv", body=b"12")[0] == 413
+        connection.sendall(b"2")
+        assert b" 200 " in connection.recv(1000)
+    assert [path.read_bytes() for path in (server.root / "logs").iterdir()] == [b"12"]
+
+
 @pytest.mark.parametrize(("method", "path"), [("POST", "/open"), ("PUT", "/upload?name=a.csv")])
 def test_a_browser_that_goes_away_leaves_no_traceback(capfd, server, method, path):
-    head = (
-        f"{method} {server.session.path}{path} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
-        f"Origin: {server.origin}\r\nCookie: hydrodamp={server.session.cookie}\r\n"
-        "Content-Length: 1000\r\n\r\n"
-    )
     with socket.create_connection(("127.0.0.1", server.port)) as connection:
-        connection.sendall(head.encode() + b"x")
+        connection.sendall(head_of(server, method, path, 1000) + b"x")
         while method == "PUT" and not [*server.root.glob("logs/.*")]:
             time.sleep(0.01)
     while [*server.root.glob("logs/.*")]:
@@ -456,7 +497,7 @@ def test_an_upload_to_a_full_disk_is_refused_with_a_remedy(server, monkeypatch):
         if not path.name.startswith(".hydrodamp-a"):
             return real(path, *arguments, **options)
         path.touch()
-        return nullcontext(SimpleNamespace(write=no_space))
+        return nullcontext(SimpleNamespace(write=no_space, truncate=int))
 
     monkeypatch.setattr(Path, "open", open_full)
     status, _, text = server.request("PUT", "/upload?name=a.csv", body=b"12")
@@ -474,7 +515,7 @@ def test_a_run_on_a_full_disk_is_refused_or_has_an_owner(
     server.post(f"{project}/split", version=version, **form)
     version = version_of(server, project)
     server.post(f"{project}/vehicle", source="fleet", name="vt690", version=version)
-    job = SimpleNamespace(poll=lambda: 0, pid=1)
+    job = SimpleNamespace(wait=lambda: 0, returncode=0, pid=1)
     monkeypatch.setattr(subprocess, "Popen", lambda *a, **more: started.append(1) or job)
     real = getattr(Path, method)
 

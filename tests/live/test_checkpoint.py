@@ -1,5 +1,6 @@
 """Checkpoints: a run resumes bit for bit; foreign and damaged files are refused."""
 
+import dataclasses
 import itertools
 import json
 from pathlib import Path
@@ -23,6 +24,41 @@ def test_an_interrupted_run_resumes_bit_for_bit(dive, reference, tmp_path, metho
     assert second.lines[-1] == expected
     again = run_live(sources.LogRows(log), vehicle, method, checkpoint_path=path, log=log)
     assert again.lines == [expected]
+
+
+REJECTED = {"spike": {"u": 30.0}, "absurd": {"u": 1e3}, "incomplete": {"rpm": 65535.0}}
+
+
+@pytest.mark.parametrize("kind", REJECTED)
+def test_a_log_resumes_after_a_rejected_sample(dive, tmp_path, kind):
+    vehicle, log = dive[0], dive[1].between(0.0, 40.0)
+    path, rows = tmp_path / "state.json", [*itertools.islice(rows_of(log), 300)]
+    run_live([*rows[:-1], rows[-1] | REJECTED[kind]], vehicle, checkpoint_path=path)
+    record = run_live(sources.LogRows(log), vehicle, checkpoint_path=path, log=log)
+    assert "resumes after sample 300" in record.messages[0]
+    assert record.counts["taken"] + record.counts[kind] == log.n
+
+
+def test_rejected_samples_at_the_start_count_as_processed(dive, tmp_path):
+    vehicle, log = dive[0], dive[1].between(0.0, 40.0)
+    path, rows = tmp_path / "state.json", [*rows_of(log)]
+    run_live(rows[:300], vehicle, checkpoint_path=path)
+    other = dive[1].between(50.0, 130.0)
+    poor = [{"time": row["time"], "u": row["u"]} for row in rows_of(other)][:5]
+    rows = [*poor, *itertools.islice(rows_of(other), 5, None)]
+    first = run_live(rows, vehicle, checkpoint_path=path, log=other)
+    assert "another log" in first.messages[1]
+    assert first.counts["incomplete"] == 5
+    again = run_live(rows, vehicle, checkpoint_path=path, log=other)
+    assert again.lines == first.lines
+
+
+def test_another_log_with_the_same_clock_is_not_resumed(dive, tmp_path):
+    vehicle, log = dive[0], dive[1].between(0.0, 40.0)
+    path, other = tmp_path / "state.json", dataclasses.replace(log, velocity=0.9 * log.velocity)
+    run_live(itertools.islice(rows_of(log), 300), vehicle, checkpoint_path=path)
+    record = run_live(sources.LogRows(other), vehicle, checkpoint_path=path, log=other)
+    assert "another log" in record.messages[0]
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.log import Log
 from hydrodamp.errors import OutlierWarning
-from hydrodamp.simulation.ranges import remove_implausible
+from hydrodamp.simulation.ranges import ranges_of, remove_implausible
 
 CAMPAIGN = hd.reenact(duration=30.0)
 MODELS = [hd.catalog["prestero"]]
@@ -33,6 +33,13 @@ def with_command(name, rows, value):
     commands = CAMPAIGN.train.commands.copy()
     commands[rows, CAMPAIGN.train.command_names.index(name)] = value
     return replace(CAMPAIGN.train, commands=commands)
+
+
+def test_ranges_are_those_of_free_axes():
+    planar = replace(CAMPAIGN.vehicle, axes=("X", "Y", "N"))
+    ranges = ranges_of(planar, ("rudder",), actuators=False)
+    assert ranges.names == ("rudder", "X", "Y", "N")
+    assert np.isfinite(ranges[1:]).all()
 
 
 @pytest.mark.parametrize("rows", [[100], [0], [100, 101, 102, 500]])

@@ -11,8 +11,9 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass, field
+from io import BufferedWriter
 from pathlib import Path
-from threading import RLock
+from threading import RLock, Thread
 
 from hydrodamp.app.project import Project
 from hydrodamp.errors import ProblemError
@@ -24,47 +25,61 @@ GRACE = 20.0
 #: Characters of messages that are read.
 MAX_MESSAGE = 20_000
 
+if sys.platform == "win32":
+    INTERRUPT, CREATION = signal.CTRL_BREAK_EVENT, subprocess.CREATE_NEW_PROCESS_GROUP
+else:
+    INTERRUPT, CREATION = signal.SIGINT, 0
+
 
 @dataclass
 class Job:
     """A command that runs or has ended."""
 
     process: subprocess.Popen[bytes]
-    output: Path
+    stream: BufferedWriter  # of the output, with the lock
     command: list[str]
     is_cancelled: bool = False
     started: float = field(default_factory=time.time)
 
+    def __post_init__(self) -> None:
+        """Hold the lock until the process ends: on Windows, a process inherits none."""
+        self._end = Thread(target=self._release_at_end, daemon=True)
+        self._end.start()
+
+    def _release_at_end(self) -> None:
+        with self.stream:
+            self.process.wait()
+
     @property
     def is_running(self) -> bool:
         """Whether the command has not ended."""
-        return self.process.poll() is None
+        return self._end.is_alive()
 
     @property
     def status(self) -> int | None:
         """The exit status; None while the command runs."""
-        return self.process.poll()
+        return None if self.is_running else self.process.returncode
 
     @property
     def messages(self) -> str:
         """What the command has written to standard output and error."""
-        if not self.output.is_file():
+        output = Path(self.stream.name)
+        if not output.is_file():
             return ""
-        return self.output.read_text("utf-8", errors="replace")[-MAX_MESSAGE:]
+        return output.read_text("utf-8", errors="replace")[-MAX_MESSAGE:]
 
     def interrupt(self) -> None:
         """Interrupt the command as Ctrl-C does."""
         if self.is_running:
             self.is_cancelled = True
-            self.process.send_signal(signal.SIGINT)
+            self.process.send_signal(INTERRUPT)
 
     def wait(self) -> None:
         """Wait for the end of an interrupted command."""
-        try:
-            self.process.wait(GRACE)
-        except subprocess.TimeoutExpired:
+        self._end.join(GRACE)
+        if self.is_running:
             self.process.kill()
-            self.process.wait()
+            self._end.join()
 
 
 class Jobs:
@@ -92,7 +107,8 @@ class Jobs:
                     )
                 return job
             output = project.path(f"{name}.log")
-            with output.open("ab") as stream:
+            stream = output.open("ab")
+            try:
                 if not acquire_lock(stream.fileno()):
                     raise ProblemError(
                         f"this project has a job of another server, or of one that was killed: "
@@ -106,8 +122,12 @@ class Jobs:
                     stdout=stream,
                     stderr=subprocess.STDOUT,
                     start_new_session=True,  # Ctrl-C in the terminal reaches it once, by stop_all
+                    creationflags=CREATION,
                 )
-            job = self._jobs[project.name, name] = Job(process, output, command)
+            except BaseException:
+                stream.close()
+                raise
+            job = self._jobs[project.name, name] = Job(process, stream, command)
             return job
 
     def stop_all(self) -> None:

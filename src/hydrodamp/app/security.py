@@ -4,13 +4,17 @@ A page of another site can send requests to a local port. It has no session, its
 and a name that it rebinds to 127.0.0.1 is in the Host header: each of the three is checked.
 
 All users of a machine can read the command line of a browser: an address that opens a session
-holds a code that works once. A browser sends cookies to all ports of a host: the pages, and the
-cookie of the session, are below a random path, which no other server is asked for.
+holds a code that works once. A code that comes again was read by another user, who may have been
+the first to use it: the session ends, and another begins with the next address.
+
+A browser sends cookies to all ports of a host: the pages, and the cookie of the session, are below
+a random path, which no other server is asked for.
 """
 
 from __future__ import annotations
 
 import hmac
+import logging
 import math
 import secrets
 import time
@@ -22,7 +26,7 @@ from starlette.requests import cookie_parser
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from hydrodamp.app.web import MESSAGE_HEADERS
+from hydrodamp.app.web import MAX_FORM, MESSAGE_HEADERS
 
 #: Names of the loopback interface.
 LOOPBACK = ("127.0.0.1", "localhost")
@@ -32,8 +36,14 @@ COOKIE = "hydrodamp"
 
 NEEDS_ADDRESS = (
     "This browser has no session. Open the latest address in the terminal of `hydrodamp app`: each "
-    "works once. If you had not used this one, another user of this machine may have: stop the "
-    "server with Ctrl-C, then start it again."
+    "works once, and ends the session if it is opened again."
+)
+
+#: The warning when a used address is opened.
+ENDS = (
+    "an address was opened twice, and the session has ended: if you opened it once, another user "
+    "of this machine had opened it before you, could read and change the files of this folder, and "
+    "start commands."
 )
 
 #: Headers of all pages; no inline script or event handler runs.
@@ -49,15 +59,24 @@ HEADERS: Mapping[str, str] = {
     "Cross-Origin-Resource-Policy": "same-origin",
 }
 
+_logger = logging.getLogger("hydrodamp.app")
+
+CLOSE: Mapping[str, str] = {"Connection": "close"}  # the rest of the body is not read
+
 
 class Session:
-    """The session of a server: the path of its pages, the value of its cookie, unused codes."""
+    """The session of a server: the path of its pages, the value of its cookie, and the codes."""
 
     def __init__(self, port: int, announce: Callable[[str], None], start: str = "/") -> None:
         self.port, self.start, self._announce = port, start, announce
         self.path = f"/{secrets.token_urlsafe(16)}"
+        self._begin()
+
+    def _begin(self) -> None:
+        """Invalidate the cookie and all codes."""
         self.cookie = secrets.token_urlsafe(24)
-        self._codes: dict[str, float] = {}
+        self._codes: dict[str, float] = {}  # unused, with the end of their validity
+        self._used: set[str] = set()  # of this session
         self._announced = ""
 
     def new_address(self, life: float = math.inf) -> str:
@@ -72,10 +91,19 @@ class Session:
         self._announce(self._announced)
 
     def use_code(self, code: str) -> bool:
-        """Return whether a code opens the session; an announced address is replaced by another."""
-        is_valid = time.monotonic() <= self._codes.pop(code, -math.inf)
-        if is_valid and self._announced.endswith(code):
+        """Return whether a code opens the session; a used one that comes again ends it.
+
+        An announced address that is used is replaced by another.
+        """
+        if code in self._used:
+            self._begin()
+            _logger.warning(ENDS)
             self.announce()
+        is_valid = time.monotonic() <= self._codes.pop(code, -math.inf)
+        if is_valid:
+            self._used.add(code)
+            if self._announced.endswith(code):
+                self.announce()
         return is_valid
 
 
@@ -94,26 +122,29 @@ class LocalAccess:
             await self.app(scope, receive, send)
             return
 
-        is_read = scope["method"] in ("GET", "HEAD")
+        is_read, n_read = scope["method"] in ("GET", "HEAD"), 0
+        headers = Headers(scope=scope)
+        fault = self._fault(headers, scope)
 
         async def receive_body() -> Message:
-            nonlocal is_read
+            nonlocal is_read, n_read
             message = await receive()
+            n_read += len(message.get("body", b""))
             is_read = not message.get("more_body", False)
             return message
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                while not is_read:  # a browser reads an answer after it has sent all of a body
+                # A browser reads an answer after it has sent all of a body.
+                while not is_read and (not fault or n_read <= MAX_FORM):
                     await receive_body()
-                headers = MutableHeaders(scope=message)
-                for name, value in HEADERS.items():
-                    headers.setdefault(name, value)
+                added = MutableHeaders(scope=message)
+                for name, value in (HEADERS if is_read else {**HEADERS, **CLOSE}).items():
+                    added.setdefault(name, value)
             await send(message)
 
-        headers = Headers(scope=scope)
         path = self.session.path
-        if fault := self._fault(headers, scope):
+        if fault:
             response = PlainTextResponse(f"{fault}\n", status_code=403, headers=MESSAGE_HEADERS)
             await response(scope, receive_body, send_with_headers)
         elif scope["path"].startswith(f"{path}/"):

@@ -96,22 +96,23 @@ async def upload(request: Request) -> Response:
     if not name or len(name.encode()) > MAX_NAME:
         text = f"the name of the dropped file needs 1 to {MAX_NAME} bytes"
         return render_error(request, text, 422)
+    size = request.headers.get("content-length", "")
+    if not size.isdecimal():
+        return render_error(request, "a dropped file needs the header Content-Length", 411)
     folder = root / UPLOADS
     temporary = folder / f"{temporary_prefix(folder / name)}{secrets.token_hex(8)}"
     try:
         folder.mkdir(exist_ok=True)
         if not folder.resolve().is_relative_to(root):
             raise FileError(f"{UPLOADS} is a link to a folder outside {root}")
-        room = MAX_UPLOAD - _total_size(each for each in folder.iterdir() if each.name != name)
-        with temporary.open("wb") as stream:
+        if not await run_in_threadpool(_reserve, temporary, folder / name, int(size)):
+            text = (
+                f"{UPLOADS}/{name}: the files in {UPLOADS} would have more than "
+                f"{MAX_UPLOAD / 2**30:.0f} GiB; remove some, or copy this one into {root}"
+            )
+            return render_error(request, text, 413)
+        with temporary.open("r+b") as stream:
             async for chunk in request.stream():
-                room -= len(chunk)
-                if room < 0:
-                    text = (
-                        f"{UPLOADS}/{name}: the files in {UPLOADS} would have more than "
-                        f"{MAX_UPLOAD / 2**30:.0f} GiB; remove some, or copy this one into {root}"
-                    )
-                    return render_error(request, text, 413)
                 stream.write(chunk)
         await run_in_threadpool(_publish, temporary, folder / name)
     except FileError as error:
@@ -123,6 +124,17 @@ async def upload(request: Request) -> Response:
         with suppress(OSError):
             temporary.unlink()
     return JSONResponse({"path": f"{UPLOADS}/{name}"})
+
+
+def _reserve(temporary: Path, target: Path, size: int) -> bool:
+    """Give a temporary file the size that other uploads count; return whether it is allowed."""
+    with _lock:
+        n_bytes = _total_size(each for each in target.parent.iterdir() if each != target)
+        if n_bytes + size > MAX_UPLOAD:
+            return False
+        with temporary.open("wb") as stream:
+            stream.truncate(size)
+        return True
 
 
 def _total_size(paths: Iterable[Path]) -> int:

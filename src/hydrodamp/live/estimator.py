@@ -117,9 +117,7 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     ai = _AI.init(equations, model, sample) if method == "ai" else None
     rls = _RLS.init(equations, model, sample)
     commands = equations.required_commands
-    limits = zip(*ranges_of(vehicle, commands, actuators=equations.actuators), strict=True)
-    # The wrench on a locked axis has no limit and no effect.
-    ranges = Ranges(*zip(*(each for each in limits if math.isfinite(each[1])), strict=True))
+    ranges = ranges_of(vehicle, commands, actuators=equations.actuators)
     return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0})
 
 

@@ -128,24 +128,23 @@ class LiveRun:
     def _start(self, row: Row) -> int:
         """Start, or resume from the checkpoint; return the number of rows it contains."""
         path = self.checkpoint_path
-        fresh = start(self.vehicle, self.model, self.method, row)
-        counts = fresh.counts | self._rejected
-        self.state = fresh._replace(n_rows=self._rejected.total(), counts=counts)
-        if path is None or not path.exists():
-            return 0
-        try:
-            state = self.state = load(fresh, path)
-        except FileError as error:
-            self._move_aside(path, str(error))
-            return 0
-        if self.log is None:
-            return 0
-        if state.n_rows <= self.log.n and self.log.time[state.n_rows - 1] == state.validator.time:
-            self.on_message(f"{path}: resumes after sample {state.n_rows} of the log.")
-            self.skip_to(state.n_rows)
-            return state.n_rows
-        self.on_message(f"{path}: is of another log; this one starts at its first sample.")
-        self.state = state._replace(validator=state.validator._replace(motion=()), n_rows=0)
+        state = fresh = start(self.vehicle, self.model, self.method, row)
+        if path is not None and path.exists():
+            try:
+                state = load(fresh, path)
+            except FileError as error:
+                self._move_aside(path, str(error))
+        if self.log is not None and state is not fresh:
+            if _is_of_log(state, self.log):
+                self.on_message(f"{path}: resumes after sample {state.n_rows} of the log.")
+                self.state = state
+                self.skip_to(state.n_rows)
+                return state.n_rows
+            self.on_message(f"{path}: is of another log; this one starts at its first sample.")
+            state = state._replace(validator=state.validator._replace(motion=()), n_rows=0)
+        for kind in self._rejected.elements():
+            state = state.add_count(kind)
+        self.state = state
         return 0
 
     def _move_aside(self, path: Path, reason: str) -> None:
@@ -184,6 +183,15 @@ class LiveRun:
         now, previous = self.state.validator.time, before.validator.time
         if kind not in RESTARTS and now // self.output_interval != previous // self.output_interval:
             self.emit_estimate()
+
+
+def _is_of_log(state: LiveState, log: Log) -> bool:
+    """Return whether a log has the last accepted sample of a state among its processed ones."""
+    free, last = state.rls.adaptation.equations.vehicle.free, state.validator
+    if state.n_rows > log.n or not last.motion:
+        return False
+    (rows,) = np.nonzero(log.time[: state.n_rows] == last.time)
+    return bool((log.velocity[rows][:, free] == np.array(last.motion[:6])[free]).all(axis=1).any())
 
 
 def _describe(error: Exception) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +60,7 @@ class Ranges(NamedTuple):
 
 @lru_cache(maxsize=64)
 def ranges_of(vehicle: Vehicle, commands: tuple[str, ...], *, actuators: bool) -> Ranges:
-    """Return the ranges of the needed commands and, without actuators, of a recorded wrench.
+    """Return the ranges of the needed commands and, without actuators, of a wrench on free axes.
 
     The largest plausible input accelerates the vehicle from rest to the largest plausible
     velocity within a second, and no propeller sustains more than that velocity.
@@ -67,8 +68,8 @@ def ranges_of(vehicle: Vehicle, commands: tuple[str, ...], *, actuators: bool) -
     used, names = vehicle.actuators if actuators else (), commands
     pairs = [_command_range(vehicle, used, name) for name in commands]
     if not actuators:
-        bounds = _wrench_bounds(vehicle).tolist()
-        names = (*names, *AXES)
+        bounds = _wrench_bounds(vehicle)[vehicle.free].tolist()
+        names = (*names, *compress(AXES, vehicle.free))
         pairs += [(bound, ORDINARY_SHARE * bound, STRONG_SHARE * bound) for bound in bounds]
     return Ranges(names, *zip(*pairs, strict=True))
 
