@@ -77,6 +77,51 @@ def test_a_propeller_that_starts_once_and_a_rudder_hard_over_are_kept():
     assert screened(log) == (log, [])
 
 
+def with_actuator(actuator, values):
+    """Return the vehicle with one actuator, and a log of its command."""
+    vehicle = replace(CAMPAIGN.vehicle, actuators=(actuator,))
+    commands = np.resize(values, CAMPAIGN.train.n)[:, None]
+    return vehicle, replace(
+        CAMPAIGN.train, commands=commands, command_names=actuator.commands, wrench=None
+    )
+
+
+THRUSTER = {"position": (0.0, 0.0, 0.0), "direction": (1.0, 0.0, 0.0)}
+CURVE = [[1100.0, -50.0], [1500.0, 0.0], [1900.0, 50.0]]
+
+
+@pytest.mark.parametrize(
+    ("actuator", "values"),
+    [
+        (hd.Thruster("duty", gain=1e-3, limit=32767.0, **THRUSTER), [8000.0] * 30 + [32767.0] * 30),
+        (hd.Thruster("duty", gain=1e-3, limit=32767.0, **THRUSTER), [8000.0] * 98 + [32767.0] * 2),
+        (hd.Thruster("duty", gain=0.03, **THRUSTER), [8000.0] * 30 + [32767.0] * 30),
+        (hd.Thruster("percent", gain=1.0, **THRUSTER), [20.0] * 600 + [-1.0] * 30),
+        (hd.Thruster("percent", gain=1.0, **THRUSTER), [20.0] * 600 + [-1.0] * 3),
+        (hd.Fin("fin", {"Y": 0.1}), [10.0] * 600 + [-1.0] * 20),
+        (hd.Propeller("rev", thrust=0.05, speed_slope=0.1), [20.0] * 600 + [-1.0] * 30),
+    ],
+)
+def test_full_scale_and_a_weak_reverse_are_kept(actuator, values):
+    vehicle, log = with_actuator(actuator, values)
+    assert remove_implausible(vehicle, log, []) == log
+
+
+@pytest.mark.parametrize(
+    ("actuator", "values"),
+    [
+        (hd.Thruster("duty", gain=1e-3, limit=1000.0, **THRUSTER), [800.0] * 180 + [65535.0] * 20),
+        (hd.Thruster("duty", gain=1e-3, limit=1e4, **THRUSTER), [8000.0] * 198 + [32767.0] * 2),
+        (hd.Thruster("pwm", curve=CURVE, **THRUSTER), [1600.0] * 198 + [-1.0] * 2),
+    ],
+)
+def test_a_sentinel_beyond_the_range_of_the_actuator_is_cut_out(actuator, values):
+    vehicle, log = with_actuator(actuator, values)
+    with pytest.warns(OutlierWarning, match="unknown to MAVLink"):
+        log = remove_implausible(vehicle, log, [])
+    assert np.unique(log.commands).tolist() == [values[0]]
+
+
 @pytest.mark.parametrize("value", [9000.0, 12e3, 20e3])
 def test_a_single_pulse_of_an_idle_propeller_is_kept(value):
     commands = CAMPAIGN.train.commands * 0.0
