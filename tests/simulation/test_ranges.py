@@ -11,6 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.log import Log
+from hydrodamp.data.plausibility import mask_absurd
 from hydrodamp.errors import OutlierWarning
 from hydrodamp.simulation.ranges import remove_implausible
 
@@ -207,3 +208,14 @@ def test_degrees_are_refused():
     columns = {"u": np.ones(40)}
     with pytest.raises(hd.LogError, match="at most 50 m/s"):
         Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]})
+
+
+def test_warnings_have_the_order_of_the_channels():
+    rng = np.random.default_rng(2)
+    columns = {name: rng.normal(size=(40,)) for name in "uvwpqr"}
+    columns |= {name: rng.normal(size=(40,)) for name in ("roll", "pitch", "yaw")}
+    for values in columns.values():
+        values[7] = 1e6
+    with pytest.warns(OutlierWarning) as caught:
+        mask_absurd(dict(reversed(columns.items())), np.arange(40.0), "")
+    assert [str(each.message).split("`")[1] for each in caught] == [*columns]

@@ -105,8 +105,10 @@ def mask_absurd(
     """Return columns with NaN for absurd velocities and attitudes, with a warning of each."""
     masked = {name: values for name, values in columns.items() if len(values) == len(time)}
     limits = {**dict.fromkeys(VELOCITIES, MAX_VELOCITY), **MAX_ANGLES}
-    for name in masked.keys() & limits.keys():
-        absurd = find_absurd(values := masked[name], limit := limits[name])
+    for name, limit in limits.items():
+        if name not in masked:
+            continue
+        absurd = find_absurd(values := masked[name], limit)
         if absurd.any():
             masked[name] = np.where(absurd, np.nan, values)
             reason = f"beyond {limit:.4g} {unit_of(name)}"
