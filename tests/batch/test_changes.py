@@ -85,6 +85,19 @@ def test_a_bad_group_does_not_hide_a_change(day, by):
     assert (change.label, change.first) == ("X_u|u|", 6)
 
 
+@pytest.mark.parametrize("rounding", [1e-15, 1e-13])
+@pytest.mark.parametrize("days", [[3], [4, 5, 6, 7]])
+def test_a_rounding_error_is_neither_an_outlier_nor_a_change(days, rounding):
+    (fit,) = season(np.random.default_rng(12), 8, days=1)
+    coefficients = fit.damping.coefficients
+    fits = [
+        replace(fit, damping=hd.Damping(MODEL, coefficients * (1.0 + rounding * (day in days))))
+        for day in range(8)
+    ]
+    assert find_outlying_groups(fits) == {}
+    assert find_change_points(fits) == ()
+
+
 def test_groups_of_little_information_are_no_outliers():
     rng = np.random.default_rng(11)
     named = [bool(find_outlying_groups(season(rng, 8, spread=2.0))) for _ in range(20)]

@@ -182,6 +182,45 @@ def test_a_wild_command_costs_its_sample_alone(value, fleet, tmp_path, threads):
     assert f"{value:.6g} at {wild.time[100] - wild.time[0]:.2f} s" in message
 
 
+def with_wild_command(log):
+    """Return a log with one wild command."""
+    commands = log.commands.copy()
+    commands[100, log.command_names.index("rpm")] = 1e6
+    return replace(log, commands=commands)
+
+
+def test_outliers_from_the_cache_name_the_file_of_now(fleet, tmp_path, threads):
+    first, renamed = tmp_path / "logs" / "2026-05-01.csv", tmp_path / "logs" / "2026-05-02.csv"
+    first.parent.mkdir()
+    hd.write_log(with_wild_command(fleet.dive(1)), first)
+    options = {"client": threads, "cache": tmp_path / "statistics"}
+    (before,) = hd.batch(first.parent, fleet.vehicle, MODEL, **options).outliers
+    first.rename(renamed)
+    found = hd.batch(first.parent, fleet.vehicle, MODEL, **options)
+    assert found.n_cached == 1
+    assert before.startswith(f"{first}: `rpm`: 1 implausible sample")
+    assert found.outliers == (before.replace(str(first), str(renamed)),)
+
+
+def test_methods_without_statistics_report_the_outliers_that_they_leave_out(
+    fleet, tmp_path, threads
+):
+    """A yaw term is of no use for a vehicle without yaw, so its command may be wild."""
+    logs = [with_wild_command(fleet.dive(1)), fleet.dive(2)]
+    for number, log in enumerate(logs):
+        pilot = np.where(np.arange(log.n) == 50, 1e9, 1.0)
+        commands, names = np.column_stack([log.commands, pilot]), (*log.command_names, "pilot")
+        log = replace(log, commands=commands, command_names=names)
+        hd.write_log(log, tmp_path / f"2026-05-01_{number}.csv")
+    vehicle = replace(fleet.vehicle, axes=("X", "Y", "Z", "K", "M"))
+    model = MODEL.with_terms({"N": "pilot"})
+    found = hd.batch(tmp_path, vehicle, model, hd.RecursiveLeastSquares(), client=threads)
+    assert not found.failed
+    (message,) = found.outliers
+    assert "2026-05-01_0.csv" in message
+    assert "`rpm`: 1 implausible sample" in message
+
+
 @pytest.mark.slow
 def test_days_are_in_order_whatever_their_clocks_say(fleet, tmp_path, threads):
     """Clocks count from boot, later on later days or earlier; one counts from 1970."""

@@ -11,6 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.log import Log
+from hydrodamp.data.plausibility import mask_absurd
 from hydrodamp.errors import OutlierWarning
 from hydrodamp.simulation.ranges import ranges_of, remove_implausible
 
@@ -82,6 +83,51 @@ def test_a_propeller_that_starts_once_and_a_rudder_hard_over_are_kept():
     commands[200:203, log.command_names.index("rudder")] = 0.34
     log = replace(log, commands=commands)
     assert screened(log) == (log, [])
+
+
+def with_actuator(actuator, values):
+    """Return the vehicle with one actuator, and a log of its command."""
+    vehicle = replace(CAMPAIGN.vehicle, actuators=(actuator,))
+    commands = np.resize(values, CAMPAIGN.train.n)[:, None]
+    return vehicle, replace(
+        CAMPAIGN.train, commands=commands, command_names=actuator.commands, wrench=None
+    )
+
+
+THRUSTER = {"position": (0.0, 0.0, 0.0), "direction": (1.0, 0.0, 0.0)}
+CURVE = [[1100.0, -50.0], [1500.0, 0.0], [1900.0, 50.0]]
+
+
+@pytest.mark.parametrize(
+    ("actuator", "values"),
+    [
+        (hd.Thruster("duty", gain=1e-3, limit=32767.0, **THRUSTER), [8000.0] * 30 + [32767.0] * 30),
+        (hd.Thruster("duty", gain=1e-3, limit=32767.0, **THRUSTER), [8000.0] * 98 + [32767.0] * 2),
+        (hd.Thruster("duty", gain=0.03, **THRUSTER), [8000.0] * 30 + [32767.0] * 30),
+        (hd.Thruster("percent", gain=1.0, **THRUSTER), [20.0] * 600 + [-1.0] * 30),
+        (hd.Thruster("percent", gain=1.0, **THRUSTER), [20.0] * 600 + [-1.0] * 3),
+        (hd.Fin("fin", {"Y": 0.1}), [10.0] * 600 + [-1.0] * 20),
+        (hd.Propeller("rev", thrust=0.05, speed_slope=0.1), [20.0] * 600 + [-1.0] * 30),
+    ],
+)
+def test_full_scale_and_a_weak_reverse_are_kept(actuator, values):
+    vehicle, log = with_actuator(actuator, values)
+    assert remove_implausible(vehicle, log, []) == log
+
+
+@pytest.mark.parametrize(
+    ("actuator", "values"),
+    [
+        (hd.Thruster("duty", gain=1e-3, limit=1000.0, **THRUSTER), [800.0] * 180 + [65535.0] * 20),
+        (hd.Thruster("duty", gain=1e-3, limit=1e4, **THRUSTER), [8000.0] * 198 + [32767.0] * 2),
+        (hd.Thruster("pwm", curve=CURVE, **THRUSTER), [1600.0] * 198 + [-1.0] * 2),
+    ],
+)
+def test_a_sentinel_beyond_the_range_of_the_actuator_is_cut_out(actuator, values):
+    vehicle, log = with_actuator(actuator, values)
+    with pytest.warns(OutlierWarning, match="unknown to MAVLink"):
+        log = remove_implausible(vehicle, log, [])
+    assert np.unique(log.commands).tolist() == [values[0]]
 
 
 @pytest.mark.parametrize("value", [9000.0, 12e3, 20e3])
@@ -169,3 +215,14 @@ def test_degrees_are_refused():
     columns = {"u": np.ones(40)}
     with pytest.raises(hd.LogError, match="at most 50 m/s"):
         Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]})
+
+
+def test_warnings_have_the_order_of_the_channels():
+    rng = np.random.default_rng(2)
+    columns = {name: rng.normal(size=(40,)) for name in "uvwpqr"}
+    columns |= {name: rng.normal(size=(40,)) for name in ("roll", "pitch", "yaw")}
+    for values in columns.values():
+        values[7] = 1e6
+    with pytest.warns(OutlierWarning) as caught:
+        mask_absurd(dict(reversed(columns.items())), np.arange(40.0), "")
+    assert [str(each.message).split("`")[1] for each in caught] == [*columns]

@@ -7,7 +7,12 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.block_errors import BlockErrors, block_errors, pool
-from hydrodamp.validation.excitation import compare_logs, describe_folds, select_folds
+from hydrodamp.validation.excitation import (
+    compare_logs,
+    describe_folds,
+    find_shared_segments,
+    select_folds,
+)
 from hydrodamp.validation.verdict import judge_axes
 
 RNG = np.random.default_rng(3)
@@ -171,6 +176,46 @@ def test_lights_from_training_data_are_grey(table, campaign):
     partly = hd.compare(fits, campaign.vehicle, mixed)
     assert partly.overlap == f"segments {campaign.train.segments[0].name}"
     assert {axis.light for axis in partly.verdict().axes} == {hd.Light.GREY}
+    assert " is tested partly on training data, its errors are optimistic: " in str(
+        partly.verdict()
+    )
+
+
+def training_fit(campaign, log):
+    """Return a fit of the linear model to a log."""
+    problem = hd.prepare(campaign.vehicle, log, hd.catalog["linear"])
+    return hd.LeastSquares().identify(problem, hd.catalog["linear"])
+
+
+@pytest.mark.parametrize(
+    ("train", "test", "overlap"),
+    [
+        ((0, 40), (0, 60), "segments {}"),
+        ((0, 40), (35, 60), "segments {}"),
+        ((0, 40), (40, 60), ""),
+        ((0, 60), (20, 30), "all test data"),
+        ((0, 60), (0, 60), "all test data"),
+    ],
+)
+def test_training_data_are_recognised_in_any_interval(campaign, train, test, overlap):
+    log = campaign.train.select(campaign.train.segments[0].name)
+    fit = training_fit(campaign, log.between(*train))
+    assert len(fit.provenance["velocity_digests"]) < 5000
+    expected = overlap.format(log.segments[0].name)
+    assert find_shared_segments([fit], log.between(*test)) == expected
+
+
+def test_rest_and_coarse_sensors_are_no_shared_data(campaign):
+    """Equal samples alone are chance: both logs begin at rest, with a resolution of 0.01."""
+
+    def coarse(log):
+        velocity = np.round(log.velocity, 2) + 0.0
+        velocity[:50] = 0.0
+        return replace(log, velocity=velocity)
+
+    fit = training_fit(campaign, coarse(campaign.train))
+    assert find_shared_segments([fit], coarse(campaign.test)) == ""
+    assert find_shared_segments([fit], coarse(campaign.train)) == "all test data"
 
 
 def test_a_verdict_names_the_row_of_the_selection_and_how_much_of_it_is_determined(table):

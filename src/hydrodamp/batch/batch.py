@@ -298,7 +298,7 @@ def _read_groups(
             result.duplicates[log] = first
         else:
             result.n_cached += answer.is_cached
-            result.outliers += answer.outliers
+            result.outliers += tuple(f"{log}: {text}" for text in answer.outliers)
             group = groups.setdefault(answer.group, _Group(caches[answer.vehicle]))
             group.add(log, answer.start, answer.statistics)
     order = sort_groups(by, {name: group.start for name, group in groups.items()})
@@ -317,15 +317,13 @@ class _LogResult(NamedTuple):
 
 
 def _read_log(caches: dict[str, StatisticsCache], by: Sequence[str], log: str) -> _LogResult:
-    vehicle = assign_vehicle(log, [*caches])
-    cache = caches[vehicle]
+    cache = caches[vehicle := assign_vehicle(log, [*caches])]
     if isinstance(cache.method, SummarisingMethod):
         statistics, digest, is_cached = cache.summarise(log)
         start, outliers = statistics.start, statistics.outliers
     else:
-        digest = digest_of_recording(log, cache.mapping)
-        statistics, is_cached = None, False
-        start, outliers = read_start(log, cache.vehicle, cache.models, cache.mapping)
+        statistics, digest, is_cached = None, digest_of_recording(log, cache.mapping), False
+        start, outliers = read_start(log, cache.mapping), ()
     group = assign_group(by, log, vehicle, start)
     return _LogResult(vehicle, group, start, statistics, digest, is_cached, outliers)
 
@@ -340,7 +338,8 @@ def _fit_groups(
         test_fits = {k: _solve(x, x.without_first, {}) for k, x in several.items()}
     else:
         fits = _identify({k: x.logs for k, x in groups.groups.items()}, groups, pool)
-        test_fits = _identify({k: x.logs[1:] for k, x in several.items()}, groups, pool)
+        test_logs = {k: x.logs[1:] for k, x in several.items()}
+        test_fits = _identify(test_logs, _Groups(groups.groups), pool)
     replays = [
         (group.logs[0], group.cache.vehicle, test_fits[name], group.cache.mapping)
         for name, group in several.items()
@@ -388,9 +387,10 @@ def _identify(logs: dict[Group, list[str]], groups: _Groups, pool: WorkerPool) -
         if isinstance(answer, Failure):
             groups.failed |= dict.fromkeys(paths, answer)
             continue
-        is_finite = [np.isfinite(fit.damping.coefficients).all() for fit in answer]
-        fits[name] = tuple(fit if ok else None for fit, ok in zip(answer, is_finite, strict=True))
-        for fit in itertools.compress(answer, np.logical_not(is_finite)):
+        groups.outliers += answer[1]
+        is_finite = [np.isfinite(fit.damping.coefficients).all() for fit in answer[0]]
+        fits[name] = tuple(f if ok else None for f, ok in zip(answer[0], is_finite, strict=True))
+        for fit in itertools.compress(answer[0], np.logical_not(is_finite)):
             reason = f"the estimate of model '{fit.model.key}' is not finite."
             groups.failed |= dict.fromkeys(paths, reason)
     return fits

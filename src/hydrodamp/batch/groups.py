@@ -235,8 +235,14 @@ def _deviates(value: FloatArray, weight: FloatArray) -> FloatArray:
     # Without a group, its side has another mean.
     omitted = square / np.maximum(1.0 - sides / total, np.finfo(np.float64).eps)
     remaining = (sums[:, None] - omitted.sum(axis=0)).min(axis=0)
-    least = np.maximum(remaining, np.finfo(np.float64).tiny)
+    least = np.maximum(remaining, _rounding(value) ** 2 * weight.sum())
     return np.asarray(np.sqrt(np.maximum(sums.min() - least, 0.0) / least * (n - 3)))
+
+
+def _rounding(value: FloatArray) -> float:
+    """Return the least scatter of estimates: half of their digits, as rounding grows in a fit."""
+    limits = np.finfo(np.float64)
+    return float(max(np.abs(value).max() * limits.eps**0.5, limits.tiny**0.5))
 
 
 def _sides(weight: FloatArray) -> FloatArray:
@@ -282,7 +288,7 @@ def _most_significant(
     error = np.hypot(*errors)
     half = critical_value(degrees_of_freedom=n - 2) * errors
     determined = np.any(half <= MAX_RELATIVE_HALF_WIDTH * np.abs(means), axis=0)
-    ratio = np.abs(after - before) / np.maximum(error, np.finfo(np.float64).tiny)
+    ratio = np.abs(after - before) / np.maximum(error, _rounding(value))
     p_values = np.where(determined, 2.0 * stdtr(n - 2, -ratio), 1.0)
     best = int(p_values.argmin())
     means = float(before[best]), float(after[best])

@@ -61,7 +61,7 @@ class LogStatistics:
 
     ``order`` sorts the blocks of merged statistics: start of the log [s], a number that
     distinguishes logs of equal start, index of the block. ``outliers`` are the implausible samples
-    that are left out of a single log.
+    that are left out of a single log, without its name.
     """
 
     blocks: tuple[Triangle, ...]
@@ -187,7 +187,7 @@ def summarise_address(
         with suppress_warnings() as collected:
             log = read_logs([address], mapping)
             statistics = summarise_log(log, vehicle, models, method)
-        return replace(statistics, outliers=outlier_messages(collected))
+        return replace(statistics, outliers=outlier_messages(collected, log.source))
     except _UnusableLogError as error:
         raise ProblemError(f"{address}: {error}") from error
 
@@ -235,11 +235,12 @@ def identify_logs(
     models: Sequence[DampingModel],
     method: Method,
     mapping: ResolvedMapping | None = None,
-) -> tuple[Fit, ...]:
-    """Identify models from concatenated logs, by a method without sufficient statistics."""
-    with suppress_warnings():  # `read_start` reports outliers
+) -> tuple[tuple[Fit, ...], tuple[str, ...]]:
+    """Identify models from concatenated logs, without statistics; return fits and outliers."""
+    with suppress_warnings() as collected:
         problem = prepare(vehicle, read_logs(addresses, mapping), models)
-    return tuple(identify_or_refuse(method, problem, model) for model in models)
+    fits = tuple(identify_or_refuse(method, problem, model) for model in models)
+    return fits, outlier_messages(collected)
 
 
 def replay_log(

@@ -23,7 +23,7 @@ MAX_ANGLES = dict(zip(EULER, (FULL_TURN, FULL_TURN, 1000.0 * FULL_TURN), strict=
 #: Largest integers of MAVLink, which mean "unknown": INT16_MAX, UINT16_MAX, INT32_MAX, UINT32_MAX.
 SENTINELS = frozenset((32767.0, 65535.0, 2147483647.0, 4294967295.0))
 
-UNKNOWN = -1.0  # of a channel that is positive otherwise, such as a propeller speed
+UNKNOWN = -1.0  # of a channel without a negative range, and of a propeller speed
 MAX_RATIO = 3.0  # of an outlier to the largest other value, least; by choice
 MAX_SHARE = 0.05  # of the samples of a channel that outliers can be; by choice
 MIN_SAMPLES = 20  # of a channel that has a distribution; by choice
@@ -41,21 +41,32 @@ def find_absurd(values: FloatArray, limit: float) -> BoolArray:
     return absurd if isolated else np.zeros_like(absurd)
 
 
-def find_sentinels(values: FloatArray) -> BoolArray:
-    """Return which values are sentinels outside the range of all others."""
-    sentinel = np.isin(values, [*SENTINELS])
-    usual = values[~sentinel]
-    largest = float(np.abs(usual).max(initial=0.0))
+def find_sentinels(values: FloatArray, ordinary: float, largest: float) -> BoolArray:
+    """Return which values are sentinels beyond an ordinary value and all others.
+
+    Many of them are commands at full scale, unless they are beyond the largest plausible value.
+    """
+    size = np.abs(values)
+    sentinel: BoolArray = np.isin(values, [*SENTINELS])
+    usual = float(size[~sentinel].max(initial=0.0))
     # Where all others are zero, a sentinel may be the full scale of a switch.
-    sentinel &= (np.abs(values) > MAX_RATIO * largest) & (largest > 0.0)
-    unknown = values == UNKNOWN
-    if 0 < unknown.sum() <= _most(values) and values[~unknown & ~sentinel].min(initial=0.0) >= 0.0:
-        near = np.flatnonzero(~unknown)
-        index = np.searchsorted(near, np.flatnonzero(unknown))
-        before, after = near[np.maximum(index - 1, 0)], near[np.minimum(index, len(near) - 1)]
-        unknown[unknown] = np.minimum(values[before], values[after]) > MAX_RATIO * -UNKNOWN
-        sentinel |= unknown
+    sentinel &= (size > max(MAX_RATIO * usual, ordinary)) & (usual > 0.0)
+    if sentinel.sum() > _most(values):
+        sentinel &= size > largest
     return sentinel
+
+
+def find_unknown(values: FloatArray) -> BoolArray:
+    """Return which values of a channel without a negative range mean "unknown", if they are few."""
+    unknown: BoolArray = values == UNKNOWN
+    is_positive = values[~unknown].min(initial=np.inf) >= 0.0
+    if not (0 < unknown.sum() <= _most(values) and is_positive and _is_brief(unknown)):
+        return np.zeros_like(unknown)
+    near = np.flatnonzero(~unknown)
+    index = np.searchsorted(near, np.flatnonzero(unknown))
+    before, after = near[np.maximum(index - 1, 0)], near[np.minimum(index, len(near) - 1)]
+    unknown[unknown] = np.minimum(values[before], values[after]) > MAX_RATIO * -UNKNOWN
+    return unknown
 
 
 def find_isolated(values: FloatArray, ordinary: float, ratio: float = MAX_RATIO) -> BoolArray:
@@ -72,10 +83,15 @@ def find_isolated(values: FloatArray, ordinary: float, ratio: float = MAX_RATIO)
     jumps = (top[1:] > ratio * top[:-1]) & (top[:-1] > 0.0) & (top[1:] > ordinary)
     for limit in top[1:][jumps].tolist():
         isolated = size >= limit
-        edges = np.flatnonzero(np.diff(isolated, prepend=False, append=False))
-        if (edges[1::2] - edges[::2]).max() <= MAX_RUN:
+        if _is_brief(isolated):
             return np.asarray(isolated)
     return np.zeros(len(values), dtype=np.bool_)
+
+
+def _is_brief(mask: BoolArray) -> bool:
+    """Return whether no run of a mask, which has some, is a step that lasts."""
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return bool((edges[1::2] - edges[::2]).max() <= MAX_RUN)
 
 
 def _most(values: FloatArray) -> int:
@@ -89,8 +105,10 @@ def mask_absurd(
     """Return columns with NaN for absurd velocities and attitudes, with a warning of each."""
     masked = {name: values for name, values in columns.items() if len(values) == len(time)}
     limits = {**dict.fromkeys(VELOCITIES, MAX_VELOCITY), **MAX_ANGLES}
-    for name in masked.keys() & limits.keys():
-        absurd = find_absurd(values := masked[name], limit := limits[name])
+    for name, limit in limits.items():
+        if name not in masked:
+            continue
+        absurd = find_absurd(values := masked[name], limit)
         if absurd.any():
             masked[name] = np.where(absurd, np.nan, values)
             reason = f"beyond {limit:.4g} {unit_of(name)}"

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, Shape, freeze, jackknife_covariance
+from hydrodamp.data.digests import MAX_DIGESTS, velocity_digests
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, first_few
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
@@ -23,7 +24,7 @@ from hydrodamp.identification.grades import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
-from hydrodamp.simulation.problem import Problem, prepare, segment_digests, vehicle_stamp
+from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -427,6 +428,7 @@ def make_fit(
     named = {label for group in aliased for label in group}
     aliased += tuple(group for group in problem.undetermined(model) if group[0] not in named)
     vehicle = vehicle_stamp(problem.vehicle)
+    digests = velocity_digests(problem.log, problem.n_samples // MAX_DIGESTS + 1)
     return Fit(
         damping=Damping(model, coefficients, covariance=covariance, vehicle=vehicle),
         method=method.key,
@@ -443,7 +445,7 @@ def make_fit(
             "vehicle": problem.vehicle.name,
             "settings": repr(method),
             "digest": digest(problem, model, method),
-            "segment_digests": " ".join(segment_digests(problem.log)),
+            "velocity_digests": " ".join(map("{:x}".format, np.concatenate(digests).tolist())),
         },
         remarks=remarks,
         uncertainty=uncertainty,

@@ -31,12 +31,6 @@ def vehicle_stamp(vehicle: Vehicle) -> VehicleStamp:
     return VehicleStamp(vehicle.name, vehicle.weight, vehicle.buoyancy, digest)
 
 
-def segment_digests(log: Log) -> tuple[str, ...]:
-    """Return a hash of the velocities of each segment, by which equal data are recognised."""
-    runs = (log.velocity[start:stop] for start, stop in log.bounds.tolist())
-    return tuple(hashlib.sha256(run.tobytes()).hexdigest()[:16] for run in runs)
-
-
 def vehicle_digest(vehicle: Vehicle) -> str:
     """Return a hash of all parameters of a vehicle."""
     sha = hashlib.sha256()

@@ -24,9 +24,11 @@ from hydrodamp.data.plausibility import (
     MAX_RATIO,
     MAX_VELOCITY,
     MIN_SAMPLES,
+    UNKNOWN,
     describe_outliers,
     find_isolated,
     find_sentinels,
+    find_unknown,
     warn_outliers,
 )
 from hydrodamp.models.model import DampingModel
@@ -157,20 +159,31 @@ def _command_tests(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -
     names = {name for model in models for name in model.commands}
     names |= set(vehicle.commands if actuators else ())
     ranges = ranges_of(vehicle, tuple(sorted(names)), actuators=actuators)
+    used = vehicle.actuators if actuators else ()
+    positive = {name for each in used if _has_unknown(each) for name in each.commands}
     tests: dict[str, _Test] = {
-        name: partial(_find_wild_inputs, largest, strong)
-        for name, largest, strong in zip(ranges.names, ranges.largest, ranges.strong, strict=True)
+        name: partial(_find_wild_inputs, bounds, name in positive)
+        for name, *bounds in zip(*ranges, strict=True)
     }
     # The ratio is large at low speed.
-    ratio: _Test = partial(_find_wild_inputs, np.inf, np.inf)
+    ratio: _Test = partial(_find_wild_inputs, (np.inf, 0.0, np.inf), False)
     return tests | dict.fromkeys(PROPULSION_RATIO.columns, ratio)
 
 
+def _has_unknown(actuator: Actuator) -> bool:
+    """Whether -1 means "unknown": of a propeller speed, and without a negative range."""
+    lowest = min((row[0] for row in getattr(actuator, "curve", None) or ()), default=UNKNOWN)
+    return getattr(actuator, "speed_slope", None) is not None or bool(lowest >= 0.0)
+
+
 def _find_wild_inputs(
-    largest: float, strong: float, values: FloatArray, log: Log
+    bounds: Sequence[float], has_unknown: bool, values: FloatArray, log: Log
 ) -> dict[str, BoolArray]:
     """Return implausible commands: a single pulse of an idle actuator is plausible."""
-    kinds = _find_excess(largest, values, log)
+    largest, ordinary, strong = bounds
+    kinds = _find_excess(largest, values, log, ordinary)
+    if has_unknown:
+        kinds[_SENTINEL] |= find_unknown(values)
     usual = ~np.logical_or.reduce([*kinds.values()])
     kinds["far from all others"] = isolated = np.zeros_like(usual)
     ratio = MAX_RATIO if strong else MAX_FIELD_RATIO
@@ -193,7 +206,12 @@ def _find_wild_velocities(values: FloatArray, log: Log) -> dict[str, BoolArray]:
     return _find_excess(MAX_VELOCITY, values, log) | kinds
 
 
-def _find_excess(largest: float, values: FloatArray, log: Log) -> dict[str, BoolArray]:
+_SENTINEL = "unknown to MAVLink"
+
+
+def _find_excess(
+    largest: float, values: FloatArray, log: Log, ordinary: float = 0.0
+) -> dict[str, BoolArray]:
     """Return the values beyond a limit and the sentinels."""
-    excess, unknown = np.abs(values) > largest, find_sentinels(values)
-    return {f"beyond {largest:.3g}": excess & ~unknown, "unknown to MAVLink": unknown}
+    excess, unknown = np.abs(values) > largest, find_sentinels(values, ordinary, largest)
+    return {f"beyond {largest:.3g}": excess & ~unknown, _SENTINEL: unknown}

@@ -8,16 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.data.digests import velocity_digests
 from hydrodamp.data.intervals import ALL_TEST_DATA
 from hydrodamp.data.log import Log
 from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
 from hydrodamp.identification.fit import Fit
-from hydrodamp.simulation.problem import segment_digests
 from hydrodamp.simulation.replay import Trajectory
 
 #: Range of a velocity in one log over that in another from which only the first excites it: ten
 #: times the quadratic damping.
 MAX_RANGE_RATIO = 10.0**0.5
+
+#: Hashes of a segment that are those of training data, least; a single equality may be chance.
+MIN_MATCHES = 2
 
 #: Correlation times of the velocities before a divergence in which its motion is described.
 _RELATIVE_WINDOW = 5.0
@@ -50,13 +53,22 @@ class Imbalance:
 
 
 def find_shared_segments(fits: Iterable[Fit], log: Log) -> str:
-    """Return the segments of a log on which fits were trained; empty for none."""
-    trained = {
-        digest for fit in fits for digest in fit.provenance.get("segment_digests", "").split()
-    }
-    digests = zip(log.segments, segment_digests(log), strict=True)
-    shared = [segment.name for segment, digest in digests if digest in trained]
-    if len(shared) == len(log.segments):
+    """Return the segments of a log with data on which fits were trained; empty for none.
+
+    Data that a log repeats, as of a vehicle at rest, prove nothing.
+    """
+    stored = " ".join(fit.provenance.get("velocity_digests", "") for fit in fits).split()
+    trained = np.array([int(text, 16) for text in stored], dtype=np.uint64)
+    digests = velocity_digests(log)
+    values, counts = np.unique(np.concatenate(digests), return_counts=True)
+    repeated, shared, is_partial = values[counts > 1], list[str](), False
+    for segment, of_segment in zip(log.segments, digests, strict=True):
+        distinct = of_segment[~np.isin(of_segment, repeated)]
+        rows = np.flatnonzero(np.isin(distinct, trained))
+        shared += [segment.name] * (len(rows) >= MIN_MATCHES)
+        steps = np.diff(rows, prepend=-1, append=len(distinct))
+        is_partial |= len(distinct) > 0 and max(steps[0], steps[-1]) > steps[1:-1].max(initial=1)
+    if shared and not is_partial:
         return ALL_TEST_DATA
     return f"segments {' '.join(shared)}" if shared else ""
 

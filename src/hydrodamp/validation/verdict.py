@@ -3,7 +3,8 @@
 The fit of a velocity over the held-out data, with its standard error, gives the light of its axis:
 green from :data:`MIN_FIT` on, red where it is not significantly above zero, the mean of the data,
 and amber between. Significant means above zero with a one-sided confidence of :data:`CONFIDENCE`.
-Where the test data are training data it is grey: a fit to them is no prediction.
+Where the test data are training data, wholly or in part, it is grey: no fit to training data is a
+prediction.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from hydrodamp.basis.term import AXES, VELOCITY_OF
+from hydrodamp.data.intervals import ALL_TEST_DATA
 from hydrodamp.identification.fit import critical_value
 from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.simulation.block_errors import BlockErrors
@@ -46,7 +48,7 @@ class Light(TextEnum):
     GREEN = f"use: the fit is at least {MIN_FIT:.0f} % and its terms are identifiable."
     AMBER = "use with care: the fit or the identifiability is low."
     RED = "do not use: not significantly better than the mean of the data."
-    GREY = "not tested: the data are those of the training."
+    GREY = "not tested: the data are, wholly or in part, those of the training."
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,8 @@ class Verdict:
         Rows that the held-out data do not distinguish from the selected one.
     reasons : tuple of str
         Why it was selected, and what limits the verdict.
+    overlap : str
+        Test data that are also training data; empty for none.
     """
 
     model: str
@@ -113,6 +117,7 @@ class Verdict:
     alternatives: Mapping[str, str]
     equivalent: tuple[str, ...]
     reasons: tuple[str, ...]
+    overlap: str = ""
 
     @property
     def headline(self) -> str:
@@ -133,8 +138,10 @@ class Verdict:
             if self.alternatives:
                 return f"Do not use {row} for {names[Light.RED]}"
             return f"No model of this set is fit for use. Best: {row}"
-        if Light.GREY in names:
+        if self.overlap == ALL_TEST_DATA:
             return f"{row} is not tested, its errors are those of training data"
+        if self.overlap:
+            return f"{row} is tested partly on training data, its errors are optimistic"
         uses = {Light.GREEN: "for {}", Light.AMBER: "with care for {}", Light.RED: "not for {}"}
         clauses = ", ".join(uses[light].format(text) for light, text in names.items())
         if Light.GREEN not in names:
@@ -230,6 +237,7 @@ def judge_selection(
         dict(_find_alternatives(axes, judged)),
         tuple(map(row_text, selection.equivalent)),
         tuple(reasons),
+        overlap,
     )
 
 
