@@ -106,7 +106,7 @@ def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, k
     assert "`--force`" in call(f"{line} --resume", 2).stderr
     told = call(f"{line} --resume --force").stderr
     assert document("whole")["provenance"]["resumed"].startswith(f"{kept} of ")
-    assert "contains an earlier comparison, which is overwritten; finished fits are reused." in told
+    assert "which will be replaced when this run is complete; finished fits are reused." in told
     assert {path: path.read_bytes() for path in there} == there
 
 

@@ -239,7 +239,10 @@ def compare_task(task: Task, provenance: dict[str, str]) -> hd.Comparison:
         provenance[RESUMED] = f"{len(fits)} of {len(task.rows)} fits from an earlier run"
     if task.out is not None and (task.out / COMPARISON).is_file():
         suffix = "; finished fits are reused" if task.resume else ""
-        note(f"{task.out} contains an earlier comparison, which is overwritten{suffix}.")
+        note(
+            f"{task.out} contains an earlier comparison, which will be replaced when this run is "
+            f"complete{suffix}."
+        )
 
     def save(fit: hd.Fit) -> None:
         fits[fit.model.key, fit.method] = fit
