@@ -18,6 +18,7 @@ from hydrodamp.results import (
     check_new_file,
     check_results,
     complete_exchange,
+    complete_inputs,
     save_result,
     save_results,
 )
@@ -118,8 +119,8 @@ def test_files_beside_a_folder_are_replaced_with_it(home):
     assert (named.read_bytes(), page.read_bytes()) == (b"new", b"page")
     assert (home / "table.csv").read_bytes() == b"2"
     assert not (home / "fits" / "a.json").exists()
-    save_results({}, home, NAMES, {named: b"newer", page: None})
-    assert {path.name for path in home.parent.iterdir()} == {"damping.json", "out"}
+    save_results({}, home, NAMES, {named: b"newer"})
+    assert {path.name for path in home.parent.iterdir()} == {"damping.json", "out", "page.html"}
     assert files_of(home) == {"fits/mine.json": b"mine", "notes.md": b"notes"}
 
 
@@ -270,16 +271,201 @@ def test_a_file_that_the_user_named_is_listed_in_a_folder_of_results(home):
     assert not (home.parent / MANIFEST).exists()
 
 
-@pytest.mark.parametrize("text", ["[]", "{", '{"files": {"../mine.json": "1"}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[]",
+        "{",
+        '{"files": {"../mine.json": "1"}}',
+        r'{"files": {"..\\..\\mine.json": "1"}}',
+        '{"files": {"C:mine.json": "1"}}',
+    ],
+)
 def test_a_manifest_that_is_none_is_named(home, text):
     (home / MANIFEST).write_text(text, "utf-8")
     with pytest.raises(hd.FileError, match=r"\.hydrodamp\.json"):
         check_results(home, NAMES, force=True)
 
 
-@pytest.mark.parametrize("text", ["[]", "{}", '{"replaced": {}, "obsolete": {"../a": "1"}}'])
+@pytest.mark.parametrize("text", ["[]", "{}", '{"new": {}, "obsolete": {"../a": "1"}}'])
 def test_a_journal_that_is_none_is_named(home, text):
     (home / ".hydrodamp-commit").mkdir()
     (home / ".hydrodamp-commit" / "journal.json").write_text(text, "utf-8")
     with pytest.raises(hd.FileError, match=r"journal\.json: is not a journal"):
         check_results(home, NAMES, force=True)
+
+
+def write_in_another_process(save):
+    if not (child := os.fork()):
+        save()
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="fork")
+def test_results_of_another_process_are_not_replaced_without_force(tmp_path):
+    home = tmp_path / "out"
+    check_results(home, NAMES, force=False)
+    write_in_another_process(lambda: save_results(contents(home, fits__a_json=b"theirs"), home))
+    with pytest.raises(hd.FileError, match=r"a\.json: was written by another program while"):
+        save_results(contents(home, table_csv=b"1"), home, NAMES)
+    assert files_of(home) == {"fits/a.json": b"theirs"}
+    check_results(home, NAMES, force=True)
+    change(home)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="fork")
+def test_a_process_that_wrote_first_keeps_its_folder(tmp_path):
+    check_results(tmp_path, NAMES, force=False)
+    change(tmp_path)
+
+    def save_other():
+        with pytest.raises(hd.FileError, match=r"holds results already"):
+            check_results(tmp_path, NAMES, force=False)
+
+    write_in_another_process(save_other)
+    change(tmp_path)  # its own results
+
+
+@pytest.mark.parametrize("name", ["damping.json", "a [1].json"])
+def test_a_named_file_that_appeared_is_not_replaced_without_force(tmp_path, name):
+    path, home = tmp_path / name, tmp_path / "figures"
+    for save in (
+        lambda: save_results(contents(home, table_csv=b"1"), home, (), {path: b"new"}),
+        lambda: save_result("new", path),
+    ):
+        path.unlink(missing_ok=True)
+        check_new_file(path, force=False)
+        path.write_text("theirs", "utf-8")
+        with pytest.raises(hd.FileError, match=r"json: was written by another program"):
+            save()
+        assert path.read_text("utf-8") == "theirs"
+        check_new_file(path, force=True)
+        save()
+        assert path.read_text("utf-8") == "new"
+
+
+def test_a_file_beside_a_folder_is_listed_in_a_folder_of_results(home):
+    figures = home / "table.figures"
+    save_results(contents(figures, a_svg=b"1"), figures, (), {home / "table.csv": b"new"})
+    check_results(home, NAMES, force=True)
+
+
+def commit_without_exchange(home):
+    """Leave a committed exchange, as a process that is killed after the commit point."""
+
+    def fail(_, target):
+        raise OSError(errno.EIO, "Input/output error")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "replace", fail)
+        with pytest.raises(
+            hd.FileError, match=r"Input/output error.*\.hydrodamp-commit wait to be"
+        ):
+            change(home)
+    assert (home / ".hydrodamp-commit").is_dir()
+
+
+def link_out(home):
+    (home.parent / "elsewhere").mkdir()
+    (home / "more").symlink_to(home.parent / "elsewhere")
+    return r"more.d\.json: is outside of"
+
+
+def lock_up(home):
+    (home / "more").mkdir()
+    return r"more is not writable"
+
+
+def mount(home):
+    (home / "more").mkdir()
+    return r"more.d\.json: is outside of"
+
+
+def occupy(home):
+    (home / MANIFEST).unlink()
+    (home / MANIFEST).mkdir()
+    (home / "table.csv").unlink()
+    return r"\.hydrodamp\.json: is a folder"
+
+
+def deny_access(path, mode, access=os.access):
+    return path.name != "more" and access(path, mode)
+
+
+@pytest.mark.parametrize("hinder", [link_out, lock_up, mount, occupy])
+def test_what_hinders_an_exchange_is_refused_before_its_commit_point(home, hinder, monkeypatch):
+    words, stat = hinder(home), Path.stat
+    if hinder is lock_up:
+        monkeypatch.setattr(os, "access", deny_access)
+    if hinder is mount:
+
+        def stat_of_mount(path, **how):
+            result = [*stat(path, **how)]
+            result[2] += path.name == "more"
+            return os.stat_result(result)
+
+        monkeypatch.setattr(Path, "stat", stat_of_mount)
+    old = files_of(home)
+    with pytest.raises(hd.FileError, match=words):
+        change(home)
+    assert files_of(home) == old
+    assert not (home / ".hydrodamp-commit").exists()
+    complete_exchange(home)
+
+
+def test_an_exchange_writes_nothing_through_a_link(home):
+    commit_without_exchange(home)
+    (home / "more").rmdir()
+    link_out(home)
+    with pytest.raises(
+        hd.FileError, match=r"d\.json: is outside of .*\.hydrodamp-commit wait to be"
+    ):
+        complete_exchange(home)
+    assert not [*(home.parent / "elsewhere").iterdir()]
+    assert (home / "table.csv").read_bytes() == b"1"
+
+
+def test_new_files_behind_a_link_are_not_taken(home):
+    commit_without_exchange(home)
+    new, mine = home / ".hydrodamp-commit" / "new", home.with_name("mine")
+    new.rename(mine)
+    new.symlink_to(mine)
+    with pytest.raises(hd.FileError, match=r"is outside of"):
+        complete_exchange(home)
+    assert (mine / "table.csv").read_bytes() == b"2"
+
+
+def test_the_rest_of_an_earlier_abort_hinders_no_completion(home):
+    commit_without_exchange(home)
+    (home / ".hydrodamp-staging").mkdir()
+    (home / ".hydrodamp-staging" / "part").write_text("part", "utf-8")
+    complete_exchange(home)
+    assert (home / "table.csv").read_bytes() == b"2"
+    assert not [path for path in home.rglob(".hydrodamp*") if path.name != MANIFEST]
+
+
+def test_a_commit_that_lacks_files_is_refused(home):
+    commit_without_exchange(home)
+    (home / ".hydrodamp-commit" / "new" / "table.csv").unlink()
+    with pytest.raises(hd.FileError, match=r"table\.csv: its new content is lost"):
+        complete_exchange(home)
+    assert not (home / "new.csv").exists()
+
+
+def test_an_input_below_a_folder_is_read_after_its_exchange(home):
+    commit_without_exchange(home)
+    complete_inputs([home / "fits" / "mine.json"])
+    assert (home / ".hydrodamp-commit").exists()  # it replaces no input
+    complete_inputs([home / "fits" / "a.json"])
+    assert not (home / ".hydrodamp-commit").exists()
+    assert files_of(home) == {**CHANGES, "fits/mine.json": b"mine", "notes.md": b"notes"}
+
+
+def test_a_folder_that_cannot_be_opened_is_named(home, monkeypatch):
+    def fail(*_):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(os, "open", fail)
+    with pytest.raises(hd.FileError, match=r"out: cannot be written: Permission denied"):
+        save_results({}, home)

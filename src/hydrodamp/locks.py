@@ -9,6 +9,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import sleep
 
+from hydrodamp.files import write_error
+
 LOCK_OFFSET = 0x7FFF0000  # bytes; Windows locks a byte behind the content, which others may read
 _POLL_INTERVAL = 0.01  # s
 
@@ -43,7 +45,10 @@ def locked_folder(folder: Path) -> Iterator[None]:
     """Hold the lock of a folder, after other processes have released it."""
     is_openable = sys.platform != "win32"  # else a file in the folder has the lock
     path = folder if is_openable else folder / ".hydrodamp-lock"
-    descriptor = os.open(path, os.O_RDONLY if is_openable else os.O_RDWR | os.O_CREAT)
+    try:
+        descriptor = os.open(path, os.O_RDONLY if is_openable else os.O_RDWR | os.O_CREAT)
+    except OSError as error:
+        raise write_error(folder, error) from error
     try:
         while not acquire_lock(descriptor):
             sleep(_POLL_INTERVAL)

@@ -99,9 +99,10 @@ def test_all_or_nothing_of_an_earlier_fit_is_replaced(folder, call, monkeypatch,
     assert {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()} == before
     monkeypatch.setattr("hydrodamp.cli.report.draw_diagnostics", lambda *_: ReportContent())
     monkeypatch.setattr("hydrodamp.cli.report.render_report", lambda *_: None)
-    call(f"{LINE} --json --out d.json --force")
+    done = call(f"{LINE} --json --out d.json --force")
     assert hd.read_damping(folder / "d.json").covariance is not None
-    assert not (folder / "d.report.html").exists()
+    assert "d.report.html stays as it is" in done.stderr
+    assert (folder / "d.report.html").read_text("utf-8") == "old"
     assert [*figures.iterdir()] == [mine]
 
 

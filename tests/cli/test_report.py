@@ -81,7 +81,15 @@ def test_without_the_extra_all_else_is_done_and_a_note_says_how_to_get_it(
     assert "out/report.html is not written" in done.stderr
     assert alone.stderr.count("hydrodamp[report]") == 2
     assert [path.name for path in folder.glob("d.*")] == ["d.json"]
+    mine = folder / "out" / "report.html"
+    mine.write_text("mine", "utf-8")
+    assert "report.html: is not hydrodamp's" in call("report out --force", 2).stderr
+    mine.unlink()
     call("report out")  # later, with the extra: no log, so no pictures, and the page says so
     text = (folder / "out" / "report.html").read_text("utf-8")
     assert "package matplotlib" in text
     assert " determined; RMS error" in text
+    mine.write_text(f"{text}<!-- mine -->", "utf-8")
+    assert "report.html: was changed since" in call("report out --force", 2).stderr
+    mine.write_text(text, "utf-8")
+    call("report out --force")

@@ -145,6 +145,10 @@ def test_files_that_somebody_edited_or_wrote_are_not_replaced(campaign, tmp_path
     with pytest.raises(hd.FileError, match=r"examples/simulate.c: was changed since"):
         hd.export(PUBLISHED, campaign.vehicle, "c", out, force=True)
     edited.unlink()  # what is gone is no work lost
+    (out / "fidelity.html").write_text("mine")
+    with pytest.raises(hd.FileError, match=r"fidelity.html: is not hydrodamp's"):
+        hd.export(PUBLISHED, campaign.vehicle, "c", out, force=True)
+    (out / "fidelity.html").unlink()
     (out / "auv_vt690.py").write_text("mine")
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     with pytest.raises(hd.FileError, match=r"auv_vt690.py: is not hydrodamp's"):

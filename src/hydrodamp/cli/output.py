@@ -26,7 +26,7 @@ from hydrodamp.cli.options import command_signature, definition
 from hydrodamp.errors import FileError, HydrodampError, HydrodampWarning, ProblemError, printable
 from hydrodamp.files import as_json, protected_inputs
 from hydrodamp.progress import show_progress
-from hydrodamp.results import check_new_file, check_results, complete_exchange
+from hydrodamp.results import check_new_file, check_results, complete_inputs
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
@@ -90,8 +90,7 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
         with warnings_as_notes(), nullcontext() if is_quiet else show_progress():
             try:
                 inputs = named_inputs(kwargs)
-                for folder in {path if path.is_dir() else path.parent for path in inputs}:
-                    complete_exchange(folder)
+                complete_inputs(inputs)
                 with standard_input_as_file(kwargs), protected_inputs(inputs):
                     return command(*args, **kwargs)
             except (typer.Exit, BrokenPipeError):

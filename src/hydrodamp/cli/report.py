@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.cli.output import collected_warnings, emit, note
 from hydrodamp.files import protected_inputs
-from hydrodamp.results import check_new_file, complete_exchange, save_results
+from hydrodamp.results import (
+    MANIFEST,
+    check_new_file,
+    check_results,
+    complete_exchange,
+    save_results,
+)
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
@@ -31,18 +37,19 @@ def report(folder: Path, out: Path | None = None, force: bool = False, json: boo
             f"{folder}: the folder {problem}; give one that `compare`, `demo` or `export` wrote."
         )
     default_path = folder / (PAGE if is_export else REPORT)
-    with protected_inputs(path for path in folder.rglob("*") if path != default_path):
-        check_new_file(out or default_path, force)
-    if is_export:
-        page = write_fidelity_page(folder, out)
-        note(f"written to {page}")
-        if json:
-            emit(document | {"verdict": None, "paths": {"report": str(page)}})
-        return
-    comparison = read_comparison(folder)
-    page = hd.write_report(comparison, out or default_path, read_content(folder, comparison))
+    replaceable = default_path, folder / MANIFEST
+    with protected_inputs(path for path in folder.rglob("*") if path not in replaceable):
+        page, verdict = out or default_path, None
+        if out is None:
+            check_results(folder, (page.name,), force=True)
+        check_new_file(page, force)
+        if is_export:
+            write_fidelity_page(folder, page)
+        else:
+            comparison = read_comparison(folder)
+            hd.write_report(comparison, page, read_content(folder, comparison))
+            verdict = selection_document(comparison)
     note(f"written to {page}")
-    verdict = selection_document(comparison)
     if json:
         emit(document | {"verdict": verdict, "paths": {"report": str(page)}})
 
@@ -117,8 +124,11 @@ def write_fit(
     pictures = picture_files(content, figures) if content.pictures else {}
     comparison = replace(comparison, provenance=origin | collected_warnings())
     report = render_report(comparison, page, content)
-    html = None if report is None else report.encode("utf-8")
-    save_results(pictures, figures, PICTURES, {damping: text.encode("utf-8"), page: html})
-    for path, is_written in {damping: True, figures: pictures, page: html}.items():
-        if is_written:
-            note(f"written to {path}")
+    named = {damping: text.encode("utf-8")}
+    if report is not None:
+        named[page] = report.encode("utf-8")
+    elif page.exists():
+        note(f"{page} stays as it is: it does not describe the new {damping}.")
+    save_results(pictures, figures, PICTURES, named)
+    for path in (damping, *((figures,) if pictures else ()), *list(named)[1:]):
+        note(f"written to {path}")

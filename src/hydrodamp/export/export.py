@@ -29,7 +29,7 @@ from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
-from hydrodamp.results import MANIFEST, check_results, complete_exchange, save_results
+from hydrodamp.results import MANIFEST, check_results, save_results
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD, PAGE = "fidelity.json", "fidelity.html"
@@ -134,11 +134,10 @@ def export(
 
 def check_export(folder: Path, force: bool) -> None:
     """Refuse a folder with other files than an export's, or without ``force`` with an export."""
-    complete_exchange(folder)
+    check_results(folder, (CARD, PAGE), force)
     files = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     if files - {MANIFEST} and CARD not in files:
         raise FileError(f"{folder}: holds files that are no export; name a new folder.")
-    check_results(folder, (CARD,), force)
     check_results(folder, _earlier_files(folder), force)
 
 
