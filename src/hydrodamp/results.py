@@ -17,6 +17,7 @@ import shutil
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from glob import escape
+from itertools import chain
 from pathlib import Path, PureWindowsPath
 
 from hydrodamp.errors import FileError
@@ -62,10 +63,10 @@ def check_results(folder: Path, patterns: Iterable[str], force: bool) -> None:
     """
     check_folder(folder)
     complete_exchange(folder)
+    for path in chain.from_iterable(map(folder.glob, patterns)):
+        refuse_input(path)
     manifest = _read_manifest(folder)
     files = list(_matches(folder, patterns, manifest))
-    for path in files:
-        refuse_input(path)
     if files and not force:
         raise FileError(
             f"{folder}: holds results already, such as {files[0].relative_to(folder)}. Name another"
