@@ -85,7 +85,7 @@ def test_a_model_that_lacks_terms_determines_nothing_and_keeps_the_vehicle():
 
 def determined_errors(seed, model):
     """Return the relative errors of the determined added masses."""
-    campaign = hd.reenact(seed=seed, duration=100.0)
+    campaign = hd.reenact(seed=seed, duration=40.0)
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
     result = hd.estimate_vehicle_parameters(problem, model, ["added-mass"])
     return [

@@ -14,6 +14,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.term import AXES, VELOCITY_OF
+from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, bisect
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
@@ -85,7 +86,7 @@ class Trajectories:
         return Log.from_arrays(
             np.tile(self.period * np.arange(n), n_vehicles),
             {VELOCITY_OF[axis]: motion[:, AXES.index(axis)] for axis in vehicle.axes},
-            attitude=None if planar else motion[:, dynamics.EULER],
+            attitude=None if planar else quaternion_from_euler(motion[:, dynamics.EULER]),
             commands=dict(zip(names, commands.T, strict=True)),
             position=dynamics.stack_runs(position),
             segment=np.repeat([f"dive-{index}" for index in range(n_vehicles)], n).tolist(),

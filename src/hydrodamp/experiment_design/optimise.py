@@ -31,7 +31,7 @@ from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.multiple_shooting import eliminate_initial_states
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.problem import Problem, build_problem
 
 WINDOW = 8.0
 """Duration of a window [s], as in output error."""
@@ -78,7 +78,9 @@ def fisher_information(
         vehicles = np.arange(member, n, simulator.n_members)
         selected = trajectories.select(vehicles)
         log = selected.log(simulator.vehicle, simulator.autopilot.names, exact=True)
-        problem = prepare(simulator.vehicle, log, simulator.ensemble.extended_model)
+        # Simulated vehicles may tumble: all samples count, however implausible.
+        free = simulator.ensemble.extended_model.restricted_to(simulator.vehicle.axes)
+        problem = build_problem(simulator.vehicle, log, (free,))
         matrix = simulator.equation.matrices[member]
         by_window = window_information(problem, matrix, model, error_model, window)
         shape = (len(vehicles), -1, *by_window.shape[1:])

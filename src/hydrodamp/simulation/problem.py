@@ -345,7 +345,7 @@ class Problem:
         free = tuple(model.restricted_to(self.vehicle.axes) for model in models)
         if all(term in self.equations.basis for model in free for term in model.basis):
             return self
-        extended = _fill(self.vehicle, self.log, (*self.models, *free))
+        extended = build_problem(self.vehicle, self.log, (*self.models, *free))
         return replace(extended, sensor_log=self.sensor_log)
 
     @property
@@ -358,7 +358,7 @@ class Problem:
     def with_log(self, log: Log) -> Problem:
         """Return the problem of the same vehicle and models with another log."""
         log, sensor_log = _rebuild(self.vehicle, log)
-        return replace(_fill(self.vehicle, log, self.models), sensor_log=sensor_log)
+        return replace(build_problem(self.vehicle, log, self.models), sensor_log=sensor_log)
 
     def undetermined(self, model: DampingModel) -> tuple[tuple[str], ...]:
         """Return labels with (eta-1) where the propulsion ratio is unknown, as groups of one."""
@@ -403,7 +403,7 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     free = tuple(model.restricted_to(vehicle.axes) for model in requested)
     check_log(vehicle, log, free)
     log, sensor_log = _rebuild(vehicle, remove_implausible(vehicle, log, free))
-    problem = replace(_fill(vehicle, log, free), sensor_log=sensor_log)
+    problem = replace(build_problem(vehicle, log, free), sensor_log=sensor_log)
     if any(problem.undetermined(model) for model in free):
         warnings.warn(
             "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio "
@@ -426,7 +426,8 @@ def _rebuild(vehicle: Vehicle, log: Log) -> tuple[Log, SensorLog | None]:
     return sensor_log.log, sensor_log
 
 
-def _fill(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:
+def build_problem(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:
+    """Return the problem of a log whose channels are complete and plausible, or simulated."""
     commands = {name: log.command(name) for name in log.command_names}
     speed = vehicle.propulsion_speed(commands)
     known = log.propulsion_ratio is not None or speed is not None
