@@ -139,7 +139,7 @@ def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, mo
         }
         assert "interrupted" in said
     assert len([*(home / "fits").iterdir()]) > len(whole["rows"])
-    assert "holds results already" in call(f"{line} --resume", 2).stderr  # it is finished
+    assert "holds a finished comparison" in call(f"{line} --resume", 2).stderr  # it is finished
     call(f"{other} --resume")  # its fits are new
     assert document("whole")["provenance"]["resumed"].startswith("8 of 8 fits")
 

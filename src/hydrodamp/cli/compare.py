@@ -175,7 +175,8 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
         damping = None if out is None else out / DAMPING
         paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
         document = comparison_document(comparison) | {"paths": paths}
-        print_output(json, document, *comparison_output(comparison, damping, task.verbose))
+        tables = comparison_output(comparison, damping, task.verbose, n_rows == n_requested)
+        print_output(json, document, *tables)
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(
@@ -198,14 +199,20 @@ def check_resume(folder: Path, fits: Iterable[hd.Fit], force: bool) -> None:
     from hydrodamp.report.files import RESULTS, listed_fits
 
     names, listed = {*names_of(fits)}, listed_fits(folder)
-    if not force and names <= (listed or set()):
-        check_results(folder, RESULTS, force)
+    if force or not names <= (listed or set()):
+        return
+    if listed is not None:
+        raise hd.FileError(
+            f"{folder}: holds a finished comparison, so there is nothing to resume. Name another "
+            "folder, or replace it with `--force`; `--resume --force` reuses its fits of this call."
+        )
+    check_results(folder, RESULTS, force)
 
 
 def comparison_output(
-    comparison: hd.Comparison, damping: Path | None, verbose: bool
+    comparison: hd.Comparison, damping: Path | None, verbose: bool, is_whole: bool
 ) -> tuple[Table, ...]:
-    """Return the verdict with the next command, the table of rows, and the details."""
+    """Return the verdict with the next command of a whole run, the table of rows, and details."""
     from hydrodamp.report.comparison_tables import brief_table, detail_tables, summary_tables
     from hydrodamp.report.verdict_tables import verdict_table
 
@@ -215,7 +222,7 @@ def comparison_output(
     if damping is not None:
         command = f"`hydrodamp export gz-sim {damping} --out exported`."
         next_step = f"File: {damping}. Next: {comparison.verdict().remedy or command}"
-    verdict = verdict_table(comparison.verdict(), (next_step,))
+    verdict = verdict_table(comparison.verdict(), (next_step,) if is_whole else ())
     details = (*detail_tables(comparison), *summary_tables(comparison)) if verbose else ()
     return (verdict, brief_table(comparison), *details)
 

@@ -121,7 +121,9 @@ def fit_output(
     if out is None:
         notes.append("Next: the same command with `--out FILE` writes the damping file.")
     else:
-        notes.append(f"File: {out}. Next: `hydrodamp export gz-sim {out} --out exported`.")
+        command = f"`hydrodamp export gz-sim {out} --out exported`."
+        remedy = comparison.verdict().remedy if row.divergences else ""
+        notes.append(f"File: {out}. Next: {remedy or command}")
     is_complete = verbose or not row.fit.grades
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
     return (verdict_table(comparison.verdict(), notes), coefficients)

@@ -283,7 +283,9 @@ def judge_axes(
         if not is_tested:
             light = Light.GREY
         elif fit is None or fit <= critical * (deviation or 0.0):
-            light, reason = Light.RED, reason or "not significantly better than the mean"
+            is_worse = fit is not None and fit < -critical * (deviation or 0.0)
+            word = "worse" if is_worse else "not significantly better"
+            light, reason = Light.RED, reason or f"{word} than the mean"
         elif reason or fit < MIN_FIT:
             light = Light.AMBER
         yield AxisVerdict(name, light, fit, deviation, reason)
