@@ -139,6 +139,7 @@ def test_uploads_are_bounded(server, monkeypatch):
     assert not [*(server.root / "logs").iterdir()]
 
 
+@pytest.mark.slow
 def test_a_canonical_log_needs_no_mapping(server, canonical):
     project = open_log(server, canonical)
     page = server.get(f"{project}/channels/checks")

@@ -73,6 +73,7 @@ def write_mapped(fleet, folder, scale):
     return str(folder / "mapping.yaml")
 
 
+@pytest.mark.slow
 def test_a_change_of_an_extended_mapping_is_noticed(run, fleet, tmp_path):
     mapping = write_mapped(fleet, tmp_path, 1.0)
     first, _ = run(mapping=mapping)

@@ -58,6 +58,7 @@ def test_every_order_and_tree_gives_the_same_errors(seed, folds, fleet):
         np.testing.assert_allclose(found, one, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_logs_beyond_the_blocks_that_are_kept(folds, fleet):
     """All at once: the same for every order. Bit by bit: blocks stay balanced."""
     many = [*folds, *folds, *folds, *folds]

@@ -162,6 +162,7 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
         hd.batch(tmp_path, [light, light], MODEL, **asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [1e160, 1e120])
 def test_a_wild_command_costs_its_sample_alone(value, fleet, tmp_path, threads):
     """1e160 overflows in equation 1 of the log, 1e120 would in the covariance of its group."""

@@ -90,6 +90,7 @@ def test_wrong_calls_are_refused(folder, call):
     assert not (folder / "season" / "coefficients.csv").exists()
 
 
+@pytest.mark.slow
 def test_a_wild_command_is_left_out_and_json_is_valid(folder, call):
     write(folder, "dive-2026-05-01.csv")
     log = hd.read_log("b.csv")

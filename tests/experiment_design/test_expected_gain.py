@@ -26,6 +26,7 @@ def test_a_short_log_gains_from_a_planned_dive(identified):
     assert 0 < reduction < 100
 
 
+@pytest.mark.slow
 def test_there_is_no_message_if_all_coefficients_are_determined(identified):
     problem, fit, grades = identified
     good = tuple(

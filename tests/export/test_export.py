@@ -137,6 +137,7 @@ def test_an_export_replaces_the_files_of_an_earlier_one_alone(campaign, tmp_path
     assert [*out.parent.iterdir()] == [out]
 
 
+@pytest.mark.slow
 def test_files_that_somebody_edited_or_wrote_are_not_replaced(campaign, tmp_path):
     out = tmp_path / "a"
     hd.export(PUBLISHED, campaign.vehicle, "c", out)

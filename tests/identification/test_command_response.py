@@ -45,6 +45,7 @@ def test_a_lag_is_estimated_within_its_interval(vehicle, lagged):
     assert low <= LAG <= high
 
 
+@pytest.mark.slow
 def test_a_log_without_lag_has_none(vehicle, log):
     response = hd.estimate_command_response(hd.prepare(vehicle, log, LINEAR), LINEAR)
     assert not response.is_significant

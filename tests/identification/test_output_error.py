@@ -44,6 +44,7 @@ def test_true_coefficients_are_recovered_from_noise_free_data(campaign):
         assert fit.damping[label] == pytest.approx(true_damping()[label], rel=0.02)
 
 
+@pytest.mark.slow
 def test_other_models_of_the_problem_do_not_change_the_estimate(campaign):
     model = hd.catalog["linear"]
     fits = [

@@ -39,6 +39,7 @@ def test_an_error_within_one_standard_error_is_not_lower():
     assert not is_lower(reference + 0.2 + 0.1 * noise, reference)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", [12.0, 40.0])
 def test_pieces_cover_every_segment(campaign, duration):
     problem = hd.prepare(

@@ -46,6 +46,7 @@ def test_autocorrelation_and_outliers_are_reported(problem):
     assert re.match(r"Many residuals are outliers.* on .*N \(\d", diagnose(spiked, damping)[-1])
 
 
+@pytest.mark.slow
 def test_locked_axes_and_axes_without_terms_are_not_reported(campaign):
     planar = replace(campaign.vehicle, axes=("X", "Y", "N"), actuators=())
     log = replace(campaign.train, wrench=np.ones((campaign.train.n, 6)))

@@ -90,6 +90,7 @@ def test_slopes_are_the_derivatives_of_the_residuals(linearised):
     assert np.max(np.abs(exact - gradient) / scale) < 2e-3
 
 
+@pytest.mark.slow
 def test_labels_and_parameters_name_sensors(linearised):
     objective, *_ = linearised
     labels = [each.label for each in objective.outputs.parameters]

@@ -72,6 +72,7 @@ def test_a_selection_is_deterministic_and_documents_itself(campaign, flat):
     assert "selected by hydrodamp from" in first.source
 
 
+@pytest.mark.slow
 def test_commands_of_other_models_are_retained(campaign, flat):
     gain = hd.DampingModel.from_table({"N": "u|u|*rudder"}, key="gain")
     model = QUICK.select(flat, campaign.train, [gain])

@@ -110,6 +110,7 @@ def test_the_terms_of_the_truth_determine_all_masses(seed):
     assert max(errors) <= 0.1
 
 
+@pytest.mark.slow
 def test_faults_are_told(simulated):
     vehicle, log = simulated
     problem = hd.prepare(vehicle, log, MODEL)

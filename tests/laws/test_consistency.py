@@ -44,6 +44,7 @@ def test_sixteen_times_the_data_quarter_the_replay_error(campaigns, method):
     assert error < np.sqrt(np.mean(np.square(errors))) / 2.5
 
 
+@pytest.mark.slow
 def test_prior_and_penalty_vanish_with_the_length(campaigns):
     """Both are inverse to the number of independent residuals, which is itself estimated."""
     strengths = []

@@ -55,6 +55,7 @@ def test_gaps_scale(log, ratio, gap):
     assert (len(scaled.segments) > len(log.segments)) == (gap > 0.4)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::hydrodamp.errors.GapWarning")
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_cleaned_logs_scale(log, ratio):

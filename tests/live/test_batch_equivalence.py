@@ -76,6 +76,7 @@ def test_standard_errors_are_those_of_the_batch_fit(dive, reference):
     assert errors == wanted.tolist()
 
 
+@pytest.mark.slow
 def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
     vehicle, log = dive
     rows = [*itertools.islice(rows_of(log), 400)]

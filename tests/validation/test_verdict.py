@@ -50,6 +50,7 @@ def test_the_standard_error_of_a_mean_square_is_that_of_independent_blocks():
     assert blocks.standard_error == pytest.approx(by_delta_method, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_diverged_replay_counts_as_the_mean_of_the_log_from_its_divergence(table):
     run = next(row.trajectory for row in table.rows if row.rms is not None)
     first, *_ = run.log.segments

@@ -10,6 +10,7 @@ import hydrodamp as hd
 from .conftest import labels, legend, made_up, words_in
 
 
+@pytest.mark.slow
 def test_bars_are_shares_and_counts(sailed, on_sheet):
     found = hd.identifiability(sailed.problem, hd.catalog["prestero"])
     quiet = replace(found.axes[2], r_squared=0.1, excited=False)

@@ -28,6 +28,7 @@ def test_logs_have_a_segment_a_run_and_three_commands(campaign):
     assert "K_up" in campaign.note
 
 
+@pytest.mark.slow
 def test_measured_log_is_the_exact_one_with_published_noise(campaign):
     """0.0133 m/s of the DVL, 8.7e-4 rad/s of the gyro; each run has its own errors."""
     noise = campaign.train.velocity - campaign.exact_train.velocity
