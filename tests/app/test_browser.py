@@ -89,6 +89,10 @@ def browser():
         yield started
 
 
+WIDE = pytest.mark.parametrize("visit", [(1280, "light")], indirect=True, ids=["wide-light"])
+"""For tests of what the server does, at one width."""
+
+
 @pytest.fixture(params=[(1280, "light"), (768, "dark")], ids=["wide-light", "narrow-dark"])
 def visit(request, browser, server):
     width, scheme = request.param
@@ -215,6 +219,7 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
     assert end == pytest.approx(0.5 * time[-1], rel=0.1)
 
 
+@WIDE
 def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
     """The measured run needs a mapping and gains; nobody writes a line of YAML."""
     folder, page = measured_logs("bluerov2_kth"), visit.page
@@ -240,6 +245,7 @@ def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
     assert (project / "exported/gz-sim").is_dir()
 
 
+@WIDE
 def test_from_a_bag_of_another_vehicle_to_an_export(visit):
     root, page = visit.server.root, visit.page
     ros1_odometry_and_wrench(root, Truth())
@@ -259,6 +265,7 @@ def test_from_a_bag_of_another_vehicle_to_an_export(visit):
     assert hd.read_damping(project / "results/damping.json").model.key == "fossen"
 
 
+@WIDE
 def test_names_of_columns_that_objects_have_are_drawn(visit):
     names = ["t_s", *(f"c{number}" for number in range(30)), "__proto__", "constructor"]
     rows = [",".join(f"{index + k}.5" for k in range(len(names))) for index in range(50)]
@@ -291,6 +298,7 @@ def stranger():
     other.server_close()
 
 
+@WIDE
 def test_another_local_server_gets_no_secret(visit, stranger):
     page, (address, received) = visit.page, stranger
     start = page.url
@@ -307,6 +315,7 @@ def test_another_local_server_gets_no_secret(visit, stranger):
     page.get_by_role("heading", name="Open a log").wait_for()  # the session goes on
 
 
+@WIDE
 def test_a_used_address_tells_how_to_get_another(visit):
     address = visit.server.address
     page = visit.page.context.new_page()
@@ -318,6 +327,7 @@ def test_a_used_address_tells_how_to_get_another(visit):
     page.get_by_text("latest address in the terminal").wait_for()
 
 
+@WIDE
 def test_a_run_is_cancelled_and_resumed(visit, campaign):
     root, page = visit.server.root, visit.page
     hd.write_log(campaign.train, root / "dive.csv")

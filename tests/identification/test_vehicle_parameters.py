@@ -96,14 +96,13 @@ def determined_errors(seed, model):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("key", ["fossen", "prestero", "linear"])
+@pytest.mark.parametrize(("seed", "key"), [(1, "fossen"), (2, "prestero"), (3, "linear")])
 def test_no_mass_is_determined_with_a_model_that_lacks_terms_of_the_truth(seed, key):
     assert determined_errors(seed, hd.catalog[key]) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1])
 def test_the_terms_of_the_truth_determine_all_masses(seed):
     errors = determined_errors(seed, hd.published["vt690-sname2022"].model)
     assert len(errors) == 6
