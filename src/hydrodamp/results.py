@@ -206,7 +206,7 @@ def _exchange(files: Mapping[Path, bytes], removed: Iterable[Path], root: Path) 
     except BaseException as error:
         shutil.rmtree(staging, ignore_errors=True)
         _remove_empty_folders(files, root)
-        if isinstance(error, OSError):
+        if isinstance(error, OSError) and not isinstance(error, FileError):
             raise write_error(root, error) from error
         raise
     _complete(root)
