@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import zipfile
 from contextlib import suppress
 from pathlib import Path
@@ -141,12 +142,12 @@ def show_exports(request: Request, form: Form) -> Response:
 def list_files(project: Project) -> dict[str, int]:
     """Return the sizes of the files of a project, by their paths in its folder."""
     sizes, folder = {}, project.folder.resolve()
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder).as_posix()
-        is_hidden = any(each.startswith(".") for each in name.split("/"))
-        with suppress(OSError):  # a job may remove it
-            if path.is_file() and not is_hidden and path.resolve().is_relative_to(folder):
-                sizes[name] = path.stat().st_size
+    for home, folders, names in os.walk(folder):  # passes over what a job removes meanwhile
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for path in (Path(home, name) for name in sorted(names) if not name.startswith(".")):
+            with suppress(OSError):
+                if path.is_file() and path.resolve().is_relative_to(folder):
+                    sizes[path.relative_to(folder).as_posix()] = path.stat().st_size
     return sizes
 
 
