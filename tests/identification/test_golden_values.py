@@ -49,29 +49,34 @@ def moving_average(white, length):
 
 
 def simulate_rov():
-    """Two runs of a vehicle with four free axes, under commands that are held for 2 s."""
-    wrench = np.diag([60.0, 60.0, 60.0, 0.0, 0.0, 10.0])[[0, 1, 2, 5]].tolist()
-    thrusters = hd.Matrix(commands=("ahead", "aside", "below", "turn"), wrench=wrench)
-    vehicle = replace(hd.fleet["bluerov2"], axes=tuple("XYZN"), actuators=(thrusters,))
-    rng, n = np.random.default_rng(5), 600
-    names = tuple("uvwr")
+    """Two runs of a vehicle with three free axes, under commands that are held for 2 s."""
+    wrench = np.diag([60.0, 60.0, 0.0, 0.0, 0.0, 10.0])[[0, 1, 5]].tolist()
+    thrusters = hd.Matrix(commands=("ahead", "aside", "turn"), wrench=wrench)
+    vehicle = replace(hd.fleet["bluerov2"], axes=tuple("XYN"), actuators=(thrusters,))
+    rng, n = np.random.default_rng(5), 400
     log = hd.Log(
         0.1 * np.arange(n),
         np.zeros((n, 6)),
-        names,
+        tuple("uvr"),
         np.eye(1, 4).repeat(n, axis=0),
-        commands=np.repeat(rng.uniform(-1.0, 1.0, (n // 20, 4)), 20, axis=0),
+        commands=np.repeat(rng.uniform(-1.0, 1.0, (n // 20, 3)), 20, axis=0),
         command_names=thrusters.commands,
         segments=(hd.Segment("1", 0, n // 2), hd.Segment("2", n // 2, n)),
     )
     velocity = hd.simulate(vehicle, hd.published["bluerov2"], log).velocity.copy()
-    velocity[:, vehicle.free] += 0.005 * rng.standard_normal((n, 4))
+    velocity[:, vehicle.free] += 0.005 * rng.standard_normal((n, 3))
     return vehicle, replace(log, velocity=velocity)
 
 
 @cache
 def campaign(seed, coloured=False):
-    return hd.reenact(seed, duration=40.0, conditions=Moving() if coloured else hd.WHITE_NOISE)
+    """Return a campaign with the first and the last training run, of 40 s each."""
+    made = hd.reenact(seed, duration=40.0, conditions=Moving() if coloured else hd.WHITE_NOISE)
+    train, exact = (
+        hd.concatenate([log.between(0.0, 50.0), log.between(290.0, 350.0)])
+        for log in (made.train, made.exact_train)
+    )
+    return replace(made, train=train, exact_train=exact)
 
 
 def sensor_log():
@@ -167,7 +172,7 @@ def flatten(value, path=()):
         yield from flatten(each, (*path, str(key)))
 
 
-def difference(new, old, rtol, errors):
+def difference(new, old, rtol, errors, labels):
     """Return what is different between two values; empty for nothing."""
     try:
         new_array, old_array = np.atleast_1d(new).astype(float), np.atleast_1d(old).astype(float)
@@ -180,19 +185,21 @@ def difference(new, old, rtol, errors):
         scale = np.minimum(np.abs(old_array) + np.nan_to_num(errors), scale)
     wrong = ~np.isclose(new_array, old_array, rtol=0.0, atol=rtol * scale, equal_nan=True)
     return "; ".join(
-        f"number {index}: {new_array[index]}, golden {old_array[index]}"
-        for index in map(tuple, np.argwhere(wrong).tolist())
+        f"{labels[k] if labels else k}: {new_array[k]}, golden {old_array[k]}"
+        for k in np.flatnonzero(wrong)
     )
 
 
 def compare(measured, golden, kind):
     """Return a line for every difference, with log, model, method and label."""
     new, old = dict(flatten(measured)), dict(flatten(golden))
+    labels = golden.get("labels", {}) if isinstance(golden, dict) else {}
     lines = [f"{' '.join(path)}: only on one side" for path in sorted(new.keys() ^ old.keys())]
     for path in (path for path in old if path in new):
         mate = tuple("standard_errors" if part == "values" else part for part in path)
         errors = old.get(mate) if kind == "iterative" and "values" in path else None
-        if text := difference(new[path], old[path], RTOL[kind], errors):
+        names = labels.get(path[-1]) if path else None
+        if text := difference(new[path], old[path], RTOL[kind], errors, names):
             lines.append(f"{' '.join(path)}: {text}")
     return lines
 
