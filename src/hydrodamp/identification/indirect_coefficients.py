@@ -1,7 +1,7 @@
 """Coefficients that only sensors of other motions determine.
 
 Forces X Y Z act on positions, linear velocities and specific forces; moments K M N on attitude and
-rates. With the covariance P = (AᵀA + 1/σ²)⁻¹ of all sensors and P' of those of the same motion, a
+rates. With the bound P of the covariance by all sensors and P' by those of the same motion, a
 coefficient κ with the 95 % half-width h is indirect where ``h < |κ| ≤ h √(P'ᵢᵢ/Pᵢᵢ)``: without the
 coupling in the mass matrix (Munk moment), not even its sign would be known.
 """
@@ -14,7 +14,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
-from hydrodamp.identification.sensor_information import fisher_standard_errors
+from hydrodamp.identification.information import fisher_standard_errors
 from hydrodamp.identification.sensor_outputs import SensorOutputs
 
 

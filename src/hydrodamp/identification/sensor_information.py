@@ -1,10 +1,9 @@
 """Standard errors that sensors allow, from the Fisher information of windows.
 
-With the Jacobian A of all outputs over their residuals, initial states and parameters of sensors
-eliminated, the covariance of the coefficients is (AᵀA + 1/σ²)⁻¹, with a weak prior σ. The residuals
-are those of a start: noise and model error, times the root of their correlation length. With exact
-rotation equations a gyro alone would measure u v w by Munk moments; the residuals of the rates
-include what these equations lack.
+The information is that of all outputs on the coefficients and parameters of sensors, with a weak
+prior. The residuals are those of a start: noise and model error, times the root of their
+correlation length. With exact rotation equations a gyro alone would measure u v w by Munk moments;
+the residuals of the rates include what these equations lack.
 """
 
 from __future__ import annotations
@@ -13,18 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, factorisation
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.velocity_smoother import interpolate_rows
 from hydrodamp.data.log import Log
 from hydrodamp.data.measurement import Measurement
-from hydrodamp.identification.continuation import (
-    RELATIVE_LENGTHS,
-    admissible_lengths,
-    correlation_length,
-)
+from hydrodamp.identification.continuation import correlation_length
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.gauss_newton import ShootingObjective
+from hydrodamp.identification.information import fisher_standard_errors, window_lengths
 from hydrodamp.identification.initial_iterate import (
     NOISE_FLOOR_SHARE,
     best_initial_iterate,
@@ -40,9 +36,6 @@ from hydrodamp.simulation.problem import Problem
 #: A usual DVL: rate [Hz] and standard deviation of u v w [m/s].
 DVL_RATE, DVL_STD = 5.0, 0.013
 
-#: Weak prior of a coefficient over its scale.
-PRIOR_FACTOR = 1e3
-
 
 def predict_standard_errors(
     problem: Problem, model: DampingModel, coefficients: FloatArray | None = None
@@ -54,10 +47,7 @@ def predict_standard_errors(
     model = model.restricted_to(problem.vehicle.axes)
     problem = replace(problem, equations=problem.equations.restrict_to(model))
     objective, sensors = make_objective(problem, model), problem.sensor_log
-    lengths = [each * objective.time_scale for each in RELATIVE_LENGTHS]
-    lengths = admissible_lengths(
-        problem, [max(each, objective.outputs.interval) for each in lengths]
-    )
+    lengths = window_lengths(problem, objective.time_scale, objective.outputs.interval)
     if coefficients is None:
         candidates = initial_candidates(objective, model)
         start = best_initial_iterate(objective, candidates, lengths[0])
@@ -111,21 +101,6 @@ def effective_residuals(
     lengths = [correlation_length(*each, step) for each, step in zip(series, steps, strict=True)]
     noise = objective.noise_std / NOISE_FLOOR_SHARE
     return np.maximum(objective.residual_std(theta, windows), noise) * np.sqrt(lengths)
-
-
-@factorisation("Fisher information of the sensors")
-def fisher_standard_errors(
-    objective: ShootingObjective, windows: Windows, theta: FloatArray, residuals: FloatArray
-) -> FloatArray:
-    """Return the bound (p,) with independent residuals of a standard deviation."""
-    p = objective.n_coefficients
-    one_block = np.zeros(len(windows.bounds), dtype=np.intp)
-    (normal,) = windows.block_normal_matrices(theta, residuals, one_block)
-    prior = np.full(len(theta), PRIOR_FACTOR**-2.0)
-    prior[p:] = 1.0
-    information = normal[:-1, :-1] * objective.scale[:, None] * objective.scale
-    covariance = np.linalg.inv(information + np.diag(prior))
-    return np.asarray(np.sqrt(np.diag(covariance))[:p] * objective.scale[:p])
 
 
 def _dvl(log: Log, std: FloatArray) -> Output:
