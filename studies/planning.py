@@ -150,7 +150,7 @@ def study_model(key: str, duration: float, dives: int) -> dict[str, Any]:
     known = identify_simulated_logs(
         context.simulator, steps.trajectories.select(VERIFIED_MEMBERS), grading=False
     )
-    candidate = optimise(context, "determinant", known, steps)
+    candidate = optimise(context, known, steps)
     predicted = identify_simulated_logs(
         context.simulator, candidate.trajectories.select(VERIFIED_MEMBERS), grading=False
     ).std_errors

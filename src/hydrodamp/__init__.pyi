@@ -61,7 +61,6 @@ from .experiment_design.guidance import Manoeuvre as Manoeuvre
 from .experiment_design.plan import plan as plan
 from .experiment_design.result import (
     DivePlan as DivePlan,
-    GoalDuration as GoalDuration,
     PlanSegment as PlanSegment,
     Prediction as Prediction,
 )

@@ -160,14 +160,12 @@ def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_neither_a_dive_nor_another_vehicle_is_computed_unless_requested(folder, call, monkeypatch):
-    for name in ("vehicle_sensitivity", "plan"):
-        monkeypatch.setattr(hd, name, lambda *_: pytest.fail("not requested"))
+def test_no_other_vehicle_is_computed_unless_requested(folder, call, monkeypatch):
+    monkeypatch.setattr(hd, "vehicle_sensitivity", lambda *_: pytest.fail("not requested"))
     monkeypatch.setattr(
         "hydrodamp.validation.sensitivity.check_gains", lambda *_: pytest.fail("not requested")
     )
     call(LINE)
-    assert "determined" in call(f"{LINE} --next-dive").stderr
 
 
 def test_a_log_too_short_for_grades_says_so_and_shows_all_coefficients(folder, call):

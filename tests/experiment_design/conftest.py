@@ -43,6 +43,5 @@ def planned(boat, known):
             60.0,
             damping=known,
             envelope=envelope,
-            goal="weak",
             mode="waypoints",
         )

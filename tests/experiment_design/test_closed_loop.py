@@ -1,5 +1,7 @@
 """Closed-loop simulation of an ensemble: equation 1 as in a replay, guidance, constraints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,9 @@ from hydrodamp.experiment_design.ensemble import (
     sample_ensemble,
 )
 from hydrodamp.experiment_design.guidance import CourseGuidance, Manoeuvre
-from hydrodamp.experiment_design.optimise import ErrorModel, fisher_information
+from hydrodamp.experiment_design.optimise import ensemble_information
+from hydrodamp.identification.initial_iterate import make_objective
+from hydrodamp.simulation.problem import build_problem
 
 
 @pytest.fixture(scope="module")
@@ -106,15 +110,37 @@ def test_violations_are_relative_to_the_limits(closed_loop, trajectories):
 
 
 def test_information_adds_up_and_falls_with_the_square_of_noise(closed_loop, trajectories):
-    noise = closed_loop.envelope.noise_std[:6]
+    noise = dict(zip("uvwpqr", 2.0 * closed_loop.envelope.noise_std[:6], strict=True))
+    noisy = replace(closed_loop, envelope=closed_loop.envelope.model_copy(update={"noise": noise}))
     single, double = (
-        fisher_information(closed_loop, trajectories, ErrorModel.of(k * noise)) for k in (1.0, 2.0)
+        ensemble_information(each, trajectories, 2.0) for each in (closed_loop, noisy)
     )
     assert double == pytest.approx(single / 4.0)
     assert np.linalg.eigvalsh(single).min() > 0.0
-    records = trajectories.until(160), trajectories
-    traces = [
-        np.trace(fisher_information(closed_loop, record, ErrorModel.of(noise))[0])
-        for record in records
-    ]
-    assert traces[0] < traces[1]
+    shorter = ensemble_information(closed_loop, trajectories.until(160), 2.0)
+    assert np.trace(shorter[0]) < np.trace(single[0])
+
+
+def test_information_is_that_of_output_error_at_each_members_coefficients(
+    closed_loop, trajectories
+):
+    """Windows of the engine, from the same states, with the terms of all members free."""
+    information = ensemble_information(closed_loop, trajectories, 2.0)
+    extended = closed_loop.ensemble.extended_model
+    indices = [extended.index(label) for label in closed_loop.ensemble.model.labels]
+    for number, damping in enumerate(closed_loop.ensemble.dampings):
+        log = trajectories.select([number]).log(
+            closed_loop.vehicle, closed_loop.autopilot.names, exact=True
+        )
+        problem = build_problem(closed_loop.vehicle, log, (extended,))
+        noise = closed_loop.envelope.noise_std[:6]
+        objective = replace(
+            make_objective(problem, extended),
+            velocity=problem.inputs.velocity,
+            initial_state_std=noise / 4.0,
+            time_scale=2.0,
+        )
+        normal = objective.windows(12.0).linearise(damping.coefficients, noise)[0]
+        n_residuals = objective.windows(12.0).inputs.n * 6
+        expected = normal[np.ix_(indices, indices)] * n_residuals
+        assert information[number] == pytest.approx(expected, rel=1e-6)

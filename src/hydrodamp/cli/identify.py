@@ -36,7 +36,6 @@ def identify(
     estimate: str | None = None,
     check_actuators: bool = False,
     sensitivity: bool = False,
-    next_dive: bool = False,
     out: Path | None = None,
     force: bool = False,
     verbose: bool = False,
@@ -101,10 +100,6 @@ def identify(
     print_output(json, document, *tables, *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
-    if next_dive and grades is not None:
-        from hydrodamp.experiment_design.plan import expected_gain
-
-        note(expected_gain(problem, fit, grades) or "All coefficients are determined.")
 
 
 def fit_output(

@@ -18,8 +18,6 @@ def plan(
     model: str = "",
     damping: str | None = None,
     envelope: str | None = None,
-    goal: str | None = None,
-    criterion: Literal["determinant", "worst", "replay"] = "determinant",
     mode: Literal["waypoints", "setpoints", "overlays"] | None = None,
     seed: int = 0,
     force: bool = False,
@@ -38,8 +36,6 @@ def plan(
         duration,
         damping=None if damping is None else hd.read_damping(damping),
         envelope=None if envelope is None else hd.read_envelope(envelope),
-        goal=goal,
-        criterion=criterion,
         mode=mode,
         seed=seed,
     )

@@ -25,8 +25,6 @@ from hydrodamp.experiment_design.guidance import (
     candidate_manoeuvres,
     join_setpoints,
 )
-from hydrodamp.identification.fit import critical_value
-from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, MINOR_CONTRIBUTION
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import estimate_length
@@ -58,22 +56,21 @@ MIN_MOTION = np.full(6, 0.1)
 BASELINE_STRENGTHS = np.linspace(1.0, 0.1, 10)
 """Strengths of the baseline's steps, the largest feasible one of which is used."""
 
-REPLAY_DURATION = 60.0
-"""Duration of the replay whose error the criterion "replay" minimises [s]."""
-
 
 @dataclass(frozen=True, eq=False)
 class PlanningContext:
-    """The design problem of a dive of ``n_segments`` segments of ``samples`` samples."""
+    """The design problem of a dive of ``n_segments`` segments of ``samples`` samples.
+
+    ``time_scale`` [s] is that of the baseline, for all manoeuvres.
+    """
 
     prior: Damping
     simulator: ClosedLoopSimulator
-    error_model: design.ErrorModel
+    time_scale: float
     samples: int
     n_segments: int
     baseline: list[Manoeuvre]
     coefficient_scale: FloatArray
-    replay_information: FloatArray
     seed: int
     mode: Mode
 
@@ -108,15 +105,11 @@ class PlanningContext:
         setpoints, overlays = join_setpoints(baseline, autopilot, envelope, samples)
         trajectories = nominal.simulate((setpoints[:, None], overlays[:, None]))
         scale = coefficient_scale(nominal, trajectories, seed)
-        # Errors in m/s and deg/s count alike in a replay from a known initial state.
-        unit = design.ErrorModel(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
         context = cls(
             prior,
             steerable_members(simulator_of(scale, 2 * N_MEMBERS), samples),
-            design.ErrorModel.of(envelope.noise_std[:6]),
-            *(samples, n_segments, baseline, scale),
-            design.fisher_information(nominal, trajectories, unit, REPLAY_DURATION)[0],
-            *(seed, mode),
+            trajectories.log(vehicle, autopilot.names, exact=True).time_scale,
+            *(samples, n_segments, baseline, scale, seed, mode),
         )
         context.check_excitation(nominal)
         return context
@@ -161,25 +154,19 @@ class PlanningContext:
         scale = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
         return np.diag((100.0 * scale) ** -2.0)
 
-    def objective(
-        self, criterion: design.Criterion, inflation: FloatArray | None = None
-    ) -> design.Objective:
-        """Return the objective of the dive."""
-        scale = np.maximum(self.model_values(self.coefficient_scale), 1e-9)
-        limit = np.maximum(
-            MAX_RELATIVE_HALF_WIDTH * np.abs(self.prior_coefficients), MINOR_CONTRIBUTION * scale
-        )
-        inflation = np.ones(len(scale)) if inflation is None else inflation
-        # Correlations of the prior are ignored: a jackknife of few blocks does not determine them.
-        information = np.diag(self.prior_std_errors**-2.0) + self.weak_prior_information
-        targets = limit / critical_value()
-        return design.Objective(criterion, targets, self.replay_information, inflation, information)
+    @property
+    def prior_information(self) -> FloatArray:
+        """Inverse covariance of the prior without its correlations, shape (p, p).
+
+        A jackknife of few blocks does not determine them.
+        """
+        return np.diag(self.prior_std_errors**-2.0) + self.weak_prior_information
 
     def cramer_rao_bound(self, trajectories: Trajectories) -> FloatArray:
         """Return the Cramer-Rao bound of standard errors with the nominal damping."""
         nominal = self.simulator.with_members([0])
-        information = design.fisher_information(
-            nominal, trajectories.select([0]), self.error_model
+        information = design.ensemble_information(
+            nominal, trajectories.select([0]), self.time_scale
         )[0]
         covariance = np.linalg.inv(information + self.weak_prior_information)
         return np.asarray(np.sqrt(np.diag(covariance)))
@@ -193,10 +180,10 @@ class PlanningContext:
 
     def check_excitation(self, nominal: ClosedLoopSimulator) -> None:
         """Refuse a model with terms that no manoeuvre excites, or that are collinear."""
-        objective = self.objective("determinant")
-        optimiser = design.Optimiser(nominal, self.error_model, objective, self.samples)
-        by_manoeuvre, *_ = optimiser.evaluate(candidate_manoeuvres(len(nominal.autopilot.overlays)))
-        information = by_manoeuvre.sum(axis=(0, 1))
+        candidates = candidate_manoeuvres(len(nominal.autopilot.overlays))
+        trajectories = design.simulate_candidates(nominal, candidates, self.samples)
+        by_manoeuvre = design.ensemble_information(nominal, trajectories, self.time_scale)
+        information = by_manoeuvre.sum(axis=0)
         size = np.sqrt(np.maximum(np.diag(information), 0.0))
         unit = np.where(size > 0.0, size, 1.0)
         eigenvalues, eigenvectors = np.linalg.eigh(information / np.outer(unit, unit))

@@ -1,11 +1,10 @@
-"""A planned dive, its predicted results, and its files: CSV, JSON, mission, ROS 2 bag."""
+"""A planned dive, its predicted results, and its files: CSV, JSON, mission."""
 
 from __future__ import annotations
 
 import csv
 import io
 from dataclasses import asdict, dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -83,15 +82,6 @@ class PlanSegment:
     manoeuvre: Manoeuvre
 
 
-@dataclass(frozen=True)
-class GoalDuration:
-    """Shortest dive for a goal by axis [s], None where no coefficient reaches it; and reasons."""
-
-    goal: Grade
-    duration_by_axis: dict[str, float | None]
-    unreached: dict[str, str]
-
-
 @dataclass(frozen=True, eq=False)
 class DivePlan:
     """A planned dive and its predicted results.
@@ -132,8 +122,6 @@ class DivePlan:
         Values assumed because neither vehicle nor envelope states them.
     predictions : tuple of Prediction
         One per coefficient, in the model's order.
-    goal_duration : GoalDuration or None
-        For a goal only.
     notes : tuple of str
         Further remarks.
     """
@@ -154,7 +142,6 @@ class DivePlan:
     saturation: dict[str, float]
     assumptions: tuple[str, ...]
     predictions: tuple[Prediction, ...]
-    goal_duration: GoalDuration | None = None
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -200,10 +187,9 @@ def commands_csv(plan: DivePlan) -> str:
 
 def plan_document(plan: DivePlan) -> dict[str, Any]:
     """Return the content of ``plan.json``: a plan without its time series."""
-    goal = plan.goal_duration
     return {
         "format": "hydrodamp-plan",
-        "version": 3,
+        "version": 4,
         "units": UNITS,
         "vehicle": plan.vehicle.name,
         "model": plan.model.key,
@@ -238,12 +224,6 @@ def plan_document(plan: DivePlan) -> dict[str, Any]:
                 "cause": item.cause and item.cause.word,
             }
             for item in plan.predictions
-        },
-        "goal": goal
-        and {
-            "grade": goal.goal.word,
-            "duration_by_axis": goal.duration_by_axis,
-            "unreached": goal.unreached,
         },
         "notes": list(plan.notes),
     }
@@ -317,25 +297,3 @@ def _item(number: int, command: int, parameters: list[float | None]) -> dict[str
         "frame": FRAME_MISSION if command == DO_CHANGE_SPEED else FRAME_RELATIVE_ALTITUDE,
         "params": parameters,
     }
-
-
-def can_write_bags() -> bool:
-    """Return whether the package that writes bags is installed."""
-    return find_spec("rosbags") is not None
-
-
-def write_bag(plan: DivePlan, folder: Path) -> None:
-    """Write a ROS 2 bag: a ``std_msgs/Float64`` topic ``/plan/NAME`` for each column."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    kind = "std_msgs/msg/Float64"
-    message = store.types[kind]
-    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        time, table = command_table(plan)
-        for name, values in table.items():
-            topic = writer.add_connection(f"/plan/{name}", kind, typestore=store)
-            for stamp, value in zip(time.tolist(), values.tolist(), strict=True):
-                content = store.serialize_cdr(message(data=value), kind)
-                writer.write(topic, round(1e9 * stamp), content)

@@ -12,7 +12,7 @@ grades. The members that steer the attenuation also give the reported feasibilit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,9 +27,8 @@ from hydrodamp.experiment_design.guidance import (
     follow_tracks,
     join_setpoints,
 )
-from hydrodamp.experiment_design.result import GoalDuration
-from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, Cause, Grade
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.output_error import Recommended
 from hydrodamp.progress import run_parallel
@@ -47,12 +46,6 @@ AREA_SLOWDOWN = 0.9
 RESPONSE_TIME = 5.0
 """Time after a segment in which it can cause a violation [s]; assumed."""
 
-N_DURATIONS = 5
-"""Durations that are tried for a goal: a fifth of the dive, two fifths, and so on."""
-
-MAX_HOURS = 10.0
-"""Extrapolated durations beyond this are reported as more than it [h]."""
-
 
 @dataclass(frozen=True, eq=False)
 class FeasibleDive:
@@ -69,20 +62,6 @@ class FeasibleDive:
     feasibility_rate: float
     saturation: dict[str, float]
     waypoints: FloatArray | None = None
-
-    def until(self, n_segments: int, samples: int) -> FeasibleDive:
-        """Return the first segments."""
-        n, waypoints = n_segments * samples, self.waypoints
-        if waypoints is not None:
-            waypoints = waypoints[: np.searchsorted(waypoints[:, 0], n * self.trajectories.period)]
-        return replace(
-            self,
-            waypoints=waypoints,
-            manoeuvres=self.manoeuvres[:n_segments],
-            overlays=self.overlays[:n],
-            courses=self.courses[:n_segments],
-            trajectories=self.trajectories.until(n),
-        )
 
 
 def enforce_envelope(
@@ -234,65 +213,3 @@ def expected_coefficients(context: PlanningContext, verification: SimulatedEstim
     """Return the prior's coefficients; where it has none, the estimate for the nominal member."""
     known = [label in context.prior.model.labels for label in context.model.labels]
     return np.where(known, context.prior_coefficients, verification.coefficients[0])
-
-
-def shortest_duration(
-    context: PlanningContext,
-    goal: str,
-    n_segments: int,
-    trajectories: Trajectories,
-    full: SimulatedEstimates,
-) -> tuple[GoalDuration, int, SimulatedEstimates]:
-    """Return the shortest duration by axis for a grade; number of segments and verification."""
-    grade = next(item for item in Grade if item.word == goal)
-    order, labels = list(Grade), context.model.labels
-    lengths = {max(2, -(-n_segments * k // N_DURATIONS)) for k in range(1, N_DURATIONS)}
-    verifications = {
-        n: identify_simulated_logs(context.simulator, trajectories.until(n * context.samples))
-        for n in sorted(lengths - {n_segments})
-    } | {n_segments: full}
-    reached = {
-        n: np.array([order.index(item) <= order.index(grade) for item in result.grades(labels)])
-        for n, result in verifications.items()
-    }
-    reachable, axes = reached[n_segments], np.array([label[0] for label in labels])
-
-    def shortest(selected: np.ndarray) -> int:
-        return next(n for n, is_reached in reached.items() if np.all(is_reached[selected]))
-
-    by_axis = {axis: reachable & (axes == axis) for axis in dict.fromkeys(axes.tolist())}
-    duration_by_axis = {
-        axis: shortest(selected) * context.segment_duration if selected.any() else None
-        for axis, selected in by_axis.items()
-    }
-    n = shortest(reachable) if reachable.any() else n_segments
-    causes, minutes = full.causes(labels), n_segments * context.segment_duration / 60.0
-    values, std_errors = expected_coefficients(context, full).tolist(), full.std_errors.tolist()
-    unreached = {
-        label: _explain(values[index], std_errors[index], causes[index], minutes, grade)
-        for index, label in enumerate(labels)
-        if not reachable[index]
-    }
-    return GoalDuration(grade, duration_by_axis, unreached), n, verifications[n]
-
-
-def _explain(
-    value: float, std_error: float, cause: Cause | None, minutes: float, goal: Grade
-) -> str:
-    """Return why a coefficient does not reach a grade in some minutes, and how long it takes."""
-    if cause is not None and cause is not Cause.NOT_SIGNIFICANT:
-        return str(cause.value)
-    half_width, size = critical_value() * std_error, max(abs(value), 1e-12)
-    target = MAX_RELATIVE_HALF_WIDTH if goal is Grade.DETERMINED else 1.0
-    interval = (
-        f"the confidence interval +-{half_width:.2g} is {half_width / size:.0%} of {value:.3g}"
-    )
-    if half_width <= target * size:
-        return f"{interval}, which is enough, but the weak form, which grades the log, differs."
-    required = (half_width / target / size) ** 2 * minutes
-    is_long = required >= 60.0 * MAX_HOURS
-    duration = f"more than {MAX_HOURS:.0f} h" if is_long else f"{required:.0f} min"
-    return (
-        f"{interval}; standard errors fall with the root of time, so it takes {duration}, or more "
-        "speed and larger angles than the envelope permits."
-    )

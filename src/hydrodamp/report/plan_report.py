@@ -20,9 +20,6 @@ from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import save_results
 
-BAG = "bag"
-"""Name of the ROS 2 bag in the folder of a plan."""
-
 FIGURES = {
     "setpoints": (setpoint_figure, "Setpoints and commands; thin lines separate segments."),
     "track": (track_figure, "Predicted track with the nominal damping."),
@@ -66,14 +63,6 @@ def _notes(plan: planning.DivePlan) -> Iterator[str]:
     if shares:
         yield f"Time at a limit or rate limit: {shares}."
     yield from plan.assumptions
-    if (goal := plan.goal_duration) is not None:
-        durations = ", ".join(
-            f"{axis} {'none' if time is None else f'{time:.0f} s'}"
-            for axis, time in goal.duration_by_axis.items()
-        )
-        yield f"Shortest dive to '{goal.goal.word}' of the coefficients that reach it: {durations}."
-        for label, reason in goal.unreached.items():
-            yield f"{label} does not reach '{goal.goal.word}': {reason}"
     yield from plan.notes
 
 
@@ -102,7 +91,6 @@ def segment_table(plan: planning.DivePlan) -> Table:
 RESULTS = (
     *("plan.csv", "predictions.csv", "plan.json", "mission.plan", "track.csv", "plan.html"),
     *(f"{name}.svg" for name in FIGURES),
-    f"{BAG}/*",
 )
 """Names of all files of a plan, relative to its folder."""
 
@@ -135,14 +123,7 @@ def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
     with TemporaryDirectory() as name:
         temporary = Path(name)
         write_log(plan.track, temporary / "track.csv")
-        if planning.can_write_bags():
-            planning.write_bag(plan, temporary / BAG)
-        else:
-            missing.append(
-                'The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".'
-            )
-        files = [path for path in sorted(temporary.rglob("*")) if path.is_file()]
-        contents |= {folder / path.relative_to(temporary): path.read_bytes() for path in files}
+        contents[folder / "track.csv"] = (temporary / "track.csv").read_bytes()
     if installed():
         contents[folder / "plan.html"] = page(plan, pictures).encode("utf-8")
     else:
