@@ -185,33 +185,27 @@ class ClosedLoopSimulator:
         if seed is not None:
             rng = np.random.default_rng(seed)
             noise = rng.standard_normal((n_samples, n, 10)) * self.envelope.noise_std
-        period, autopilot = self.envelope.period, self.autopilot
-        state, loop_state = np.zeros((n, dynamics.N_STATES)), dynamics.AutopilotState.initial(n)
+        noise[:, :, np.flatnonzero(~self.vehicle.free)] = 0.0
+        period, state = self.envelope.period, np.zeros((n, dynamics.N_STATES))
         limited_course = np.full(n, course(0, state[:, 9:11]))
         state[:, 0], state[:, 8], state[:, dynamics.DEPTH] = setpoints[0].T
         state[:, 8] += limited_course
-        if autopilot.propeller is None:
+        if self.autopilot.propeller is None:
             state[:, 0] = 0.0
-        locked, max_change = np.flatnonzero(~self.vehicle.free), autopilot.rates * period
-        samples: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-        for index in range(n_samples):
-            measured = state[:, dynamics.MEASURED] + noise[index]
-            measured[:, locked] = 0.0
+
+        def setpoints_of(index: int, state: FloatArray) -> FloatArray:
+            nonlocal limited_course
             if guidance is not None:
                 setpoints[index] = guidance(state)
             target = np.full(n, course(index, state[:, 9:11]))
             limited_course = limit_course_rate(limited_course, target, period)
             setpoints[index, :, 1] += limited_course
-            commands, loop_state = autopilot.control(
-                measured, setpoints[index], overlays[index], loop_state, period
-            )
-            if samples:
-                last = samples[-1][2]
-                commands = np.clip(commands, last - max_change, last + max_change)
-            samples.append((state, measured, commands))
-            state = self._advance(state, commands, period)
-        states, measurements, sent = map(np.array, zip(*samples, strict=True))
-        return Trajectories(setpoints, states, measurements, sent, period)
+            return np.asarray(setpoints[index])
+
+        motion = dynamics.simulate_closed_loop(
+            self.autopilot, state, noise, overlays, setpoints_of, self._advance, period
+        )
+        return Trajectories(setpoints, *motion, period)
 
     def reachable_speeds(self) -> FloatArray:
         """Return the steady speed of each member at full thrust ahead [m/s]."""
@@ -242,16 +236,15 @@ class ClosedLoopSimulator:
         velocity = state[:, dynamics.VELOCITY]
         return 0.0 if self.disturbance is None else self.disturbance(velocity, commands)
 
-    def _advance(self, state: FloatArray, commands: FloatArray, period: float) -> FloatArray:
+    def _advance(self, _: int, state: FloatArray, commands: FloatArray) -> FloatArray:
         inputs = self._inputs(commands)
 
         def rate(state: FloatArray, _: float) -> FloatArray:
             disturbance = self._disturbance(state, commands)
             acceleration = self.equation.acceleration(state, *inputs, disturbance)
-            pose_rate = dynamics.pose_rates(state[:, dynamics.VELOCITY], state[:, dynamics.EULER])
-            return np.hstack([acceleration, pose_rate])
+            return dynamics.motion_rates(acceleration, state)
 
-        following = dynamics.integrate(rate, state, period, MAX_STEP)
+        following = dynamics.integrate(rate, state, self.envelope.period, MAX_STEP)
         # Freeze diverged members at a pitch of -90 deg, which violates every envelope.
         diverged = ~np.all(np.abs(following[:, dynamics.VELOCITY]) < DIVERGENCE_LIMIT, axis=1)
         following[diverged, dynamics.VELOCITY] = 0.0

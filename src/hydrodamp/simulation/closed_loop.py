@@ -13,7 +13,7 @@ command is interpolated from steady speeds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -223,6 +223,47 @@ def pose_rates(velocity: FloatArray, euler: FloatArray) -> FloatArray:
         *(cy * forward - sy * starboard, sy * forward + cy * starboard, cp * downward - sp * u),
     )
     return np.array(rates).T
+
+
+def motion_rates(acceleration: FloatArray, state: FloatArray) -> FloatArray:
+    """Return the time derivatives of velocity, Euler angles and position, shape (n, 12)."""
+    return np.hstack([acceleration, pose_rates(state[:, VELOCITY], state[:, EULER])])
+
+
+Setpoints = Callable[[int, FloatArray], FloatArray]
+"""From the index of a sample and states to setpoints of speed, heading and depth (n, 3)."""
+
+Advance = Callable[[int, FloatArray, FloatArray], FloatArray]
+"""From the index of a sample, states and held commands to the states at the next sample."""
+
+
+def simulate_closed_loop(
+    autopilot: Autopilot,
+    state: FloatArray,
+    errors: Iterable[FloatArray],
+    overlays: FloatArray,
+    setpoints: Setpoints,
+    advance: Advance,
+    period: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return states, measurements and commands of n vehicles, shape (samples, n, ...).
+
+    ``errors`` (n, 10) of each sample are those of the sensors; ``overlays`` (samples, n, k) are
+    added to the commands, which change at most at the rate limits.
+    """
+    memory, max_change = AutopilotState.initial(len(state)), autopilot.rates * period
+    samples: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    for index, error in enumerate(errors):
+        measured = state[:, MEASURED] + error
+        arguments = measured, setpoints(index, state), overlays[index], memory, period
+        commands, memory = autopilot.control(*arguments)
+        if samples:
+            last = samples[-1][2]
+            commands = np.clip(commands, last - max_change, last + max_change)
+        samples.append((state, measured, commands))
+        state = advance(index, state, commands)
+    states, measurements, sent = map(np.array, zip(*samples, strict=True))
+    return states, measurements, sent
 
 
 @dataclass(frozen=True, eq=False)

@@ -91,8 +91,8 @@ class Motion:
 
         def rate(state: FloatArray, _: float) -> FloatArray:
             fin_rate = (commands - state[:, FINS]) / lag if lag else np.zeros_like(commands)
-            pose_rate = dynamics.pose_rates(state[:, dynamics.VELOCITY], state[:, dynamics.EULER])
-            return np.hstack([self.acceleration(state, disturbance), pose_rate, fin_rate])
+            acceleration = self.acceleration(state, disturbance)
+            return np.hstack([dynamics.motion_rates(acceleration, state), fin_rate])
 
         return dynamics.integrate(rate, state, duration, MAX_STEP)
 
@@ -178,19 +178,25 @@ class CampaignSetup:
         setpoints = np.zeros((len(time), n, 3))
         setpoints[:, :, 1] = np.radians(np.transpose([run.heading.values(time) for run in runs]))
         setpoints[:, :, 2] = INITIAL_DEPTH + np.transpose([run.depth.values(time) for run in runs])
-        state, memory, samples = np.zeros((n, FINS.stop)), dynamics.AutopilotState.initial(n), []
+        state = np.zeros((n, FINS.stop))
         state[:, 0], state[:, dynamics.DEPTH] = motion.steady_surge, INITIAL_DEPTH
-        inputs = zip(errors, disturbances, setpoints, strict=True)
-        for error, disturbance, setpoint in count_items(inputs, "simulating runs", len(errors)):
-            measured = state[:, dynamics.MEASURED] + error
-            commands, memory = self.autopilot.control(
-                measured, setpoint, np.zeros((n, 2)), memory, self.period
-            )
-            state = motion.receive(state, commands)
-            acceleration = motion.acceleration(state, disturbance)
-            samples.append((state, acceleration, measured, commands))
-            state = motion.advance(state, commands, self.period, disturbance)
-        return _Record(*map(np.array, zip(*samples, strict=True)))
+
+        def advance(index: int, state: FloatArray, commands: FloatArray) -> FloatArray:
+            received = motion.receive(state, commands)
+            return motion.advance(received, commands, self.period, disturbances[index])
+
+        states, measured, commands = dynamics.simulate_closed_loop(
+            self.autopilot,
+            state,
+            count_items(errors, "simulating runs", len(errors)),
+            np.zeros((len(time), n, 2)),
+            lambda index, _: setpoints[index],
+            advance,
+            self.period,
+        )
+        received = map(motion.receive, states, commands)
+        accelerations = np.array([*map(motion.acceleration, received, disturbances)])
+        return _Record(states, accelerations, measured, commands)
 
     def _campaign(self, record: _Record) -> Campaign:
         logs: dict[str, Any] = {}
