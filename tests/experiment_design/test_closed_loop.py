@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.ensemble import (
     extended_model,
     prior_damping,
@@ -117,7 +117,12 @@ def test_information_adds_up_and_falls_with_the_square_of_noise(closed_loop, tra
     )
     assert double == pytest.approx(single / 4.0)
     assert np.linalg.eigvalsh(single).min() > 0.0
-    shorter = ensemble_information(closed_loop, trajectories.until(160), 2.0)
+    arrays = trajectories.setpoints, trajectories.states, trajectories.measured
+    shorter = ensemble_information(
+        closed_loop,
+        Trajectories(*(array[:160] for array in (*arrays, trajectories.commands)), 0.1),
+        2.0,
+    )
     assert np.trace(shorter[0]) < np.trace(single[0])
 
 

@@ -65,15 +65,8 @@ class Trajectories:
 
     def select(self, vehicles: slice | list[int] | IntArray) -> Trajectories:
         """Return the trajectories of some vehicles."""
-        return self._apply(lambda array: array[:, vehicles])
-
-    def until(self, n: int) -> Trajectories:
-        """Return the first n samples."""
-        return self._apply(lambda array: array[:n])
-
-    def _apply(self, function: Callable[[FloatArray], FloatArray]) -> Trajectories:
         arrays = (self.setpoints, self.states, self.measured, self.commands)
-        setpoints, states, measured, commands = map(function, arrays)
+        setpoints, states, measured, commands = (array[:, vehicles] for array in arrays)
         return Trajectories(setpoints, states, measured, commands, self.period)
 
     def log(self, vehicle: Vehicle, names: tuple[str, ...], *, exact: bool = False) -> Log:

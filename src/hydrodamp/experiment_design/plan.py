@@ -24,7 +24,6 @@ from hydrodamp.experiment_design.verification import (
     FeasibleDive,
     SimulatedEstimates,
     enforce_envelope,
-    expected_coefficients,
     identify_simulated_logs,
 )
 from hydrodamp.identification.grades import Grade
@@ -213,20 +212,17 @@ def _predictions(
     baseline: SimulatedEstimates,
 ) -> tuple[Prediction, ...]:
     labels, prior, std_errors = context.model.labels, context.prior_std_errors, result.std_errors
-    values, bounds = expected_coefficients(context, result), context.cramer_rao_bound(trajectories)
-    combined = (std_errors**-2.0 + prior**-2.0) ** -0.5
-    grades, causes = result.grades(labels), result.causes(labels)
-    return tuple(
-        Prediction(
-            label=label,
-            value=float(values[index]),
-            prior_std_error=float(prior[index]) if np.isfinite(prior[index]) else None,
-            cramer_rao_bound=float(bounds[index]),
-            std_error=float(std_errors[index]),
-            combined_std_error=float(combined[index]),
-            baseline_std_error=float(baseline.std_errors[index]),
-            grade=grades[index],
-            cause=causes[index] if grades[index] is Grade.NOT_DETERMINED else None,
-        )
-        for index, label in enumerate(labels)
+    is_known = [label in context.prior.model.labels for label in labels]
+    numbers = (
+        context.cramer_rao_bound(trajectories),
+        std_errors,
+        (std_errors**-2.0 + prior**-2.0) ** -0.5,
+        baseline.std_errors,
     )
+    values = np.where(is_known, context.prior_coefficients, result.coefficients[0]).tolist()
+    known_errors = [std if np.isfinite(std) else None for std in prior.tolist()]
+    grades = result.grades(labels)
+    pairs = zip(grades, result.causes(labels), strict=True)
+    causes = [cause if grade is Grade.NOT_DETERMINED else None for grade, cause in pairs]
+    columns = values, known_errors, *(each.tolist() for each in numbers), grades, causes
+    return tuple(Prediction(*row) for row in zip(labels, *columns, strict=True))

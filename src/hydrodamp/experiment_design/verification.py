@@ -207,9 +207,3 @@ def _identify(
     problem = prepare(simulator.vehicle, log, simulator.ensemble.model)
     fit = Recommended().identify(problem, simulator.ensemble.model)
     return fit, grade_fit(problem, fit) if grading and fit.status.usable else None
-
-
-def expected_coefficients(context: PlanningContext, verification: SimulatedEstimates) -> FloatArray:
-    """Return the prior's coefficients; where it has none, the estimate for the nominal member."""
-    known = [label in context.prior.model.labels for label in context.model.labels]
-    return np.where(known, context.prior_coefficients, verification.coefficients[0])
