@@ -57,7 +57,7 @@ def ensemble_information(
     information = np.empty((n, model.n_coefficients, model.n_coefficients))
     for member, matrix in enumerate(simulator.equation.matrices[:n]):
         chosen = np.flatnonzero(of_window % members == member)
-        known = replace(problem, equations=problem.equations.hold(matrix, rows))
+        known = replace(problem, equations=problem.equations.hold(matrix, model))
         windows = Windows(
             *(length, known, known.equations.entries(model), bounds[chosen], states[chosen]),
             *(std / np.sqrt(SAMPLES_PER_RESIDUAL), max_step),

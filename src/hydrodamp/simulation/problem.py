@@ -100,12 +100,13 @@ class EquationTable:
         table[entries] = values
         return table
 
-    def hold(self, matrix: FloatArray, entries: tuple[np.ndarray, np.ndarray]) -> EquationTable:
-        """Return the table with all coefficients of a matrix known but those at ``entries``."""
+    def hold(self, matrix: FloatArray, model: DampingModel) -> EquationTable:
+        """Return the table with all coefficients of a matrix known but those of a model."""
         known, factors = matrix.copy(), self.plant.factors
-        known[entries] = 0.0
-        plant = replace(self.plant, factors=np.vstack([factors, factors[self.n_known :]]))
-        return replace(self, plant=plant, known=frozen(known))
+        known[self.entries(model)] = 0.0
+        unknown = self.restrict_to(model).plant.factors[self.n_known :]
+        plant = replace(self.plant, factors=np.vstack([factors, unknown]))
+        return replace(self, basis=model.basis, plant=plant, known=frozen(known))
 
     def require(self, model: DampingModel) -> None:
         """Raise if a model has terms outside the basis.
