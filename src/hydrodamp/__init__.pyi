@@ -93,6 +93,7 @@ from .identification.dissipativity import (
     operating_box as operating_box,
 )
 from .identification.fit import (
+    Estimate as Estimate,
     Fit as Fit,
     Method as Method,
     Uncertainty as Uncertainty,
@@ -134,11 +135,6 @@ from .identification.regression import (
     merge as merge,
 )
 from .identification.stepwise import StepwiseSelection as StepwiseSelection
-from .identification.vehicle_parameters import (
-    ParameterEstimate as ParameterEstimate,
-    VehicleEstimate as VehicleEstimate,
-    estimate_vehicle_parameters as estimate_vehicle_parameters,
-)
 from .identification.weak_form import WeakRegression as WeakRegression
 from .ingest.datasets import Dataset as Dataset, fetch as fetch, find_dataset as find_dataset
 from .ingest.inspection.delay import Delay as Delay, estimate_delays as estimate_delays

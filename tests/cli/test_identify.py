@@ -175,12 +175,19 @@ def test_a_log_too_short_for_grades_says_so_and_shows_all_coefficients(folder, c
 
 
 def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficients(folder, call):
-    plain = json.loads(call(f"{LINE} --json").stdout)
-    done = call(f"{LINE} --estimate buoyancy --json")
+    line = LINE.replace("--method ls", "--method oe")
+    plain = json.loads(call(f"{line} --json").stdout)
+    done = call(f"{line} --estimate buoyancy --json")
     document = json.loads(done.stdout)
-    buoyancy = document["vehicle_parameters"]["B"]
+    buoyancy = document["fit"]["estimates"]["B"]
     assert (buoyancy["grade"], buoyancy["prior"], buoyancy["unit"]) == ("not determined", 100, "N")
     assert buoyancy["cause"]
     assert document["fit"]["vehicle"] == plain["fit"]["vehicle"]
     assert document["coefficients"] == plain["coefficients"]
     assert "does not determine B: " in done.stderr
+    assert "B 100" in done.stderr
+
+
+def test_a_method_that_estimates_no_parameters_of_the_vehicle_refuses_them(folder, call):
+    done = call(f"{LINE} --estimate buoyancy", 2)
+    assert "`ls` does not estimate buoyancy: use `--method recommended`" in done.stderr

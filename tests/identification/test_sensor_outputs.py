@@ -161,8 +161,8 @@ def test_a_delay_and_a_bias_are_estimated(exact):
                  true_delay=0.3, estimate=("bias", "delay"))  # fmt: skip
     bare = without(log, *"uvw", measurements=[dvl])
     fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
-    assert fit.sensor_parameters["dvl delay"][0] == pytest.approx(0.3, abs=0.05)
-    assert fit.sensor_parameters["dvl bias u"][0] == pytest.approx(0.05, abs=0.015)
+    assert fit.estimates["dvl delay"].value == pytest.approx(0.3, abs=0.05)
+    assert fit.estimates["dvl bias u"].value == pytest.approx(0.05, abs=0.015)
 
 
 @pytest.mark.slow

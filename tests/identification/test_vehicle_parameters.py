@@ -8,7 +8,17 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
+from hydrodamp.files import as_json
 from hydrodamp.identification.fit import critical_value
+from hydrodamp.identification.gauss_newton import Iterate
+from hydrodamp.identification.initial_iterate import make_objective
+from hydrodamp.identification.rebuilt_outputs import fix_parameters, free_parameters
+from hydrodamp.identification.vehicle_parameters import (
+    VEHICLE_PARAMETERS,
+    rebuild_plant,
+    vehicle_parameters,
+)
+from hydrodamp.report.documents import fit_document, read_fit
 from hydrodamp.simulation.replay import replay
 
 MODEL = hd.catalog["prestero"]
@@ -40,19 +50,19 @@ def test_added_mass_and_buoyancy_are_within_their_intervals(simulated):
     wrong = with_added_mass(vehicle, [0.3, -0.3, 0.25, 0.0, 0.2, -0.25])
     wrong = replace(wrong, buoyancy=1.005 * vehicle.buoyancy)
     problem = hd.prepare(wrong, log, MODEL)
-    result = hd.estimate_vehicle_parameters(problem, MODEL, ["added-mass", "buoyancy"])
+    result = hd.OutputError(estimate=("added-mass", "buoyancy")).identify(problem, MODEL)
     true = dict(zip(("A_X", "A_Y", "A_Z", "A_K", "A_M", "A_N"), vehicle.added_mass.diagonal(),
                     strict=True)) | {"B": vehicle.buoyancy}  # fmt: skip
-    assert true.keys() == result.parameters.keys()
+    assert true.keys() == result.estimates.keys()
     half = critical_value()
     inside = [
         abs(each.value - true[label]) <= half * each.standard_error
-        for label, each in result.parameters.items()
+        for label, each in result.estimates.items()
     ]
     assert sum(inside) >= 6
-    assert result.parameters["A_N"].value == pytest.approx(true["A_N"], rel=0.1)
-    assert result.parameters["B"].value == pytest.approx(true["B"], rel=1e-3)
-    assert result.vehicle.buoyancy == result.parameters["B"].value
+    assert result.estimates["A_N"].value == pytest.approx(true["A_N"], rel=0.1)
+    assert result.estimates["B"].value == pytest.approx(true["B"], rel=1e-3)
+    assert result.vehicle.buoyancy == result.estimates["B"].value
     assert np.linalg.eigvalsh(result.vehicle.mass_matrix).min() > 0.0
 
 
@@ -62,11 +72,11 @@ def test_free_gains_leave_the_scale_open_and_the_result_says_so(simulated):
     model = hd.catalog["fossen"].with_terms({"N": ("rudder",)}, key="gains")
     bare = replace(vehicle, actuators=())
     problem = hd.prepare(bare, log, model)
-    result = hd.estimate_vehicle_parameters(problem, model, ["added-mass"])
-    assert result.remarks[0].startswith("The gains of commands on N are free")
-    assert "known ballast" in str(result)
-    assert not result.parameters["A_N"].is_determined
-    assert result.parameters["A_N"].cause
+    result = hd.OutputError(estimate=("added-mass",)).identify(problem, model)
+    cause = result.estimates["A_N"].cause
+    assert cause.startswith("The gains of commands on N are free")
+    assert f"The log does not determine A_N: the prior is kept. {cause}" in result.remarks
+    assert "known ballast" in cause
     assert result.vehicle.added_mass[5, 5] == bare.added_mass[5, 5]
 
 
@@ -74,23 +84,25 @@ def test_free_gains_leave_the_scale_open_and_the_result_says_so(simulated):
 def test_a_model_that_lacks_terms_determines_nothing_and_keeps_the_vehicle():
     campaign, model = hd.reenact(seed=1, duration=15.0), hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    result = hd.estimate_vehicle_parameters(problem, model, ["added-mass", "buoyancy"])
-    assert [each.grade.word for each in result.parameters.values()] == ["not determined"] * 7
+    result = hd.OutputError(estimate=("added-mass", "buoyancy")).identify(problem, model)
+    plain = hd.OutputError().identify(problem, model)
+    assert [each.grade.word for each in result.estimates.values()] == ["not determined"] * 7
     assert result.vehicle == campaign.vehicle
+    assert np.array_equal(result.damping.coefficients, plain.damping.coefficients)
     words = r"^Averages of the residuals of [u-wp-r] are [\d.]+ times the sensor noise \(white"
-    assert re.match(words, result.parameters["A_N"].cause)
-    assert "the model lacks terms, or sensor errors are coloured" in result.remarks[0]
-    assert "take the values from a towing tank or strip theory" in result.remarks[0]
+    assert re.match(words, result.estimates["A_N"].cause)
+    assert "the model lacks terms, or sensor errors are coloured" in result.remarks[-1]
+    assert "take the values from a towing tank or strip theory" in result.remarks[-1]
 
 
 def determined_errors(seed, model):
     """Return the relative errors of the determined added masses."""
     campaign = hd.reenact(seed=seed, duration=40.0)
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    result = hd.estimate_vehicle_parameters(problem, model, ["added-mass"])
+    result = hd.OutputError(estimate=("added-mass",)).identify(problem, model)
     return [
         abs(each.value / each.prior - 1.0)
-        for each in result.parameters.values()  # the priors are true
+        for each in result.estimates.values()  # the priors are true
         if each.is_determined
     ]
 
@@ -112,9 +124,93 @@ def test_the_terms_of_the_truth_determine_all_masses(seed):
 @pytest.mark.slow
 def test_faults_are_told(simulated):
     vehicle, log = simulated
-    problem = hd.prepare(vehicle, log, MODEL)
     with pytest.raises(MethodError, match="added-mass, center-of-gravity, buoyancy"):
-        hd.estimate_vehicle_parameters(problem, MODEL, ["mass"])
+        hd.OutputError(estimate=("mass",))
     whole = hd.prepare(replace(vehicle, added_mass=None), log, MODEL)
     with pytest.raises(MethodError, match="give `rigid_body` and `added_mass` apart"):
-        hd.estimate_vehicle_parameters(whole, MODEL)
+        hd.OutputError(estimate=("added-mass",)).identify(whole, MODEL)
+
+
+def average_residuals(objective, windows, vector):
+    """The averages of the residuals at coefficients and parameters, unweighted."""
+    return objective.outputs.averages(windows, vector, np.ones(len(objective.counts)))
+
+
+def assert_slopes_are_differences(objective, windows, vector):
+    """The columns of the parameters, against central differences over ten steps."""
+    rows = objective.outputs.linearise(windows, vector, np.ones(len(objective.counts))).columns
+    is_regular = rows.any(axis=1)
+    assert is_regular.mean() > 0.4
+    averages = average_residuals(objective, windows, vector)
+    assert np.array_equal(rows[is_regular, -1], averages[is_regular])
+    first = objective.n_coefficients
+    for k in range(first, len(vector)):
+        change = np.zeros(len(vector))
+        change[k] = 1e-3 * objective.scale[k]
+        ends = [average_residuals(objective, windows, vector + s * change) for s in (1.0, -1.0)]
+        slope = (ends[1] - ends[0])[is_regular] / (2.0 * change[k])
+        error = rows[is_regular, len(windows.initial_state_std) + k] - slope
+        assert np.max(np.abs(error)) < 0.01 * np.max(np.abs(slope))
+
+
+@pytest.fixture(scope="module")
+def joint():
+    """The objective of a log with all parameters of the vehicle, at the truth."""
+    campaign, truth = hd.reenact(seed=2, duration=20.0), hd.published["vt690-sname2022"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, truth.model)
+    parameters = vehicle_parameters(campaign.vehicle, VEHICLE_PARAMETERS)
+    rebuild = rebuild_plant(problem, truth.model, parameters)
+    objective = free_parameters(make_objective(problem, truth.model), parameters, rebuild)
+    return objective, np.append(truth.coefficients, np.zeros(len(parameters)))
+
+
+def test_slopes_on_all_vehicle_parameters_are_differences_also_of_parts_of_a_log(joint):
+    objective, vector = joint
+    assert len(vector) == objective.n_coefficients + 10
+    moved = (
+        vector + np.where(np.arange(len(vector)) < len(vector) - 10, 0.0, 0.01) * objective.scale
+    )
+    part = objective.restrict(np.array([[400, 600], [20, 180]]))
+    for each in (objective, part):
+        assert_slopes_are_differences(each, each.windows(2.0), moved)
+
+
+def test_free_masses_widen_the_intervals_of_the_coefficients_that_they_couple(joint):
+    objective, vector = joint
+    windows = objective.windows(5.0)
+    linearisation = objective.linearise(vector, windows, objective.residual_std(vector, windows))
+    result = Iterate(vector, (linearisation,))
+    known, free = (
+        np.sqrt(np.diag(np.linalg.inv(each.gauss_newton(iterate)[0])))[: each.n_coefficients]
+        for each, iterate in (fix_parameters(objective, result), (objective, result))
+    )
+    labels = hd.published["vt690-sname2022"].model.labels
+    ratio = dict(zip(labels, (free / known).tolist(), strict=True))
+    assert min(ratio.values()) >= 1.0 - 1e-9
+    assert ratio["N_uv"] > 1.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_joint_fit_covers_the_truth_and_survives_a_file(seed, tmp_path):
+    campaign = hd.reenact(seed=seed, duration=40.0)
+    truth = hd.published["vt690-sname2022"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, truth.model)
+    fit = hd.OutputError(estimate=("added-mass",)).identify(problem, truth.model)
+    assert fit.estimates["A_N"].is_determined
+    assert fit.estimates["A_N"].value == pytest.approx(fit.vehicle.added_mass[5, 5], rel=1e-12)
+    error = np.abs(fit.damping.coefficients - truth.coefficients)
+    half = fit.uncertainty.critical_value() * fit.uncertainty.standard_errors
+    assert np.mean(error <= half) > 0.9
+    problem = hd.prepare(fit.vehicle, campaign.train, truth.model)
+    conditional, free = (
+        dict(zip(truth.model.labels, each.uncertainty.noise_only.standard_errors, strict=True))
+        for each in (hd.OutputError().identify(problem, truth.model), fit)
+    )
+    assert free["N_v|v|"] > 1.2 * conditional["N_v|v|"]
+    assert free["N_r|r|"] > 1.2 * conditional["N_r|r|"]
+    path = tmp_path / "fit.json"
+    path.write_text(as_json(fit_document(fit)), "utf-8")
+    saved = read_fit(path)
+    assert saved.estimates == fit.estimates
+    assert saved.vehicle == fit.vehicle

@@ -42,6 +42,7 @@ def identify(
     json: bool = False,
 ) -> None:
     """Identify one model from a log, grade its coefficients and write a damping file."""
+    from hydrodamp.identification.parameter_estimates import describe_estimates
     from hydrodamp.report.documents import fit_document, selection_document
     from hydrodamp.report.files import PICTURES
 
@@ -61,16 +62,20 @@ def identify(
         names = tuple(inputs.split_names(estimate))
     models = listed.complete(craft, log, estimate_gains or GAINS in names)
     problem = hd.prepare(craft, log, models)
-    estimated: dict[str, object] = {}
     if parameters := [name for name in names if name != GAINS]:
-        problem, estimated = _estimate_parameters(problem, models[0], parameters)
-        craft, log = problem.vehicle, problem.log
+        problem, estimator = _free_parameters(problem, models[0], estimator, parameters)
+        log = problem.log
     if check_actuators:
         from hydrodamp.validation.sensitivity import check_gains
 
         for issue in check_gains(problem, models):
             warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
     (fit,) = fit_all(problem, models, (estimator,))
+    for line in describe_estimates(fit.estimates) if parameters else ():
+        note(line)
+    if fit.vehicle is not None and parameters:
+        craft = fit.vehicle
+        problem = hd.prepare(craft, log, models)
     grades: hd.Identifiability | None = None
     extra: list[str] = []
     if fit.status.usable and fit.model.n_coefficients:
@@ -78,7 +83,7 @@ def identify(
             grades = hd.grade_fit(problem, fit)
             fit = replace(fit, grades=grades.grades)
     comparison = hd.compare((fit,), craft, log)
-    document = fit_document(fit) | {"verdict": selection_document(comparison)} | estimated
+    document = fit_document(fit) | {"verdict": selection_document(comparison)}
     text = as_json(document)
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
@@ -124,10 +129,10 @@ def fit_output(
     return (verdict_table(comparison.verdict(), notes), coefficients)
 
 
-def _estimate_parameters(
-    problem: hd.Problem, model: hd.DampingModel, names: Sequence[str]
-) -> tuple[hd.Problem, dict[str, object]]:
-    """Return the problem with estimated parameters, and a document of those of the vehicle."""
+def _free_parameters(
+    problem: hd.Problem, model: hd.DampingModel, method: hd.Method, names: Sequence[str]
+) -> tuple[hd.Problem, hd.Method]:
+    """Return the problem with estimated responses of commands, and the method with parameters."""
     from hydrodamp.identification.command_response import PARAMETERS
     from hydrodamp.identification.vehicle_parameters import VEHICLE_PARAMETERS
 
@@ -140,17 +145,15 @@ def _estimate_parameters(
         note(f"{response}.")
         if response.is_significant:
             note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
-    if of_vehicle := [name for name in names if name in VEHICLE_PARAMETERS]:
-        result = hd.estimate_vehicle_parameters(problem, model, of_vehicle)
-        for line in str(result).splitlines():
-            note(line)
-        problem = hd.prepare(result.vehicle, problem.log, problem.models)
-        rows = {
-            label: {**each._asdict(), "grade": each.grade.word}
-            for label, each in result.parameters.items()
-        }
-        return problem, {"vehicle_parameters": rows}
-    return problem, {}
+    of_vehicle = tuple(name for name in names if name in VEHICLE_PARAMETERS)
+    if not of_vehicle:
+        return problem, method
+    if not isinstance(method, hd.OutputError):
+        raise hd.MethodError(
+            f"`{method.key}` does not estimate {' '.join(of_vehicle)}: use `--method recommended` "
+            "or `oe`, or `--estimate ''` to keep the values of the vehicle file"
+        )
+    return problem, replace(method, estimate=of_vehicle)
 
 
 @contextmanager

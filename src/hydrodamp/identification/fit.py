@@ -224,6 +224,50 @@ def correlation(covariance: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """Estimate of a parameter of sensors or of the vehicle.
+
+    Attributes
+    ----------
+    value, standard_error : float
+        In the unit.
+    prior : float
+        The value without a log; zero for what corrects the description of a sensor.
+    unit : str
+        Such as ``kg``.
+    cause : str
+        Why the log does not determine the parameter, in a sentence; empty where it does.
+
+    Examples
+    --------
+    >>> print(Estimate(14.2, 0.1, 12.0, "kg"))
+    14.2 ± 0.2 kg (95 %; prior 12)
+    """
+
+    value: float
+    standard_error: float
+    prior: float
+    unit: str
+    cause: str = ""
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether the log determines the parameter."""
+        return not self.cause
+
+    @property
+    def grade(self) -> Grade:
+        """The grade of the parameter."""
+        return Grade.DETERMINED if self.is_determined else Grade.NOT_DETERMINED
+
+    def __str__(self) -> str:
+        """Return the estimate with its 95 % interval and prior."""
+        half = critical_value() * self.standard_error
+        suffix = "" if self.is_determined else ", not determined"
+        return f"{self.value:.4g} ± {half:.2g} {self.unit} (95 %; prior {self.prior:.4g}{suffix})"
+
+
+@dataclass(frozen=True)
 class Fit:
     """An identified damping model.
 
@@ -256,8 +300,9 @@ class Fit:
         How well the training data determine each coefficient, by label; empty where not graded.
     vehicle : Vehicle or None
         The vehicle that the coefficients belong to; None where unknown.
-    sensor_parameters : dict of str to tuple of float
-        Value and standard error of each estimated bias, delay, lever arm and current, by label.
+    estimates : dict of str to Estimate
+        Parameters of sensors and of the vehicle that were estimated with the coefficients, by
+        label such as ``dvl delay`` or ``A_Y``.
     indirect : tuple of str
         Labels of coefficients that only sensors of other motions determine; weak at best.
     """
@@ -274,7 +319,7 @@ class Fit:
     training_range: dict[str, tuple[float, float]] = field(default_factory=dict)
     grades: dict[str, Grade] = field(default_factory=dict)
     vehicle: Vehicle | None = None
-    sensor_parameters: dict[str, tuple[float, float]] = field(default_factory=dict)
+    estimates: dict[str, Estimate] = field(default_factory=dict)
     indirect: tuple[str, ...] = ()
 
     @property

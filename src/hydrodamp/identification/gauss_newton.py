@@ -26,15 +26,18 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
+from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.multiple_shooting import (
     MAX_RELATIVE_STEP,
     Outputs,
     Windows,
     concatenate_bounds,
     sample_indices,
-    split_windows,
 )
 from hydrodamp.simulation.problem import Problem
+
+#: Shortest window [sampling steps].
+MIN_WINDOW_STEPS = 4
 
 #: Gauss-Newton steps of a stage of the continuation.
 MAX_ITERATIONS = 10
@@ -234,6 +237,24 @@ class ShootingObjective:
         hessian[:p, :p] = penalty_weight / len(self.power_rows) * (active.T @ active)
         hessian[:p, :p] += prior_strength / p * np.eye(p)
         return hessian
+
+
+def split_windows(problem: Problem, length: float) -> IntArray:
+    """Return the bounds of windows of a length [s] that cover every segment with least overlap."""
+    windows, length = [], max(length, MIN_WINDOW_STEPS * median_step(problem))
+    for start, stop in problem.segments.tolist():
+        time = problem.inputs.time[start:stop]
+        room = time[-1] - time[0] - length
+        if not room > 0.0:
+            windows.append((start, stop))
+            continue
+        begin = time[0] + np.linspace(0.0, room, int(np.ceil(room / length - 1e-6)) + 1)
+        rounding = 1e-6 * length  # of the clock
+        first = start + np.searchsorted(time, begin - rounding)
+        last = start + np.searchsorted(time, begin + length + rounding, side="right")
+        windows += zip(first, last, strict=True)
+    bounds = np.array(windows, dtype=np.int64).reshape(-1, 2)
+    return bounds[bounds[:, 0] < bounds[:, 1]]  # a window without samples lies in a gap
 
 
 def _mean_square(residuals: FloatArray) -> FloatArray:

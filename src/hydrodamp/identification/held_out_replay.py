@@ -13,13 +13,21 @@ by more than one standard error of the paired differences (one-standard-error ru
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.fit import MAX_BLOCKS
-from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
+from hydrodamp.identification.gauss_newton import (
+    FINAL_TOLERANCE,
+    MIN_DAMPING,
+    Iterate,
+    ShootingObjective,
+    minimise,
+)
 from hydrodamp.simulation.problem import Problem
 
 #: Shortest piece [samples], and rounding of the clock [pieces].
@@ -83,3 +91,23 @@ def is_lower(errors: FloatArray, reference: FloatArray) -> bool:
     """Return whether the mean of errors (n,) is lower by more than one standard error."""
     excess = errors - reference
     return bool(excess.mean() < -excess.std(ddof=1) / np.sqrt(len(excess)))
+
+
+def half_estimates(
+    objective: ShootingObjective,
+    pieces: IntArray,
+    estimate: Callable[[ShootingObjective], FloatArray],
+) -> FloatArray:
+    """Return the estimates (2, p) from the even and from the odd pieces."""
+    return np.array([estimate(objective.restrict(pieces[parity::2])) for parity in (0, 1)])
+
+
+def update_estimate(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
+    """Return an estimate after one step on a part of the log."""
+    linearisations = tuple(
+        previous._replace(windows=half.windows_like(previous.windows))
+        for previous in iterate.linearisations
+    )
+    start = replace(iterate, linearisations=linearisations, damping=MIN_DAMPING)
+    start = half.move(start, iterate.coefficients)
+    return minimise(half, start, FINAL_TOLERANCE, max_iterations=1).coefficients

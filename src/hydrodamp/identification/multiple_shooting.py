@@ -17,18 +17,14 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
-from hydrodamp.identification.differentiation import median_step
+from hydrodamp.identification.parameters import Parameter
 from hydrodamp.identification.regression import update_factor
-from hydrodamp.identification.sensor_parameters import SensorParameter
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
 
 #: Longest Runge-Kutta step over the time scale of the motion.
 MAX_RELATIVE_STEP = 1.0 / 16.0
-
-#: Shortest window [sampling steps].
-MIN_WINDOW_STEPS = 4
 
 #: Averages of the residuals in each window, from which the normal equations are built.
 AVERAGES_PER_WINDOW = 10
@@ -89,8 +85,8 @@ class Outputs(Protocol):
         """Sampling interval of the slowest sensor [s], zero for the samples of the log."""
 
     @property
-    def parameters(self) -> Sequence[SensorParameter]:
-        """Parameters of sensors that all windows share."""
+    def parameters(self) -> Sequence[Parameter]:
+        """Parameters that all windows share."""
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
@@ -105,6 +101,11 @@ class Outputs(Protocol):
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
+
+    def averages(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> FloatArray:
+        """Return the averages (m,) of a linearisation without slopes, NaN after a divergence."""
 
     def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
         """Yield measured minus simulated outputs, a large value after a divergence."""
@@ -201,7 +202,7 @@ class Windows:
 
     def residuals(self, parameters: FloatArray) -> FloatArray:
         """Return measured minus simulated velocity (n, f), a large value after a divergence."""
-        (series,) = VelocityOutputs().residuals(self, parameters)
+        (series,) = self.outputs.residuals(self, parameters)
         return series.residuals
 
     def block_normal_matrices(
@@ -301,7 +302,7 @@ class VelocityOutputs:
     """The velocities of the free axes at the samples of the log."""
 
     interval: float = 0.0
-    parameters: tuple[SensorParameter, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
@@ -331,25 +332,17 @@ class VelocityOutputs:
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
-        p, free = len(parameters), windows.free
-        sizes = np.diff(windows.bounds, axis=1)
-        block = max(int(np.median(sizes)) // AVERAGES_PER_WINDOW, 1)
+        p, free, block = len(parameters), windows.free, _block(windows)
         simulated, jacobian = windows.linearise_simulation(parameters, block)
-        spans = windows.spans
-        first = np.concatenate([np.arange(start, stop, block) for start, stop in spans])
-        edges = np.searchsorted(first, np.append(spans[:, 0], len(simulated)))
-        count = np.sqrt(np.diff(np.append(first, len(simulated))))[:, None]
-        residuals = windows.problem.inputs.velocity[windows.samples] - simulated
-        residuals = np.add.reduceat(residuals, first, axis=0) / count
+        residuals, first = _average(windows, simulated)
+        edges = np.searchsorted(first, np.append(windows.spans[:, 0], len(simulated)))
         end = edges[1:] - 1  # what grows in a window is largest at its end
         ends = residuals[end] / np.sqrt(block), jacobian[end] / np.sqrt(block)
-        weight = np.zeros(6)
-        weight[free] = 1.0 / residual_std
         columns = np.empty((len(first), 6, len(free) + p + 1))
         columns[:, :, : len(free)] = jacobian[:, :, p + free]
         columns[:, :, len(free) : -1] = jacobian[:, :, :p]
         columns[:, :, -1] = residuals
-        columns *= weight[:, None]
+        columns *= _weight(windows, residual_std)[:, None]
         for window in windows.irregular(parameters, *ends):
             columns[edges[window] : edges[window + 1]] = 0.0
         output = np.zeros(6, dtype=np.intp)
@@ -359,23 +352,33 @@ class VelocityOutputs:
         rows = columns.reshape(-1, columns.shape[2])
         return LinearisedResiduals(rows, 6 * edges, np.tile(output, len(first)), square, n_samples)
 
+    def averages(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> FloatArray:
+        """Return the averages of a linearisation without slopes, NaN after a divergence."""
+        averages, _ = _average(windows, windows.simulate(parameters))
+        return np.asarray(averages * _weight(windows, residual_std)).ravel()
 
-def split_windows(problem: Problem, length: float) -> IntArray:
-    """Return the bounds of windows of a length [s] that cover every segment with least overlap."""
-    windows, length = [], max(length, MIN_WINDOW_STEPS * median_step(problem))
-    for start, stop in problem.segments.tolist():
-        time = problem.inputs.time[start:stop]
-        room = time[-1] - time[0] - length
-        if not room > 0.0:
-            windows.append((start, stop))
-            continue
-        begin = time[0] + np.linspace(0.0, room, int(np.ceil(room / length - 1e-6)) + 1)
-        rounding = 1e-6 * length  # of the clock
-        first = start + np.searchsorted(time, begin - rounding)
-        last = start + np.searchsorted(time, begin + length + rounding, side="right")
-        windows += zip(first, last, strict=True)
-    bounds = np.array(windows, dtype=np.int64).reshape(-1, 2)
-    return bounds[bounds[:, 0] < bounds[:, 1]]  # a window without samples lies in a gap
+
+def _block(windows: Windows) -> int:
+    """Return the samples of an average."""
+    return max(int(np.median(np.diff(windows.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
+
+
+def _average(windows: Windows, simulated: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return sums of residuals over the root of their number (m, 6), and their first rows."""
+    block = _block(windows)
+    first = np.concatenate([np.arange(start, stop, block) for start, stop in windows.spans])
+    count = np.sqrt(np.diff(np.append(first, len(simulated))))[:, None]
+    residuals = windows.problem.inputs.velocity[windows.samples] - simulated
+    return np.asarray(np.add.reduceat(residuals, first, axis=0) / count), first
+
+
+def _weight(windows: Windows, residual_std: FloatArray) -> FloatArray:
+    """Return the weight of each velocity, zero for held axes."""
+    weight = np.zeros(6)
+    weight[windows.free] = 1.0 / residual_std
+    return weight
 
 
 def concatenate_bounds(bounds: IntArray) -> IntArray:

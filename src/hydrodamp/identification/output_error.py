@@ -10,18 +10,18 @@ determine.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, factorisation
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.command_response import response_remarks
-from hydrodamp.identification.continuation import fit_windows
+from hydrodamp.identification.continuation import RELATIVE_TOLERANCE, fit_windows
 from hydrodamp.identification.fit import (
     MIN_BLOCKS,
+    Estimate,
     Fit,
     Method,
     Uncertainty,
@@ -31,16 +31,17 @@ from hydrodamp.identification.fit import (
 )
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
-    MIN_DAMPING,
     Iterate,
     ShootingObjective,
     minimise,
 )
 from hydrodamp.identification.held_out_replay import (
+    half_estimates,
     is_lower,
     leave_one_out,
     replay_pieces,
     split_pieces,
+    update_estimate,
 )
 from hydrodamp.identification.indirect_coefficients import find_indirect_coefficients
 from hydrodamp.identification.initial_iterate import (
@@ -48,14 +49,34 @@ from hydrodamp.identification.initial_iterate import (
     initial_candidates,
     make_objective,
 )
+from hydrodamp.identification.parameter_estimates import describe_estimates, estimate_parameters
+from hydrodamp.identification.parameters import Parameter
+from hydrodamp.identification.rebuilt_outputs import (
+    fix_parameters,
+    free_parameters,
+    transfer_iterate,
+)
 from hydrodamp.identification.regression import column_span
 from hydrodamp.identification.sensor_delays import significant_delays
+from hydrodamp.identification.vehicle_parameters import (
+    VEHICLE_PARAMETERS,
+    rebuild_plant,
+    vehicle_parameters,
+)
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.status import Status
 
 #: Initial estimates of logs whose velocities are rebuilt from sensors.
 SENSOR_STARTS = "the best of weak-form, published, hull and zero damping"
+
+#: Steps of the last minimisation with parameters of the vehicle.
+MAX_STEPS = 40
+
+_WEAK_FORM = (
+    "This is the weak-form estimate: it replays held-out pieces of the log better than the "
+    "output-error estimate."
+)
 
 
 @dataclass(frozen=True)
@@ -77,11 +98,16 @@ class OutputError:
         segment count as infinity. By default 0.75, 1.5, 3 and 6 times the correlation time
         of the velocities (the lag at which their autocorrelation falls to 1/e, median over the
         velocities), then entire segments.
+    estimate : tuple of str
+        Parameters of the vehicle that are estimated with the coefficients: ``added-mass``,
+        ``center-of-gravity``, ``buoyancy``. Those that the log determines become part of the
+        vehicle of the fit; the others are held at their priors, with the cause in
+        ``Fit.estimates``.
 
     Raises
     ------
     MethodError
-        If the lengths are not positive and increasing.
+        If the lengths are not positive and increasing, or a parameter is unknown.
 
     Examples
     --------
@@ -90,15 +116,18 @@ class OutputError:
     """
 
     windows: tuple[float, ...] = ()
+    estimate: tuple[str, ...] = ()
 
     key = "oe"
     compares_sensors = True
 
     def __post_init__(self) -> None:
-        """Check the window lengths."""
+        """Check the window lengths and the names of parameters."""
         lengths = np.asarray(self.windows, dtype=np.float64)
         if not (np.all(lengths > 0.0) and np.all(np.diff(lengths) > 0.0)):
             raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
+        known = all(name in VEHICLE_PARAMETERS for name in self.estimate)
+        demand(known, "estimate", f"from {', '.join(VEHICLE_PARAMETERS)}", self.estimate)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model.
@@ -115,12 +144,44 @@ class OutputError:
         fit : Fit
             ``STOPPED`` if the minimisation did not converge.
         """
-        model = model.restricted_to(problem.vehicle.axes)
-        problem = replace(problem, equations=problem.equations.restrict_to(model))
+        vehicle, model = problem.vehicle, model.restricted_to(problem.vehicle.axes)
+        parameters = vehicle_parameters(vehicle, self.estimate)
+        equations = problem.equations.restrict_to(model)
+        if parameters:  # the vehicle of the fit has its estimates
+            equations = replace(equations, vehicle=replace(vehicle, estimate=()))
+        problem = replace(problem, equations=equations)
         if not model.n_coefficients:
             return empty_fit(problem, model, self.key, Status.EMPTY)
-        objective = make_objective(problem, model)
-        return self._build_fit(objective, model, *fit_windows(objective, model, self.windows))
+        fit = self._estimate(make_objective(problem, model), model, parameters)
+        if not fit.estimates:
+            return fit
+        return replace(fit, remarks=(*fit.remarks, *describe_estimates(fit.estimates)))
+
+    def _estimate(
+        self, objective: ShootingObjective, model: DampingModel, parameters: tuple[Parameter, ...]
+    ) -> Fit:
+        """Return the joint fit; what the log does not determine keeps its prior."""
+        if not parameters:
+            return self._build_fit(objective, model, *fit_windows(objective, model, self.windows))
+        joint, undetermined = _free_vehicle(objective, model, parameters), dict[str, Estimate]()
+        start, result = fit_windows(joint, model, self.windows)
+        while True:
+            # mass and damping have a narrow valley
+            tolerance = min(FINAL_TOLERANCE, RELATIVE_TOLERANCE / result.n_free)
+            result = minimise(joint, result, tolerance, MAX_STEPS)
+            fit = self._build_fit(joint, model, start, result)
+            causes = {key: each.cause for key, each in fit.estimates.items()}
+            if not any(causes.values()):
+                return replace(fit, estimates=fit.estimates | undetermined)
+            undetermined |= {key: each for key, each in fit.estimates.items() if each.cause}
+            is_free = np.array([not cause for cause in causes.values()])
+            index = np.flatnonzero(np.append(np.ones(objective.n_coefficients, bool), is_free))
+            parameters = tuple(each for each in parameters if not causes[each.label])
+            if not parameters:
+                fit = self._estimate(objective, model, ())
+                return replace(fit, estimates=fit.estimates | undetermined)
+            joint = _free_vehicle(objective, model, parameters)
+            start, result = (transfer_iterate(joint, each, index) for each in (start, result))
 
     def _build_fit(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
@@ -141,13 +202,13 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     Parameters
     ----------
-    windows : tuple of float
+    windows, estimate : tuple
         As of :class:`OutputError`.
 
     Raises
     ------
     MethodError
-        If the lengths are not positive and increasing.
+        If the lengths are not positive and increasing, or a parameter is unknown.
 
     Examples
     --------
@@ -172,6 +233,14 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         return replace(fit, remarks=(*fit.remarks, *response_remarks(objective.problem, model)))
 
 
+def _free_vehicle(
+    objective: ShootingObjective, model: DampingModel, parameters: tuple[Parameter, ...]
+) -> ShootingObjective:
+    """Return the objective with free parameters of the vehicle."""
+    rebuild = rebuild_plant(objective.problem, model, parameters)
+    return free_parameters(objective, parameters, rebuild)
+
+
 def _is_weak_form_better(
     objective: ShootingObjective,
     model: DampingModel,
@@ -189,38 +258,15 @@ def _is_weak_form_better(
     return is_lower(weak_error, error)
 
 
-def half_estimates(
-    objective: ShootingObjective,
-    pieces: IntArray,
-    estimate: Callable[[ShootingObjective], FloatArray],
-) -> FloatArray:
-    """Return the estimates (2, p) from the even and from the odd pieces."""
-    return np.array([estimate(objective.restrict(pieces[parity::2])) for parity in (0, 1)])
-
-
 def _weak_form(half: ShootingObjective, *, model: DampingModel, length: float) -> FloatArray:
     """Return the weak-form estimate of lowest cost on windows of a length [s]."""
     return best_initial_iterate(half, initial_candidates(half, model), length).coefficients
 
 
-def update_estimate(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
-    """Return an estimate after one step on a part of the log."""
-    linearisations = tuple(
-        previous._replace(windows=half.windows_like(previous.windows))
-        for previous in iterate.linearisations
-    )
-    start = replace(iterate, linearisations=linearisations, damping=MIN_DAMPING)
-    start = half.move(start, iterate.coefficients)
-    return minimise(half, start, FINAL_TOLERANCE, max_iterations=1).coefficients
-
-
 def _remark(problem: Problem, start: Iterate, result: Iterate) -> str:
     """Return a sentence on the window lengths and the prior of the result."""
     if result is start:
-        return (
-            "This is the weak-form estimate: it replays held-out pieces of the log better than "
-            "the output-error estimate."
-        )
+        return _WEAK_FORM
     lengths = ", ".join(
         "entire segments" if np.isinf(length) else f"{length:.3g} s"
         for length in result.window_lengths
@@ -245,7 +291,8 @@ def build_fit(
 
     Intervals allow for its shift from the start and the difference of halves.
     """
-    problem, p = objective.problem, objective.n_coefficients
+    fixed, at = fix_parameters(objective, result)
+    problem, p = fixed.problem, objective.n_coefficients
     coefficients = result.coefficients[:p]
     windows, residual_std, *_ = result.linearisations[0]
     factor = windows.qr_factor(result.coefficients, residual_std)
@@ -260,13 +307,16 @@ def build_fit(
         uncertainty = uncertainty.inflate(coefficients - start.coefficients[:p], allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    sensors, sentences = sensor_estimates(objective, result, replicates)
-    if delays := significant_delays(objective, result):
-        sentences += (f"The log suggests delays of {'; '.join(map(str, delays))}.",)
+    estimates = estimate_parameters(objective, model, result, replicates)
+    if result is start:
+        estimates = {key: replace(each, cause=_WEAK_FORM) for key, each in estimates.items()}
+    sentences: tuple[str, ...] = ()
+    if delays := significant_delays(fixed, at):
+        sentences = (f"The log suggests delays of {'; '.join(map(str, delays))}.",)
     indirect: tuple[str, ...] = ()
     if uncertainty is not None:
         half_width = uncertainty.critical_value() * uncertainty.standard_errors
-        is_indirect = find_indirect_coefficients(objective, result, half_width)
+        is_indirect = find_indirect_coefficients(fixed, at, half_width)
         indirect = tuple(np.array(model.labels)[is_indirect].tolist())
     if indirect:
         sentences += (
@@ -284,28 +334,7 @@ def build_fit(
         status=status if result.converged or result is start else Status.STOPPED,
         remarks=(_remark(problem, start, result), *sentences),
     )
-    return replace(fit, sensor_parameters=sensors, indirect=indirect)
-
-
-def sensor_estimates(
-    objective: ShootingObjective, result: Iterate, replicates: FloatArray
-) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
-    """Return value and standard error of each parameter of sensors, and a sentence on them."""
-    p, parameters = objective.n_coefficients, objective.outputs.parameters
-    if not parameters:
-        return {}, ()
-    error = np.full(len(parameters), np.nan)
-    if len(replicates) >= MIN_BLOCKS:
-        error = np.sqrt(
-            np.diag(jackknife(replicates[:, p:], objective.problem.duration).covariance)
-        )
-    pairs = zip(result.coefficients[p:].tolist(), error.tolist(), strict=True)
-    estimates = {each.label: pair for each, pair in zip(parameters, pairs, strict=True)}
-    texts = [
-        f"{each.label} {estimates[each.label][0]:.3g} ± {estimates[each.label][1]:.2g} {each.unit}"
-        for each in parameters
-    ]
-    return estimates, (f"Sensors (value ± standard error): {'; '.join(texts)}.",)
+    return replace(fit, estimates=estimates, indirect=indirect)
 
 
 def _inflation(uncertainty: Uncertainty, half_difference: FloatArray, axes: IntArray) -> FloatArray:

@@ -28,7 +28,8 @@ from hydrodamp.identification.multiple_shooting import (
     Windows,
 )
 from hydrodamp.identification.output_equations import Output, WindowMotion
-from hydrodamp.identification.sensor_parameters import SensorParameter, assign_parameters
+from hydrodamp.identification.parameters import Parameter
+from hydrodamp.identification.sensor_parameters import assign_parameters
 from hydrodamp.identification.window_series import average_rows, fill_gaps, rows_in_windows
 
 #: Prior standard deviation of the pose at the start of a window over the noise of its sensor.
@@ -48,7 +49,7 @@ class SensorOutputs:
     """
 
     outputs: tuple[Output, ...]
-    parameters: tuple[SensorParameter, ...]
+    parameters: tuple[Parameter, ...]
     rotations: FloatArray
     angle_rates: FloatArray
     coordinates: FloatArray
@@ -152,19 +153,41 @@ class SensorOutputs:
         attitude = self.rotations[samples], self.angle_rates[samples]
         return WindowMotion(windows, velocity, jacobian, *attitude, self.coordinates[start])
 
-    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
-        """Yield measured minus simulated outputs, a large value after a divergence."""
+    def _residuals(
+        self, windows: Windows, parameters: FloatArray
+    ) -> Iterator[tuple[Output, BoolArray, ResidualSeries]]:
+        """Yield each sensor, which of its values are valid, and residuals, NaN once diverged."""
         velocity, diverged = fill_gaps(windows.simulate(parameters))
         motion, theta = self._motion(windows, velocity, None), parameters[len(windows.entries[0]) :]
         for output in self.outputs:
             rows = rows_in_windows(windows, output.rows)
             residuals = output.values[rows.number] - motion.predict(output, rows, theta)[0]
-            residuals[diverged[rows.lower]] = divergence_residual(output)
+            residuals[diverged[rows.lower]] = np.nan
             moments = (1.0 - rows.share) * motion.time[rows.lower]
             moments = moments + rows.share * motion.time[rows.upper]
-            for column, valid in enumerate(output.valid[rows.number].T):
-                series = residuals[valid, column : column + 1]
-                yield ResidualSeries(rows.window[valid], moments[valid], series)
+            yield output, output.valid[rows.number], ResidualSeries(rows.window, moments, residuals)
+
+    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
+        """Yield measured minus simulated outputs, a large value after a divergence."""
+        for output, is_valid, (window, time, residuals) in self._residuals(windows, parameters):
+            filled = np.where(np.isnan(residuals), divergence_residual(output), residuals)
+            for column, valid in enumerate(is_valid.T):
+                series = filled[valid, column : column + 1]
+                yield ResidualSeries(window[valid], time[valid], series)
+
+    def averages(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> FloatArray:
+        """Return the averages of a linearisation without slopes, NaN after a divergence."""
+        blocks: list[tuple[FloatArray, IntArray]] = []
+        for _, is_valid, (window, _, residuals) in self._residuals(windows, parameters):
+            for column, valid in enumerate(is_valid.T):
+                per_window = np.count_nonzero(valid) / len(windows.spans)
+                series, std = residuals[valid, column : column + 1], residual_std[len(blocks)]
+                averaged, number = average_rows(series, window[valid], per_window)
+                blocks.append((averaged[:, 0] / std, number))
+        stacked, numbers = (np.concatenate(each) for each in zip(*blocks, strict=True))
+        return np.asarray(stacked[np.argsort(numbers, kind="stable")])
 
     def linearise(
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray

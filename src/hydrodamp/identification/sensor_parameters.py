@@ -6,28 +6,19 @@ time of the motion, that of a current the RMS speed, that of a lever arm speed o
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from hydrodamp.arrays import IntArray
 from hydrodamp.conditioning.sensor_log import Sensor, SensorLog
 from hydrodamp.data.measurement import KIND_UNITS, KINDS
-
-
-class SensorParameter(NamedTuple):
-    """A parameter of sensors: label, unit, prior standard deviation."""
-
-    label: str
-    unit: str
-    std: float
+from hydrodamp.identification.parameters import Parameter
 
 
 def assign_parameters(
     sensor_log: SensorLog,
-) -> tuple[tuple[SensorParameter, ...], list[dict[str, IntArray]]]:
+) -> tuple[tuple[Parameter, ...], list[dict[str, IntArray]]]:
     """Return the parameters to estimate, and the indices of those of each sensor by name."""
-    parameters: list[SensorParameter] = []
+    parameters: list[Parameter] = []
     current: IntArray | None = None
     indices: list[dict[str, IntArray]] = []
     for sensor in sensor_log.sensors:
@@ -44,7 +35,7 @@ def assign_parameters(
     return tuple(parameters), indices
 
 
-def _parameters(name: str, sensor: Sensor, sensor_log: SensorLog) -> list[SensorParameter]:
+def _parameters(name: str, sensor: Sensor, sensor_log: SensorLog) -> list[Parameter]:
     """Return the parameters of a name, with priors from the data."""
     measurement, log = sensor.measurement, sensor_log.log
     speed, rate = (
@@ -55,11 +46,13 @@ def _parameters(name: str, sensor: Sensor, sensor_log: SensorLog) -> list[Sensor
         pairs = zip(measurement.components, spread.tolist(), strict=True)
         unit = KIND_UNITS[sensor.kind]
         return [
-            SensorParameter(f"{measurement.name} bias {axis}", unit, std) for axis, std in pairs
+            Parameter(f"{measurement.name} bias {axis}", unit, "sensor", std) for axis, std in pairs
         ]
     if name == "delay":
-        return [SensorParameter(f"{measurement.name} delay", "s", log.time_scale)]
+        return [Parameter(f"{measurement.name} delay", "s", "sensor", log.time_scale)]
     if name == "current":
-        return [SensorParameter(f"current {axis}", "m/s", speed) for axis in KINDS["position"]]
+        return [Parameter(f"current {axis}", "m/s", "sensor", speed) for axis in KINDS["position"]]
     length = speed / rate if rate > 0.0 else 1.0
-    return [SensorParameter(f"{measurement.name} lever arm {axis}", "m", length) for axis in "xyz"]
+    return [
+        Parameter(f"{measurement.name} lever arm {axis}", "m", "sensor", length) for axis in "xyz"
+    ]

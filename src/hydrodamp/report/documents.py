@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from hydrodamp.errors import unique_names
 from hydrodamp.faults import validate
 from hydrodamp.files import load_json
-from hydrodamp.identification.fit import Fit, Uncertainty
+from hydrodamp.identification.fit import Estimate, Fit, Uncertainty
 from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
@@ -53,6 +53,21 @@ Outcome = Annotated[Status, BeforeValidator(partial(_read_word, Status)), _WORD]
 
 #: A grade as its word.
 GradeWord = Annotated[Grade, BeforeValidator(partial(_read_word, Grade)), _WORD]
+
+
+def _read_estimate(value: object) -> object:
+    """Return an estimate with NaN for the standard error that is null."""
+    if isinstance(value, dict) and value.get("standard_error") is None:
+        return value | {"standard_error": math.nan}
+    return value
+
+
+#: An estimate with its grade.
+EstimateContent = Annotated[
+    Estimate,
+    BeforeValidator(_read_estimate),
+    PlainSerializer(lambda each: {**asdict(each), "grade": each.grade.word}),
+]
 
 #: A vehicle as the content of its file.
 VehicleContent = Annotated[Vehicle, BeforeValidator(_read_vehicle), PlainSerializer(vehicle_entry)]
@@ -238,6 +253,7 @@ class FitDocument(BaseModel):
     training_range: dict[str, tuple[float, float]] = {}
     grades: dict[str, GradeWord] = {}
     vehicle: VehicleContent | None = None
+    estimates: dict[str, EstimateContent] = {}
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""

@@ -1,0 +1,153 @@
+"""Outputs with parameters θ that change the plant or its inputs: vehicle and commands.
+
+``rebuild(θ)`` returns the problem at θ; the slopes on θ are differences of residuals, one replay of
+the windows for each parameter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
+from hydrodamp.identification.multiple_shooting import (
+    LinearisedResiduals,
+    Outputs,
+    ResidualSeries,
+    Windows,
+)
+from hydrodamp.identification.parameters import Parameter
+from hydrodamp.simulation.problem import Problem
+
+#: Step of differences over the prior standard deviation.
+DIFFERENCE_STEP = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class RebuiltOutputs:
+    """Outputs whose last parameters are those that ``rebuild`` takes.
+
+    ``rebuild`` has the plant and the inputs of the samples that the outputs have.
+    """
+
+    base: Outputs
+    rebuilt: tuple[Parameter, ...]
+    rebuild: Callable[[FloatArray], Problem]
+
+    @property
+    def interval(self) -> float:
+        """Sampling interval of the slowest sensor [s]."""
+        return self.base.interval
+
+    @property
+    def parameters(self) -> Sequence[Parameter]:
+        """Parameters of the outputs, then those of plant and inputs."""
+        return (*self.base.parameters, *self.rebuilt)
+
+    def jacobian_entries(self, windows: Windows) -> int:
+        """Return the entries of the Jacobian of a window."""
+        return self.base.jacobian_entries(windows)
+
+    def weights(self, counts: FloatArray) -> FloatArray:
+        """Return weights of the residuals of each output."""
+        return self.base.weights(counts)
+
+    def select(self, samples: IntArray) -> RebuiltOutputs:
+        """Return the outputs of some samples, with the rebuilt inputs of the same samples."""
+
+        def rebuild(theta: FloatArray) -> Problem:
+            problem = self.rebuild(theta)
+            return replace(problem, inputs=problem.inputs.select(samples))
+
+        return replace(self, base=self.base.select(samples), rebuild=rebuild)
+
+    def windows_at(self, windows: Windows, theta: FloatArray) -> Windows:
+        """Return the windows of plant and inputs at θ."""
+        problem = self.rebuild(theta)
+        changed = replace(windows.problem, equations=problem.equations, inputs=problem.inputs)
+        entries = problem.equations.entries(problem.models[0])
+        return replace(windows, problem=changed, entries=entries, outputs=self.base)
+
+    def split(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the parameters of the base, and θ."""
+        n = len(self.rebuilt)
+        return parameters[:-n], parameters[-n:]
+
+    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
+        """Yield the residuals of the outputs."""
+        known, theta = self.split(parameters)
+        return self.base.residuals(self.windows_at(windows, theta), known)
+
+    def averages(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> FloatArray:
+        """Return the averages of the residuals."""
+        known, theta = self.split(parameters)
+        return self.base.averages(self.windows_at(windows, theta), known, residual_std)
+
+    def linearise(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> LinearisedResiduals:
+        """Linearise averages of the residuals; a slope is zero where a trial diverges."""
+        known, theta = self.split(parameters)
+        result = self.base.linearise(self.windows_at(windows, theta), known, residual_std)
+        residuals, is_regular = result.columns[:, -1], result.columns.any(axis=1)
+        slopes = np.zeros((len(residuals), len(theta)))
+        for k, each in enumerate(self.rebuilt):
+            step = DIFFERENCE_STEP * each.std
+            moved = np.append(known, theta)
+            moved[len(known) + k] += step
+            change = residuals - self.averages(windows, moved, residual_std)
+            slopes[:, k] = np.where(is_regular, np.nan_to_num(change / step), 0.0)
+        columns = np.hstack([result.columns[:, :-1], slopes, residuals[:, None]])
+        return result._replace(columns=columns)
+
+
+def free_parameters(
+    objective: ShootingObjective,
+    parameters: tuple[Parameter, ...],
+    rebuild: Callable[[FloatArray], Problem],
+) -> ShootingObjective:
+    """Return the objective with further parameters of plant and inputs."""
+    outputs = RebuiltOutputs(objective.outputs, parameters, rebuild)
+    scale = np.concatenate([objective.scale, [each.std for each in parameters]])
+    return replace(objective, outputs=outputs, scale=scale)
+
+
+def transfer_iterate(objective: ShootingObjective, iterate: Iterate, index: IntArray) -> Iterate:
+    """Return an iterate with the parameters of some indices, for the objective that has these."""
+    linearisations = tuple(
+        each._replace(windows=replace(each.windows, outputs=objective.outputs))
+        for each in iterate.linearisations
+    )
+    coefficients = iterate.coefficients[index]
+    return objective.move(replace(iterate, linearisations=linearisations), coefficients)
+
+
+def fix_parameters(
+    objective: ShootingObjective, iterate: Iterate
+) -> tuple[ShootingObjective, Iterate]:
+    """Return objective and iterate with plant and inputs at the estimate; these are not free."""
+    outputs = objective.outputs
+    if not isinstance(outputs, RebuiltOutputs):
+        return objective, iterate
+    known, theta = outputs.split(iterate.coefficients)
+    free = np.append(np.arange(len(known)), -1)
+    linearisations = tuple(
+        each._replace(
+            windows=outputs.windows_at(each.windows, theta),
+            normal=each.normal[np.ix_(free, free)],
+        )
+        for each in iterate.linearisations
+    )
+    fixed = replace(
+        objective,
+        problem=outputs.rebuild(theta),
+        entries=linearisations[0].windows.entries,
+        scale=objective.scale[: len(known)],
+        outputs=outputs.base,
+    )
+    return fixed, replace(iterate, coefficients=known, linearisations=linearisations)
