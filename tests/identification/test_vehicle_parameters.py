@@ -9,9 +9,11 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
+from hydrodamp.identification.command_response import respond
 from hydrodamp.identification.fit import critical_value
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.initial_iterate import make_objective
+from hydrodamp.identification.parameters import Parameter
 from hydrodamp.identification.rebuilt_outputs import fix_parameters, free_parameters
 from hydrodamp.identification.vehicle_parameters import (
     VEHICLE_PARAMETERS,
@@ -173,6 +175,27 @@ def test_slopes_on_all_vehicle_parameters_are_differences_also_of_parts_of_a_log
     part = objective.restrict(np.array([[400, 600], [20, 180]]))
     for each in (objective, part):
         assert_slopes_are_differences(each, each.windows(2.0), moved)
+
+
+def test_inputs_are_rebuilt_too_for_the_same_samples(joint):
+    """A lag of the commands, on the complete log and on parts of it in another order."""
+    objective, vector = joint
+    problem = objective.problem
+    lag = Parameter("lag", "s", "command", problem.log.time_scale)
+
+    def rebuild(theta):
+        log = respond(problem.log, problem.log.command_names, {"lag": 0.3 + theta[0]})
+        return problem.with_log(log)
+
+    base = make_objective(problem, problem.models[0])
+    lagged = free_parameters(base, (lag,), rebuild)
+    values = np.append(vector[: base.n_coefficients], 0.0)
+    bounds = np.array([[400, 600], [20, 180]])
+    for each in (lagged, lagged.restrict(bounds)):
+        assert_slopes_are_differences(each, each.windows(2.0), values)
+    fixed, _ = fix_parameters(lagged.restrict(bounds), Iterate(values, ()))
+    samples = np.r_[400:600, 20:180]
+    assert np.array_equal(fixed.problem.inputs.channels, rebuild([0.0]).inputs.channels[samples])
 
 
 def test_free_masses_widen_the_intervals_of_the_coefficients_that_they_couple(joint):

@@ -73,7 +73,7 @@ def identify(
     (fit,) = fit_all(problem, models, (estimator,))
     for line in describe_estimates(fit.estimates) if parameters else ():
         note(line)
-    if fit.vehicle is not None and parameters:
+    if fit.vehicle is not None and fit.vehicle != craft:
         craft = fit.vehicle
         problem = hd.prepare(craft, log, models)
     grades: hd.Identifiability | None = None

@@ -143,10 +143,11 @@ def fix_parameters(
         )
         for each in iterate.linearisations
     )
+    problem = outputs.rebuild(theta)
     fixed = replace(
         objective,
-        problem=outputs.rebuild(theta),
-        entries=linearisations[0].windows.entries,
+        problem=replace(objective.problem, equations=problem.equations, inputs=problem.inputs),
+        entries=problem.equations.entries(problem.models[0]),
         scale=objective.scale[: len(known)],
         outputs=outputs.base,
     )
