@@ -237,3 +237,16 @@ def test_a_joint_fit_covers_the_truth_and_survives_a_file(seed, tmp_path):
     saved = read_fit(path)
     assert saved.estimates == fit.estimates
     assert saved.vehicle == fit.vehicle
+
+
+@pytest.mark.slow
+def test_a_mass_that_is_not_determined_keeps_its_prior_and_the_others_are_estimated_without_it():
+    campaign, truth = hd.reenact(seed=1, duration=30.0), hd.published["vt690-sname2022"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, truth.model)
+    fit = hd.OutputError(estimate=("added-mass",)).identify(problem, truth.model)
+    assert [label for label, each in fit.estimates.items() if each.cause] == ["A_X"]
+    assert fit.estimates["A_X"].cause == "The standard error is at least 70 % of the prior's."
+    masses = fit.vehicle.added_mass.diagonal()
+    assert masses[0] == campaign.vehicle.added_mass[0, 0]
+    assert masses[1:] == pytest.approx([fit.estimates[f"A_{axis}"].value for axis in "YZKMN"])
+    assert fit.vehicle.estimate == ()
