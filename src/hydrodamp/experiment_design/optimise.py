@@ -27,9 +27,9 @@ from scipy.optimize import Bounds, differential_evolution
 from hydrodamp.arrays import FloatArray
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
-from hydrodamp.identification.gauss_newton import SAMPLES_PER_RESIDUAL
+from hydrodamp.identification.gauss_newton import SAMPLES_PER_RESIDUAL, split_windows
 from hydrodamp.identification.information import fisher_information, window_lengths
-from hydrodamp.identification.multiple_shooting import MAX_RELATIVE_STEP, Windows, split_windows
+from hydrodamp.identification.multiple_shooting import MAX_RELATIVE_STEP, Windows
 from hydrodamp.simulation.problem import build_problem
 
 MIN_STD = 1e-6
