@@ -1,214 +1,174 @@
-"""Measure how often nominal 95 % intervals cover what they should.
+"""Measure how many coefficients of each grade are right within their promise.
 
-    python studies/coverage.py --draws 200 --out FOLDER
+    python studies/coverage.py --out FOLDER [--data DATA] [--draws N] [--page PAGE]
 
-The campaign is sailed again and again in `COLOURED` conditions (their constants stand in
-``conditions.py``): AR(1) errors on every sensor, and a wrench
-that pushes the vehicle while the autopilot steers it on.
-
-The target of a draw is the same estimator on the same trajectory without added noise:
-the exact states of that very draw, with the pushes told as one more command. It cannot be
-one target for all draws: the trajectories stray by 5 mm/s in sway, where the turns
-themselves are 100 mm/s, and what the linear model makes of exact data then scatters as
-much as its estimates do. The column "target moves" says how much, against the estimates.
-
-A coefficient counts where most draws grade it as determined. That is decided once for all
-draws: to count it only in the draws that grade it so would select those draws in which it
-came out large. Coverage is averaged over coefficients; its error is that of a mean over
-draws, since the coefficients of a draw err together. "Without bias" is the coverage of
-intervals moved by the mean miss: it tells a wrong width from a wrong place.
-
-The table of bias compares the methods on the same coefficients: those that count for the
-first one. A bias is a mean miss; it stands in standard deviations of the miss over draws
-and in per cent of the target, the median over the coefficients.
+The estimates, intervals and grades are those of the default method. Simulated logs are drawn again
+and again with other sensor errors (and pushes): of the paper's vehicle, four training runs of 45 s
+under its autopilot, and of the BlueROV2, four runs of 45 s of a joystick. The target of a
+coefficient is its true value where the model holds the truth; where it does not, the value that the
+same method finds in 16 other draws together. Measured logs are cut in two halves by segments in
+turn. DATA has their folders, as in ``HYDRODAMP_DATA``; those that are absent are skipped.
+Finished rows stand in ``FOLDER/rows.jsonl`` and are not computed again.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
-import math
-import os
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, replace
-from multiprocessing import get_context
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
-from rich.console import Console
 from rich.progress import track
 
-from conditions import COLOURED, training_pushes
-from coverage_tables import Draws, Key, bias_table, coverage_table, markdown, show, summary
-from hydrodamp import (
-    AXES,
-    Campaign,
-    Fit,
-    Log,
-    Matrix,
-    Problem,
-    Vehicle,
-    find_method,
-    find_model,
-    prepare,
-)
-from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.files import open_atomic
-from hydrodamp.identification.fit import Uncertainty, critical_value
-from hydrodamp.identification.grades import Grade
-from hydrodamp.identification.identifiability import (
-    analyse_excitation,
-    grade_by_excitation,
-    identifiability,
-)
-from hydrodamp.simulation.campaign import reenact
+import hydrodamp as hd
+from benchmark_campaign import Campaign
+from benchmark_campaigns import PAPER, ROV, noise, tether
+from benchmark_measured import measured
+from conditions import COLOURED
+from consistency import CONDITIONS, DURATION, MODEL, true_coefficients
+from coverage_tables import MEASURED, PSEUDO_TRUE, TRUE, WHOLE, Row, summarise
+from hydrodamp.files import save_text
+from hydrodamp.identification.identifiability import grade_fit
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
+from tables import replace_table
 
-LEVEL = 0.95
-"""Nominal coverage of the intervals."""
+MARKS = ("<!-- coverage -->", "<!-- end of coverage -->")
+"""Marks of the page between which the tables stand."""
 
-PUSHES = tuple(f"push_{axis}" for axis in AXES)
-"""Names of the pushes where they are told as commands."""
+TWIN = {**CONDITIONS, "pushed": COLOURED}
+"""Errors of the twin's sensors; an autopilot answers the pushes."""
 
+TETHERED = {
+    "white": noise(1.0),
+    "coloured": noise(1.0, coloured=True),
+    "pushed": tether(1.0, coloured=True),
+}
+"""Errors of the ROV's sensors; nothing answers the pushes."""
 
-@dataclass(frozen=True)
-class Plan:
-    """What is studied: which methods and models, on which campaign."""
+OUTSIDE = tuple(hd.find_model(key) for key in ("prestero", "fossen", "linear"))
+"""Models that do not hold the truth of the twin."""
 
-    methods: tuple[str, ...]
-    models: tuple[str, ...]
-    truth: str
-    duration: float
+FIRST_SEED, N_TOGETHER = 5000, 16
+"""Seed of the first draw; draws whose runs together give the pseudo-true value."""
+
+Job = Callable[[], Iterator[Row]]
+
+BATCH = 6
+"""Draws of a job."""
 
 
-def interval(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return both ends of every coefficient's interval, and its standard error.
-
-    That of noise alone, where the fit tells it apart from misfit: the target is made from the
-    same trajectory. A fit without an uncertainty of its own gets the normal law.
-    """
-    estimate, covariance = fit.damping.coefficients, fit.damping.covariance
-    if covariance is None:
-        nothing = np.full_like(estimate, np.nan)
-        return nothing, nothing, nothing
-    found = (fit.uncertainty or Uncertainty(covariance, np.inf, "the fit")).noise_only
-    low, high = found.interval(estimate, LEVEL).T
-    return low, high, found.standard_errors
+def identify(log: str, errors: str, draw: str, problem: hd.Problem, model: hd.DampingModel) -> Row:
+    """Return what the default says of every coefficient; nothing where it fails."""
+    fit = hd.find_method("recommended").identify(problem, model)
+    if not fit.status.usable or fit.uncertainty is None:
+        return Row(log, errors, draw, model.key)
+    grades = [grade.word for grade in grade_fit(problem, fit).grades.values()]
+    std, factor = fit.uncertainty.standard_errors, fit.uncertainty.critical_value()
+    estimates = fit.damping.coefficients.tolist(), std.tolist(), (factor * std).tolist()
+    return Row(log, errors, draw, model.key, list(fit.model.labels), *estimates, grades)
 
 
-def determined(problem: Problem, fit: Fit) -> BoolArray:
-    """Return which coefficients are graded determined or minor by the fit's own intervals."""
-    if not fit.status.usable:
-        return np.zeros(fit.model.n_coefficients, dtype=bool)
-    covariance = fit.damping.covariance
-    if fit.uncertainty is not None:
-        covariance = fit.uncertainty.noise_only.covariance
-    if covariance is None:
-        found = identifiability(problem, fit.model)
-    else:
-        half = critical_value(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
-        found = grade_by_excitation(analyse_excitation(problem, fit.model), half)
-    return np.array(
-        [found.grades[label] in (Grade.DETERMINED, Grade.MINOR) for label in fit.model.labels]
-    )
+def prepare(vehicle: hd.Vehicle, log: hd.Log, model: hd.DampingModel) -> hd.Problem:
+    """Return the problem without recorded accelerations."""
+    return hd.prepare(vehicle, replace(log, acceleration=None), [model])
 
 
-def told(vehicle: Vehicle) -> Vehicle:
-    """Return the vehicle with the pushes among its actuators."""
-    pushed = Matrix(PUSHES, np.eye(6).tolist())
-    return replace(vehicle, actuators=(*vehicle.actuators, pushed))
+def simulate_twin(errors: str, draws: range, models: tuple[hd.DampingModel, ...]) -> Iterator[Row]:
+    """Yield the rows of draws of the twin."""
+    seeds = range(FIRST_SEED + draws.start, FIRST_SEED + draws.stop)
+    campaigns = CampaignSetup.of("sname").simulate(seeds, DURATION, TWIN[errors])
+    for draw, campaign in zip(draws, campaigns, strict=True):
+        for model in models:
+            problem = prepare(campaign.vehicle, campaign.train, model)
+            yield identify("slender", errors, str(draw), problem, model)
 
 
-def noiseless(campaign: Campaign, seed: int) -> Log:
-    """Return the exact log without accelerations, but with the pushes as commands."""
-    log = campaign.exact_train
-    return replace(
-        log,
-        acceleration=None,
-        command_names=log.command_names + PUSHES,
-        commands=np.hstack((log.commands, training_pushes(campaign, seed, COLOURED))),
-    )
+def find_targets(errors: str) -> Iterator[Row]:
+    """Yield the true and the pseudo-true coefficients of the twin."""
+    truth = true_coefficients().tolist()
+    yield Row("slender", errors, TRUE, MODEL.key, list(MODEL.labels), truth)
+    seeds = range(FIRST_SEED - N_TOGETHER, FIRST_SEED)
+    campaigns = CampaignSetup.of("sname").simulate(seeds, DURATION, TWIN[errors])
+    log = hd.concatenate([campaign.train for campaign in campaigns])
+    for model in OUTSIDE:
+        problem = prepare(campaigns[0].vehicle, log, model)
+        yield identify("slender", errors, PSEUDO_TRUE, problem, model)
 
 
-def sampled(plan: Plan, seeds: range) -> dict[Key, Draws]:
-    """Return what every method says of every model, for some seeds."""
-    parts: dict[Key, list[Draws]] = {}
-    models = [find_model(key) for key in plan.models]
-    campaigns = reenact.CampaignSetup.of(plan.truth).simulate(seeds, plan.duration, COLOURED)
-    for seed, campaign in zip(seeds, campaigns, strict=True):
-        noisy = prepare(campaign.vehicle, campaign.train, models)
-        exact = prepare(told(campaign.vehicle), noiseless(campaign, seed), models)
-        for method in plan.methods:
-            for model in plan.models:
-                parts.setdefault((method, model), []).append(one(noisy, exact, method, model))
-    return {key: Draws.joined(several) for key, several in parts.items()}
+def simulate_rov(errors: str, draws: range) -> Iterator[Row]:
+    """Yield the rows of draws of the ROV, and its true coefficients."""
+    for draw in draws:
+        logs = ROV(FIRST_SEED + draw, DURATION, TETHERED[errors])()
+        assert logs.true is not None
+        model = logs.true.model
+        if draw == 0:
+            truth = logs.true.coefficients.tolist()
+            yield Row("ROV", errors, TRUE, model.key, list(model.labels), truth)
+        yield identify("ROV", errors, str(draw), prepare(logs.vehicle, logs.train, model), model)
 
 
-def one(noisy: Problem, exact: Problem, method: str, model: str) -> Draws:
-    """Return the single draw of a method and a model."""
-    way = find_method(method)
-    fit = way.identify(noisy, find_model(model))
-    aim = way.identify(exact, find_model(model))
-    low, high, error = (values[np.newaxis] for values in interval(fit))
-    graded = determined(noisy, fit)[np.newaxis]
-    return Draws(_numbers(fit), _numbers(aim), low, high, error, graded)
+def simulate_demo() -> Iterator[Row]:
+    """Yield the rows of the log of ``hydrodamp demo``."""
+    campaign = hd.reenact()
+    for model in PAPER:
+        problem = prepare(campaign.vehicle, campaign.train, model)
+        yield identify("demo", "", WHOLE, problem, model)
 
 
-def _numbers(fit: Fit) -> FloatArray:
-    return fit.damping.coefficients[np.newaxis] * (1.0 if fit.status.usable else np.nan)
+def halve(name: str, campaign: Campaign) -> Iterator[Row]:
+    """Yield the rows of a measured log, of all runs and of every other one."""
+    log = hd.concatenate([campaign.train, campaign.test])
+    runs = sorted(segment.name for segment in log.segments)
+    parts = {WHOLE: log, "0": log.select(*runs[::2]), "1": log.select(*runs[1::2])}
+    for model in campaign.models:
+        for draw, part in parts.items():
+            yield identify(name, MEASURED, draw, prepare(campaign.vehicle, part, model), model)
 
 
-def all_draws(plan: Plan, n_draws: int, first: int, workers: int) -> dict[Key, Draws]:
-    """Return all draws, on several processes."""
-    size = max(1, min(10, math.ceil(n_draws / workers)))
-    last = first + n_draws
-    batches = [range(start, min(start + size, last)) for start in range(first, last, size)]
-    done = dict(_in_processes(plan, batches, workers))
-    return {key: Draws.joined([done[batch][key] for batch in batches]) for key in done[batches[0]]}
-
-
-def _in_processes(
-    plan: Plan, batches: list[range], workers: int
-) -> Iterator[tuple[range, dict[Key, Draws]]]:
-    console = Console(stderr=True)
-    if workers == 1:
-        for batch in track(batches, "Draws", console=console, transient=True):
-            yield batch, sampled(plan, batch)
-        return
-    os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        futures = {pool.submit(sampled, plan, batch): batch for batch in batches}
-        arriving = as_completed(futures)
-        for future in track(arriving, "Draws", len(batches), console=console, transient=True):
-            yield futures[future], future.result()
+def list_jobs(data: Path | None, n_draws: int) -> dict[str, Job]:
+    """Return all jobs by name."""
+    batches = [range(k, min(k + BATCH, n_draws)) for k in range(0, n_draws, BATCH)]
+    jobs: dict[str, Job] = {"demo": simulate_demo}
+    for campaign in measured(data) if data else ():
+        name = campaign.name.removeprefix("measured/").partition("-")[0]
+        jobs.setdefault(name, partial(halve, name, campaign))
+    jobs |= {f"targets/{errors}": partial(find_targets, errors) for errors in TWIN}
+    for errors, draws in itertools.product(TWIN, batches):
+        jobs[f"slender/{errors}/{draws.start}"] = partial(simulate_twin, errors, draws, (MODEL,))
+        jobs[f"ROV/{errors}/{draws.start}"] = partial(simulate_rov, errors, draws)
+    for draws, errors in itertools.product(batches, TWIN):
+        name = f"outside/{errors}/{draws.start}"
+        jobs[name] = partial(simulate_twin, errors, draws, OUTSIDE)
+    return jobs
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder for coverage.md and coverage.json.")],
-    draws: Annotated[int, typer.Option(min=2, help="How many campaigns.")] = 200,
-    duration: Annotated[float, typer.Option(help="Length of each run [s].")] = 45.0,
-    truth: Annotated[str, typer.Option(help="sname or crossflow.")] = "sname",
-    methods: Annotated[str, typer.Option(help="Keys, joined by commas.")] = "recommended,weak,ls",
-    models: Annotated[str, typer.Option(help="Likewise.")] = "linear,prestero,gertler-hagen",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the first campaign.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    out: Annotated[Path, typer.Option(help="Folder of the rows.")],
+    data: Annotated[Path | None, typer.Option(help="Folder of measured logs.")] = None,
+    draws: Annotated[int, typer.Option(min=2, help="Draws of each simulated log.")] = 24,
+    page: Annotated[Path | None, typer.Option(help="Page to insert the tables into.")] = None,
 ) -> None:
-    """Measure how often nominal 95 % intervals cover their target."""
-    plan = Plan(tuple(methods.split(",")), tuple(models.split(",")), truth, duration)
-    result = summary(all_draws(plan, draws, seed, workers))
-    tables = {
-        "Coverage of nominal 95 % intervals": coverage_table(result),
-        "Bias against the target, in spreads and in per cent": bias_table(result),
-    }
-    said = {"draws": draws, "duration": duration, "truth": truth, "first_seed": seed}
+    """Run what is missing and print the tables."""
+    warnings.simplefilter("ignore", hd.HydrodampWarning)
     out.mkdir(parents=True, exist_ok=True)
-    with open_atomic(out / "coverage.json") as stream:
-        json.dump({**said, **result}, stream, indent=1)
-    with open_atomic(out / "coverage.md") as stream:
-        stream.write("\n\n".join(f"{name}:\n\n{markdown(one)}" for name, one in tables.items()))
-    for name, table in tables.items():
-        show(name, table)
+    path = out / "rows.jsonl"
+    lines = path.read_text().splitlines() if path.exists() else []
+    done = {job: [Row(*row) for row in rows] for job, rows in map(json.loads, lines)}
+    jobs = list_jobs(data, draws)
+    for name in track([name for name in jobs if name not in done], "identify"):
+        done[name] = list(jobs[name]())
+        with path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps([name, done[name]]) + "\n")
+    text = summarise([row for rows in done.values() for row in rows])
+    save_text(text, out / "coverage.md")
+    if page is not None:
+        replace_table(page, MARKS, text)
+    typer.echo(text)
 
 
 if __name__ == "__main__":

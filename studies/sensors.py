@@ -29,7 +29,7 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, rotation_matrices
 from hydrodamp.data.log import concatenate
 from hydrodamp.data.measurement import KINDS, Measurement
-from hydrodamp.identification.sensor_information import predict_standard_errors
+from hydrodamp.identification.information import predict_standard_errors
 from hydrodamp.simulation.campaign.conditions import Conditions
 from hydrodamp.simulation.replay import replay
 

@@ -93,7 +93,6 @@ from .identification.dissipativity import (
     operating_box as operating_box,
 )
 from .identification.fit import (
-    Estimate as Estimate,
     Fit as Fit,
     Method as Method,
     Uncertainty as Uncertainty,
@@ -119,6 +118,7 @@ from .identification.methods import (
     identify_all as identify_all,
 )
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
+from .identification.parameters import Estimate as Estimate
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,

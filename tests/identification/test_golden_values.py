@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import hydrodamp as hd
 from hydrodamp.cli.main import app
 from hydrodamp.identification.fit import correlation
-from hydrodamp.identification.sensor_information import predict_standard_errors
+from hydrodamp.identification.information import predict_standard_errors
 from hydrodamp.simulation.campaign.conditions import Conditions
 
 from .sensors import sample, without
@@ -122,8 +122,8 @@ def record_covariance(model, covariance):
 def record_estimates(estimates):
     """Return values and standard errors of parameters by label."""
     return {
-        "values": {label: each[0] for label, each in estimates.items()},
-        "standard_errors": {label: each[1] for label, each in estimates.items()},
+        "values": {label: each.value for label, each in estimates.items()},
+        "standard_errors": {label: each.standard_error for label, each in estimates.items()},
     }
 
 
@@ -155,7 +155,7 @@ def record_fit(fit):
         "values": split_axes(fit.model, fit.damping.coefficients),
         **({} if covariance is None else record_covariance(fit.model, covariance)),
         "uncertainty": record_uncertainty(fit.model, fit.uncertainty),
-        "sensors": record_estimates(fit.sensor_parameters),
+        "sensors": record_estimates(fit.estimates),
     }
 
 
@@ -245,9 +245,11 @@ def test_fits(check, log, key, kind):
 @pytest.mark.slow
 def test_vehicle_parameters(check):
     names = ("added-mass", "center-of-gravity", "buoyancy")
-    estimate = hd.estimate_vehicle_parameters(*prepare("white", "fossen"), names)
-    causes = {label: each.cause for label, each in estimate.parameters.items()}
-    record = {**record_estimates(estimate.parameters), "causes": causes, "text": str(estimate)}
+    problem, _ = prepare("white", "prestero")
+    model = hd.catalog["prestero"].with_terms({"K": "up"}, key="truth")
+    fit = hd.Recommended(estimate=names).identify(problem.extend_to(model), model)
+    causes = {label: each.cause for label, each in fit.estimates.items()}
+    record = {**record_estimates(fit.estimates), "causes": causes, "remarks": fit.remarks}
     check("vehicle-parameters", record, "iterative")
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.continuation import continue_over_lengths
-from hydrodamp.identification.held_out_replay import leave_one_out, split_pieces
+from hydrodamp.identification.held_out_replay import PieceNormals, split_pieces
 from hydrodamp.identification.initial_iterate import (
     best_initial_iterate,
     initial_candidates,
@@ -37,7 +37,7 @@ def test_replicates_are_gauss_newton_steps_without_one_piece(campaign):
         return np.linalg.solve(normal[:-1, :-1], normal[:-1, -1])
 
     expected = [x + step(np.delete(pieces, b, axis=0)) - step(pieces) for b in range(len(pieces))]
-    replicates = leave_one_out(objective, iterate, pieces)
+    replicates = PieceNormals.of(objective, iterate, pieces).replicates
     np.testing.assert_allclose(replicates, expected, rtol=1e-6)
     result = jackknife_uncertainty(objective, iterate, replicates)
     assert result is not None
@@ -57,7 +57,7 @@ def test_a_coefficient_without_information_has_the_prior_standard_deviation(camp
     objective = make_objective(problem, model)
     iterate = best_initial_iterate(objective, [np.zeros(13)], 4.0)
     iterate = replace(iterate, prior_strength=0.1, prior_variance=4.0)
-    replicates = leave_one_out(objective, iterate, split_pieces(problem))
+    replicates = PieceNormals.of(objective, iterate).replicates
     result = jackknife_uncertainty(objective, iterate, replicates)
     assert result is not None
     assert result.standard_errors[-1] == pytest.approx(2.0 * objective.scale[-1])
@@ -80,15 +80,15 @@ def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaig
     start = best_initial_iterate(objective, initial_candidates(objective, model), 2.0)
     end = continue_over_lengths(objective, start, (2.0, 4.0))
     shift = np.abs(end.coefficients - start.coefficients)
-    replicates = leave_one_out(objective, end, split_pieces(problem))
-    fit = build_fit(objective, model, hd.OutputError(), start, end, replicates)
+    normals = PieceNormals.of(objective, end)
+    fit = build_fit(normals, model, hd.OutputError(), start.coefficients)
     assert fit.uncertainty is not None
     assert np.all(fit.uncertainty.standard_errors >= shift * (1.0 - 1e-9))
-    jackknife = jackknife_uncertainty(objective, end, replicates)
+    jackknife = jackknife_uncertainty(objective, end, normals.replicates)
     assert jackknife is not None
-    difference = 3.0 * jackknife.noise_only.standard_errors
-    wider = build_fit(
-        objective, model, hd.OutputError(), end, end, replicates, difference
-    ).uncertainty
+    square = normals.half_difference**2 / np.diag(jackknife.noise_only.covariance)
+    axes = objective.entries[1]
+    ratio = np.array([np.sqrt(max(square[axes == axis].mean(), 1.0)) for axis in axes])
+    wider = build_fit(normals, model, hd.OutputError(), end.coefficients).uncertainty
     assert wider is not None
-    np.testing.assert_allclose(wider.standard_errors, 3.0 * jackknife.standard_errors)
+    np.testing.assert_allclose(wider.standard_errors, ratio * jackknife.standard_errors)

@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import output_error as module
-from hydrodamp.identification.held_out_replay import is_lower, split_pieces
+from hydrodamp.identification.held_out_replay import split_pieces
 from hydrodamp.identification.initial_iterate import make_objective
 
 
@@ -21,22 +21,17 @@ def problem_of(campaign, key="fossen"):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("weak_is_better", "remark"), [(True, "held-out"), (False, "2 s, 4 s;")])
-def test_the_weak_form_replaces_an_estimate_that_predicts_worse(
-    campaign, monkeypatch, weak_is_better, remark
+@pytest.mark.parametrize(("excess", "remark"), [(np.inf, "successive"), (-1.0, "2 s, 4 s;")])
+def test_the_likelihood_replaces_the_windows_unless_it_replays_held_out_parts_worse(
+    campaign, monkeypatch, excess, remark
 ):
-    monkeypatch.setattr(module, "is_lower", lambda *_: weak_is_better)
+    monkeypatch.setattr(module, "MAX_GROWTH", np.inf)
+    monkeypatch.setattr(module, "are_sensor_errors", lambda _: True)
+    monkeypatch.setattr(module, "MAX_EXCESS", excess)
     fit = hd.Recommended(windows=(2.0, 4.0)).identify(problem_of(campaign), hd.catalog["fossen"])
     assert remark in fit.remarks[0]
     assert fit.method == "recommended"
     assert fit.uncertainty is not None
-
-
-def test_an_error_within_one_standard_error_is_not_lower():
-    reference, noise = np.ones(9), np.tile([1.0, -1.0, 0.0], 3)
-    assert is_lower(reference - 0.2 + 0.1 * noise, reference)
-    assert not is_lower(reference - 0.2 + noise, reference)
-    assert not is_lower(reference + 0.2 + 0.1 * noise, reference)
 
 
 @pytest.mark.slow

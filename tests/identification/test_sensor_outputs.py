@@ -9,9 +9,9 @@ import hydrodamp as hd
 from hydrodamp.conditioning.sensor_log import rebuild_velocities
 from hydrodamp.data.attitude import rotation_matrices
 from hydrodamp.identification.gauss_newton import Iterate
-from hydrodamp.identification.indirect_coefficients import find_indirect_coefficients
+from hydrodamp.identification.information import find_indirect_coefficients
 from hydrodamp.identification.initial_iterate import make_objective
-from hydrodamp.identification.multiple_shooting import VelocityOutputs
+from hydrodamp.identification.velocity_outputs import VelocityOutputs
 from hydrodamp.simulation.replay import replay
 
 from .sensors import euler_angles, integrate_position, sample, without

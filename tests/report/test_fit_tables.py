@@ -51,7 +51,7 @@ def test_without_covariance_there_is_no_error(comparison):
 def test_the_rule_of_grades_stands_below_them(fit):
     grid = fit_table(fit, grades(fit, Grade.MINOR))
     assert set(column(grid, "grade")) == {"minor"}
-    assert grid.notes[-1].startswith("grade: the worse of")
+    assert grid.notes[-1].startswith("grade: by the interval")
     assert "Determined, interval within 25 % of the value" in grid.notes[-1]
 
 

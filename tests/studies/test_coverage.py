@@ -1,80 +1,71 @@
-"""The study of coverage: a very small one, and its averages on draws with known answers."""
+"""The study of coverage: rows with known answers, and one draw."""
 
-import importlib
-import json
+import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import hydrodamp as hd
-
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-@pytest.fixture(name="tables")
-def tables_fixture(monkeypatch):
+@pytest.fixture(name="tables", scope="module")
+def tables_fixture():
     """The averages and tables."""
-    monkeypatch.syspath_prepend(STUDIES)
     return importlib.import_module("coverage_tables")
 
 
 @pytest.fixture(name="study")
-def study_fixture(tables):
+def study_fixture(tables, monkeypatch):
     """The script under a name of its own: ``coverage`` is a tool of the tests."""
     assert tables
     spec = importlib.util.spec_from_file_location("study_of_coverage", STUDIES / "coverage.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(importlib.sys.modules, spec.name, module)
-        spec.loader.exec_module(module)
+    monkeypatch.setitem(importlib.sys.modules, spec.name, module)
+    spec.loader.exec_module(module)
     return module
 
 
-def test_one_command_writes_both_files(study, tmp_path, capsys):
-    """Three short draws, one model: a line an axis, and every coefficient in the JSON."""
-    study.main(tmp_path, draws=3, duration=40.0, methods="ls", models="prestero", workers=1)
-    found = json.loads((tmp_path / "coverage.json").read_text(encoding="utf-8"))
-    assert found["draws"] == 3
-    assert [one["label"] for one in found["coefficients"]] == list(hd.find_model("prestero").labels)
-    assert {row["axis"] for row in found["coverage"]} <= set("XYZKMN")
-    written = (tmp_path / "coverage.md").read_text(encoding="utf-8")
-    assert written.count("| ls | prestero |") == len(found["coverage"]) > 0
-    assert "Bias against the target" in capsys.readouterr().out
-
-
-def drawn(tables, shift, scale=1.0):
-    """4000 draws of fits of Prestero's terms with normal errors, some of them biased."""
-    n, labels = 4000, hd.find_model("prestero").labels
-    rng = np.random.default_rng(95)
-    target = np.full((n, len(labels)), -10.0)
-    estimate = target + shift + rng.standard_normal(target.shape)
-    half = 1.959964 * scale
-    return tables.Draws(
-        estimate=estimate,
-        target=target,
-        low=estimate - half,
-        high=estimate + half,
-        error=np.full_like(target, scale),
-        determined=np.tile([label.startswith("Y") for label in labels], (n, 1)),
-    )
-
-
 @pytest.mark.parametrize(
-    ("shift", "scale", "coverage", "centred"),
-    [(0.0, 1.0, 0.95, 0.95), (0.0, 0.5, 0.6730, 0.6730), (1.959964, 1.0, 0.5, 0.95)],
+    ("half", "spread", "covered", "near"),
+    [(1.959964, 1.0, 0.95, 0.9876), (0.979982, 1.0, 0.6730, 0.9876), (3.919928, 2.0, 0.95, 0.7887)],
 )
-def test_averages_are_those_of_the_normal_law(tables, shift, scale, coverage, centred):
-    """2 Phi(1.96) - 1, 2 Phi(0.98) - 1, and a half where the bias is the half-width."""
-    draws = drawn(tables, shift, scale)
-    found = tables.summary({("some", "prestero"): draws})
-    (row,) = found["coverage"]
-    assert (row["axis"], row["counted"], row["of"]) == ("Y", 6, 6)
-    assert row["coverage"] == pytest.approx(coverage, abs=4 * row["monte_carlo_error"])
-    assert row["centred_coverage"] == pytest.approx(centred, abs=0.01)
-    assert row["error_ratio"] == pytest.approx(scale, rel=0.02)
-    (bias,) = found["bias"]
-    assert bias["spreads"] == pytest.approx(shift, abs=0.05)
-    assert bias["percent"] == pytest.approx(10.0 * shift, abs=0.5)
+def test_shares_are_those_of_the_normal_law(tables, half, spread, covered, near):
+    """2 Phi(1.96) - 1, 2 Phi(0.98) - 1; a quarter of 10 is 2.5 or 1.25 standard deviations."""
+    miss = spread * np.random.default_rng(95).standard_normal(4000)
+    rows = [
+        tables.Row("log", "white", str(k), "model", ["X_u"], [each - 10.0], [spread], [half], ["a"])
+        for k, each in enumerate(miss)
+    ]
+    rows.append(tables.Row("log", "white", tables.TRUE, "model", ["X_u"], [-10.0]))
+    outcomes = list(tables.compare_with_targets(rows))
+    assert {each.case for each in outcomes} == {("log", "model", "white", "truth")}
+    assert np.mean([each.is_covered for each in outcomes]) == pytest.approx(covered, abs=0.02)
+    assert np.mean([each.is_near for each in outcomes]) == pytest.approx(near, abs=0.02)
+    value, error = tables.share(outcomes, [each.is_covered for each in outcomes]).split(" ± ")
+    assert float(value) == pytest.approx(100.0 * covered, abs=4.0 * float(error))
+
+
+def test_halves_are_compared_where_both_have_the_grade(tables):
+    labels, grades = ["X_u", "Y_v", "N_r"], ["determined", "weak", "determined"]
+    first = tables.Row(
+        "log", tables.MEASURED, "0", "m", labels, [1, 2, 3], [0.3] * 3, [0] * 3, grades
+    )
+    other = first._replace(draw="1", estimate=[1.8, 2, 5], grades=["determined"] * 3)
+    whole = first._replace(draw=tables.WHOLE)
+    outcomes = list(tables.compare_with_targets([whole, first, other]))
+    assert [(each.label, each.is_covered) for each in outcomes] == [("X_u", True), ("N_r", False)]
+    assert "| log | `m` | 2 | 0 | 1 | 0 |" in tables.grades_table([whole, first, other])
+
+
+def test_a_draw_of_the_rov_has_a_grade_and_a_target_for_every_coefficient(study, tables):
+    truth, found = study.simulate_rov("white", range(1))
+    assert truth.labels == found.labels == list(study.ROV(0, 1.0).true().model.labels)
+    outcomes = list(tables.compare_with_targets([truth, found]))
+    assert [each.grade for each in outcomes] == found.grades
+    assert np.mean([each.is_covered for each in outcomes]) > 0.8
+    assert "| ROV | `fossen+channels` | white | truth | determined |" in tables.summarise(
+        [truth, found]
+    )

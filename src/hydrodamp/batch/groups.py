@@ -18,8 +18,8 @@ from scipy.special import stdtr
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, critical_value
-from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, critical_value
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Grouping keys that are dates.

@@ -134,7 +134,7 @@ def _free_parameters(
 ) -> tuple[hd.Problem, hd.Method]:
     """Return the problem with estimated responses of commands, and the method with parameters."""
     from hydrodamp.identification.command_response import PARAMETERS
-    from hydrodamp.identification.vehicle_parameters import VEHICLE_PARAMETERS
+    from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
 
     known = (*PARAMETERS, *VEHICLE_PARAMETERS, GAINS)
     if unknown := [name for name in names if name not in known]:

@@ -27,9 +27,11 @@ from scipy.optimize import Bounds, differential_evolution
 from hydrodamp.arrays import FloatArray
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
-from hydrodamp.identification.gauss_newton import SAMPLES_PER_RESIDUAL, split_windows
+from hydrodamp.identification.continuation import INITIAL_STATE_FACTOR
+from hydrodamp.identification.gauss_newton import split_windows
 from hydrodamp.identification.information import fisher_information, window_lengths
 from hydrodamp.identification.multiple_shooting import MAX_RELATIVE_STEP, Windows
+from hydrodamp.identification.velocity_outputs import VelocityOutputs
 from hydrodamp.simulation.problem import build_problem
 
 MIN_STD = 1e-6
@@ -60,11 +62,13 @@ def ensemble_information(
         known = replace(problem, equations=problem.equations.hold(matrix, model))
         windows = Windows(
             *(length, known, known.equations.entries(model), bounds[chosen], states[chosen]),
-            *(std / np.sqrt(SAMPLES_PER_RESIDUAL), max_step),
+            *(INITIAL_STATE_FACTOR * std, max_step, VelocityOutputs()),
         )
         vehicles, block = np.unique(of_window[chosen], return_inverse=True)
         information[vehicles] = fisher_information(windows, matrix[rows], std, block)
-    return information
+    n_rows = np.bincount(of_window, np.diff(bounds).ravel())  # windows overlap
+    share = np.diff(problem.segments).ravel() / n_rows
+    return np.asarray(information * share[:, None, None])
 
 
 POPULATION, MAX_GENERATIONS = 14, 4

@@ -399,18 +399,8 @@ class AdaptiveIdentifier:
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Process the log and return the last estimate.
 
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for (at least) the model's terms.
-        model : DampingModel
-            Damping model to identify.
-
-        Returns
-        -------
-        fit : Fit
-            ``NOT_CONVERGED`` if the terms explain residuals of more than a tenth of the damping
-            wrench of an axis.
+        The status is ``NOT_CONVERGED`` if the terms explain residuals of more than a tenth of the
+        damping wrench of an axis.
         """
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:

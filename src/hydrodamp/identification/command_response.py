@@ -160,22 +160,13 @@ def _maximise(residuals: _ResponseResiduals) -> CommandResponse:
     grid = product([each * time_scale for each in RELATIVE_GRID], repeat=len(parameters))
     start = max(grid, key=lambda trial: residuals.log_likelihood(trial).sum())
     simplex = np.vstack([start, np.add(start, resolution * np.eye(len(start)))])
-    options: Any = {
-        "initial_simplex": simplex,
-        "xatol": 0.02 * resolution,
-        "fatol": 1e-3,
-    }
+    options: Any = {"initial_simplex": simplex, "xatol": 0.02 * resolution, "fatol": 1e-3}
 
     def cost(trial: FloatArray) -> float:
         return -float(residuals.log_likelihood(tuple(trial.tolist())).sum())
 
-    optimum = minimize(
-        cost,
-        np.array(start),
-        method="Nelder-Mead",
-        bounds=[(0.0, time_scale)] * len(start),
-        options=options,
-    )
+    bounds = [(0.0, time_scale)] * len(start)
+    optimum = minimize(cost, np.array(start), method="Nelder-Mead", bounds=bounds, options=options)
     best = tuple(float(value) for value in optimum.x)
     error = np.hypot(QUANTILE_95 * residuals.standard_errors(best), resolution)
     low, high = np.maximum(np.subtract(best, error), 0.0).tolist(), np.add(best, error).tolist()
@@ -183,7 +174,7 @@ def _maximise(residuals: _ResponseResiduals) -> CommandResponse:
         residuals.commands,
         dict(zip(parameters, best, strict=True)),
         dict(zip(parameters, zip(low, high, strict=True), strict=True)),
-        residuals.significance(best),
+        residuals.compare(residuals.respond(best)),
     )
 
 
@@ -202,7 +193,7 @@ def response_remarks(problem: Problem, model: DampingModel) -> list[str]:
     except MethodError:
         return []
     # a lag of the resolution improves the residuals where there is a longer one
-    if residuals.significance((residuals.resolution,)) < MIN_SIGNIFICANCE:
+    if residuals.compare(residuals.respond((residuals.resolution,))) < MIN_SIGNIFICANCE:
         return []
     response = _maximise(residuals)
     if not response.is_significant:
@@ -303,13 +294,11 @@ class _ResponseResiduals:
         """Return the log-likelihood of each piece of the log (B,)."""
         return _sum_pieces(self.densities(self.respond(values)))
 
-    def significance(self, values: tuple[float, ...]) -> float:
-        """Return the mean log-likelihood ratio to no response, in standard errors."""
-        return self.compare(self.respond(values))
-
     def compare(self, changed: Log) -> float:
         """Return the mean log-likelihood ratio of a changed log, in standard errors."""
-        return _ratio(_sum_pieces(self.densities(changed) - self.recorded_densities))
+        differences = _sum_pieces(self.densities(changed) - self.recorded_densities)
+        error = float(differences.std(ddof=1)) / np.sqrt(len(differences))
+        return float(differences.mean()) / error if error > 0.0 else 0.0
 
     def standard_errors(self, values: tuple[float, ...]) -> FloatArray:
         """Return the standard errors [s]; zero for values below the resolution."""
@@ -343,9 +332,3 @@ def _sum_pieces(values: FloatArray) -> FloatArray:
     """Return the sums (B,) over pieces of about equal numbers of rows."""
     piece = np.arange(len(values)) * MAX_BLOCKS // len(values)
     return np.asarray(np.bincount(piece, values, MAX_BLOCKS), dtype=np.float64)
-
-
-def _ratio(differences: FloatArray) -> float:
-    """Return the mean of differences (B,) over its standard error; zero if all are equal."""
-    error = float(differences.std(ddof=1)) / np.sqrt(len(differences))
-    return float(differences.mean()) / error if error > 0.0 else 0.0

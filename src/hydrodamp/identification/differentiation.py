@@ -76,17 +76,6 @@ class RecordedAcceleration(FiniteDifference):
     def acceleration(self, problem: Problem) -> FloatArray:
         """Return recorded accelerations, and differences of the velocities for absent ones.
 
-        Parameters
-        ----------
-        problem : Problem
-            Its log must carry accelerations.
-
-        Returns
-        -------
-        acceleration : ndarray, shape (n, 6)
-            Time derivative of the body velocity's components, linear [m/s^2]
-            and angular [rad/s^2].
-
         Raises
         ------
         MethodError

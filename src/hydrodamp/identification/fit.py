@@ -13,14 +13,14 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, Shape, freeze, jackknife_covariance
 from hydrodamp.data.digests import MAX_DIGESTS, velocity_digests
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, first_few
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
-from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.grades import Grade, critical_value
+from hydrodamp.identification.parameters import Estimate
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import missing_actuation
@@ -30,13 +30,6 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 # Median ratio of standard errors, all residuals over noise alone, above which a fit reports it.
 _MODEL_FORM_RATIO = 1.5
-
-
-def critical_value(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
-    """Return the quantile of Student's t for a two-sided interval."""
-    demand(0.0 < level < 1.0, "level", "between 0 and 1", level)
-    demand(degrees_of_freedom > 0.0, "degrees_of_freedom", "positive", degrees_of_freedom)
-    return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,50 +217,6 @@ def correlation(covariance: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """Estimate of a parameter of sensors or of the vehicle.
-
-    Attributes
-    ----------
-    value, standard_error : float
-        In the unit.
-    prior : float
-        The value without a log; zero for what corrects the description of a sensor.
-    unit : str
-        Such as ``kg``.
-    cause : str
-        Why the log does not determine the parameter, in a sentence; empty where it does.
-
-    Examples
-    --------
-    >>> print(Estimate(14.2, 0.1, 12.0, "kg"))
-    14.2 ± 0.2 kg (95 %; prior 12)
-    """
-
-    value: float
-    standard_error: float
-    prior: float
-    unit: str
-    cause: str = ""
-
-    @property
-    def is_determined(self) -> bool:
-        """Whether the log determines the parameter."""
-        return not self.cause
-
-    @property
-    def grade(self) -> Grade:
-        """The grade of the parameter."""
-        return Grade.DETERMINED if self.is_determined else Grade.NOT_DETERMINED
-
-    def __str__(self) -> str:
-        """Return the estimate with its 95 % interval and prior."""
-        half = critical_value() * self.standard_error
-        suffix = "" if self.is_determined else ", not determined"
-        return f"{self.value:.4g} ± {half:.2g} {self.unit} (95 %; prior {self.prior:.4g}{suffix})"
-
-
-@dataclass(frozen=True)
 class Fit:
     """An identified damping model.
 
@@ -305,6 +254,9 @@ class Fit:
         label such as ``dvl delay`` or ``A_Y``.
     indirect : tuple of str
         Labels of coefficients that only sensors of other motions determine; weak at best.
+    held_out_r_squared : dict of str to float
+        R² of the replay of each free velocity by estimates without the replayed part of the log,
+        by axis; empty for methods that do not replay.
     """
 
     damping: Damping
@@ -321,6 +273,7 @@ class Fit:
     vehicle: Vehicle | None = None
     estimates: dict[str, Estimate] = field(default_factory=dict)
     indirect: tuple[str, ...] = ()
+    held_out_r_squared: dict[str, float] = field(default_factory=dict)
 
     @property
     def model(self) -> DampingModel:

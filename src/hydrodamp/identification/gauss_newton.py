@@ -154,9 +154,8 @@ class ShootingObjective:
         """Return windows with the length and the prior standard deviation of others."""
         return replace(self.windows(windows.length), initial_state_std=windows.initial_state_std)
 
-    def widen_initial_states(self, iterate: Iterate, factor: float) -> Iterate:
-        """Return the iterate with a larger prior standard deviation of the initial states."""
-        std = factor * self.initial_state_std
+    def widen_initial_states(self, iterate: Iterate, std: FloatArray) -> Iterate:
+        """Return the iterate with another prior standard deviation of the initial states."""
         linearisations = tuple(
             each._replace(windows=replace(each.windows, initial_state_std=std))
             for each in iterate.linearisations

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.special import stdtrit
 
 from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.errors import demand
 from hydrodamp.status import TextEnum
 
 #: Least cross-validated R² of the wrench of an excited axis: a correlation of one half between the
@@ -26,6 +28,13 @@ MINOR_CONTRIBUTION = 0.05
 #: share (Fuller, "Measurement Error Models", 1987,
 #: doi:10.1002/9780470316665, section 1.1).
 MIN_MOTION_LEVERAGE = 0.5
+
+
+def critical_value(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
+    """Return the quantile of Student's t for a two-sided interval."""
+    demand(0.0 < level < 1.0, "level", "between 0 and 1", level)
+    demand(degrees_of_freedom > 0.0, "degrees_of_freedom", "positive", degrees_of_freedom)
+    return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
 
 
 class Grade(TextEnum):
@@ -56,13 +65,11 @@ class Cause(TextEnum):
 
     ALIASED = "aliased: the regressor is zero or a linear combination of others."
     POORLY_EXCITED = (
-        "poorly excited: the cross-validated R² of the axis force is below "
-        f"{MIN_R_SQUARED}; the open-loop replay may still be accurate."
+        "poorly excited: the R² of the axis on held-out data is below "
+        f"{MIN_R_SQUARED}, of replays or of the force by the weak form."
     )
     NOISE = "noise: more than half of the leverage of the regressor may be measurement noise."
-    NOT_SIGNIFICANT = (
-        "not significant: the 95 % confidence interval contains zero by the weak form or the fit."
-    )
+    NOT_SIGNIFICANT = "not significant: the 95 % confidence interval contains zero."
     MODEL_FORM = "model form: the residuals of the axis are correlated, so intervals are invalid."
     NO_BLOCK = (
         "no whole block: the run has just begun, or rejected samples and restarts leave no two "

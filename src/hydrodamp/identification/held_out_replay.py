@@ -1,43 +1,45 @@
-"""Choice between estimates by the replay of pieces of the log that are left out.
+"""Estimates from parts of a log by one step, and replays of the parts that are left out.
 
-The log is cut into pieces b. One Gauss-Newton step updates an estimate without piece b; with the
-Hessian H and the gradient g of the objective on all pieces, and those without b,
+The log is cut into pieces. With the Hessian H and the gradient g of the objective on all pieces,
+and those on the pieces S, one Gauss-Newton step updates an estimate x to that of S::
 
-    x_(b) = x + H_(-b)⁻¹ g_(-b) − H⁻¹ g.
+    x_S = x + H_S⁻¹ g_S − H⁻¹ g
 
-``e_b`` is the mean square error of the replay of piece b with x_(b), each error over the standard
-deviation of its velocity and clipped at one. Another estimate is better if its mean error is lower
-by more than one standard error of the paired differences (one-standard-error rule, Breiman et al.
-1984).
+S without piece b gives the replicates of the delete-one-block jackknife, every second piece the two
+halves. ``e_ib²`` is the mean square error of velocity i in the replay of part b, of several pieces,
+with the estimate without it, each error over the standard deviation of its velocity and clipped at
+one; ``1 − mean_b e_ib²`` is the R² of held-out replays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray, factorisation
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, factorisation
 from hydrodamp.identification.fit import MAX_BLOCKS
 from hydrodamp.identification.gauss_newton import (
-    FINAL_TOLERANCE,
-    MIN_DAMPING,
     Iterate,
     ShootingObjective,
-    minimise,
 )
+from hydrodamp.identification.rebuilt_outputs import RebuiltOutputs
+from hydrodamp.identification.velocity_outputs import velocity_residuals
 from hydrodamp.simulation.problem import Problem
+
+#: Parts of the log to replay: the error of a replay grows with its length.
+N_PARTS = 8
 
 #: Shortest piece [samples], and rounding of the clock [pieces].
 MIN_PIECE, CLOCK_ROUNDING = 8, 1e-6
 
 
-def split_pieces(problem: Problem) -> IntArray:
+def split_pieces(problem: Problem, n_pieces: int = MAX_BLOCKS) -> IntArray:
     """Return the bounds of pieces of about equal duration of all segments."""
     pieces: list[tuple[int, int]] = []
-    shares = MAX_BLOCKS * problem.durations / problem.durations.sum()
+    shares = n_pieces * problem.durations / problem.durations.sum()
     for (start, stop), share in zip(problem.segments.tolist(), shares, strict=True):
         n = max(min(round(share), (stop - start) // MIN_PIECE), 1)
         time = problem.inputs.time[start:stop]
@@ -47,67 +49,92 @@ def split_pieces(problem: Problem) -> IntArray:
     return np.array(pieces, dtype=np.int64)
 
 
-@factorisation("normal matrix of the windows")
-def leave_one_out(objective: ShootingObjective, iterate: Iterate, pieces: IntArray) -> FloatArray:
-    """Return the coefficients (n_pieces, p) after a Gauss-Newton step without each piece."""
-    scale, p = objective.scale, len(objective.scale)
-    restricted = objective.restrict(pieces)
-    first = restricted.problem.segments[:, 0]
-    normals: FloatArray = np.zeros((len(pieces), p + 1, p + 1))
-    for previous in iterate.linearisations:
-        windows = restricted.windows_like(previous.windows)
-        block = np.searchsorted(first, windows.bounds[:, 0], side="right") - 1
-        normals += windows.block_normal_matrices(
-            iterate.coefficients, previous.residual_std / np.sqrt(objective.weights), block
-        ) / (objective.residuals_per_sample * len(iterate.linearisations))
-    column_scale = np.append(scale, 1.0)
-    normals *= column_scale[:, None] * column_scale
-    x = iterate.coefficients / scale
-    penalty = objective.penalty_hessian(x, iterate.prior_strength, iterate.penalty_weight)
-    size = np.diff(pieces, axis=1).ravel()
-    total, n = normals.sum(axis=0), size.sum()
-    means = np.concatenate([(total - normals) / (n - size)[:, None, None], total[None] / n])
-    gradients = means[:, :-1, -1] - penalty @ x
-    steps = np.linalg.solve(means[:, :-1, :-1] + penalty, gradients[:, :, None])[:, :, 0]
-    return np.asarray((x + steps[:-1] - steps[-1]) * scale)
+@dataclass(frozen=True, eq=False)
+class PieceNormals:
+    """Normal equations (n_pieces, p + 1, p + 1) of pieces of a log at an iterate, in x."""
+
+    objective: ShootingObjective
+    iterate: Iterate
+    pieces: IntArray
+    normals: FloatArray
+
+    @classmethod
+    def of(
+        cls, objective: ShootingObjective, iterate: Iterate, pieces: IntArray | None = None
+    ) -> PieceNormals:
+        """Linearise the residuals of each piece."""
+        pieces = split_pieces(objective.problem) if pieces is None else pieces
+        p = len(objective.scale)
+        restricted = objective.restrict(pieces)
+        first = restricted.problem.segments[:, 0]
+        normals: FloatArray = np.zeros((len(pieces), p + 1, p + 1))
+        for previous in iterate.linearisations:
+            windows = restricted.windows_like(previous.windows)
+            block = np.searchsorted(first, windows.bounds[:, 0], side="right") - 1
+            std = previous.residual_std / np.sqrt(objective.weights)
+            normals += windows.block_normal_matrices(iterate.coefficients, std, block)
+        scale = np.append(objective.scale, 1.0)
+        normals *= scale[:, None] * scale
+        n_lengths = len(iterate.linearisations)
+        return cls(
+            objective, iterate, pieces, normals / (objective.residuals_per_sample * n_lengths)
+        )
+
+    @factorisation("normal matrix of the windows")
+    def estimates(self, is_used: BoolArray) -> FloatArray:
+        """Return the estimates (m, p) from the pieces that each row (m, n_pieces) uses."""
+        iterate, scale = self.iterate, self.objective.scale
+        x = iterate.coefficients / scale
+        penalty = self.objective.penalty_hessian(x, iterate.prior_strength, iterate.penalty_weight)
+        weights = np.vstack([is_used, np.ones(len(self.pieces))])
+        size = weights @ np.diff(self.pieces).ravel()
+        means = np.tensordot(weights, self.normals, 1) / size[:, None, None]
+        gradients = means[:, :-1, -1] - penalty @ x
+        steps = np.linalg.solve(means[:, :-1, :-1] + penalty, gradients[:, :, None])[:, :, 0]
+        return np.asarray((x + steps[:-1] - steps[-1]) * scale)
+
+    @cached_property
+    def replicates(self) -> FloatArray:
+        """The estimates (n_pieces, p) without each piece."""
+        if len(self.pieces) == 1:
+            return np.empty((0, len(self.objective.scale)))
+        return self.estimates(~np.eye(len(self.pieces), dtype=bool))
+
+    @cached_property
+    def half_difference(self) -> FloatArray:
+        """Half the difference (p,) of the estimates from the even and the odd pieces."""
+        if len(self.pieces) == 1:
+            return np.full(len(self.objective.scale), np.nan)
+        is_even = np.arange(len(self.pieces)) % 2 == 0
+        even, odd = self.estimates(np.array([is_even, ~is_even]))
+        return np.asarray((even - odd) / 2.0)
+
+    @cached_property
+    def held_out_errors(self) -> FloatArray:
+        """Errors e_ib² (n_parts, f) of replays of parts by estimates without them."""
+        sections = split_pieces(self.objective.problem, N_PARTS)
+        if len(sections) == 1:
+            return np.ones((1, np.count_nonzero(self.objective.problem.vehicle.free)))
+        middle = self.pieces.mean(axis=1)
+        is_inside = (middle >= sections[:, :1]) & (middle < sections[:, 1:])
+        return replay_pieces(self.objective, sections, self.estimates(~is_inside))
 
 
 def replay_pieces(
     objective: ShootingObjective, pieces: IntArray, coefficients: FloatArray
 ) -> FloatArray:
-    """Return the errors e_b (n_pieces,) of replays with coefficients (n_pieces, p)."""
+    """Return the errors e_ib² (n_pieces, f) of replays with coefficients (n_pieces, p)."""
     problem = objective.problem
     velocity_std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
-    velocity_std[velocity_std == 0.0] = 1.0
-    windows = objective.restrict(pieces).windows(np.inf)
-    errors = [
-        np.clip(windows.select(slice(b, b + 1)).residuals(each) / velocity_std, -1.0, 1.0)
-        for b, each in enumerate(coefficients)
-    ]
-    return np.array([np.mean(each**2) for each in errors])
-
-
-def is_lower(errors: FloatArray, reference: FloatArray) -> bool:
-    """Return whether the mean of errors (n,) is lower by more than one standard error."""
-    excess = errors - reference
-    return bool(excess.mean() < -excess.std(ddof=1) / np.sqrt(len(excess)))
-
-
-def half_estimates(
-    objective: ShootingObjective,
-    pieces: IntArray,
-    estimate: Callable[[ShootingObjective], FloatArray],
-) -> FloatArray:
-    """Return the estimates (2, p) from the even and from the odd pieces."""
-    return np.array([estimate(objective.restrict(pieces[parity::2])) for parity in (0, 1)])
-
-
-def update_estimate(half: ShootingObjective, *, iterate: Iterate) -> FloatArray:
-    """Return an estimate after one step on a part of the log."""
-    linearisations = tuple(
-        previous._replace(windows=half.windows_like(previous.windows))
-        for previous in iterate.linearisations
-    )
-    start = replace(iterate, linearisations=linearisations, damping=MIN_DAMPING)
-    start = half.move(start, iterate.coefficients)
-    return minimise(half, start, FINAL_TOLERANCE, max_iterations=1).coefficients
+    windows, errors = objective.restrict(pieces).windows(np.inf), []
+    for b, each in enumerate(coefficients):
+        window, known, outputs = windows.select(slice(b, b + 1)), each, windows.outputs
+        if isinstance(outputs, RebuiltOutputs):
+            known, theta = outputs.split(each)
+            window = outputs.windows_at(window, theta)
+        residuals = velocity_residuals(window, known)
+        ratio = np.divide(
+            residuals, velocity_std, out=np.ones_like(residuals), where=velocity_std > 0.0
+        )
+        errors.append(np.mean(np.clip(ratio, -1.0, 1.0) ** 2, axis=0))
+    return np.array(errors)

@@ -1,8 +1,9 @@
 """Practical identifiability: excitation of each axis, rank and condition, grade per coefficient.
 
-An axis is excited where the cross-validated R² of its wrench is at least 0.25; a coefficient is
-graded by the half-width of its 95 % confidence interval and by its reliability ratio: the share of
-its regressor that excited velocities produce.
+An axis is excited where the R² on held-out data is at least 0.25: that of its velocity in replays
+for a method that replays, that of its wrench in the weak form for others. A coefficient is graded
+by the half-width of its 95 % confidence interval, and in the weak form by its reliability ratio:
+the share of its regressor that excited velocities produce.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from collections import Counter
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
@@ -70,9 +70,7 @@ def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     further = zip(AXES, reference_model(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in further if terms})
     extended = problem.extend_to(both)
-    length = RELATIVE_SUPPORT * velocity_correlation_time(extended)
-    support = min(length, float(extended.durations.max()))
-    equations = WeakRegression(support, _OVERLAP, windows=())
+    length, equations = _weak_equations(extended)
     rows = equations.rows(extended)
     response = equations.rows(_without_momentum(extended)).target
     variance = response.var(axis=0)
@@ -80,6 +78,13 @@ def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
     excited_design = equations.rows(_hold_at_mean(extended, r_squared < MIN_R_SQUARED)).design
     response_rms, axes = frozen(np.sqrt(r_squared * variance)), problem.vehicle.axes
     return Excitation(free, axes, rows, excited_design, frozen(r_squared), response_rms)
+
+
+def _weak_equations(problem: Problem) -> tuple[float, WeakRegression]:
+    """Return the length of test functions [s] that average the noise, and their equations."""
+    length = RELATIVE_SUPPORT * velocity_correlation_time(problem)
+    support = min(length, float(problem.durations.max()))
+    return length, WeakRegression(support, _OVERLAP, windows=())
 
 
 def _without_momentum(problem: Problem) -> Problem:
@@ -121,8 +126,8 @@ def _prediction_error(splits: tuple[Split, ...], model: DampingModel) -> FloatAr
 
 
 _NOT_EXCITED_NOTE = (
-    f"* poorly excited: the cross-validated R² of the axis force is below {MIN_R_SQUARED}; the\n"
-    "  open-loop replay may still be accurate"
+    f"* poorly excited: the R² of the axis on held-out data is below {MIN_R_SQUARED}, of replays\n"
+    "  or of the force by the weak form"
 )
 
 
@@ -243,11 +248,10 @@ def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
 
 
 def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
-    """Grade each coefficient of a fit: the worse of the grade by the log and by the fit's interval.
+    """Grade each coefficient of a fit.
 
-    A method, or a model-form error, may give a wide interval to a coefficient that the log
-    determines. An interval may be narrow although regressors are aliased or the axis is poorly
-    excited.
+    Where the method replays held-out parts of the log, by the interval of the fit and the R² of
+    the replays; for other methods, by the worse of that by the weak form and by the interval.
 
     Parameters
     ----------
@@ -266,7 +270,7 @@ def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     MethodError
         If the log is too short.
     """
-    return _grade_fit(analyse_excitation(problem, fit.model), fit)
+    return _grade_fit(_excitation_of(problem, fit), fit)
 
 
 def grade_fits(problem: Problem, fits: Iterable[Fit]) -> tuple[Fit, ...]:
@@ -284,27 +288,43 @@ def grade_fits(problem: Problem, fits: Iterable[Fit]) -> tuple[Fit, ...]:
     fits : tuple of Fit
         In the same order, with ``grades``.
     """
-    analyse = cache(lambda model: analyse_excitation(problem, model))
     graded = []
     for fit in fits:
         grades = fit.grades
         if not grades and fit.status.usable and fit.model.n_coefficients:
             with suppress(MethodError):  # the log is too short for grades
-                grades = _grade_fit(analyse(fit.model), fit).grades
+                grades = grade_fit(problem, fit).grades
         graded.append(replace(fit, grades=grades))
     return tuple(graded)
 
 
 def _grade_fit(excitation: Excitation, fit: Fit) -> Identifiability:
-    by_log, damping = _grade_by_weak_form(excitation), fit.damping
+    damping, known = fit.damping, fit.uncertainty
     if damping.covariance is None:
-        return by_log
-    known = fit.uncertainty or Uncertainty(damping.covariance, np.inf, "the covariance given")
+        return _grade_by_weak_form(excitation)
+    known = known or Uncertainty(damping.covariance, np.inf, "the covariance given")
     half = known.critical_value() * known.standard_errors
     by_fit = grade_by_excitation(excitation, half, damping.coefficients)
-    pairs = zip(by_log.axes, by_fit.axes, strict=True)
-    axes = (_limit_to_weak(_worse(*pair), fit.indirect) for pair in pairs)
-    return replace(by_log, axes=tuple(axes))
+    if fit.held_out_r_squared:
+        axes = (_limit_to_weak(axis, fit.indirect) for axis in by_fit.axes)
+        return replace(by_fit, axes=tuple(axes))
+    pairs = zip(_grade_by_weak_form(excitation).axes, by_fit.axes, strict=True)
+    return replace(by_fit, axes=tuple(_worse(*pair) for pair in pairs))
+
+
+def _excitation_of(problem: Problem, fit: Fit) -> Excitation:
+    """Return the excitation that a fit shows by its held-out replays, or that of the weak form."""
+    if fit.damping.covariance is None or not fit.held_out_r_squared:
+        return analyse_excitation(problem, fit.model)
+    free = fit.model.restricted_to(problem.vehicle.axes)
+    extended = problem.extend_to(free)
+    rows = _weak_equations(extended)[1].rows(extended)
+    columns = [rows.basis.index(term) for term in free.basis]
+    wrench = rows.design[:, columns] @ free.unpack(fit.damping.coefficients).T
+    response = np.sqrt(np.mean(wrench**2, axis=0))
+    r_squared = np.array([fit.held_out_r_squared.get(axis, 0.0) for axis in AXES])
+    settings = problem.vehicle.axes, rows, rows.design, frozen(r_squared), frozen(response)
+    return Excitation(free, *settings)
 
 
 def _limit_to_weak(axis: AxisIdentifiability, labels: tuple[str, ...]) -> AxisIdentifiability:

@@ -9,7 +9,7 @@ each window is estimated; its correction δ is eliminated by a Schur complement.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple, Protocol
@@ -45,13 +45,6 @@ def initial_state_gains(cross: FloatArray, initial_state_std: FloatArray) -> Flo
     f = len(initial_state_std)
     normal = cross[:, :, :f] + np.diag(initial_state_std**-2.0)
     return np.asarray(np.linalg.solve(normal, cross[:, :, f:]), dtype=np.float64)
-
-
-def eliminate_initial_states(normal: FloatArray, initial_state_std: FloatArray) -> FloatArray:
-    """Return the Schur complements CᵀC − CᵀB·gain (m, q, q) from [B C]ᵀ[B C] of m windows."""
-    f = len(initial_state_std)
-    gains = initial_state_gains(normal[:, :f], initial_state_std)
-    return np.asarray(normal[:, f:, f:] - normal[:, f:, :f] @ gains, dtype=np.float64)
 
 
 class LinearisedResiduals(NamedTuple):
@@ -148,7 +141,7 @@ class Windows:
     initial_states: FloatArray
     initial_state_std: FloatArray
     max_step: float
-    outputs: Outputs = field(default_factory=lambda: VelocityOutputs())
+    outputs: Outputs
 
     @cached_property
     def spans(self) -> IntArray:
@@ -200,11 +193,6 @@ class Windows:
         simulated, _, jacobian = core.replay(*arguments, max_step=self.max_step, block=block)
         return simulated, jacobian
 
-    def residuals(self, parameters: FloatArray) -> FloatArray:
-        """Return measured minus simulated velocity (n, f), a large value after a divergence."""
-        (series,) = self.outputs.residuals(self, parameters)
-        return series.residuals
-
     def block_normal_matrices(
         self, coefficients: FloatArray, residual_std: FloatArray, block_of_window: IntArray
     ) -> FloatArray:
@@ -247,21 +235,13 @@ class Windows:
         total = count.sum()
         return normal / total, square / np.maximum(count, 1.0), correction / total
 
-    def average_squares(
+    def optimal_residuals(
         self, coefficients: FloatArray, residual_std: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return mean square and number (n_outputs,) of averages of n residuals, times √n.
-
-        Initial states are optimal; diverged and too sensitive windows do not count.
-        """
-        square, count = np.zeros(len(residual_std)), np.zeros(len(residual_std))
+    ) -> Iterator[tuple[LinearisedResiduals, FloatArray]]:
+        """Yield each chunk with its averages of residuals at optimal initial states."""
         for windows in self.chunks:
             linearised = windows.outputs.linearise(windows, coefficients, residual_std)
-            residuals = windows._eliminate(linearised).residuals(linearised)
-            is_used, n = linearised.columns.any(axis=1), len(residual_std)
-            square += np.bincount(linearised.output, residuals**2, n)
-            count += np.bincount(linearised.output, is_used, n)
-        return square / np.maximum(count, 1.0), count
+            yield linearised, windows._eliminate(linearised).residuals(linearised)
 
     def _eliminate(self, linearised: LinearisedResiduals) -> EliminatedWindows:
         """Eliminate the initial states of the windows of a chunk."""
@@ -295,90 +275,6 @@ class Windows:
         sensitivity = np.max(np.abs(slopes) * change, axis=2)
         regular = np.maximum(np.abs(deviation), sensitivity) <= bound  # False for NaN
         return np.flatnonzero(~np.all(regular[:, free], axis=1))
-
-
-@dataclass(frozen=True)
-class VelocityOutputs:
-    """The velocities of the free axes at the samples of the log."""
-
-    interval: float = 0.0
-    parameters: tuple[Parameter, ...] = ()
-
-    def jacobian_entries(self, windows: Windows) -> int:
-        """Return the entries of the Jacobian of a window."""
-        return 6 * 2 * AVERAGES_PER_WINDOW * (len(windows.entries[0]) + 6)
-
-    def weights(self, counts: FloatArray) -> FloatArray:
-        """Return ones: the velocities have the same number of residuals."""
-        return np.ones(len(counts))
-
-    def select(self, samples: IntArray) -> VelocityOutputs:
-        """Return the outputs of some samples."""
-        return self
-
-    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
-        """Yield measured minus simulated velocity (n, f), a large value after a divergence."""
-        window = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
-        time = windows.problem.inputs.time[windows.samples]
-        yield ResidualSeries(window, time, self._residuals(windows, windows.simulate(parameters)))
-
-    def _residuals(self, windows: Windows, simulated: FloatArray) -> FloatArray:
-        measured = windows.problem.inputs.velocity[:, windows.free]
-        residuals = measured[windows.samples] - simulated[:, windows.free]
-        largest = np.abs(measured).max(axis=0)
-        return np.where(np.isnan(residuals), DIVERGENCE_FACTOR * largest, residuals)
-
-    def linearise(
-        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
-    ) -> LinearisedResiduals:
-        """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
-        p, free, block = len(parameters), windows.free, _block(windows)
-        simulated, jacobian = windows.linearise_simulation(parameters, block)
-        residuals, first = _average(windows, simulated)
-        edges = np.searchsorted(first, np.append(windows.spans[:, 0], len(simulated)))
-        end = edges[1:] - 1  # what grows in a window is largest at its end
-        ends = residuals[end] / np.sqrt(block), jacobian[end] / np.sqrt(block)
-        columns = np.empty((len(first), 6, len(free) + p + 1))
-        columns[:, :, : len(free)] = jacobian[:, :, p + free]
-        columns[:, :, len(free) : -1] = jacobian[:, :, :p]
-        columns[:, :, -1] = residuals
-        columns *= _weight(windows, residual_std)[:, None]
-        for window in windows.irregular(parameters, *ends):
-            columns[edges[window] : edges[window + 1]] = 0.0
-        output = np.zeros(6, dtype=np.intp)
-        output[free] = np.arange(len(free))
-        square = np.sum(self._residuals(windows, simulated) ** 2, axis=0)
-        n_samples = np.full(len(free), float(len(simulated)))
-        rows = columns.reshape(-1, columns.shape[2])
-        return LinearisedResiduals(rows, 6 * edges, np.tile(output, len(first)), square, n_samples)
-
-    def averages(
-        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
-    ) -> FloatArray:
-        """Return the averages of a linearisation without slopes, NaN after a divergence."""
-        averages, _ = _average(windows, windows.simulate(parameters))
-        return np.asarray(averages * _weight(windows, residual_std)).ravel()
-
-
-def _block(windows: Windows) -> int:
-    """Return the samples of an average."""
-    return max(int(np.median(np.diff(windows.bounds, axis=1))) // AVERAGES_PER_WINDOW, 1)
-
-
-def _average(windows: Windows, simulated: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return sums of residuals over the root of their number (m, 6), and their first rows."""
-    block = _block(windows)
-    first = np.concatenate([np.arange(start, stop, block) for start, stop in windows.spans])
-    count = np.sqrt(np.diff(np.append(first, len(simulated))))[:, None]
-    residuals = windows.problem.inputs.velocity[windows.samples] - simulated
-    return np.asarray(np.add.reduceat(residuals, first, axis=0) / count), first
-
-
-def _weight(windows: Windows, residual_std: FloatArray) -> FloatArray:
-    """Return the weight of each velocity, zero for held axes."""
-    weight = np.zeros(6)
-    weight[windows.free] = 1.0 / residual_std
-    return weight
 
 
 def concatenate_bounds(bounds: IntArray) -> IntArray:

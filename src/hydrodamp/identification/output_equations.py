@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,11 +28,6 @@ from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.conditioning.sensor_log import ANGULAR_KINDS
 from hydrodamp.conditioning.velocity_smoother import Interpolation, interpolate_series
 from hydrodamp.identification.multiple_shooting import Windows
-from hydrodamp.identification.window_series import (
-    WindowRows,
-    differentiate,
-    integrate,
-)
 from hydrodamp.vehicle.mass import cross_matrix
 
 #: First index among the offsets of a window of the pose of each kind.
@@ -194,3 +190,67 @@ class WindowMotion:
             rate = differentiate(angular, self.time, spans)
             matrices = cross_matrix(rate) + matrices @ matrices
         return np.asarray(select @ self._at(matrices, rows, delay))
+
+
+class WindowRows(NamedTuple):
+    """Measurements of a sensor in windows: rows of the windows, their window, and index."""
+
+    lower: IntArray
+    upper: IntArray
+    share: FloatArray
+    window: IntArray
+    number: IntArray
+
+
+def rows_in_windows(windows: Windows, rows: Interpolation) -> WindowRows:
+    """Return the measurements of a sensor in each window."""
+    lower, share, last = rows.lower, rows.share, rows.upper
+    first = np.searchsorted(lower, windows.bounds[:, 0])
+    stop = np.maximum(np.searchsorted(last, windows.bounds[:, 1]), first)
+    counts = stop - first
+    window = np.repeat(np.arange(len(counts)), counts)
+    begin = np.repeat(first - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
+    index = np.arange(counts.sum()) + begin
+    shift = (windows.spans[:, 0] - windows.bounds[:, 0])[window]
+    return WindowRows(lower[index] + shift, last[index] + shift, share[index], window, index)
+
+
+def fill_gaps(simulated: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return simulated velocities with zeros after a divergence, and where that is."""
+    diverged = ~np.all(np.isfinite(simulated), axis=1)
+    return np.where(diverged[:, None], 0.0, simulated), diverged
+
+
+def integrate(rates: FloatArray, time: FloatArray, spans: IntArray) -> FloatArray:
+    """Return trapezoidal integrals (n, ...) from the start of each window."""
+    step = np.diff(time).reshape(-1, *(1,) * (rates.ndim - 1))
+    increments = np.zeros_like(rates)
+    increments[1:] = 0.5 * step * (rates[1:] + rates[:-1])
+    increments[spans[:, 0]] = 0.0
+    total = np.cumsum(increments, axis=0)
+    sizes = np.diff(spans, axis=1).ravel()
+    return np.asarray(total - np.repeat(total[spans[:, 0]], sizes, axis=0))
+
+
+def differentiate(series: FloatArray, time: FloatArray, spans: IntArray) -> FloatArray:
+    """Return central differences (n, ...) in each window, one-sided at its ends."""
+    n = len(series)
+    before, after = np.arange(n) - 1, np.arange(n) + 1
+    before[spans[:, 0]] = spans[:, 0]
+    after[spans[:, 1] - 1] = spans[:, 1] - 1
+    step = (time[after] - time[before]).reshape(-1, *(1,) * (series.ndim - 1))
+    return np.asarray((series[after] - series[before]) / np.where(step > 0.0, step, 1.0))
+
+
+def average_rows(
+    columns: FloatArray, window: IntArray, n_averages: int
+) -> tuple[FloatArray, IntArray]:
+    """Return about n averages of successive rows of windows, times the root of their number."""
+    block = len(columns) // n_averages
+    if block <= 1:
+        return columns, window
+    starts = np.flatnonzero(np.diff(window, prepend=-1))
+    position = np.arange(len(window)) - np.repeat(starts, np.diff(np.append(starts, len(window))))
+    first = np.flatnonzero(position % block == 0)
+    size = np.diff(np.append(first, len(window)))
+    return np.add.reduceat(columns, first, axis=0) / np.sqrt(size)[:, None], window[first]

@@ -2,36 +2,55 @@
 
 The variance is that of a delete-one-block jackknife; for parameters of plant and inputs plus the
 squares of half the difference of estimates from two halves, of the undamped step that the
-minimisation has left and of the share of the prior. Terms that the model lacks and coloured sensor
-errors bias these parameters, also on axes whose own residuals are small: unless all residuals are
-at the level of the white noise, none is determined.
+minimisation has left and of the share of the prior. Terms that the model lacks bias these
+parameters, also on axes whose own residuals are small: unless all residuals are sensor errors, at
+the level of white noise or of a correlation that is short against the motion, none is determined.
+
+White noise of variance σ² gives averages of n residuals the variance σ²/n. Forces that a model
+lacks, and coloured sensor errors, last longer than a sample: √n times such an average has a larger
+variance. For a model in the truth the ratio of the variances has at most Fisher's F distribution,
+because estimated parameters only reduce the residuals. σ² is that of the residuals' own third
+differences: velocities have fast motion that is not noise.
+
+The delay d of a sensor that its description does not state shifts its output to y(t − d). From
+d = 0 and the coefficients of a fit, one Gauss-Newton step with all coefficients, initial states and
+delays free estimates the delays, with errors of the jackknife. A lag of the actuators delays all
+sensors by the same time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from scipy.special import fdtri
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.basis.term import VELOCITY_OF
-from hydrodamp.identification.fit import MIN_BLOCKS, Estimate, jackknife
+from hydrodamp.conditioning.velocity_smoother import white_noise_std
+from hydrodamp.identification.fit import MIN_BLOCKS, jackknife
 from hydrodamp.identification.gauss_newton import (
     Iterate,
     ShootingObjective,
     newton_step,
     prior_share,
 )
-from hydrodamp.identification.held_out_replay import half_estimates, split_pieces, update_estimate
+from hydrodamp.identification.grades import critical_value
+from hydrodamp.identification.held_out_replay import PieceNormals, split_pieces
+from hydrodamp.identification.initial_iterate import MIN_RELATIVE_RESIDUAL
+from hydrodamp.identification.multiple_shooting import AVERAGES_PER_WINDOW, Windows
+from hydrodamp.identification.output_equations import average_rows
+from hydrodamp.identification.parameters import Estimate, free_gains
 from hydrodamp.identification.rebuilt_outputs import RebuiltOutputs
-from hydrodamp.identification.residual_level import highest_residual_level
-from hydrodamp.identification.sensor_outputs import SensorOutputs
-from hydrodamp.identification.vehicle_parameters import free_gains
+from hydrodamp.identification.sensor_outputs import RECORDED, SensorOutputs
 from hydrodamp.models.model import DampingModel
 
 #: Posterior over prior standard deviation from which a parameter is not determined by the log.
 MAX_DETERMINED_RATIO = 0.7
+
+#: Standard errors that a delay must exceed, and share of the interval of the sensor.
+MIN_SIGNIFICANCE, RESOLUTION = 3.0, 0.25
 
 _WIDE = f"The standard error is at least {100.0 * MAX_DETERMINED_RATIO:.0f} % of the prior's."
 _SCALE = (
@@ -44,55 +63,55 @@ _MISFIT = (
     "Choose a larger damping model, or take the values from a towing tank or strip theory."
 )
 
+#: Probability of a false alarm for a model in the truth, over all outputs and window lengths.
+FALSE_ALARMS = 0.01
 
-def estimate_parameters(
-    objective: ShootingObjective, model: DampingModel, result: Iterate, replicates: FloatArray
-) -> dict[str, Estimate]:
+#: Degrees of freedom of the white-noise variance over the number of residuals (simulated).
+NOISE_FREEDOM = 0.22
+
+
+def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str, Estimate]:
     """Return the estimates by label, with the causes of those that are not determined."""
+    objective, result, replicates = normals.objective, normals.iterate, normals.replicates
     p, parameters = objective.n_coefficients, objective.outputs.parameters
     if not parameters:
         return {}
     theta, std = result.coefficients[p:], np.array([each.std for each in parameters])
     errors, causes = np.full(len(std), np.nan), [""] * len(std)
     if len(replicates) >= MIN_BLOCKS:
-        covariance = jackknife(replicates[:, p:], objective.problem.duration).covariance
-        errors = np.sqrt(np.diag(covariance))
+        errors = jackknife(replicates[:, p:], objective.problem.duration).standard_errors
     if isinstance(objective.outputs, RebuiltOutputs):
         chosen = slice(-len(objective.outputs.rebuilt), None)
-        square = errors[chosen] ** 2 + _bias_allowance(objective, result)[chosen]
+        square = errors[chosen] ** 2 + _bias_allowance(normals)[chosen]
         errors[chosen] = np.fmin(np.sqrt(square), std[chosen])
         is_wide = (errors >= MAX_DETERMINED_RATIO * std)[chosen]
-        causes[chosen] = _causes(objective, objective.outputs, model, result, is_wide.tolist())
+        misfit = _misfit(objective, objective.outputs, result)
+        axes = free_gains(objective.problem, model)
+        open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
+        causes[chosen] = [
+            open_scale if each.label in scaled else misfit or _WIDE * wide
+            for each, wide in zip(objective.outputs.rebuilt, is_wide.tolist(), strict=True)
+        ]
     rows = zip(parameters, theta.tolist(), errors.tolist(), causes, strict=True)
     return {each.label: each.estimate(*row) for each, *row in rows}
 
 
-def _bias_allowance(objective: ShootingObjective, result: Iterate) -> FloatArray:
+def _bias_allowance(normals: PieceNormals) -> FloatArray:
     """Return the squares that the jackknife lacks."""
-    p, pieces = objective.n_coefficients, split_pieces(objective.problem)
-    halves = half_estimates(objective, pieces, partial(update_estimate, iterate=result))
+    objective, result = normals.objective, normals.iterate
+    p = objective.n_coefficients
     remaining = newton_step(objective, result)[p:]
     prior = (objective.scale * prior_share(objective, result))[p:]
-    return np.asarray(((halves[0] - halves[1])[p:] / 2.0) ** 2 + remaining**2 + prior**2)
+    return np.asarray(normals.half_difference[p:] ** 2 + remaining**2 + prior**2)
 
 
-def _causes(
-    objective: ShootingObjective,
-    outputs: RebuiltOutputs,
-    model: DampingModel,
-    result: Iterate,
-    is_wide: list[bool],
-) -> list[str]:
-    """Return why each parameter of plant and inputs is not determined."""
+def _misfit(objective: ShootingObjective, outputs: RebuiltOutputs, result: Iterate) -> str:
+    """Return why residuals exclude estimates of plant and inputs, empty if they do not."""
     names = [VELOCITY_OF[axis] for axis in objective.problem.vehicle.axes]
     if isinstance(outputs.base, SensorOutputs):
         names = list(outputs.base.labels)
-    level = highest_residual_level(objective, result, names)
-    misfit = _MISFIT.format(level) if level.is_excessive else ""
-    axes = free_gains(objective.problem, model)
-    open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
-    pairs = zip(outputs.rebuilt, is_wide, strict=True)
-    return [open_scale if each.label in scaled else misfit or _WIDE * wide for each, wide in pairs]
+    excess = _excess_over_noise(objective, result, names)
+    return _MISFIT.format(excess) if excess else ""
 
 
 def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
@@ -102,3 +121,102 @@ def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
     for cause in dict.fromkeys(each.cause for each in estimates.values() if each.cause):
         labels = (label for label, each in estimates.items() if each.cause == cause)
         yield f"The log does not determine {' '.join(labels)}: the prior is kept. {cause}"
+
+
+def _excess_over_noise(
+    objective: ShootingObjective, result: Iterate, outputs: Sequence[str]
+) -> str:
+    """Return the level furthest above its bound, of all outputs and window lengths, as text."""
+    noise, freedom = _white_noise(objective, result)
+    confidence = 1.0 - FALSE_ALARMS / (len(noise) * len(result.linearisations))
+    levels: list[tuple[str, float, float]] = []
+    for windows, *_ in result.linearisations:
+        square, count = _average_squares(windows, result.coefficients, noise)
+        bounds = fdtri(np.maximum(count, 1.0), freedom, confidence)
+        levels += zip(outputs, np.sqrt(square).tolist(), np.sqrt(bounds).tolist(), strict=True)
+    name, ratio, bound = max(levels, key=lambda each: each[1] / each[2])
+    if not ratio > bound:
+        return ""
+    return (
+        f"Averages of the residuals of {name} are {ratio:.3g} times the sensor noise (white noise: "
+        f"at most {bound:.3g})"
+    )
+
+
+def _white_noise(objective: ShootingObjective, result: Iterate) -> tuple[FloatArray, FloatArray]:
+    """Return the white noise of each output, at least rounding, and its degrees of freedom."""
+    windows, problem = result.linearisations[-1].windows, objective.problem
+    columns = [
+        (column, each.window)
+        for each in windows.outputs.residuals(windows, result.coefficients)
+        for column in each.residuals.T
+    ]
+    noise = np.array([white_noise_std(*each) for each in columns])
+    if problem.sensor_log is None:
+        spread = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
+        noise = np.maximum(noise, MIN_RELATIVE_RESIDUAL * spread)
+    sizes = np.array([len(column) for column, _ in columns])
+    return noise, np.maximum(NOISE_FREEDOM * sizes, 1.0)
+
+
+def _average_squares(
+    windows: Windows, coefficients: FloatArray, residual_std: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return mean square and number (n_outputs,) of averages of n residuals, times √n.
+
+    Initial states are optimal; diverged and too sensitive windows do not count.
+    """
+    square, count = np.zeros(len(residual_std)), np.zeros(len(residual_std))
+    for linearised, residuals in windows.optimal_residuals(coefficients, residual_std):
+        n_windows = len(linearised.edges) - 1
+        window = np.repeat(np.arange(n_windows), np.diff(linearised.edges))
+        is_used = linearised.columns.any(axis=1)
+        for index in range(len(residual_std)):
+            rows = np.flatnonzero(is_used & (linearised.output == index))
+            averages, _ = average_rows(
+                residuals[rows, None], window[rows], n_windows * AVERAGES_PER_WINDOW
+            )
+            square[index] += np.sum(averages**2)
+            count[index] += len(averages)
+    return square / np.maximum(count, 1.0), count
+
+
+@factorisation("normal matrix of the delays")
+def significant_delays(objective: ShootingObjective, result: Iterate) -> list[str]:
+    """Return the delays beyond their standard errors and the resolution, as text with keys."""
+    outputs, sensors = objective.outputs, objective.problem.sensor_log
+    finite = [each for each in result.linearisations if np.isfinite(each.windows.length)]
+    pieces = split_pieces(objective.problem)
+    if sensors is None or not isinstance(outputs, SensorOutputs) or len(pieces) < MIN_BLOCKS:
+        return []
+    n, names = len(objective.scale) - objective.n_coefficients, list[str]()
+    chosen = []
+    for each in outputs.outputs:
+        if each.name != RECORDED and "delay" not in each.parameters:
+            index = {**each.parameters, "delay": np.array([n + len(names)])}
+            chosen.append(replace(each, parameters=index))
+            names.append(each.name)
+        else:
+            chosen.append(each)
+    k, delayed = len(names), replace(outputs, outputs=tuple(chosen))
+    if not k or not finite:
+        return []
+    scale = np.concatenate([objective.scale, np.full(k, sensors.log.time_scale)])
+    objective = replace(objective, outputs=delayed, scale=scale)
+    last = finite[-1]._replace(windows=replace(finite[-1].windows, outputs=delayed))
+    coefficients = np.concatenate([result.coefficients, np.zeros(k)])
+    start = objective.move(replace(result, linearisations=(last,)), coefficients)
+    values = newton_step(objective, start)[-k:]
+    replicates = PieceNormals.of(objective, start, pieces).replicates[:, -k:]
+    errors = jackknife(replicates, objective.problem.duration).standard_errors
+    known = {each.measurement.name: each.measurement for each in sensors.sensors}
+    steps = [RESOLUTION / known[name].rate for name in names]
+    limits = np.maximum(MIN_SIGNIFICANCE * errors, np.maximum(steps, 1.0 / sensors.log.sample_rate))
+    half_widths = (critical_value() * errors).tolist()
+    pairs = zip(names, values.tolist(), half_widths, limits.tolist(), strict=True)
+    return [
+        f"{name} {value:.2g} ± {half:.2g} s (`delay: {known[name].delay + value:.2g}` or "
+        "`estimate: [delay]` in the mapping)"
+        for name, value, half, limit in pairs
+        if abs(value) > limit
+    ]

@@ -1,13 +1,89 @@
-"""Parameters of sensors, commands and vehicle that are estimated together with the coefficients."""
+"""Parameters of sensors, commands and vehicle that are estimated together with the coefficients.
+
+Those of sensors are biases, delays, lever arms and a current, which all windows share. The prior
+standard deviation of a bias is the spread of its signal, that of a delay the correlation time of
+the motion, that of a current the RMS speed, that of a lever arm speed over turn rate.
+
+Those of a vehicle are added mass, centre of gravity and buoyancy. Added mass is A(θ) = D A₀ D with
+D = diag(exp(θ/2)): the rows of its Cholesky factor are scaled, so the mass matrix stays symmetric
+and positive definite.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from hydrodamp.identification.fit import Estimate
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.term import AXES
+from hydrodamp.conditioning.sensor_log import Sensor, SensorLog
+from hydrodamp.data.measurement import KIND_UNITS, KINDS
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.grades import Grade, critical_value
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.checks import channel_names
+from hydrodamp.simulation.problem import Problem, equation_table
+from hydrodamp.vehicle.mass import rigid_body_mass_matrix
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Names that can be estimated.
+VEHICLE_PARAMETERS = ("added-mass", "center-of-gravity", "buoyancy")
+
+#: Prior standard deviation of the logarithm of added mass: a hull estimate is right to a third.
+ADDED_MASS_STD = 0.3
+
+#: Prior standard deviation of the centre of gravity over the radius of gyration in pitch or yaw.
+CENTER_STD = 0.05
+
+#: Prior standard deviation of buoyancy over weight: a trimmed vehicle.
+BUOYANCY_STD = 0.02
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimate of a parameter of sensors or of the vehicle.
+
+    Attributes
+    ----------
+    value, standard_error : float
+        In the unit.
+    prior : float
+        The value without a log; zero for what corrects the description of a sensor.
+    unit : str
+        Such as ``kg``.
+    cause : str
+        Why the log does not determine the parameter, in a sentence; empty where it does.
+
+    Examples
+    --------
+    >>> print(Estimate(14.2, 0.1, 12.0, "kg"))
+    14.2 ± 0.2 kg (95 %; prior 12)
+    """
+
+    value: float
+    standard_error: float
+    prior: float
+    unit: str
+    cause: str = ""
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether the log determines the parameter."""
+        return not self.cause
+
+    @property
+    def grade(self) -> Grade:
+        """The grade of the parameter."""
+        return Grade.DETERMINED if self.is_determined else Grade.NOT_DETERMINED
+
+    def __str__(self) -> str:
+        """Return the estimate with its 95 % interval and prior."""
+        half = critical_value() * self.standard_error
+        suffix = "" if self.is_determined else ", not determined"
+        return f"{self.value:.4g} ± {half:.2g} {self.unit} (95 %; prior {self.prior:.4g}{suffix})"
 
 
 @dataclass(frozen=True)
@@ -19,7 +95,6 @@ class Parameter:
 
     label: str
     unit: str
-    kind: Literal["sensor", "command", "vehicle"]
     std: float
     prior: float = 0.0
     transform: Literal["identity", "logarithm"] = "identity"
@@ -30,3 +105,118 @@ class Parameter:
         if self.transform == "logarithm":
             value = slope = self.prior * float(np.exp(theta))
         return Estimate(value, slope * error, self.prior, self.unit, cause)
+
+
+def assign_parameters(
+    sensor_log: SensorLog,
+) -> tuple[tuple[Parameter, ...], list[dict[str, IntArray]]]:
+    """Return the parameters to estimate, and the indices of those of each sensor by name."""
+    parameters: list[Parameter] = []
+    current: IntArray | None = None
+    indices: list[dict[str, IntArray]] = []
+    for sensor in sensor_log.sensors:
+        by_name: dict[str, IntArray] = {}
+        for name in sensor.measurement.estimate:
+            if name == "current" and current is not None:
+                by_name[name] = current
+                continue
+            added = _sensor_parameters(name, sensor, sensor_log)
+            by_name[name] = np.arange(len(parameters), len(parameters) + len(added))
+            parameters += added
+            current = by_name[name] if name == "current" else current
+        indices.append(by_name)
+    return tuple(parameters), indices
+
+
+def _sensor_parameters(name: str, sensor: Sensor, sensor_log: SensorLog) -> list[Parameter]:
+    """Return the parameters of a name, with priors from the data."""
+    measurement, log = sensor.measurement, sensor_log.log
+    speed, rate = (
+        float(np.sqrt(np.mean(log.velocity[:, axes] ** 2))) for axes in (slice(3), slice(3, 6))
+    )
+    if name == "bias":
+        spread = np.maximum(np.nanstd(measurement.values, axis=0), sensor.std)
+        pairs = zip(measurement.components, spread.tolist(), strict=True)
+        unit = KIND_UNITS[sensor.kind]
+        return [Parameter(f"{measurement.name} bias {axis}", unit, std) for axis, std in pairs]
+    if name == "delay":
+        return [Parameter(f"{measurement.name} delay", "s", log.time_scale)]
+    if name == "current":
+        return [Parameter(f"current {axis}", "m/s", speed) for axis in KINDS["position"]]
+    length = speed / rate if rate > 0.0 else 1.0
+    return [Parameter(f"{measurement.name} lever arm {axis}", "m", length) for axis in "xyz"]
+
+
+def vehicle_parameters(vehicle: Vehicle, names: Sequence[str]) -> tuple[Parameter, ...]:
+    """Return the parameters of a vehicle by the names of their groups."""
+    if "added-mass" in names and vehicle.added_mass is None:
+        raise MethodError(
+            f"the file of '{vehicle.name}' states the whole mass matrix: give `rigid_body` and "
+            "`added_mass` apart, so that added mass can be estimated"
+        )
+    return tuple(_vehicle_parameters(vehicle, names))
+
+
+def _vehicle_parameters(vehicle: Vehicle, names: Sequence[str]) -> Iterator[Parameter]:
+    if "added-mass" in names and vehicle.added_mass is not None:
+        diagonal = vehicle.added_mass.diagonal().tolist()
+        for axis, (name, added) in enumerate(zip(AXES, diagonal, strict=True)):
+            unit, std = "kg" if axis < 3 else "kg m²", ADDED_MASS_STD
+            if added > 0.0 and vehicle.free[axis]:
+                yield Parameter(f"A_{name}", unit, std, added, "logarithm")
+    if "center-of-gravity" in names:
+        inertia = vehicle.mass_matrix.diagonal()
+        std = CENTER_STD * float(np.sqrt(inertia[3:].max() / inertia[:3].max()))
+        for name, prior in zip("xyz", vehicle.center_of_gravity.tolist(), strict=True):
+            yield Parameter(f"{name}_G", "m", std, prior)
+    if "buoyancy" in names:
+        yield Parameter("B", "N", BUOYANCY_STD * vehicle.weight, vehicle.buoyancy)
+
+
+def rebuild_plant(
+    problem: Problem, model: DampingModel, parameters: Sequence[Parameter]
+) -> Callable[[FloatArray], Problem]:
+    """Return the function that gives the problem of one model with the vehicle at θ."""
+    labels = [each.label for each in parameters]
+
+    def rebuild(theta: FloatArray) -> Problem:
+        table = equation_table(
+            vehicle_at(problem.vehicle, dict(zip(labels, theta.tolist(), strict=True))),
+            (model,),
+            actuators=problem.equations.actuators,
+            propulsion_known=problem.propulsion_known,
+        )
+        return replace(problem, models=(model,), equations=table.restrict_to(model))
+
+    return rebuild
+
+
+def free_gains(problem: Problem, model: DampingModel) -> list[str]:
+    """Return the axes on which a command has an unknown gain."""
+    actuated = set(channel_names(problem.vehicle, problem.log))
+    return [
+        AXES[axis]
+        for axis, terms in enumerate(model.terms)
+        if any(set(term.commands) - actuated for term in terms)
+    ]
+
+
+def vehicle_at(vehicle: Vehicle, theta: dict[str, float]) -> Vehicle:
+    """Return the vehicle at parameters θ by label, zero for those without."""
+    added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
+    factor = np.exp([0.5 * theta.get(f"A_{axis}", 0.0) for axis in AXES])
+    changed, rigid = added * np.outer(factor, factor), vehicle.mass_matrix - added
+    before = vehicle.center_of_gravity
+    center = before + [theta.get(f"{name}_G", 0.0) for name in "xyz"]
+    mass = float(rigid[:3, :3].trace()) / 3.0
+    moved, unmoved = (
+        rigid_body_mass_matrix(mass, np.zeros(3), point, "center_of_gravity")
+        for point in (center, before)
+    )
+    return replace(
+        vehicle,
+        mass_matrix=rigid + (moved - unmoved) * np.outer(vehicle.free, vehicle.free) + changed,
+        added_mass=changed,
+        center_of_gravity=center,
+        buoyancy=vehicle.buoyancy + theta.get("B", 0.0),
+    )

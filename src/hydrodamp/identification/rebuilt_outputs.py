@@ -138,8 +138,7 @@ def fix_parameters(
     free = np.append(np.arange(len(known)), -1)
     linearisations = tuple(
         each._replace(
-            windows=outputs.windows_at(each.windows, theta),
-            normal=each.normal[np.ix_(free, free)],
+            windows=outputs.windows_at(each.windows, theta), normal=each.normal[np.ix_(free, free)]
         )
         for each in iterate.linearisations
     )

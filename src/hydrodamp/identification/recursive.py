@@ -242,7 +242,8 @@ class RecursiveLeastSquares:
             directions = axes.vectors[axis][: len(labels), exceeds_prior[axis]].T
             design = directions if len(directions) else np.zeros((1, len(labels)))
             aliased += column_span(design, labels, np.ones(len(labels))).aliased
-        covariance = block_diag(*map(_unpad, axes.covariance, np.diff(bound.recursion.starts)))
+        sizes = np.diff(bound.recursion.starts).tolist()
+        covariance = block_diag(*[c[:n, :n] for c, n in zip(axes.covariance, sizes, strict=True)])
         rank = int(exceeds_prior.sum())
         return make_fit(
             problem,
@@ -352,10 +353,6 @@ def _pad(packed: FloatArray, mask: BoolArray) -> FloatArray:
     padded = np.zeros(mask.shape)
     padded[mask] = packed
     return padded
-
-
-def _unpad(matrix: FloatArray, n: int) -> FloatArray:
-    return matrix[:n, :n]
 
 
 def _diagonals(matrices: FloatArray) -> FloatArray:

@@ -22,15 +22,20 @@ from hydrodamp.data.attitude import rotation_matrices
 from hydrodamp.data.log import Log
 from hydrodamp.data.measurement import KINDS
 from hydrodamp.identification.multiple_shooting import (
+    AVERAGES_PER_WINDOW,
     DIVERGENCE_FACTOR,
     LinearisedResiduals,
     ResidualSeries,
     Windows,
 )
-from hydrodamp.identification.output_equations import Output, WindowMotion
-from hydrodamp.identification.parameters import Parameter
-from hydrodamp.identification.sensor_parameters import assign_parameters
-from hydrodamp.identification.window_series import average_rows, fill_gaps, rows_in_windows
+from hydrodamp.identification.output_equations import (
+    Output,
+    WindowMotion,
+    average_rows,
+    fill_gaps,
+    rows_in_windows,
+)
+from hydrodamp.identification.parameters import Parameter, assign_parameters
 
 #: Prior standard deviation of the pose at the start of a window over the noise of its sensor.
 OFFSET_FACTOR = 30.0
@@ -179,12 +184,12 @@ class SensorOutputs:
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> FloatArray:
         """Return the averages of a linearisation without slopes, NaN after a divergence."""
+        n_averages = len(windows.spans) * AVERAGES_PER_WINDOW
         blocks: list[tuple[FloatArray, IntArray]] = []
         for _, is_valid, (window, _, residuals) in self._residuals(windows, parameters):
             for column, valid in enumerate(is_valid.T):
-                per_window = np.count_nonzero(valid) / len(windows.spans)
                 series, std = residuals[valid, column : column + 1], residual_std[len(blocks)]
-                averaged, number = average_rows(series, window[valid], per_window)
+                averaged, number = average_rows(series, window[valid], n_averages)
                 blocks.append((averaged[:, 0] / std, number))
         stacked, numbers = (np.concatenate(each) for each in zip(*blocks, strict=True))
         return np.asarray(stacked[np.argsort(numbers, kind="stable")])
@@ -205,6 +210,7 @@ class SensorOutputs:
             self._motion(windows, velocity, jacobian),
             parameters[len(windows.entries[0]) :],
         )
+        n_averages = n_windows * AVERAGES_PER_WINDOW
         blocks: list[tuple[FloatArray, IntArray, IntArray]] = []
         square, number, first = np.zeros(n), np.zeros(n), 0
         for output in self.outputs:
@@ -219,7 +225,7 @@ class SensorOutputs:
                 number[index] = np.count_nonzero(used)
                 chosen = np.flatnonzero(used)
                 averaged, window = average_rows(
-                    columns[chosen, column], rows.window[chosen], number[index] / n_windows
+                    columns[chosen, column], rows.window[chosen], n_averages
                 )
                 averaged = averaged * regular[window, None]
                 label = np.full(len(window), index)

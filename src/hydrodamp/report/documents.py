@@ -15,8 +15,9 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from hydrodamp.errors import unique_names
 from hydrodamp.faults import validate
 from hydrodamp.files import load_json
-from hydrodamp.identification.fit import Estimate, Fit, Uncertainty
+from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.grades import Grade, count_determined
+from hydrodamp.identification.parameters import Estimate
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
 from hydrodamp.simulation.replay import AttitudeSource, Horizon, HorizonScore, RateUnit, Score
@@ -254,6 +255,7 @@ class FitDocument(BaseModel):
     grades: dict[str, GradeWord] = {}
     vehicle: VehicleContent | None = None
     estimates: dict[str, EstimateContent] = {}
+    held_out_r_squared: dict[str, float] = {}
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""

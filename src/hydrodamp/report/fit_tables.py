@@ -12,12 +12,13 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import first_few
 from hydrodamp.files import load_json
-from hydrodamp.identification.fit import Fit, critical_value
+from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import (
     MAX_RELATIVE_HALF_WIDTH,
     MINOR_CONTRIBUTION,
     Cause,
     Grade,
+    critical_value,
 )
 from hydrodamp.identification.identifiability import Identifiability
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
@@ -27,7 +28,7 @@ from hydrodamp.validation.diagnostics import correlated_pairs
 MAX_BRIEF_ROWS = 8  # coefficients on screen; `--verbose` shows all
 MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all
 GRADE_DEFINITIONS = (
-    "grade: the worse of that by the log (weak form) and that by the interval of this fit. "
+    "grade: by the interval of this fit, and by the weak form where its method does not replay. "
     f"Determined, interval within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the value; minor, its "
     f"uncertainty is below {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its axis; weak, "
     "only the sign is known; not determined, for the cause given."

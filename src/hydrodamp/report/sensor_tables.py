@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrodamp.conditioning.sensor_log import SensorLog
 from hydrodamp.data.measurement import KIND_UNITS
-from hydrodamp.identification.sensor_information import predict_standard_errors
+from hydrodamp.identification.information import predict_standard_errors
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.table import NOTHING, Column, Table, coefficient
 from hydrodamp.simulation.problem import Problem

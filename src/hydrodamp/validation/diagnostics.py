@@ -26,7 +26,8 @@ from hydrodamp.identification.dissipativity import (
     range_exceedance_warnings,
     velocity_ranges,
 )
-from hydrodamp.identification.fit import Fit, correlation, critical_value
+from hydrodamp.identification.fit import Fit, correlation
+from hydrodamp.identification.grades import critical_value
 from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.regression import Rows, residuals
 from hydrodamp.identification.weak_form import WeakRegression, select_support

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.intervals import ALL_TEST_DATA
-from hydrodamp.identification.fit import critical_value
-from hydrodamp.identification.grades import Grade, count_determined
+from hydrodamp.identification.grades import Grade, count_determined, critical_value
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.status import TextEnum

@@ -14,8 +14,7 @@ from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.result import DivePlan
-from hydrodamp.identification.fit import critical_value
-from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH
+from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, critical_value
 from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
