@@ -25,7 +25,7 @@ def problem_of(campaign, key="fossen"):
 def test_the_likelihood_replaces_the_windows_unless_it_replays_held_out_parts_worse(
     campaign, monkeypatch, excess, remark
 ):
-    monkeypatch.setattr(module, "MAX_GROWTH", np.inf)
+    monkeypatch.setattr(module, "MAX_NOISE_GROWTH", np.inf)
     monkeypatch.setattr(module, "are_sensor_errors", lambda _: True)
     monkeypatch.setattr(module, "MAX_EXCESS", excess)
     fit = hd.Recommended(windows=(2.0, 4.0)).identify(problem_of(campaign), hd.catalog["fossen"])

@@ -35,7 +35,7 @@ from hydrodamp.identification.velocity_outputs import VelocityOutputs
 #: largest excess of the mean square error of held-out replays. Of 236 rows of the benchmark 12 are
 #: within both: the error of their replays is 1.00 times that of the windows in the mean and at most
 #: 1.19 times, against up to 22 times without the bounds. True forms have an excess of up to 2.5 %.
-MAX_GROWTH, MAX_EXCESS = 1.3, 0.03
+MAX_NOISE_GROWTH, MAX_EXCESS = 1.3, 0.03
 
 #: Longest correlation time of sensor errors over the time scale of the motion: slower residuals may
 #: be errors of the model, or forces that the log does not have.
@@ -43,7 +43,7 @@ MAX_RELATIVE_TIME = 0.25
 
 #: Decrease of J below which the minimisation ends, over p / N: a thousandth of the expected
 #: decrease of −2 log-likelihood from the true to the estimated coefficients.
-RELATIVE_TOLERANCE = 0.001
+LIKELIHOOD_TOLERANCE = 0.001
 
 
 def whiten_errors(objective: ShootingObjective, result: Iterate) -> ShootingObjective:
@@ -68,10 +68,10 @@ def minimise_innovations(
     start = replace(result, linearisations=(), damping=MIN_DAMPING)
     start = update_prior(whitened, whitened.add_length(start, windows))
     middle = whitened.move(start, (result.coefficients + initial) / 2.0)
-    estimate = minimise_finally(whitened, middle, RELATIVE_TOLERANCE)
+    estimate = minimise_finally(whitened, middle, LIKELIHOOD_TOLERANCE)
     if whitened.cost(estimate) <= whitened.cost(start):
         return estimate
-    return minimise_finally(whitened, start, RELATIVE_TOLERANCE)
+    return minimise_finally(whitened, start, LIKELIHOOD_TOLERANCE)
 
 
 def lag_correlation(objective: ShootingObjective, result: Iterate) -> tuple[float, ...]:

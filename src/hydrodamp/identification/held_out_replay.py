@@ -21,10 +21,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, factorisation
 from hydrodamp.identification.fit import MAX_BLOCKS
-from hydrodamp.identification.gauss_newton import (
-    Iterate,
-    ShootingObjective,
-)
+from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.rebuilt_outputs import RebuiltOutputs
 from hydrodamp.identification.velocity_outputs import velocity_residuals
 from hydrodamp.simulation.problem import Problem

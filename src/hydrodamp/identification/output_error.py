@@ -21,7 +21,7 @@ from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.coloured_errors import (
     MAX_EXCESS,
-    MAX_GROWTH,
+    MAX_NOISE_GROWTH,
     are_sensor_errors,
     correlations,
     minimise_innovations,
@@ -206,7 +206,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         objective, result = windows.objective, windows.iterate
         has_sensors = objective.problem.sensor_log is not None
         is_testable = len(result.linearisations) > 1 and len(windows.held_out_errors) > 1
-        if has_sensors or not is_testable or error_growth(objective, result) >= MAX_GROWTH:
+        if has_sensors or not is_testable or error_growth(objective, result) >= MAX_NOISE_GROWTH:
             return windows
         whitened = whiten_errors(objective, result)
         if not are_sensor_errors(whitened):
