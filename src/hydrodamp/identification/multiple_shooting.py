@@ -153,6 +153,11 @@ class Windows:
         """Sample of the log of each row."""
         return sample_indices(self.bounds)
 
+    @property
+    def time(self) -> FloatArray:
+        """Time of each row [s]."""
+        return self.problem.inputs.time[self.samples]
+
     @cached_property
     def chunks(self) -> tuple[Windows, ...]:
         """The windows in chunks that are linearised at once."""

@@ -18,7 +18,6 @@ log; outputs are interpolated linearly between samples.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +26,6 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.conditioning.derivatives import GRAVITY
 from hydrodamp.conditioning.sensor_log import ANGULAR_KINDS
 from hydrodamp.conditioning.velocity_smoother import Interpolation, interpolate_series
-from hydrodamp.identification.multiple_shooting import Windows
 from hydrodamp.vehicle.mass import cross_matrix
 
 #: First index among the offsets of a window of the pose of each kind.
@@ -68,25 +66,22 @@ class Output:
 class WindowMotion:
     """Simulated velocities (n, 6) of windows with their Jacobian, and the recorded attitude.
 
-    ``rotations`` and ``angle_rates`` (n, 3, 3), ``poses`` (n, 6) at the start of each window.
+    ``time`` (n,) [s], ``rotations`` and ``angle_rates`` (n, 3, 3), ``poses`` (n, 6) at the start of
+    each window, ``spans`` as of the windows.
     """
 
-    windows: Windows
+    time: FloatArray
+    spans: IntArray
     velocity: FloatArray
     jacobian: FloatArray | None
     rotations: FloatArray
     angle_rates: FloatArray
     poses: FloatArray
 
-    @cached_property
-    def time(self) -> FloatArray:
-        """Time of each row [s]."""
-        return self.windows.problem.inputs.time[self.windows.samples]
-
     @property
     def elapsed(self) -> FloatArray:
         """Time since the start of the window [s]."""
-        spans = self.windows.spans
+        spans = self.spans
         return self.time - np.repeat(self.time[spans[:, 0]], np.diff(spans, axis=1).ravel())
 
     def series(self, output: Output, theta: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -116,7 +111,7 @@ class WindowMotion:
         self, matrices: FloatArray, first: int, select: FloatArray
     ) -> tuple[FloatArray, FloatArray | None]:
         """Return poses at the samples: the integral of matrices times three velocities."""
-        spans, axes = self.windows.spans, slice(first, first + 3)
+        spans, axes = self.spans, slice(first, first + 3)
         rates = np.einsum("nkj,nj->nk", matrices, self.velocity[:, axes])
         series = integrate(rates, self.time, spans) + self.poses[:, axes] @ select.T
         if self.jacobian is None:
@@ -124,7 +119,7 @@ class WindowMotion:
         return series, integrate(matrices @ self.jacobian[:, axes], self.time, spans)
 
     def _specific_force(self, arm: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        spans, time, jacobian = self.windows.spans, self.time, self.jacobian
+        spans, time, jacobian = self.spans, self.time, self.jacobian
         rate = differentiate(self.velocity, time, spans)
         linear, angular = self.velocity[:, :3], self.velocity[:, 3:]
         total = linear + np.cross(angular, arm)
@@ -162,7 +157,7 @@ class WindowMotion:
 
     def _rate(self, series: FloatArray, rows: WindowRows) -> FloatArray:
         """Return the rate of a series at the measurements."""
-        upper = np.minimum(rows.lower + 1, self.windows.spans[rows.window, 1] - 1)
+        upper = np.minimum(rows.lower + 1, self.spans[rows.window, 1] - 1)
         step = (self.time[upper] - self.time[upper - 1]).reshape(-1, *(1,) * (series.ndim - 1))
         return np.asarray((series[upper] - series[upper - 1]) / step)
 
@@ -184,7 +179,7 @@ class WindowMotion:
         if name == "current":
             transposed = np.swapaxes(self.rotations, 1, 2)
             return np.asarray(select @ self._at(transposed, rows, delay))
-        angular, spans = self.velocity[:, 3:], self.windows.spans
+        angular, spans = self.velocity[:, 3:], self.spans
         matrices = self.rotations if is_position else cross_matrix(angular)
         if output.kind == "specific_force":
             rate = differentiate(angular, self.time, spans)
@@ -202,16 +197,16 @@ class WindowRows(NamedTuple):
     number: IntArray
 
 
-def rows_in_windows(windows: Windows, rows: Interpolation) -> WindowRows:
+def rows_in_windows(bounds: IntArray, spans: IntArray, rows: Interpolation) -> WindowRows:
     """Return the measurements of a sensor in each window."""
     lower, share, last = rows.lower, rows.share, rows.upper
-    first = np.searchsorted(lower, windows.bounds[:, 0])
-    stop = np.maximum(np.searchsorted(last, windows.bounds[:, 1]), first)
+    first = np.searchsorted(lower, bounds[:, 0])
+    stop = np.maximum(np.searchsorted(last, bounds[:, 1]), first)
     counts = stop - first
     window = np.repeat(np.arange(len(counts)), counts)
     begin = np.repeat(first - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
     index = np.arange(counts.sum()) + begin
-    shift = (windows.spans[:, 0] - windows.bounds[:, 0])[window]
+    shift = (spans[:, 0] - bounds[:, 0])[window]
     return WindowRows(lower[index] + shift, last[index] + shift, share[index], window, index)
 
 

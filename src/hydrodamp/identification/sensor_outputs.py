@@ -156,7 +156,8 @@ class SensorOutputs:
         samples, spans = windows.samples, windows.spans
         start = np.repeat(samples[spans[:, 0]], np.diff(spans, axis=1).ravel())
         attitude = self.rotations[samples], self.angle_rates[samples]
-        return WindowMotion(windows, velocity, jacobian, *attitude, self.coordinates[start])
+        times = windows.time, spans
+        return WindowMotion(*times, velocity, jacobian, *attitude, self.coordinates[start])
 
     def _residuals(
         self, windows: Windows, parameters: FloatArray
@@ -165,7 +166,7 @@ class SensorOutputs:
         velocity, diverged = fill_gaps(windows.simulate(parameters))
         motion, theta = self._motion(windows, velocity, None), parameters[len(windows.entries[0]) :]
         for output in self.outputs:
-            rows = rows_in_windows(windows, output.rows)
+            rows = rows_in_windows(windows.bounds, windows.spans, output.rows)
             residuals = output.values[rows.number] - motion.predict(output, rows, theta)[0]
             residuals[diverged[rows.lower]] = np.nan
             moments = (1.0 - rows.share) * motion.time[rows.lower]
@@ -214,7 +215,7 @@ class SensorOutputs:
         blocks: list[tuple[FloatArray, IntArray, IntArray]] = []
         square, number, first = np.zeros(n), np.zeros(n), 0
         for output in self.outputs:
-            rows = rows_in_windows(windows, output.rows)
+            rows = rows_in_windows(windows.bounds, windows.spans, output.rows)
             prediction = motion.predict(output, rows, theta)
             columns = _columns(output, rows.number, prediction, windows, len(parameters))
             late, valid = diverged[rows.lower], output.valid[rows.number]

@@ -49,9 +49,8 @@ class VelocityOutputs:
     def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
         """Yield measured minus simulated velocity (n, f), a large value after a divergence."""
         window = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
-        time = windows.problem.inputs.time[windows.samples]
         residuals = self._residuals(windows, windows.simulate(parameters))
-        yield ResidualSeries(window, time, self._innovations(residuals, windows.spans))
+        yield ResidualSeries(window, windows.time, self._innovations(residuals, windows.spans))
 
     def _innovations(self, series: FloatArray, spans: IntArray) -> FloatArray:
         """Turn series (n, f, ...) of concatenated windows into innovations, in place."""
