@@ -10,8 +10,8 @@ from interleaving import interleaved
 from scipy.optimize import least_squares
 
 import hydrodamp as hd
+from hydrodamp.identification.continuation import initial_candidates, make_objective
 from hydrodamp.identification.gauss_newton import Iterate, minimise
-from hydrodamp.identification.initial_iterate import initial_candidates, make_objective
 
 pytestmark = pytest.mark.usefixtures("one_core")
 

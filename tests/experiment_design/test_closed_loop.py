@@ -15,7 +15,7 @@ from hydrodamp.experiment_design.ensemble import (
 )
 from hydrodamp.experiment_design.guidance import CourseGuidance, Manoeuvre
 from hydrodamp.experiment_design.optimise import ensemble_information
-from hydrodamp.identification.initial_iterate import make_objective
+from hydrodamp.identification.continuation import make_objective
 from hydrodamp.simulation.problem import build_problem
 
 

@@ -12,9 +12,8 @@ from hydrodamp.identification.coloured_errors import (
     are_sensor_errors,
     lag_correlation,
 )
-from hydrodamp.identification.continuation import error_growth
+from hydrodamp.identification.continuation import error_growth, make_objective
 from hydrodamp.identification.gauss_newton import Iterate
-from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.velocity_outputs import VelocityOutputs
 from hydrodamp.simulation.campaign.conditions import true_damping
 

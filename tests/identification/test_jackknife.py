@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.continuation import continue_over_lengths
-from hydrodamp.identification.held_out_replay import PieceNormals, split_pieces
-from hydrodamp.identification.initial_iterate import (
+from hydrodamp.identification.continuation import (
     best_initial_iterate,
+    continue_over_lengths,
     initial_candidates,
     make_objective,
 )
+from hydrodamp.identification.held_out_replay import PieceNormals, split_pieces
 from hydrodamp.identification.output_error import build_fit, jackknife_uncertainty
 
 

@@ -7,13 +7,14 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import continuation as module
-from hydrodamp.identification.continuation import admissible_lengths, continue_over_lengths
-from hydrodamp.identification.gauss_newton import FINAL_TOLERANCE, minimise
-from hydrodamp.identification.initial_iterate import (
+from hydrodamp.identification.continuation import (
+    admissible_lengths,
     best_initial_iterate,
+    continue_over_lengths,
     initial_candidates,
     make_objective,
 )
+from hydrodamp.identification.gauss_newton import FINAL_TOLERANCE, minimise
 from hydrodamp.identification.velocity_outputs import velocity_residuals
 from hydrodamp.simulation.campaign.conditions import true_damping
 

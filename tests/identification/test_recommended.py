@@ -7,8 +7,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import output_error as module
+from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.held_out_replay import split_pieces
-from hydrodamp.identification.initial_iterate import make_objective
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.conditioning.sensor_log import rebuild_velocities
 from hydrodamp.data.attitude import rotation_matrices
+from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.information import find_indirect_coefficients
-from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.velocity_outputs import VelocityOutputs
 from hydrodamp.simulation.replay import replay
 

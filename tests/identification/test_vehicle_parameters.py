@@ -10,9 +10,9 @@ import hydrodamp as hd
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.identification.command_response import respond
+from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.grades import critical_value
-from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.parameters import (
     VEHICLE_PARAMETERS,
     Parameter,

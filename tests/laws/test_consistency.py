@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.continuation import update_prior
-from hydrodamp.identification.initial_iterate import best_initial_iterate, make_objective
+from hydrodamp.identification.continuation import best_initial_iterate, make_objective, update_prior
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 

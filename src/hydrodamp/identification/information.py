@@ -31,18 +31,16 @@ from hydrodamp.conditioning.velocity_smoother import interpolate_rows
 from hydrodamp.data.log import Log
 from hydrodamp.data.measurement import Measurement
 from hydrodamp.identification.continuation import (
+    NOISE_FLOOR_SHARE,
     RELATIVE_LENGTHS,
     admissible_lengths,
-    correlation_length,
-)
-from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
-from hydrodamp.identification.initial_iterate import (
-    NOISE_FLOOR_SHARE,
     best_initial_iterate,
+    correlation_length,
     initial_candidates,
     make_objective,
 )
+from hydrodamp.identification.differentiation import median_step
+from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.multiple_shooting import Windows
 from hydrodamp.identification.output_equations import Output
 from hydrodamp.identification.sensor_outputs import RECORDED, SensorOutputs

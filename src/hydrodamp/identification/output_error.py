@@ -32,6 +32,7 @@ from hydrodamp.identification.continuation import (
     RELATIVE_TOLERANCE,
     error_growth,
     fit_windows,
+    make_objective,
     minimise_finally,
 )
 from hydrodamp.identification.fit import (
@@ -46,7 +47,6 @@ from hydrodamp.identification.fit import (
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.held_out_replay import PieceNormals
 from hydrodamp.identification.information import find_indirect_coefficients
-from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.parameter_estimates import (
     describe_estimates,
     estimate_parameters,

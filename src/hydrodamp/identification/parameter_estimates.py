@@ -29,6 +29,7 @@ from scipy.special import fdtri
 from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.conditioning.velocity_smoother import white_noise_std
+from hydrodamp.identification.continuation import MIN_RELATIVE_RESIDUAL
 from hydrodamp.identification.fit import MIN_BLOCKS, jackknife
 from hydrodamp.identification.gauss_newton import (
     Iterate,
@@ -38,7 +39,6 @@ from hydrodamp.identification.gauss_newton import (
 )
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.identification.held_out_replay import PieceNormals, split_pieces
-from hydrodamp.identification.initial_iterate import MIN_RELATIVE_RESIDUAL
 from hydrodamp.identification.multiple_shooting import AVERAGES_PER_WINDOW, Windows
 from hydrodamp.identification.output_equations import average_rows
 from hydrodamp.identification.parameters import Estimate, free_gains

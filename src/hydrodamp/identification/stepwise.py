@@ -27,7 +27,7 @@ from hydrodamp.identification.backward_elimination import (
     selection_frequencies,
     solve_subset,
 )
-from hydrodamp.identification.continuation import fit_windows
+from hydrodamp.identification.continuation import fit_windows, make_objective
 from hydrodamp.identification.dissipativity import (
     axis_terms,
     is_damping_term,
@@ -36,7 +36,6 @@ from hydrodamp.identification.dissipativity import (
     velocity_box,
 )
 from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
-from hydrodamp.identification.initial_iterate import make_objective
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
