@@ -27,9 +27,9 @@ from scipy.optimize import Bounds, differential_evolution
 from hydrodamp.arrays import FloatArray
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres, follow_tracks
-from hydrodamp.identification.continuation import INITIAL_STATE_FACTOR
+from hydrodamp.identification.continuation import INITIAL_STATE_FACTOR, window_lengths
 from hydrodamp.identification.gauss_newton import split_windows
-from hydrodamp.identification.information import fisher_information, window_lengths
+from hydrodamp.identification.information import fisher_information
 from hydrodamp.identification.multiple_shooting import MAX_RELATIVE_STEP, Windows
 from hydrodamp.identification.velocity_outputs import VelocityOutputs
 from hydrodamp.simulation.problem import build_problem

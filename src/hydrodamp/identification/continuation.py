@@ -218,10 +218,8 @@ def fit_windows(
 
     Lengths [s] are multiples of the time scale of the motion by default.
     """
-    shortest = MIN_INTERVALS * objective.outputs.interval
-    multiples = (max(each * objective.time_scale, shortest) for each in RELATIVE_LENGTHS)
-    default = (*dict.fromkeys(multiples), np.inf)
-    lengths = admissible_lengths(objective.problem, lengths or default)
+    default = window_lengths(objective.problem, objective.time_scale, objective.outputs.interval)
+    lengths = admissible_lengths(objective.problem, lengths or (*default, np.inf))
     candidates = [*initial, *initial_candidates(objective, model)]
     start = best_initial_iterate(objective, candidates, lengths[0])
     return start, continue_over_lengths(objective, start, lengths)
@@ -268,6 +266,12 @@ def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float
     """Return the lengths [s] shorter than the longest segment, then infinity if any is longer."""
     shorter = [length for length in lengths if length < problem.durations.max()]
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
+
+
+def window_lengths(problem: Problem, time_scale: float, interval: float = 0.0) -> list[float]:
+    """Return the default window lengths [s], none below some sampling intervals."""
+    lengths = (max(each * time_scale, MIN_INTERVALS * interval) for each in RELATIVE_LENGTHS)
+    return admissible_lengths(problem, [*dict.fromkeys(lengths)])
 
 
 @factorisation("normal matrix of the windows")

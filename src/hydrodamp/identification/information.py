@@ -32,12 +32,11 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.measurement import Measurement
 from hydrodamp.identification.continuation import (
     NOISE_FLOOR_SHARE,
-    RELATIVE_LENGTHS,
-    admissible_lengths,
     best_initial_iterate,
     correlation_length,
     initial_candidates,
     make_objective,
+    window_lengths,
 )
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
@@ -52,12 +51,6 @@ PRIOR_FACTOR = 1e3
 
 #: A usual DVL: rate [Hz] and standard deviation of u v w [m/s].
 DVL_RATE, DVL_STD = 5.0, 0.013
-
-
-def window_lengths(problem: Problem, time_scale: float, interval: float = 0.0) -> list[float]:
-    """Return the window lengths of output error [s], none below a sampling interval."""
-    lengths = [max(each * time_scale, interval) for each in RELATIVE_LENGTHS]
-    return admissible_lengths(problem, lengths)
 
 
 def fisher_information(
