@@ -27,7 +27,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.arrays import FloatArray, IntArray, factorisation
+from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.conditioning.derivatives import differences_from_centre, fit_local_polynomials
 from hydrodamp.conditioning.sensor_log import SensorLog
@@ -49,6 +49,7 @@ from hydrodamp.identification.gauss_newton import (
     minimise,
 )
 from hydrodamp.identification.har_covariance import Bins
+from hydrodamp.identification.multiple_shooting import Windows
 from hydrodamp.identification.regression import solve_axis
 from hydrodamp.identification.sensor_outputs import SensorOutputs
 from hydrodamp.identification.velocity_outputs import VelocityOutputs
@@ -283,15 +284,8 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
     """
     windows, residual_std, *_ = iterate.linearisations[-1]
     subset = windows.select(slice(None, None, -(-len(windows.bounds) // MAX_EVIDENCE_WINDOWS)))
-    series = (
-        (each.window, each.time, column)
-        for each in subset.outputs.residuals(subset, iterate.coefficients)
-        for column in each.residuals.T
-    )
-    steps = median_step(objective.problem) * objective.problem.n_samples / objective.counts
-    pairs = zip(series, steps.tolist(), strict=True)
-    correlation = [correlation_length(*each, step) for each, step in pairs]
-    n_independent = float(np.sum(objective.counts / np.array(correlation)))
+    lengths = correlation_lengths(objective, subset, iterate.coefficients)
+    n_independent = float(np.sum(objective.counts / lengths))
     share = objective.weights * objective.counts / objective.counts.sum()
     misfit = float(share @ (1.0 - (objective.noise_std / residual_std) ** 2))
     eigenvalues = np.maximum(np.linalg.eigvalsh(_coefficient_hessian(objective, iterate)), 0.0)
@@ -317,14 +311,19 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
     )
 
 
-def correlation_length(
-    window: IntArray, time: FloatArray, residuals: FloatArray, step: float
-) -> float:
-    """Return the correlation time of residuals over their sampling step, at least 1."""
-    if len(time) < MIN_SERIES:
-        return 1.0
-    bins = Bins.of(window, time, MAX_TIME_BINS)
-    return max(bins.correlation_time(bins.sums(residuals[:, None])) / step, 1.0)
+def correlation_lengths(
+    objective: ShootingObjective, windows: Windows, parameters: FloatArray
+) -> FloatArray:
+    """Return the correlation time of each output's residuals over its sampling step, at least 1."""
+    times: list[float] = []
+    for window, time, residuals in windows.outputs.residuals(windows, parameters):
+        if len(time) < MIN_SERIES:
+            times += [0.0] * residuals.shape[1]
+            continue
+        bins = Bins.of(window, time, MAX_TIME_BINS)
+        times += [bins.correlation_time(sums) for sums in bins.sums(residuals).T[:, :, None]]
+    steps = median_step(objective.problem) * objective.problem.n_samples / objective.counts
+    return np.maximum(np.array(times) / steps, 1.0)
 
 
 def _coefficient_hessian(objective: ShootingObjective, iterate: Iterate) -> FloatArray:

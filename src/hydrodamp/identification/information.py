@@ -33,12 +33,11 @@ from hydrodamp.data.measurement import Measurement
 from hydrodamp.identification.continuation import (
     NOISE_FLOOR_SHARE,
     best_initial_iterate,
-    correlation_length,
+    correlation_lengths,
     initial_candidates,
     make_objective,
     window_lengths,
 )
-from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.multiple_shooting import Windows
 from hydrodamp.identification.output_equations import Output
@@ -166,13 +165,7 @@ def effective_residuals(
     objective: ShootingObjective, windows: Windows, theta: FloatArray
 ) -> FloatArray:
     """Return the standard deviation of each output times the root of its correlation length."""
-    steps = objective.problem.n_samples / objective.counts * median_step(objective.problem)
-    series = (
-        (each.window, each.time, column)
-        for each in windows.outputs.residuals(windows, theta)
-        for column in each.residuals.T
-    )
-    lengths = [correlation_length(*each, step) for each, step in zip(series, steps, strict=True)]
+    lengths = correlation_lengths(objective, windows, theta)
     noise = objective.noise_std / NOISE_FLOOR_SHARE
     return np.maximum(objective.residual_std(theta, windows), noise) * np.sqrt(lengths)
 
