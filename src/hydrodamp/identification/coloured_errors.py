@@ -27,8 +27,7 @@ from hydrodamp.identification.continuation import (
 )
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.gauss_newton import MIN_DAMPING, Iterate, ShootingObjective
-from hydrodamp.identification.multiple_shooting import MAX_JACOBIAN_ENTRIES, Outputs
-from hydrodamp.identification.rebuilt_outputs import RebuiltOutputs
+from hydrodamp.identification.multiple_shooting import MAX_JACOBIAN_ENTRIES
 from hydrodamp.identification.velocity_outputs import VelocityOutputs
 
 #: Growth of the errors of simulations from which residuals are model error, not sensor error, and
@@ -48,8 +47,8 @@ LIKELIHOOD_TOLERANCE = 0.001
 
 def whiten_errors(objective: ShootingObjective, result: Iterate) -> ShootingObjective:
     """Return the objective whose errors have the correlations of the residuals of an estimate."""
-    outputs = _with_correlation(objective.outputs, lag_correlation(objective, result))
-    return replace(objective, outputs=outputs)
+    velocities = VelocityOutputs(correlation=lag_correlation(objective, result))
+    return replace(objective, outputs=objective.outputs.with_base(velocities))
 
 
 def minimise_innovations(
@@ -80,8 +79,8 @@ def lag_correlation(objective: ShootingObjective, result: Iterate) -> tuple[floa
     It is one where a window diverges: such residuals are not sensor errors.
     """
     windows, residual_std, *_ = result.linearisations[-1]
-    outputs = _with_correlation(windows.outputs, (0.0,) * len(residual_std))
-    windows = replace(windows, outputs=outputs)
+    velocities = VelocityOutputs(correlation=(0.0,) * len(residual_std))
+    windows = replace(windows, outputs=windows.outputs.with_base(velocities))
     product, square = np.zeros(len(residual_std)), np.zeros(len(residual_std))
     for linearised, averages in windows.optimal_residuals(result.coefficients, residual_std):
         if not linearised.columns.any(axis=1).all():
@@ -95,22 +94,8 @@ def lag_correlation(objective: ShootingObjective, result: Iterate) -> tuple[floa
     return tuple(np.clip(correlation, 0.0, 1.0).tolist())
 
 
-def _with_correlation(outputs: Outputs, correlation: tuple[float, ...]) -> Outputs:
-    """Return outputs whose errors have a correlation."""
-    if isinstance(outputs, RebuiltOutputs):
-        return replace(outputs, base=_with_correlation(outputs.base, correlation))
-    return VelocityOutputs(correlation=correlation)
-
-
-def correlations(outputs: Outputs) -> tuple[float, ...]:
-    """Return the correlation of the errors of successive samples (f,), empty if it is not free."""
-    if isinstance(outputs, RebuiltOutputs):
-        return correlations(outputs.base)
-    return outputs.correlation if isinstance(outputs, VelocityOutputs) else ()
-
-
 def are_sensor_errors(objective: ShootingObjective) -> bool:
     """Return whether the residuals are explained as sensor errors: short against the motion."""
-    correlation = correlations(objective.outputs)
+    correlation = objective.outputs.correlation
     steps = MAX_RELATIVE_TIME * objective.time_scale / median_step(objective.problem)
     return bool(correlation) and max(correlation) <= np.exp(-1.0 / steps)

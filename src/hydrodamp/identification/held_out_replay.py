@@ -22,7 +22,6 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, factorisation
 from hydrodamp.identification.fit import MAX_BLOCKS
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
-from hydrodamp.identification.rebuilt_outputs import RebuiltOutputs
 from hydrodamp.identification.velocity_outputs import velocity_residuals
 from hydrodamp.simulation.problem import Problem
 
@@ -125,11 +124,8 @@ def replay_pieces(
     velocity_std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
     windows, errors = objective.restrict(pieces).windows(np.inf), []
     for b, each in enumerate(coefficients):
-        window, known, outputs = windows.select(slice(b, b + 1)), each, windows.outputs
-        if isinstance(outputs, RebuiltOutputs):
-            known, theta = outputs.split(each)
-            window = outputs.windows_at(window, theta)
-        residuals = velocity_residuals(window, known)
+        window = windows.outputs.apply_plant(windows.select(slice(b, b + 1)), each)
+        residuals = velocity_residuals(*window)
         ratio = np.divide(
             residuals, velocity_std, out=np.ones_like(residuals), where=velocity_std > 0.0
         )

@@ -81,6 +81,16 @@ class Outputs(Protocol):
     def parameters(self) -> Sequence[Parameter]:
         """Parameters that all windows share."""
 
+    @property
+    def correlation(self) -> tuple[float, ...]:
+        """Correlation of the errors of successive samples (f,), empty if it is not free."""
+
+    def with_base(self, base: Outputs) -> Outputs:
+        """Return other outputs, with the same parameters of plant and inputs."""
+
+    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
+        """Return windows with plant and inputs at their parameters, and the other parameters."""
+
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
 

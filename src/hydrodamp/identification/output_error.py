@@ -23,7 +23,6 @@ from hydrodamp.identification.coloured_errors import (
     MAX_EXCESS,
     MAX_NOISE_GROWTH,
     are_sensor_errors,
-    correlations,
     minimise_innovations,
     whiten_errors,
 )
@@ -231,7 +230,7 @@ def _remark(objective: ShootingObjective, result: Iterate) -> str:
         for length in result.window_lengths
     )
     origin = "the weak form" if objective.problem.sensor_log is None else SENSOR_STARTS
-    values = " ".join(f"{each:.2g}" for each in correlations(objective.outputs))
+    values = " ".join(f"{each:.2g}" for each in objective.outputs.correlation)
     errors = f"; correlation of successive errors: {values}" if values else ""
     return (
         f"The minimisation started from {origin}; window lengths: {lengths}{errors}; prior "

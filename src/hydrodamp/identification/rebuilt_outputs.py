@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,15 @@ class RebuiltOutputs:
         """Parameters of the outputs, then those of plant and inputs."""
         return (*self.base.parameters, *self.rebuilt)
 
+    @property
+    def correlation(self) -> tuple[float, ...]:
+        """Correlation of the errors of successive samples (f,), empty if it is not free."""
+        return self.base.correlation
+
+    def with_base(self, base: Outputs) -> RebuiltOutputs:
+        """Return other outputs with the same parameters of plant and inputs."""
+        return replace(self, base=base)
+
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
         return self.base.jacobian_entries(windows)
@@ -64,42 +74,36 @@ class RebuiltOutputs:
 
         return replace(self, base=self.base.select(samples), rebuild=rebuild)
 
-    def windows_at(self, windows: Windows, theta: FloatArray) -> Windows:
-        """Return the windows of plant and inputs at θ."""
-        problem = self.rebuild(theta)
+    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
+        """Return the windows of plant and inputs at θ, and the parameters of the base."""
+        n = len(self.rebuilt)
+        problem = self.rebuild(parameters[-n:])
         changed = replace(windows.problem, equations=problem.equations, inputs=problem.inputs)
         entries = problem.equations.entries(problem.models[0])
-        return replace(windows, problem=changed, entries=entries, outputs=self.base)
-
-    def split(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the parameters of the base, and θ."""
-        n = len(self.rebuilt)
-        return parameters[:-n], parameters[-n:]
+        windows = replace(windows, problem=changed, entries=entries, outputs=self.base)
+        return windows, parameters[:-n]
 
     def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
         """Yield the residuals of the outputs."""
-        known, theta = self.split(parameters)
-        return self.base.residuals(self.windows_at(windows, theta), known)
+        return self.base.residuals(*self.apply_plant(windows, parameters))
 
     def averages(
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> FloatArray:
         """Return the averages of the residuals."""
-        known, theta = self.split(parameters)
-        return self.base.averages(self.windows_at(windows, theta), known, residual_std)
+        return self.base.averages(*self.apply_plant(windows, parameters), residual_std)
 
     def linearise(
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise averages of the residuals; a slope is zero where a trial diverges."""
-        known, theta = self.split(parameters)
-        result = self.base.linearise(self.windows_at(windows, theta), known, residual_std)
+        result = self.base.linearise(*self.apply_plant(windows, parameters), residual_std)
         residuals, is_regular = result.columns[:, -1], result.columns.any(axis=1)
-        slopes = np.zeros((len(residuals), len(theta)))
+        slopes = np.zeros((len(residuals), len(self.rebuilt)))
         for k, each in enumerate(self.rebuilt):
             step = DIFFERENCE_STEP * each.std
-            moved = np.append(known, theta)
-            moved[len(known) + k] += step
+            moved = parameters.copy()
+            moved[k - len(self.rebuilt)] += step
             change = residuals - self.averages(windows, moved, residual_std)
             slopes[:, k] = np.where(is_regular, np.nan_to_num(change / step), 0.0)
         columns = np.hstack([result.columns[:, :-1], slopes, residuals[:, None]])
@@ -131,23 +135,16 @@ def fix_parameters(
     objective: ShootingObjective, iterate: Iterate
 ) -> tuple[ShootingObjective, Iterate]:
     """Return objective and iterate with plant and inputs at the estimate; these are not free."""
-    outputs = objective.outputs
-    if not isinstance(outputs, RebuiltOutputs):
-        return objective, iterate
-    known, theta = outputs.split(iterate.coefficients)
-    free = np.append(np.arange(len(known)), -1)
+    entire, known = objective.outputs.apply_plant(objective.windows(np.inf), iterate.coefficients)
+    plant: dict[str, Any] = {
+        "problem": entire.problem,
+        "entries": entire.entries,
+        "outputs": entire.outputs,
+    }
+    free = np.ix_(*[[*range(len(known)), -1]] * 2)
     linearisations = tuple(
-        each._replace(
-            windows=outputs.windows_at(each.windows, theta), normal=each.normal[np.ix_(free, free)]
-        )
+        each._replace(windows=replace(each.windows, **plant), normal=each.normal[free])
         for each in iterate.linearisations
     )
-    problem = outputs.rebuild(theta)
-    fixed = replace(
-        objective,
-        problem=replace(objective.problem, equations=problem.equations, inputs=problem.inputs),
-        entries=problem.equations.entries(problem.models[0]),
-        scale=objective.scale[: len(known)],
-        outputs=outputs.base,
-    )
+    fixed = replace(objective, scale=objective.scale[: len(known)], **plant)
     return fixed, replace(iterate, coefficients=known, linearisations=linearisations)

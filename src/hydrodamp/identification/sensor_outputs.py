@@ -25,6 +25,7 @@ from hydrodamp.identification.multiple_shooting import (
     AVERAGES_PER_WINDOW,
     DIVERGENCE_FACTOR,
     LinearisedResiduals,
+    Outputs,
     ResidualSeries,
     Windows,
 )
@@ -60,6 +61,8 @@ class SensorOutputs:
     coordinates: FloatArray
     offset_std: FloatArray
     interval: float = 0.0
+
+    correlation = ()
 
     @classmethod
     def of(cls, sensor_log: SensorLog, free: Sequence[str]) -> SensorOutputs:
@@ -121,6 +124,14 @@ class SensorOutputs:
         """Number of values of each output, at least one."""
         numbers = np.concatenate([output.valid.sum(axis=0) for output in self.outputs])
         return np.maximum(numbers.astype(np.float64), 1.0)
+
+    def with_base(self, base: Outputs) -> Outputs:
+        """Return other outputs."""
+        return base
+
+    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
+        """Return windows and parameters: these are not of plant and inputs."""
+        return windows, parameters
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""

@@ -18,6 +18,7 @@ from hydrodamp.identification.multiple_shooting import (
     AVERAGES_PER_WINDOW,
     DIVERGENCE_FACTOR,
     LinearisedResiduals,
+    Outputs,
     ResidualSeries,
     Windows,
 )
@@ -31,6 +32,14 @@ class VelocityOutputs:
     interval: float = 0.0
     parameters: tuple[Parameter, ...] = ()
     correlation: tuple[float, ...] = ()
+
+    def with_base(self, base: Outputs) -> Outputs:
+        """Return other outputs."""
+        return base
+
+    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
+        """Return windows and parameters: these are not of plant and inputs."""
+        return windows, parameters
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
