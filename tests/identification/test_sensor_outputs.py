@@ -11,7 +11,7 @@ from hydrodamp.data.attitude import rotation_matrices
 from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.information import find_indirect_coefficients
-from hydrodamp.identification.velocity_outputs import VelocityOutputs
+from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.simulation.replay import replay
 
 from .sensors import euler_angles, integrate_position, sample, without

@@ -30,8 +30,7 @@ from hydrodamp.experiment_design.guidance import Manoeuvre, candidate_manoeuvres
 from hydrodamp.identification.continuation import INITIAL_STATE_FACTOR, window_lengths
 from hydrodamp.identification.gauss_newton import split_windows
 from hydrodamp.identification.information import fisher_information
-from hydrodamp.identification.multiple_shooting import MAX_RELATIVE_STEP, Windows
-from hydrodamp.identification.velocity_outputs import VelocityOutputs
+from hydrodamp.identification.multiple_shooting import MAX_RELATIVE_STEP, VelocityOutputs, Windows
 from hydrodamp.simulation.problem import build_problem
 
 MIN_STD = 1e-6

@@ -27,8 +27,7 @@ from hydrodamp.identification.continuation import (
 )
 from hydrodamp.identification.differentiation import median_step
 from hydrodamp.identification.gauss_newton import MIN_DAMPING, Iterate, ShootingObjective
-from hydrodamp.identification.multiple_shooting import MAX_JACOBIAN_ENTRIES
-from hydrodamp.identification.velocity_outputs import VelocityOutputs
+from hydrodamp.identification.multiple_shooting import MAX_JACOBIAN_ENTRIES, VelocityOutputs
 
 #: Growth of the errors of simulations from which residuals are model error, not sensor error, and
 #: largest excess of the mean square error of held-out replays. Of 236 rows of the benchmark 12 are

@@ -49,10 +49,9 @@ from hydrodamp.identification.gauss_newton import (
     minimise,
 )
 from hydrodamp.identification.har_covariance import Bins
-from hydrodamp.identification.multiple_shooting import Windows
+from hydrodamp.identification.multiple_shooting import VelocityOutputs, Windows
 from hydrodamp.identification.regression import solve_axis
 from hydrodamp.identification.sensor_outputs import SensorOutputs
-from hydrodamp.identification.velocity_outputs import VelocityOutputs
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.damping_estimate import hull_damping, published_damping

@@ -22,7 +22,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, factorisation
 from hydrodamp.identification.fit import MAX_BLOCKS
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
-from hydrodamp.identification.velocity_outputs import velocity_residuals
+from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.simulation.problem import Problem
 
 #: Parts of the log to replay: the error of a replay grows with its length.
@@ -125,7 +125,7 @@ def replay_pieces(
     windows, errors = objective.restrict(pieces).windows(np.inf), []
     for b, each in enumerate(coefficients):
         window = windows.outputs.apply_plant(windows.select(slice(b, b + 1)), each)
-        residuals = velocity_residuals(*window)
+        residuals = next(VelocityOutputs().residuals(*window)).residuals
         ratio = np.divide(
             residuals, velocity_std, out=np.ones_like(residuals), where=velocity_std > 0.0
         )

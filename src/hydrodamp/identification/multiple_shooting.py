@@ -4,6 +4,11 @@ With residuals ε (measured minus simulated velocity) and their Jacobians A on t
 B on the initial state, all over the residual standard deviations, a window contributes ``|ε − A Δκ
 − B δ|² + |P^(−1/2) δ|²`` with the prior covariance P of its initial state. The initial state of
 each window is estimated; its correction δ is eliminated by a Schur complement.
+
+Where the errors of successive samples of a velocity have the correlation a, its residuals r are
+innovations::
+
+    e_t = r_t − a r_(t−1),    e_0 = sqrt(1 − a²) r_0
 """
 
 from __future__ import annotations
@@ -163,11 +168,6 @@ class Windows:
         """Sample of the log of each row."""
         return sample_indices(self.bounds)
 
-    @property
-    def time(self) -> FloatArray:
-        """Time of each row [s]."""
-        return self.problem.inputs.time[self.samples]
-
     @cached_property
     def chunks(self) -> tuple[Windows, ...]:
         """The windows in chunks that are linearised at once."""
@@ -214,10 +214,7 @@ class Windows:
         """Return the normal matrices of [A ε] of successive blocks, (n_blocks, p + 1, p + 1)."""
         p, first = len(coefficients), 0
         normals = np.zeros((block_of_window[-1] + 1, p + 1, p + 1))
-        for windows in self.chunks:
-            eliminated = windows._eliminate(
-                windows.outputs.linearise(windows, coefficients, residual_std)
-            )
+        for _, eliminated in self._eliminate(coefficients, residual_std):
             block = block_of_window[first : first + len(eliminated.gains)]
             for number in np.unique(block):
                 run = np.flatnonzero(block == number)
@@ -236,12 +233,9 @@ class Windows:
         q, n = len(coefficients), len(residual_std)
         normal, correction = np.zeros((q + 1, q + 1)), 0.0
         square, count = np.zeros(n), np.zeros(n)
-        for windows in self.chunks:
-            linearised = windows.outputs.linearise(windows, coefficients, residual_std)
-            eliminated = windows._eliminate(linearised)
-            residuals = linearised.columns[:, -1]
+        for linearised, eliminated in self._eliminate(coefficients, residual_std):
             normal += eliminated.normal(0, len(eliminated.gains))
-            change = residuals**2 - eliminated.residuals(linearised) ** 2
+            change = linearised.columns[:, -1] ** 2 - eliminated.residuals(linearised) ** 2
             reduction = np.bincount(linearised.output, change, n)
             square += linearised.square - reduction * residual_std**2
             count += linearised.number
@@ -254,17 +248,20 @@ class Windows:
         self, coefficients: FloatArray, residual_std: FloatArray
     ) -> Iterator[tuple[LinearisedResiduals, FloatArray]]:
         """Yield each chunk with its averages of residuals at optimal initial states."""
+        for linearised, eliminated in self._eliminate(coefficients, residual_std):
+            yield linearised, eliminated.residuals(linearised)
+
+    def _eliminate(
+        self, coefficients: FloatArray, residual_std: FloatArray
+    ) -> Iterator[tuple[LinearisedResiduals, EliminatedWindows]]:
+        """Linearise each chunk and eliminate the initial states of its windows."""
+        f = len(self.initial_state_std)
         for windows in self.chunks:
             linearised = windows.outputs.linearise(windows, coefficients, residual_std)
-            yield linearised, windows._eliminate(linearised).residuals(linearised)
-
-    def _eliminate(self, linearised: LinearisedResiduals) -> EliminatedWindows:
-        """Eliminate the initial states of the windows of a chunk."""
-        columns, f = linearised.columns, len(self.initial_state_std)
-        bounds = pairwise(linearised.edges)
-        cross = np.array([columns[a:b, :f].T @ columns[a:b] for a, b in bounds])
-        gains = initial_state_gains(cross, self.initial_state_std)
-        return EliminatedWindows(columns[:, f:], linearised.edges, cross[:, :, f:], gains)
+            columns, edges = linearised.columns, linearised.edges
+            cross = np.array([columns[a:b, :f].T @ columns[a:b] for a, b in pairwise(edges)])
+            gains = initial_state_gains(cross, self.initial_state_std)
+            yield linearised, EliminatedWindows(columns[:, f:], edges, cross[:, :, f:], gains)
 
     def qr_factor(self, coefficients: FloatArray, residual_std: FloatArray) -> FloatArray:
         """Return the R factor of [A ε] with fixed initial states; it keeps more digits."""
@@ -301,3 +298,102 @@ def concatenate_bounds(bounds: IntArray) -> IntArray:
 def sample_indices(bounds: IntArray) -> IntArray:
     """Return the samples of intervals of a log, concatenated."""
     return np.concatenate([np.arange(start, stop) for start, stop in bounds.tolist()])
+
+
+@dataclass(frozen=True)
+class VelocityOutputs:
+    """The velocities of the free axes at the samples of the log, with the correlations a (f,)."""
+
+    interval: float = 0.0
+    parameters: tuple[Parameter, ...] = ()
+    correlation: tuple[float, ...] = ()
+
+    def with_base(self, base: Outputs) -> Outputs:
+        """Return other outputs."""
+        return base
+
+    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
+        """Return windows and parameters: these are not of plant and inputs."""
+        return windows, parameters
+
+    def jacobian_entries(self, windows: Windows) -> int:
+        """Return the entries of the Jacobian of a window."""
+        length = float(np.median(np.diff(windows.bounds, axis=1)))
+        rows = length if self.correlation else min(2 * AVERAGES_PER_WINDOW, length)
+        return 6 * int(rows) * (len(windows.entries[0]) + 6)
+
+    def weights(self, counts: FloatArray) -> FloatArray:
+        """Return ones: the velocities have the same number of residuals."""
+        return np.ones(len(counts))
+
+    def select(self, samples: IntArray) -> VelocityOutputs:
+        """Return the outputs of some samples."""
+        return self
+
+    def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
+        """Yield measured minus simulated velocity (n, f), a large value after a divergence."""
+        spans, time = windows.spans, windows.inputs.time
+        window = np.repeat(np.arange(len(spans)), np.diff(spans, axis=1).ravel())
+        residuals = self._residuals(windows, windows.simulate(parameters))
+        yield ResidualSeries(window, time, self._innovations(residuals, spans))
+
+    def _innovations(self, series: FloatArray, spans: IntArray) -> FloatArray:
+        """Turn series (n, f, ...) of concatenated windows into innovations, in place."""
+        if self.correlation:
+            a = np.reshape(self.correlation, (-1,) + (1,) * (series.ndim - 2))
+            initial = np.sqrt(1.0 - a**2) * series[spans[:, 0]]
+            series[1:] -= a * series[:-1]
+            series[spans[:, 0]] = initial
+        return series
+
+    def _residuals(self, windows: Windows, simulated: FloatArray) -> FloatArray:
+        measured = windows.problem.inputs.velocity[:, windows.free]
+        residuals = measured[windows.samples] - simulated[:, windows.free]
+        largest = np.abs(measured).max(axis=0)
+        return np.where(np.isnan(residuals), DIVERGENCE_FACTOR * largest, residuals)
+
+    def linearise(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> LinearisedResiduals:
+        """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
+        p, free, block = len(parameters), windows.free, self._block(windows)
+        f = len(free)
+        simulated, jacobian = windows.linearise_simulation(parameters, block)
+        residuals, first = self._average(windows, simulated)
+        edges = np.searchsorted(first, np.append(windows.spans[:, 0], len(simulated)))
+        end = edges[1:] - 1  # what grows in a window is largest at its end
+        ends = residuals[end] / np.sqrt(block), jacobian[end] / np.sqrt(block)
+        if f < 6:
+            residuals, jacobian = residuals[:, free], jacobian[:, free]
+        columns, weight = np.empty((len(first), f, f + p + 1)), 1.0 / residual_std
+        np.multiply(jacobian[:, :, p + free], weight[:, None], out=columns[:, :, :f])
+        np.multiply(jacobian[:, :, :p], weight[:, None], out=columns[:, :, f:-1])
+        np.multiply(residuals, weight, out=columns[:, :, -1])
+        for window in windows.irregular(parameters, *ends):
+            columns[edges[window] : edges[window + 1]] = 0.0
+        rows = self._innovations(columns, windows.spans).reshape(-1, columns.shape[2])
+        innovations = self._innovations(self._residuals(windows, simulated), windows.spans)
+        square, n_samples = np.sum(innovations**2, axis=0), np.full(f, float(len(simulated)))
+        output = np.tile(np.arange(f), len(first))
+        return LinearisedResiduals(rows, f * edges, output, square, n_samples)
+
+    def averages(
+        self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
+    ) -> FloatArray:
+        """Return the averages of a linearisation without slopes, NaN after a divergence."""
+        averages, _ = self._average(windows, windows.simulate(parameters))
+        innovations = self._innovations(averages[:, windows.free], windows.spans)
+        return np.asarray(innovations / residual_std).ravel()
+
+    def _block(self, windows: Windows) -> int:
+        """Return the samples of an average."""
+        size = int(np.median(np.diff(windows.bounds, axis=1)))
+        return 1 if self.correlation else max(size // AVERAGES_PER_WINDOW, 1)
+
+    def _average(self, windows: Windows, simulated: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return sums of residuals over the root of their number (m, 6), and their first rows."""
+        block = self._block(windows)
+        first = np.concatenate([np.arange(start, stop, block) for start, stop in windows.spans])
+        count = np.sqrt(np.diff(np.append(first, len(simulated))))[:, None]
+        residuals = windows.problem.inputs.velocity[windows.samples] - simulated
+        return np.asarray(np.add.reduceat(residuals, first, axis=0) / count), first

@@ -167,7 +167,7 @@ class SensorOutputs:
         samples, spans = windows.samples, windows.spans
         start = np.repeat(samples[spans[:, 0]], np.diff(spans, axis=1).ravel())
         attitude = self.rotations[samples], self.angle_rates[samples]
-        times = windows.time, spans
+        times = windows.inputs.time, spans
         return WindowMotion(*times, velocity, jacobian, *attitude, self.coordinates[start])
 
     def _residuals(
