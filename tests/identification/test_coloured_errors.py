@@ -7,14 +7,14 @@ import pytest
 from scipy.signal import lfilter
 
 import hydrodamp as hd
-from hydrodamp.identification.coloured_errors import (
+from hydrodamp.identification.continuation import error_growth, make_objective
+from hydrodamp.identification.gauss_newton import Iterate
+from hydrodamp.identification.multiple_shooting import VelocityOutputs
+from hydrodamp.identification.output_error import (
     MAX_RELATIVE_TIME,
     are_sensor_errors,
     lag_correlation,
 )
-from hydrodamp.identification.continuation import error_growth, make_objective
-from hydrodamp.identification.gauss_newton import Iterate
-from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.simulation.campaign.conditions import true_damping
 
 MODEL = hd.catalog["prestero"].with_terms({"K": "up"}, key="truth")

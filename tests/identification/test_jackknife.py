@@ -12,8 +12,12 @@ from hydrodamp.identification.continuation import (
     initial_candidates,
     make_objective,
 )
-from hydrodamp.identification.held_out_replay import PieceNormals, split_pieces
-from hydrodamp.identification.output_error import build_fit, jackknife_uncertainty
+from hydrodamp.identification.held_out_replay import (
+    PieceNormals,
+    jackknife_uncertainty,
+    split_pieces,
+)
+from hydrodamp.identification.output_error import build_fit
 
 
 @pytest.fixture(scope="module")

@@ -13,14 +13,14 @@ one; ``1 − mean_b e_ib²`` is the R² of held-out replays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, factorisation
-from hydrodamp.identification.fit import MAX_BLOCKS
+from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS, Uncertainty, jackknife
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.simulation.problem import Problem
@@ -131,3 +131,39 @@ def replay_pieces(
         )
         errors.append(np.mean(np.clip(ratio, -1.0, 1.0) ** 2, axis=0))
     return np.array(errors)
+
+
+@factorisation("normal matrix of the windows")
+def jackknife_uncertainty(
+    objective: ShootingObjective, result: Iterate, replicates: FloatArray
+) -> Uncertainty | None:
+    """Return the jackknife covariance of replicates (n_blocks, p), plus the prior variance.
+
+    With Hessian H, the prior adds ``σ_κ² (λ/p)² H⁻²``: the variance of directions that the data do
+    not determine.
+    """
+    if len(replicates) < MIN_BLOCKS:
+        return None
+    p = objective.n_coefficients
+    scale = objective.scale[:p]
+    uncertainty = jackknife(replicates[:, :p], objective.problem.duration)
+    prior = result.prior_strength / p
+    hessian = objective.gauss_newton(result)[0][:p, :p] + prior * np.eye(p)
+    prior_root = prior * np.linalg.inv(hessian) * scale[:, None]
+    variance = result.prior_variance * (prior_root @ prior_root.T)
+    noise = uncertainty.covariance
+    return replace(uncertainty, covariance=noise + variance, noise=noise)
+
+
+def half_difference_factors(
+    uncertainty: Uncertainty, half_difference: FloatArray, axes: IntArray
+) -> FloatArray:
+    """Return the RMS difference of halves over standard errors on each axis, at least 1.
+
+    It covers the curvature of the objective, which one linearisation does not.
+    """
+    error = uncertainty.noise_only.standard_errors
+    ratio = np.divide(half_difference, error, out=np.zeros_like(error), where=error > 0.0) ** 2
+    count = np.bincount(axes, minlength=6)
+    mean_square = np.bincount(axes, ratio, minlength=6) / np.maximum(count, 1)
+    return np.sqrt(np.maximum(mean_square, 1.0))[axes]
