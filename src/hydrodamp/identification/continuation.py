@@ -288,9 +288,8 @@ def update_prior(objective: ShootingObjective, iterate: Iterate) -> Iterate:
     share = objective.weights * objective.counts / objective.counts.sum()
     misfit = float(share @ (1.0 - (objective.noise_std / residual_std) ** 2))
     eigenvalues = np.maximum(np.linalg.eigvalsh(_coefficient_hessian(objective, iterate)), 0.0)
-    p = objective.n_coefficients
-    square = float(np.sum((iterate.coefficients / objective.scale)[:p] ** 2))
     p, strength, variance = len(eigenvalues), iterate.prior_strength, iterate.prior_variance
+    square = float(np.sum((iterate.coefficients / objective.scale)[:p] ** 2))
     n_free = n_independent
     for _ in range(5):
         n_determined = float(np.sum(eigenvalues / (eigenvalues + strength / p)))

@@ -165,7 +165,7 @@ class ShootingObjective:
     def residual_std(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
         """Return s_i (f,) with the initial states at their prior mean."""
         series = windows.outputs.residuals(windows, coefficients)
-        squares = [_mean_square(each.residuals) for each in series]
+        squares = [np.sum(r**2, axis=0) / max(len(r), 1) for _, _, r in series]
         return self._std(np.concatenate(squares))
 
     def _std(self, mean_square: FloatArray) -> FloatArray:
@@ -226,6 +226,12 @@ class ShootingObjective:
         hessian = normal[:-1, :-1] * self.scale[:, None] * self.scale
         return hessian, normal[:-1, -1] * self.scale
 
+    def normal_equations(self, iterate: Iterate) -> tuple[FloatArray, FloatArray]:
+        """Return matrix and right-hand side of the Gauss-Newton step of J(κ) in x."""
+        x, (hessian, rhs) = iterate.coefficients / self.scale, self.gauss_newton(iterate)
+        penalty = self.penalty_hessian(x, iterate.prior_strength, iterate.penalty_weight)
+        return hessian + penalty, rhs - penalty @ x
+
     def penalty_hessian(
         self, x: FloatArray, prior_strength: float, penalty_weight: float
     ) -> FloatArray:
@@ -256,11 +262,6 @@ def split_windows(problem: Problem, length: float) -> IntArray:
     return bounds[bounds[:, 0] < bounds[:, 1]]  # a window without samples lies in a gap
 
 
-def _mean_square(residuals: FloatArray) -> FloatArray:
-    """Return the mean square of each column, zero without rows."""
-    return np.asarray(np.sum(residuals**2, axis=0) / max(len(residuals), 1))
-
-
 @factorisation("normal matrix of the windows")
 def minimise(
     objective: ShootingObjective,
@@ -273,9 +274,7 @@ def minimise(
     cost = objective.cost(iterate)
     for _ in range(max_iterations):
         x = iterate.coefficients / objective.scale
-        hessian, rhs = objective.gauss_newton(iterate)
-        penalty = objective.penalty_hessian(x, iterate.prior_strength, iterate.penalty_weight)
-        hessian, rhs = hessian + penalty, rhs - penalty @ x
+        hessian, rhs = objective.normal_equations(iterate)
         predicted_decrease = float(rhs @ np.linalg.solve(hessian, rhs))
         if converged := predicted_decrease < tolerance:
             break
@@ -303,17 +302,12 @@ def minimise(
 
 def newton_step(objective: ShootingObjective, result: Iterate) -> FloatArray:
     """Return the undamped step from an iterate: what a narrow valley has left."""
-    x = result.coefficients / objective.scale
-    hessian, rhs = objective.gauss_newton(result)
-    penalty = objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
-    step = np.linalg.solve(hessian + penalty, rhs - penalty @ x)
+    step = np.linalg.solve(*objective.normal_equations(result))
     return np.asarray(step * objective.scale)
 
 
 @factorisation("normal matrix of the windows")
 def prior_share(objective: ShootingObjective, result: Iterate) -> FloatArray:
     """Return the posterior over the prior variance: one where the data say nothing."""
-    x = result.coefficients / objective.scale
-    hessian = objective.gauss_newton(result)[0]
-    hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
+    hessian, _ = objective.normal_equations(result)
     return np.asarray(objective.nuisance_weight * np.diag(np.linalg.inv(hessian)))
