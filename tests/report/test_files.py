@@ -1,5 +1,5 @@
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -153,3 +153,30 @@ def test_a_document_that_was_spoilt_is_refused_with_its_place(
     (tmp_path / name).write_text(json.dumps(document), "utf-8")
     with pytest.raises(hd.FileError, match=words):
         hd.read_comparison(tmp_path)
+
+
+def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
+    """Every attribute of a fit is in its file."""
+    row = comparison.rows[0]
+    labels = row.fit.model.labels
+    fit = replace(
+        row.fit,
+        status=hd.Status.RANK_DEFICIENT,
+        rank=1,
+        aliased=(labels[:2],),
+        n_samples=9,
+        remarks=("A remark.",),
+        uncertainty=hd.Uncertainty(row.fit.damping.covariance, 5.0, "by hand"),
+        training_range={"u": (-1.0, 1.0)},
+        grades=dict.fromkeys(labels, hd.Grade.WEAK),
+        vehicle=hd.fleet["vt690"],
+        estimates={"A_N": hd.Estimate(14.2, 0.1, 12.0, "kg")},
+        indirect=labels[:1],
+        held_out_r_squared={"X": 0.5},
+    )
+    hd.write_comparison(hd.Comparison((replace(row, fit=fit),)), tmp_path)
+    again = hd.read_comparison(tmp_path).rows[0].fit
+    assert str(again) == str(fit)
+    for name in {each.name for each in fields(fit)} - {"damping", "uncertainty"}:
+        assert getattr(fit, name), name
+        assert getattr(again, name) == getattr(fit, name), name

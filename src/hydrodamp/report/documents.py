@@ -255,6 +255,7 @@ class FitDocument(BaseModel):
     grades: dict[str, GradeWord] = {}
     vehicle: VehicleContent | None = None
     estimates: dict[str, EstimateContent] = {}
+    indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = {}
 
     def fit(self, damping: Damping) -> Fit:
