@@ -90,6 +90,7 @@ def test_a_model_that_lacks_terms_determines_nothing_and_keeps_the_vehicle():
     plain = hd.OutputError().identify(problem, model)
     assert [each.grade.word for each in result.estimates.values()] == ["not determined"] * 7
     assert result.vehicle == campaign.vehicle
+    assert {each.value - each.prior for each in result.estimates.values()} == {0.0}
     assert np.array_equal(result.damping.coefficients, plain.damping.coefficients)
     words = r"^Averages of the residuals of [u-wp-r] are [\d.]+ times the sensor noise \(white"
     assert re.match(words, result.estimates["A_N"].cause)
@@ -247,7 +248,9 @@ def test_a_mass_that_is_not_determined_keeps_its_prior_and_the_others_are_estima
     fit = hd.OutputError(estimate=("added-mass",)).identify(problem, truth.model)
     assert [label for label, each in fit.estimates.items() if each.cause] == ["A_X"]
     assert fit.estimates["A_X"].cause == "The standard error is at least 70 % of the prior's."
-    masses = fit.vehicle.added_mass.diagonal()
-    assert masses[0] == campaign.vehicle.added_mass[0, 0]
+    held, masses = fit.estimates["A_X"], fit.vehicle.added_mass.diagonal()
+    assert held.value == held.prior == masses[0] == campaign.vehicle.added_mass[0, 0]
+    assert abs(held.joint_estimate / held.prior - 1.0) > 1e-3
+    assert f"A_X {held.prior:.4g} kg (prior, not determined; joint" in " ".join(fit.remarks)
     assert masses[1:] == pytest.approx([fit.estimates[f"A_{axis}"].value for axis in "YZKMN"])
     assert fit.vehicle.estimate == ()

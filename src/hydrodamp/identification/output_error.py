@@ -169,7 +169,9 @@ class OutputError:
             causes = {key: each.cause for key, each in fit.estimates.items()}
             if not any(causes.values()):
                 return replace(fit, estimates=fit.estimates | undetermined)
-            undetermined |= {key: each for key, each in fit.estimates.items() if each.cause}
+            undetermined |= {
+                key: each.hold_at_prior() for key, each in fit.estimates.items() if each.cause
+            }
             is_free = np.array([not cause for cause in causes.values()])
             index = np.flatnonzero(np.append(np.ones(objective.n_coefficients, bool), is_free))
             parameters = tuple(each for each in parameters if not causes[each.label])

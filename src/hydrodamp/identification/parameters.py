@@ -48,19 +48,26 @@ class Estimate:
 
     Attributes
     ----------
-    value, standard_error : float
-        In the unit.
+    value : float
+        In the unit: what the fit uses, so the prior where the parameter is held at it.
+    standard_error : float
+        Of the value; of the joint estimate where the parameter is held.
     prior : float
         The value without a log; zero for what corrects the description of a sensor.
     unit : str
         Such as ``kg``.
     cause : str
         Why the log does not determine the parameter, in a sentence; empty where it does.
+    joint_estimate : float or None
+        What the log suggests for a parameter that is held: the estimate of the last fit in which
+        it was free. None for a parameter that is free in the fit.
 
     Examples
     --------
-    >>> print(Estimate(14.2, 0.1, 12.0, "kg"))
+    >>> print(free := Estimate(14.2, 0.1, 12.0, "kg"))
     14.2 ± 0.2 kg (95 %; prior 12)
+    >>> print(free.hold_at_prior())
+    12 kg (prior, not determined; joint estimate 14.2 ± 0.2, 95 %)
     """
 
     value: float
@@ -68,11 +75,21 @@ class Estimate:
     prior: float
     unit: str
     cause: str = ""
+    joint_estimate: float | None = None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the fit holds the parameter at its prior."""
+        return self.joint_estimate is not None
 
     @property
     def is_determined(self) -> bool:
         """Whether the log determines the parameter."""
         return not self.cause
+
+    def hold_at_prior(self) -> Estimate:
+        """Return the parameter at its prior, with the value as joint estimate."""
+        return replace(self, value=self.prior, joint_estimate=self.value)
 
     @property
     def grade(self) -> Grade:
@@ -82,6 +99,9 @@ class Estimate:
     def __str__(self) -> str:
         """Return the estimate with its 95 % interval and prior."""
         half = critical_value() * self.standard_error
+        if self.joint_estimate is not None:
+            joint = f"joint estimate {self.joint_estimate:.4g} ± {half:.2g}, 95 %"
+            return f"{self.value:.4g} {self.unit} (prior, not determined; {joint})"
         suffix = "" if self.is_determined else ", not determined"
         return f"{self.value:.4g} ± {half:.2g} {self.unit} (95 %; prior {self.prior:.4g}{suffix})"
 
