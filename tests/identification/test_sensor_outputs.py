@@ -8,10 +8,13 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.conditioning.sensor_log import rebuild_velocities
 from hydrodamp.data.attitude import rotation_matrices
+from hydrodamp.identification import parameter_estimates
 from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.gauss_newton import Iterate
+from hydrodamp.identification.held_out_replay import PieceNormals
 from hydrodamp.identification.information import find_indirect_coefficients
 from hydrodamp.identification.multiple_shooting import VelocityOutputs
+from hydrodamp.identification.parameter_estimates import estimate_parameters
 from hydrodamp.simulation.replay import replay
 
 from .sensors import euler_angles, integrate_position, sample, without
@@ -163,6 +166,55 @@ def test_a_delay_and_a_bias_are_estimated(exact):
     fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
     assert fit.estimates["dvl delay"].value == pytest.approx(0.3, abs=0.05)
     assert fit.estimates["dvl bias u"].value == pytest.approx(0.05, abs=0.015)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("error", "is_determined"), [(0.0, True), (0.3, False)])
+def test_sensor_parameters_are_determined_where_residuals_are_sensor_errors(
+    exact, error, is_determined
+):
+    """A bias may absorb a slow error [m/s] that the model lacks: it is not determined then."""
+    vehicle, log, _ = exact
+    speed = log.velocity[:, :3] + [0.05, 0.0, 0.0]
+    speed[:, 0] += error * np.sin(0.5 * log.time)
+    settings = {"true_delay": 0.3, "estimate": ("bias", "delay")}
+    dvl = sample(log, "dvl", "velocity", speed, 0.5, 1e-2, **settings)
+    gyro = sample(log, "gyro", "rates", log.velocity[:, 3:], 0.25, 2e-3, seed=1)
+    bare = without(log, *"uvwpqr", measurements=[dvl, gyro])
+    fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
+    assert {each.is_determined for each in fit.estimates.values()} == {is_determined}
+    remarks = " ".join(fit.remarks)
+    assert ("The log does not determine dvl bias u" in remarks) == (not is_determined)
+    assert "the prior is kept" not in remarks
+
+
+def test_sensor_parameters_without_standard_errors_are_not_determined(linearised):
+    """Three blocks give no jackknife: the error is that of the prior."""
+    objective, windows, parameters = linearised
+    iterate = objective.add_length(Iterate(parameters, ()), windows)
+    pieces = objective.problem.segments[:3]
+    estimates = estimate_parameters(PieceNormals.of(objective, iterate, pieces), MODEL)
+    assert len(estimates) == len(objective.outputs.parameters)
+    for parameter, each in zip(objective.outputs.parameters, estimates.values(), strict=True):
+        assert each.standard_error == parameter.std
+        assert each.grade is hd.Grade.NOT_DETERMINED
+
+
+def test_sensor_parameters_that_the_log_does_not_show_are_not_determined(linearised, monkeypatch):
+    """The jackknife of a shrunken estimate has no variance: the prior counts."""
+    monkeypatch.setattr(parameter_estimates, "_misfit", lambda *_: "")
+    objective, windows, parameters = linearised
+    scale = objective.scale.copy()
+    scale[MODEL.n_coefficients :] *= 1e-9
+    priors = [replace(each, std=1e-9 * each.std) for each in objective.outputs.parameters]
+    outputs = replace(objective.outputs, parameters=tuple(priors))
+    narrow = replace(objective, scale=scale, outputs=outputs)
+    vector = np.where(np.arange(len(parameters)) < MODEL.n_coefficients, parameters, 0.0)
+    iterate = narrow.add_length(Iterate(vector, ()), replace(windows, outputs=outputs))
+    estimates = estimate_parameters(PieceNormals.of(narrow, iterate), MODEL).values()
+    assert {each.grade for each in estimates} == {hd.Grade.NOT_DETERMINED}
+    ratio = [each.standard_error / prior.std for each, prior in zip(estimates, priors, strict=True)]
+    assert min(ratio) > 0.99
 
 
 @pytest.mark.slow

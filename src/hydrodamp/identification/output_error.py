@@ -157,7 +157,7 @@ class OutputError:
     def _estimate(
         self, objective: ShootingObjective, model: DampingModel, parameters: tuple[Parameter, ...]
     ) -> Fit:
-        """Return the joint fit; what the log does not determine keeps its prior."""
+        """Return the joint fit; a parameter of the vehicle that is not determined is held."""
         if not parameters:
             return self._build_fit(objective, model, *fit_windows(objective, model, self.windows))
         joint, undetermined = _free_vehicle(objective, model, parameters), dict[str, Estimate]()
@@ -166,15 +166,17 @@ class OutputError:
             # mass and damping have a narrow valley
             result = minimise_finally(joint, result, RELATIVE_TOLERANCE / joint.n_coefficients)
             fit = self._build_fit(joint, model, start, result)
-            causes = {key: each.cause for key, each in fit.estimates.items()}
-            if not any(causes.values()):
-                return replace(fit, estimates=fit.estimates | undetermined)
-            undetermined |= {
-                key: each.hold_at_prior() for key, each in fit.estimates.items() if each.cause
+            held = {
+                each.label: fit.estimates[each.label].hold_at_prior()
+                for each in parameters
+                if fit.estimates[each.label].cause
             }
-            is_free = np.array([not cause for cause in causes.values()])
+            if not held:
+                return replace(fit, estimates=fit.estimates | undetermined)
+            undetermined |= held
+            is_free = np.array([label not in held for label in fit.estimates])
             index = np.flatnonzero(np.append(np.ones(objective.n_coefficients, bool), is_free))
-            parameters = tuple(each for each in parameters if not causes[each.label])
+            parameters = tuple(each for each in parameters if each.label not in held)
             if not parameters:
                 fit = self._estimate(objective, model, ())
                 return replace(fit, estimates=fit.estimates | undetermined)

@@ -1,10 +1,11 @@
 """Estimates of the parameters that join the coefficients, and whether the log determines them.
 
-The variance is that of a delete-one-block jackknife; for parameters of plant and inputs plus the
-squares of half the difference of estimates from two halves, of the undamped step that the
-minimisation has left and of the share of the prior. Terms that the model lacks bias these
-parameters, also on axes whose own residuals are small: unless all residuals are sensor errors, at
-the level of white noise or of a correlation that is short against the motion, none is determined.
+The variance is that of a delete-one-block jackknife plus the squares of half the difference of
+estimates from two halves, of the undamped step that the minimisation has left and of the share of
+the prior; at most that of the prior. Terms that the model lacks bias these parameters, also on axes
+whose own residuals are small: unless all residuals are sensor errors, at the level of white noise
+or of a correlation that is short against the motion, none is determined. Those of the vehicle are
+then held at their priors; those of sensors, whose priors hold no value, stay free.
 
 White noise of variance σ² gives averages of n residuals the variance σ²/n. Forces that a model
 lacks, and coloured sensor errors, last longer than a sample: √n times such an average has a larger
@@ -60,7 +61,8 @@ _SCALE = (
 )
 _MISFIT = (
     "{}: the model lacks terms, or sensor errors are coloured, and such parameters absorb both. "
-    "Choose a larger damping model, or take the values from a towing tank or strip theory."
+    "Choose a larger damping model, or take the values from a towing tank or strip theory, those "
+    "of a sensor from its calibration."
 )
 
 #: Probability of a false alarm for a model in the truth, over all outputs and window lengths.
@@ -77,21 +79,17 @@ def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str,
     if not parameters:
         return {}
     theta, std = result.coefficients[p:], np.array([each.std for each in parameters])
-    errors, causes = np.full(len(std), np.nan), [""] * len(std)
+    errors = std
     if len(replicates) >= MIN_BLOCKS:
         errors = jackknife(replicates[:, p:], objective.problem.duration).standard_errors
-    if isinstance(objective.outputs, RebuiltOutputs):
-        chosen = slice(-len(objective.outputs.rebuilt), None)
-        square = errors[chosen] ** 2 + _bias_allowance(normals)[chosen]
-        errors[chosen] = np.fmin(np.sqrt(square), std[chosen])
-        is_wide = (errors >= MAX_DETERMINED_RATIO * std)[chosen]
-        misfit = _misfit(objective, objective.outputs, result)
-        axes = free_gains(objective.problem, model)
-        open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
-        causes[chosen] = [
-            open_scale if each.label in scaled else misfit or _WIDE * wide
-            for each, wide in zip(objective.outputs.rebuilt, is_wide.tolist(), strict=True)
-        ]
+        errors = np.fmin(np.sqrt(errors**2 + _bias_allowance(normals)), std)
+    is_wide, misfit = errors >= MAX_DETERMINED_RATIO * std, _misfit(objective, result)
+    axes = free_gains(objective.problem, model)
+    open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
+    causes = [
+        open_scale if each.label in scaled else misfit or _WIDE * wide
+        for each, wide in zip(parameters, is_wide.tolist(), strict=True)
+    ]
     rows = zip(parameters, theta.tolist(), errors.tolist(), causes, strict=True)
     return {each.label: each.estimate(*row) for each, *row in rows}
 
@@ -105,11 +103,13 @@ def _bias_allowance(normals: PieceNormals) -> FloatArray:
     return np.asarray(normals.half_difference[p:] ** 2 + remaining**2 + prior**2)
 
 
-def _misfit(objective: ShootingObjective, outputs: RebuiltOutputs, result: Iterate) -> str:
-    """Return why residuals exclude estimates of plant and inputs, empty if they do not."""
+def _misfit(objective: ShootingObjective, result: Iterate) -> str:
+    """Return why residuals exclude estimates of parameters, empty if they do not."""
     names = [VELOCITY_OF[axis] for axis in objective.problem.vehicle.axes]
-    if isinstance(outputs.base, SensorOutputs):
-        names = list(outputs.base.labels)
+    outputs = objective.outputs
+    base = outputs.base if isinstance(outputs, RebuiltOutputs) else outputs
+    if isinstance(base, SensorOutputs):
+        names = list(base.labels)
     excess = _excess_over_noise(objective, result, names)
     return _MISFIT.format(excess) if excess else ""
 
@@ -118,9 +118,12 @@ def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
     """Yield a line for each estimate, then a sentence for each cause."""
     for label, each in estimates.items():
         yield f"{label} {each}"
-    for cause in dict.fromkeys(each.cause for each in estimates.values() if each.cause):
-        labels = (label for label, each in estimates.items() if each.cause == cause)
-        yield f"The log does not determine {' '.join(labels)}: the prior is kept. {cause}"
+    causes = {label: (each.is_held, each.cause) for label, each in estimates.items() if each.cause}
+    for reason in dict.fromkeys(causes.values()):
+        labels = " ".join(label for label, each in causes.items() if each == reason)
+        is_held, cause = reason
+        kept = ": the prior is kept" if is_held else ""
+        yield f"The log does not determine {labels}{kept}. {cause}"
 
 
 def _excess_over_noise(
