@@ -183,6 +183,10 @@ def test_sensor_parameters_are_determined_where_residuals_are_sensor_errors(
     bare = without(log, *"uvwpqr", measurements=[dvl, gyro])
     fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
     assert {each.is_determined for each in fit.estimates.values()} == {is_determined}
+    errors = [each.standard_error for each in fit.estimates.values()]
+    joint = np.sqrt(fit.joint_covariance.diagonal())
+    expected = [*fit.uncertainty.standard_errors, *errors]
+    np.testing.assert_allclose(joint, expected, rtol=1e-12)
     remarks = " ".join(fit.remarks)
     assert ("The log does not determine dvl bias u" in remarks) == (not is_determined)
     assert "the prior is kept" not in remarks

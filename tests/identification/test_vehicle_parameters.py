@@ -11,6 +11,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.identification.command_response import respond
 from hydrodamp.identification.continuation import make_objective
+from hydrodamp.identification.fit import correlation
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.identification.parameters import (
@@ -241,6 +242,20 @@ def test_a_joint_fit_covers_the_truth_and_survives_a_file(seed, tmp_path):
     assert saved.vehicle == fit.vehicle
 
 
+def assert_joint_covariance_is_that_of_the_errors(fit):
+    """Coefficients first, then free parameters; positive semidefinite, with cross terms."""
+    joint, p = fit.joint_covariance, fit.model.n_coefficients
+    free = {label: each for label, each in fit.estimates.items() if not each.is_held}
+    assert fit.joint_labels == (*fit.model.labels, *free)
+    assert np.array_equal(joint[:p, :p], fit.damping.covariance)
+    assert np.array_equal(joint, joint.T)
+    errors = [each.standard_error for each in free.values()]
+    np.testing.assert_allclose(np.sqrt(joint.diagonal())[p:], errors, rtol=1e-12)
+    scaled = correlation(joint)
+    assert np.linalg.eigvalsh(scaled).min() > -1e-10
+    assert np.abs(scaled[p:, :p]).max() > 0.3
+
+
 @pytest.mark.slow
 def test_a_mass_that_is_not_determined_keeps_its_prior_and_the_others_are_estimated_without_it():
     campaign, truth = hd.reenact(seed=1, duration=30.0), hd.published["vt690-sname2022"]
@@ -254,3 +269,4 @@ def test_a_mass_that_is_not_determined_keeps_its_prior_and_the_others_are_estima
     assert f"A_X {held.prior:.4g} kg (prior, not determined; joint" in " ".join(fit.remarks)
     assert masses[1:] == pytest.approx([fit.estimates[f"A_{axis}"].value for axis in "YZKMN"])
     assert fit.vehicle.estimate == ()
+    assert_joint_covariance_is_that_of_the_errors(fit)

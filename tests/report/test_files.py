@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.documents import comparison_document
+from hydrodamp.report.documents import comparison_document, read_fit
 from hydrodamp.report.files import read_finished_fit, write_fit
 from hydrodamp.validation.compare import replayed_row
 
@@ -158,7 +158,8 @@ def test_a_document_that_was_spoilt_is_refused_with_its_place(
 def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
     """Every attribute of a fit is in its file."""
     row = comparison.rows[0]
-    labels = row.fit.model.labels
+    labels, held = row.fit.model.labels, hd.Estimate(9.0, 0.5, 12.0, "kg", "Wide.").hold_at_prior()
+    rows = np.append(np.linspace(-0.1, 0.1, len(labels)), 0.01)[None]
     fit = replace(
         row.fit,
         status=hd.Status.RANK_DEFICIENT,
@@ -170,13 +171,33 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         training_range={"u": (-1.0, 1.0)},
         grades=dict.fromkeys(labels, hd.Grade.WEAK),
         vehicle=hd.fleet["vt690"],
-        estimates={"A_N": hd.Estimate(14.2, 0.1, 12.0, "kg")},
+        estimates={"A_N": hd.Estimate(14.2, 0.1, 12.0, "kg"), "A_X": held},
+        parameter_covariance=rows,
         indirect=labels[:1],
         held_out_r_squared={"X": 0.5},
     )
     hd.write_comparison(hd.Comparison((replace(row, fit=fit),)), tmp_path)
     again = hd.read_comparison(tmp_path).rows[0].fit
     assert str(again) == str(fit)
-    for name in {each.name for each in fields(fit)} - {"damping", "uncertainty"}:
+    assert again.joint_labels == (*labels, "A_N")
+    np.testing.assert_array_equal(again.joint_covariance, fit.joint_covariance)
+    np.testing.assert_array_equal(fit.joint_covariance[-1:], rows)
+    for name in {each.name for each in fields(fit)} - {
+        *("damping", "uncertainty", "parameter_covariance")
+    }:
         assert getattr(fit, name), name
         assert getattr(again, name) == getattr(fit, name), name
+
+
+def test_a_file_without_the_covariance_of_parameters_reads_back(comparison, tmp_path):
+    fit = comparison.rows[0].fit
+    write_fit(fit, tmp_path)
+    (path,) = (tmp_path / "fits").iterdir()
+    document = json.loads(path.read_text("utf-8"))
+    assert document["fit"].pop("parameter_covariance") is None
+    path.write_text(json.dumps(document), "utf-8")
+    assert np.array_equal(read_fit(path).joint_covariance, fit.damping.covariance)
+    document["fit"]["parameter_covariance"] = [[1.0, 2.0]]
+    path.write_text(json.dumps(document), "utf-8")
+    with pytest.raises(hd.HydrodampError, match="parameter_covariance"):
+        read_fit(path)

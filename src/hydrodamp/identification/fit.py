@@ -252,6 +252,8 @@ class Fit:
     estimates : dict of str to Estimate
         Parameters of sensors and of the vehicle that were estimated with the coefficients, by
         label such as ``dvl delay`` or ``A_Y``.
+    parameter_covariance : ndarray, shape (k, p + k), or None
+        Rows of the k free parameters in the joint covariance; None where there are none.
     indirect : tuple of str
         Labels of coefficients that only sensors of other motions determine; weak at best.
     held_out_r_squared : dict of str to float
@@ -272,13 +274,39 @@ class Fit:
     grades: dict[str, Grade] = field(default_factory=dict)
     vehicle: Vehicle | None = None
     estimates: dict[str, Estimate] = field(default_factory=dict)
+    parameter_covariance: FloatArray | None = field(default=None, compare=False)
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Copy the covariance of the parameters and check its shape."""
+        if self.parameter_covariance is not None:
+            n = len(self.joint_labels)
+            shape = n - self.model.n_coefficients, n
+            freeze(self, MethodError, parameter_covariance=shape)
 
     @property
     def model(self) -> DampingModel:
         """The model that was identified."""
         return self.damping.model
+
+    @property
+    def joint_labels(self) -> tuple[str, ...]:
+        """Labels of the coefficients, then of the parameters that are free in the fit."""
+        free = (label for label, each in self.estimates.items() if not each.is_held)
+        return (*self.model.labels, *free)
+
+    @property
+    def joint_covariance(self) -> FloatArray | None:
+        """Covariance of coefficients and free parameters, in the order of ``joint_labels``.
+
+        Its units are products of those of the coefficients and of the estimates. None where the
+        coefficients have no covariance.
+        """
+        known, rows = self.damping.covariance, self.parameter_covariance
+        if known is None or rows is None:
+            return known
+        return np.block([[known, rows[:, : len(known)].T], [rows]])
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

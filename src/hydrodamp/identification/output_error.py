@@ -53,6 +53,7 @@ from hydrodamp.identification.multiple_shooting import MAX_JACOBIAN_ENTRIES, Vel
 from hydrodamp.identification.parameter_estimates import (
     describe_estimates,
     estimate_parameters,
+    parameter_covariance,
     significant_delays,
 )
 from hydrodamp.identification.parameters import (
@@ -273,18 +274,19 @@ def build_fit(normals: PieceNormals, model: DampingModel, method: Method, start:
     factor = windows.qr_factor(result.coefficients, residual_std)
     span = column_span(factor[:p, :p], model.labels)
     uncertainty = jackknife_uncertainty(objective, result, normals.replicates)
+    estimates, rows = estimate_parameters(normals, model), None
     if uncertainty is not None:
         factors = half_difference_factors(
             uncertainty, normals.half_difference[:p], objective.entries[1]
         )
         uncertainty = uncertainty.rescale(factors)
+        rows = parameter_covariance(normals, estimates, factors) if estimates else None
         if not are_sensor_errors(objective):
             origin = "weak-form" if problem.sensor_log is None else "initial"
             allowance = f"the difference of the {origin} to this estimate"
             uncertainty = uncertainty.inflate(coefficients - start[:p], allowance)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    estimates = estimate_parameters(normals, model)
     sentences: tuple[str, ...] = ()
     if delays := significant_delays(fixed, at):
         sentences = (f"The log suggests delays of {'; '.join(delays)}.",)
@@ -311,7 +313,13 @@ def build_fit(normals: PieceNormals, model: DampingModel, method: Method, start:
     )
     errors = normals.held_out_errors.mean(axis=0)
     r_squared = dict(zip(problem.vehicle.axes, (1.0 - errors).tolist(), strict=True))
-    return replace(fit, estimates=estimates, indirect=indirect, held_out_r_squared=r_squared)
+    return replace(
+        fit,
+        estimates=estimates,
+        parameter_covariance=rows,
+        indirect=indirect,
+        held_out_r_squared=r_squared,
+    )
 
 
 def whiten_errors(objective: ShootingObjective, result: Iterate) -> ShootingObjective:

@@ -27,7 +27,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import fdtri
 
-from hydrodamp.arrays import FloatArray, factorisation
+from hydrodamp.arrays import FloatArray, factorisation, jackknife_covariance
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.conditioning.velocity_smoother import white_noise_std
 from hydrodamp.identification.continuation import MIN_RELATIVE_RESIDUAL
@@ -74,15 +74,14 @@ NOISE_FREEDOM = 0.22
 
 def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str, Estimate]:
     """Return the estimates by label, with the causes of those that are not determined."""
-    objective, result, replicates = normals.objective, normals.iterate, normals.replicates
+    objective, result = normals.objective, normals.iterate
     p, parameters = objective.n_coefficients, objective.outputs.parameters
     if not parameters:
         return {}
     theta, std = result.coefficients[p:], np.array([each.std for each in parameters])
     errors = std
-    if len(replicates) >= MIN_BLOCKS:
-        errors = jackknife(replicates[:, p:], objective.problem.duration).standard_errors
-        errors = np.fmin(np.sqrt(errors**2 + _bias_allowance(normals)), std)
+    if len(normals.replicates) >= MIN_BLOCKS:
+        errors = np.fmin(np.sqrt(_variance_rows(normals)[:, p:].diagonal()), std)
     is_wide, misfit = errors >= MAX_DETERMINED_RATIO * std, _misfit(objective, result)
     axes = free_gains(objective.problem, model)
     open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
@@ -92,6 +91,27 @@ def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str,
     ]
     rows = zip(parameters, theta.tolist(), errors.tolist(), causes, strict=True)
     return {each.label: each.estimate(*row) for each, *row in rows}
+
+
+def parameter_covariance(
+    normals: PieceNormals, estimates: Mapping[str, Estimate], factors: FloatArray
+) -> FloatArray:
+    """Return the rows (k, p + k) of the estimates in the joint covariance.
+
+    ``factors`` (p,) widen the standard errors of the coefficients.
+    """
+    rows, p = _variance_rows(normals), normals.objective.n_coefficients
+    errors = np.array([each.standard_error for each in estimates.values()])
+    widths = errors / np.sqrt(rows[:, p:].diagonal())
+    return rows * np.outer(widths, np.concatenate([factors, widths]))
+
+
+def _variance_rows(normals: PieceNormals) -> FloatArray:
+    """Return the rows (k, p + k) of θ in the covariance of the jackknife, with its allowance."""
+    p = normals.objective.n_coefficients
+    rows = jackknife_covariance(normals.replicates)[p:]
+    rows[:, p:] += np.diag(_bias_allowance(normals))
+    return rows
 
 
 def _bias_allowance(normals: PieceNormals) -> FloatArray:

@@ -214,6 +214,10 @@ def names_of(fits: Iterable[Fit]) -> tuple[str, ...]:
     )
 
 
+def _list_rows(matrix: object) -> object:
+    return matrix.tolist() if isinstance(matrix, np.ndarray) else matrix
+
+
 def _variances(noise: object) -> object:
     return noise.diagonal().tolist() if isinstance(noise, np.ndarray) else noise
 
@@ -255,6 +259,9 @@ class FitDocument(BaseModel):
     grades: dict[str, GradeWord] = {}
     vehicle: VehicleContent | None = None
     estimates: dict[str, EstimateContent] = {}
+    parameter_covariance: Annotated[
+        tuple[tuple[Number, ...], ...] | None, BeforeValidator(_list_rows)
+    ] = None
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = {}
 
