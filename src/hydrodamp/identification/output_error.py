@@ -167,17 +167,17 @@ class OutputError:
             # mass and damping have a narrow valley
             result = minimise_finally(joint, result, RELATIVE_TOLERANCE / joint.n_coefficients)
             fit = self._build_fit(joint, model, start, result)
-            held = {
+            priors = {
                 each.label: fit.estimates[each.label].hold_at_prior()
                 for each in parameters
                 if fit.estimates[each.label].cause
             }
-            if not held:
+            if not priors:
                 return replace(fit, estimates=fit.estimates | undetermined)
-            undetermined |= held
-            is_free = np.array([label not in held for label in fit.estimates])
+            undetermined |= priors
+            is_free = np.array([label not in priors for label in fit.estimates])
             index = np.flatnonzero(np.append(np.ones(objective.n_coefficients, bool), is_free))
-            parameters = tuple(each for each in parameters if each.label not in held)
+            parameters = tuple(each for each in parameters if each.label not in priors)
             if not parameters:
                 fit = self._estimate(objective, model, ())
                 return replace(fit, estimates=fit.estimates | undetermined)

@@ -142,8 +142,8 @@ def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
     for reason in dict.fromkeys(causes.values()):
         labels = " ".join(label for label, each in causes.items() if each == reason)
         is_held, cause = reason
-        kept = ": the prior is kept" if is_held else ""
-        yield f"The log does not determine {labels}{kept}. {cause}"
+        ending = ": the prior is kept" if is_held else ""
+        yield f"The log does not determine {labels}{ending}. {cause}"
 
 
 def _excess_over_noise(
