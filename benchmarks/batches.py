@@ -30,7 +30,7 @@ def batch(name: str) -> Callable[[], object]:
         plant, table = prepared.equations.plant, prepared.matrix(truth())
         return lambda: core.replay(plant, table, inputs, segments)
     bound = hd.AdaptiveIdentifier().bind(prepared, FULL)
-    arguments = (bound.gains, bound.start(), inputs, segments)
+    arguments = (bound.settings, bound.table, inputs, segments)
     return lambda: core.adapt(*arguments)
 
 

@@ -26,8 +26,8 @@ pytestmark = pytest.mark.usefixtures("one_core")
 def batch(prepared: hd.Problem):
     """Return the identifier over the whole log as a call of no arguments."""
     bound = hd.AdaptiveIdentifier(a=GAIN, gamma=GAIN).bind(prepared, FULL)
-    start = bound.start()
-    arguments = (bound.gains, start, prepared.inputs)
+    start = bound.table
+    arguments = (bound.settings, start, prepared.inputs)
     return arguments, lambda: core.adapt(*arguments, prepared.segments)
 
 

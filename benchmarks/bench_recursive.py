@@ -25,7 +25,8 @@ def recursion(n: int, way):
     """Return a run of recursive least squares as a call of no arguments."""
     prepared = problem(n)
     adaptation = RecursiveLeastSquares(block=1.0).bind(problem(SAMPLES), MODEL)
-    arguments = (adaptation.recursion, adaptation.start, prepared.inputs, prepared.segments)
+    settings, start = adaptation.settings, adaptation.settings.initial_estimate(adaptation.start)
+    arguments = (settings, start, prepared.inputs, prepared.segments)
     return lambda: way.recur(*arguments)
 
 

@@ -48,10 +48,10 @@ def adaptive_identifier() -> float:
     n, few = 40_000, 400
     prepared = problem(n)
     bound = hd.AdaptiveIdentifier(a=20.0, gamma=20.0).bind(prepared, FULL)
-    start, inputs = bound.start(), prepared.inputs
+    start, inputs = bound.table, prepared.inputs
     table = start[prepared.equations.n_known :].T
     return ratio(
-        lambda: core.adapt(bound.gains, start, inputs, prepared.segments),
+        lambda: core.adapt(bound.settings, start, inputs, prepared.segments),
         lambda: by_hand.identify(VEHICLE, inputs, 20.0, 20.0, table, few),
         few / n,
     )

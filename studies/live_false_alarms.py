@@ -72,7 +72,7 @@ def quiet(task: tuple[str, Dive, int]) -> list[tuple[str, str, str, float, list[
     campaign, found = sail(truth, dive, [seed])[0], []
     for key in MODELS:
         state, rang = follow(None, hd.catalog[key], campaign.vehicle, campaign.train)
-        axes = np.unique(state.rls.adaptation.recursion.axes).tolist()
+        axes = np.unique(state.rls.adaptation.settings.axes).tolist()
         armed = "".join(state.alarm.line(axes)["armed"])
         hours = len(dive.runs) * dive.duration / 3600.0
         found.append((key, truth, dive.name, hours, list(rang), armed))

@@ -24,7 +24,7 @@ from scipy.stats import spearmanr
 import hydrodamp as hd
 from benchmark import fill
 from conditions import accelerated
-from hydrodamp.identification.adaptive import Adaptation
+from hydrodamp.identification.online import Adaptation
 from hydrodamp.kernels.core import Gains
 from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, CampaignSetup
 from hydrodamp.simulation.problem import EquationTable
@@ -53,29 +53,20 @@ class InDegrees(hd.AdaptiveIdentifier):
 
     starts_in_degrees: bool = False
 
-    def bind(self, source: hd.Problem | EquationTable, model: hd.DampingModel) -> Adaptation:
+    def bind(self, source: hd.Problem | EquationTable, model: hd.DampingModel) -> Adaptation[Gains]:
         """Return the gains of SI units that do the same, and the start."""
         bound = super().bind(source, model)
-        columns, turning = bound.columns, np.arange(6) >= 3
+        columns, turning = bound.equations, np.arange(6) >= 3
         rates = [
             sum(f.strip("|") in ("p", "q", "r") for f in term.factors) for term in columns.basis
         ]
         power = np.concatenate([np.zeros(columns.n_known), rates])[:, None]
-        a = bound.gains.a * DEGREE**turning
-        gamma = bound.gains.gamma * DEGREE ** (2.0 * power + turning)
-        kind = StartInDegrees if self.starts_in_degrees else Adaptation
-        return kind(columns, bound.model, bound.entries, Gains(columns.plant, a, gamma))
-
-
-class StartInDegrees(Adaptation):
-    """A start of -1 N m s/deg in roll, pitch and yaw, in SI units."""
-
-    def start(self) -> np.ndarray:
-        """Return the table to start from."""
-        table = super().start()
-        rows, axes = self.entries
-        table[rows, axes] *= DEGREE ** (axes >= 3)
-        return table
+        a = bound.settings.a * DEGREE**turning
+        gamma = bound.settings.gamma * DEGREE ** (2.0 * power + turning)
+        start = bound.start
+        if self.starts_in_degrees:  # -1 N m s/deg in roll, pitch and yaw, in SI units
+            start = start * DEGREE ** turning[bound.entries[1]]
+        return bound._replace(settings=Gains(columns.plant, a, gamma), start=start)
 
 
 UNITS = {

@@ -73,7 +73,6 @@ from .identification.adaptive import (
     NoiseScaledGain as NoiseScaledGain,
     State as State,
     TermScaledGain as TermScaledGain,
-    observe as observe,
 )
 from .identification.command_response import (
     CommandResponse as CommandResponse,
@@ -117,6 +116,7 @@ from .identification.methods import (
     find_method as find_method,
     identify_all as identify_all,
 )
+from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
 from .identification.parameters import Estimate as Estimate
 from .identification.recursive import (

@@ -94,12 +94,12 @@ def test_scaled_gains_follow_their_formula(driven, prepared):
         problem, LINEAR
     )
     expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
-    np.testing.assert_allclose(bound.gains.a, expected)
+    np.testing.assert_allclose(bound.settings.a, expected)
     power = np.mean(problem.log.velocity**2, axis=0)
     np.testing.assert_allclose(regressor_mean_square(problem), power)
     gamma = expected / (50.0 * 6 * power[:, None])
-    np.testing.assert_allclose(bound.gains.gamma[problem.equations.n_known :], gamma)
-    assert not bound.gains.gamma[: problem.equations.n_known].any()
+    np.testing.assert_allclose(bound.settings.gamma[problem.equations.n_known :], gamma)
+    assert not bound.settings.gamma[: problem.equations.n_known].any()
 
 
 def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):

@@ -69,7 +69,7 @@ def voyage():
 
 def shares(problem, adaptation):
     """What a unit of each coefficient makes over a log, per share of its axis's wrench."""
-    entries = adaptation.recursion
+    entries = adaptation.settings
     size = np.sqrt(regressor_mean_square(problem)[entries.rows - problem.equations.n_known])
     wrench = np.sqrt(np.mean(TRUTH.wrench(problem.log.velocity) ** 2, axis=0))
     return size / wrench[entries.axes]
@@ -84,9 +84,9 @@ def hour(voyage):
     """The estimate after each second of the whole voyage, and the shares."""
     early = voyage.problem(0, MANOEUVRE)
     adaptation = METHOD.bind(early, MODEL)
-    path = [adaptation.start]
+    path = [adaptation.settings.initial_estimate(adaptation.start)]
     for row in rows_of(voyage.problem(), adaptation):
-        path.append(core.absorb(adaptation.recursion, path[-1], row))
+        path.append(core.absorb(adaptation.settings, path[-1], row))
     return adaptation, path[1:], shares(early, adaptation)
 
 
@@ -104,12 +104,12 @@ def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
     assert error[-1] < 0.05
     assert error[-1] < error[turn]
     for axis in (0, 1, 5):  # covariance is below the prior's
-        _, information = adaptation.recursion.axis_block(axis, estimates[-1].information)
+        _, information = adaptation.settings.axis_block(axis, estimates[-1].information)
         assert np.linalg.eigvalsh(information)[0] > 0.0
 
 
 def rows_of(problem, adaptation):
-    recursion = adaptation.recursion
+    recursion = adaptation.settings
     block, rows, last = core.new_block(recursion.plant), [], problem.inputs.sample(0)
     for k in range(1, problem.n_samples):
         sample = problem.inputs.sample(k)
@@ -151,10 +151,10 @@ def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are
     adaptation = method.bind(problem, MODEL)
     fit, rows = method.identify(problem, MODEL), rows_of(problem, adaptation)
     for axis in (0, 1, 5):
-        entries = adaptation.recursion
-        part, _ = entries.axis_block(axis, adaptation.start.information)
-        design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
-        target, start = rows[:, axis - 6], adaptation.start.coefficients[part]
+        entries = adaptation.settings
+        part = slice(*entries.starts[axis : axis + 2])
+        design, unit = rows[:, entries.rows[part]], entries.unit[part]
+        target, start = rows[:, axis - 6], adaptation.start[part]
         prior, found = np.diag(unit**-2.0), fit.damping.coefficients[part]
         inverse = np.linalg.inv(design.T @ design + prior)
         around, within = np.vstack([design[3:6], design[6:] + design[:-6]]), design[:-3]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.adaptive import initial_coefficients
+from hydrodamp.identification.online import initial_coefficients
 from hydrodamp.kernels.core import coriolis
 
 STUDIES = Path(__file__).parents[2] / "studies"

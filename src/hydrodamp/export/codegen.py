@@ -165,14 +165,14 @@ def identifier_values(plant: ExportedPlant) -> dict[str, object]:
     """Return the template values of the embedded estimators: settings of ``hydrodamp live``."""
     model, columns = plant.damping.model, plant.columns
     recursive = RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY).bind(columns, model)
-    gains, recursion = AdaptiveIdentifier().bind(columns, model).gains, recursive.recursion
+    gains, recursion = AdaptiveIdentifier().bind(columns, model).settings, recursive.settings
     table = columns.plant
     arrays = table.mass_matrix, table.free, table.factors, recursion.known, recursion.unit
     checksum = zlib.crc32(repr(model.labels).encode() + b"".join(map(np.ndarray.tobytes, arrays)))
     return {
         "labels": model.labels,
         "buffer_sizes": core.buffer_sizes(gains, recursion),
-        "start": recursive.start.coefficients.tolist(),
+        "start": recursive.start.tolist(),
         "exported": plant.damping.coefficients.tolist(),
         "starts": recursion.starts.tolist(),
         "rows": recursion.rows.tolist(),

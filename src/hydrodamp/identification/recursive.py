@@ -15,22 +15,27 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.arrays import BoolArray, FloatArray, factorisation, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, factorisation
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.adaptive import initial_coefficients, require_problem
 from hydrodamp.identification.differentiation import (
     regressor_mean_square,
     velocity_correlation_time,
 )
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
+from hydrodamp.identification.online import (
+    Adaptation,
+    Entries,
+    OnlineIdentifier,
+    OnlineState,
+    require_problem,
+)
 from hydrodamp.identification.regression import column_span
 from hydrodamp.kernels import core
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import EquationTable, Problem, vehicle_stamp
+from hydrodamp.simulation.problem import EquationTable, Problem
 from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 from hydrodamp.status import Status
 
@@ -41,62 +46,47 @@ TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.25
 MEMORY_BLOCKS = 600.0
 
 
-class RecursiveAdaptation(NamedTuple):
-    """Recursive least squares bound to a plant and a model."""
-
-    equations: EquationTable
-    model: DampingModel
-    recursion: Recursion
-    start: Estimate
-
-
-class RecursiveState(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class RecursiveState(OnlineState[Recursion]):
     """State of recursive least squares.
 
     Attributes
     ----------
-    adaptation : RecursiveAdaptation
+    adaptation : Adaptation
         Plant, model and settings.
-    estimate : Estimate
-        Coefficients, information and noise.
-    block : ndarray
-        The current block of time.
     last : Sample
         The last sample.
+    estimate : Estimate
+        Coefficients, information and noise; it changes when a block is complete.
+    block : ndarray
+        The current block of time.
     """
 
-    adaptation: RecursiveAdaptation
     estimate: Estimate
     block: FloatArray
-    last: Sample
 
     @property
-    def damping(self) -> Damping:
-        """The present estimate, with the vehicle stamp."""
-        bound = self.adaptation
-        vehicle = vehicle_stamp(bound.equations.vehicle)
-        return Damping(bound.model, self.estimate.coefficients, vehicle=vehicle)
+    def coefficients(self) -> FloatArray:
+        """The present estimate, in the order of the model's labels."""
+        return self.estimate.coefficients
+
+    def advance(self, sample: Sample) -> RecursiveState:
+        """Return the state one sample later."""
+        recursion, estimate = self.adaptation.settings, self.estimate
+        block, row = core.block_step(recursion, self.block, self.last, sample)
+        if row is not None:
+            estimate = core.absorb(recursion, estimate, row)
+        return RecursiveState(self.adaptation, sample, estimate, block)
 
     def restart(self, sample: Sample) -> RecursiveState:
-        """Return the state at the first sample after a gap: a new block, the same estimate.
-
-        Parameters
-        ----------
-        sample : Sample
-            The first sample after the gap.
-
-        Returns
-        -------
-        state : RecursiveState
-            The new state.
-        """
-        empty = frozen(np.zeros_like(self.block))
-        estimate = core.begin_segment(self.adaptation.recursion, self.estimate)
-        return RecursiveState(self.adaptation, estimate, empty, sample)
+        """Return the state at the first sample after a gap: a new block, the same estimate."""
+        recursion = self.adaptation.settings
+        estimate = core.begin_segment(recursion, self.estimate)
+        return RecursiveState(self.adaptation, sample, estimate, core.new_block(recursion.plant))
 
 
 @dataclass(frozen=True)
-class RecursiveLeastSquares:
+class RecursiveLeastSquares(OnlineIdentifier[Recursion, RecursiveState]):
     """Recursive least squares with directional forgetting.
 
     Parameters
@@ -147,11 +137,11 @@ class RecursiveLeastSquares:
 
     key = "rls"
 
-    def bind(self, source: Problem | EquationTable, model: DampingModel) -> RecursiveAdaptation:
-        """Bind the settings to a plant and a model; scales from the log or the typical velocity."""
-        equations = source if isinstance(source, EquationTable) else source.equations
-        free = model.restricted_to(equations.vehicle.axes)
-        rows, axes = equations.entries(free)
+    def _settings(
+        self, source: Problem | EquationTable, equations: EquationTable, entries: Entries
+    ) -> Recursion:
+        """Return the settings with scales from the log or the typical velocity."""
+        rows, axes = entries
         block = self.block or TYPICAL_BLOCK
         if self.typical_velocity is None:
             problem = require_problem(source, "size of each term")
@@ -164,85 +154,36 @@ class RecursiveLeastSquares:
             raise MethodError(
                 "the mean square of a term is not finite: check the log for outliers."
             )
-        known = equations.with_unknown((rows, axes), np.zeros(len(rows)))
+        known = equations.with_unknown(entries, np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-block / (self.memory or MEMORY_BLOCKS * block)))
-        recursion = Recursion(equations.plant, rows, axes, known, unit, block, forgetting)
-        start = recursion.initial_estimate(initial_coefficients(free, self.start))
-        return RecursiveAdaptation(equations, free, recursion, start)
+        return Recursion(equations.plant, rows, axes, known, unit, block, forgetting)
 
-    def init(
-        self, source: Problem | EquationTable, model: DampingModel, sample: Sample
-    ) -> RecursiveState:
-        """Return the initial state at the first sample of a run.
+    def _initial_state(self, bound: Adaptation[Recursion], sample: Sample) -> RecursiveState:
+        recursion = bound.settings
+        estimate = recursion.initial_estimate(bound.start)
+        return RecursiveState(bound, sample, estimate, core.new_block(recursion.plant))
 
-        Parameters
-        ----------
-        source : Problem or EquationTable
-            Equation 1; a problem from an earlier log where there is no ``typical_velocity``.
-        model : DampingModel
-            The terms.
-        sample : Sample
-            The first one; see :func:`hydrodamp.identification.adaptive.observe`.
-
-        Returns
-        -------
-        state : RecursiveState
-            The initial coefficients, without information.
-        """
-        bound = self.bind(source, model)
-        block = core.new_block(bound.equations.plant)
-        return RecursiveState(bound, bound.start, block, sample)
-
-    def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
-        """Return the state after one sample; the argument is not modified.
-
-        Parameters
-        ----------
-        state : RecursiveState
-            From :meth:`init`, an earlier step, or ``state.restart(sample)``
-            after a gap.
-        sample : Sample
-            The next sample.
-
-        Returns
-        -------
-        state : RecursiveState
-            The new state; its estimate changes when a block is complete.
-
-        Raises
-        ------
-        ProblemError
-            If time does not advance.
-        """
-        bound, estimate, block, last = state
-        block, row = core.block_step(bound.recursion, block, last, sample)
-        if row is not None:
-            estimate = core.absorb(bound.recursion, estimate, row)
-        return RecursiveState(bound, estimate, block, sample)
-
-    def identify(self, problem: Problem, model: DampingModel) -> Fit:
+    def _estimate(self, problem: Problem, bound: Adaptation[Recursion]) -> Fit:
         """Process the log once and return the final estimate.
 
         ``rank`` counts the directions in which the information of the data exceeds the prior's.
         The status is ``BY_PRIOR`` where these are not all, ``TOO_FEW_SAMPLES`` where no segment has
         two blocks.
         """
-        bound = self.bind(problem, model)
-        if not bound.model.n_coefficients:
-            return empty_fit(problem, bound.model, self.key, Status.EMPTY)
-        estimate = core.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
+        recursion, start = bound.settings, bound.settings.initial_estimate(bound.start)
+        estimate = core.recur(recursion, start, problem.inputs, problem.segments)
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         axes = _estimate_axes(bound, estimate)
         exceeds_prior = axes.values >= 1.0  # along these eigenvectors, the data do
         aliased: list[tuple[str, ...]] = []
-        for axis, first in enumerate(bound.recursion.starts[:-1].tolist()):
-            labels = bound.model.labels[first : bound.recursion.starts[axis + 1]]
+        for axis, first in enumerate(recursion.starts[:-1].tolist()):
+            labels = bound.model.labels[first : recursion.starts[axis + 1]]
             directions = axes.vectors[axis][: len(labels), exceeds_prior[axis]].T
             design = directions if len(directions) else np.zeros((1, len(labels)))
             aliased += column_span(design, labels, np.ones(len(labels))).aliased
-        sizes = np.diff(bound.recursion.starts).tolist()
+        sizes = np.diff(recursion.starts).tolist()
         covariance = block_diag(*[c[:n, :n] for c, n in zip(axes.covariance, sizes, strict=True)])
         rank = int(exceeds_prior.sum())
         return make_fit(
@@ -272,7 +213,7 @@ def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
     Noise is uncorrelated over three rows, so leverage that does not persist may be noise.
     """
     (mask, _), axes = (
-        _masks(state.adaptation.recursion),
+        _masks(state.adaptation.settings),
         _estimate_axes(state.adaptation, state.estimate),
     )
     inverse, moments = axes.inverse, axes.iv_moments
@@ -291,7 +232,7 @@ def estimate_uncertainty(state: RecursiveState) -> EstimateUncertainty:
 
 def relative_wrench_difference(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench by which other coefficients differ."""
-    recursion, estimate = state.adaptation.recursion, state.estimate
+    recursion, estimate = state.adaptation.settings, state.estimate
     mask, block_mask = _masks(recursion)
     information, unit = _pad(estimate.information, block_mask), recursion.unit
     scale = np.divide(1.0, unit, out=np.zeros(len(unit)), where=unit > 0.0)
@@ -360,9 +301,9 @@ def _diagonals(matrices: FloatArray) -> FloatArray:
 
 
 @factorisation("information matrix")
-def _estimate_axes(bound: RecursiveAdaptation, estimate: Estimate) -> _AxisEstimates:
+def _estimate_axes(bound: Adaptation[Recursion], estimate: Estimate) -> _AxisEstimates:
     """Return information and covariance of all axes, including bias terms."""
-    recursion = bound.recursion
+    recursion = bound.settings
     mask, block_mask = _masks(recursion)
     information, unit = _pad(estimate.information, block_mask), _pad(recursion.unit, mask)
     values, vectors = np.linalg.eigh(information)
@@ -373,7 +314,7 @@ def _estimate_axes(bound: RecursiveAdaptation, estimate: Estimate) -> _AxisEstim
     correlated = np.array([each.lag_products for each in instruments]) @ _TAPER
     noise = (estimate.noise + 2.0 * np.maximum(0.0, correlated))[:, None]
     coefficients = _pad(estimate.coefficients, mask)
-    change = coefficients - _pad(bound.start.coefficients, mask)
+    change = coefficients - _pad(bound.start, mask)
     change = np.divide(change, unit, out=np.zeros(unit.shape), where=unit > 0.0)
     iv_bias = coefficients - unit * iv_estimate
     prior_bias = unit * np.einsum("aij,aj->ai", inverse, change)

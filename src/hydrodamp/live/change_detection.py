@@ -249,7 +249,7 @@ def update_alarm(alarm: Alarm, before: RecursiveState, after: RecursiveState, ti
     velocity, propulsion_speed = after.last.velocity, float(after.last.propulsion[1])
     surge = propulsion_speed or velocity[0]  # with a propeller, its propulsion speed
     motion = alarm.motion.absorb([surge, *velocity[1:]])
-    recursion, tests = before.adaptation.recursion, list(alarm.axes)
+    recursion, tests = before.adaptation.settings, list(alarm.axes)
     lacks_terms = any(test.is_model_form or test.has_failed for test in tests)
     is_climbing = any(test.cusum > CLIMB_START for test in tests)
     for axis in np.flatnonzero(np.diff(recursion.starts)).tolist():

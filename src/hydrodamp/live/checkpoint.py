@@ -11,6 +11,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -122,8 +123,8 @@ def load(fresh: LiveState, path: Path) -> LiveState:
     content = _Content(*(_restore(kind, document["state"][key]) for key, kind in hints.items()))
     last = Sample(content.last)
     return fresh._replace(
-        rls=fresh.rls._replace(estimate=content.estimate, block=content.block, last=last),
-        ai=fresh.ai and fresh.ai._replace(table=content.table, last=last),
+        rls=replace(fresh.rls, estimate=content.estimate, block=content.block, last=last),
+        ai=fresh.ai and replace(fresh.ai, table=content.table, last=last),
         validator=content.validator._replace(time=float(content.validator.time)),
         n_rows=content.n_rows,
         counts=content.counts,

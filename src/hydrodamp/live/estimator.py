@@ -70,20 +70,18 @@ class LiveState(NamedTuple):
     @property
     def coefficients(self) -> FloatArray:
         """The present estimate, in the order of the model's labels."""
-        if self.ai is None:
-            return self.rls.estimate.coefficients
-        return np.asarray(self.ai.matrix[self.ai.adaptation.entries])
+        return (self.ai or self.rls).coefficients
 
     @property
     def digest(self) -> str:
         """Hash of the vehicle, model, channels, method and settings."""
         adaptation = self.rls.adaptation
-        plant, recursion = adaptation.equations.plant, adaptation.recursion
+        plant, recursion = adaptation.equations.plant, adaptation.settings
         names = (adaptation.model.labels, adaptation.equations.channels)
         digest = hashlib.sha256(repr(names).encode())
         arrays = [plant.mass_matrix, plant.free, plant.factors, recursion.known, recursion.unit]
         if self.ai is not None:
-            arrays += [self.ai.adaptation.gains.a, self.ai.adaptation.gains.gamma]
+            arrays += [self.ai.adaptation.settings.a, self.ai.adaptation.settings.gamma]
         for array in arrays:
             digest.update(np.ascontiguousarray(array).data)
         digest.update(repr((recursion.block, recursion.forgetting)).encode())
@@ -193,7 +191,7 @@ def _grade(
 ) -> Iterator[tuple[Grade, Cause | None]]:
     """Yield grade and cause of coefficients as `identify` does, from running moments."""
     evidence, bound = [test.evidence for test in state.alarm.axes], state.rls.adaptation
-    model, axes, unit = bound.model, bound.recursion.axes, bound.recursion.unit
+    model, axes, unit = bound.model, bound.settings.axes, bound.settings.unit
     excited = np.array([moments.is_excited for moments in evidence])
     quiet = {
         v for v, terms, x in zip("uvwpqr", model.terms, excited, strict=True) if terms and not x
@@ -234,7 +232,7 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
     All values are null before the first row of recursive least squares is complete.
     """
     adaptation, current = state.rls.adaptation, recursive.estimate_uncertainty(state.rls)
-    axes = adaptation.recursion.axes
+    axes = adaptation.settings.axes
     model_form = np.array([test.has_model_form for test in state.alarm.axes])
     has_steps = state.ai is not None and state.counts[ACCEPTED] > 1
     has_estimate = has_steps or bool(state.rls.estimate.rows.any())

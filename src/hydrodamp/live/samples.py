@@ -15,7 +15,7 @@ from hydrodamp.data.checks import NORM_ROUNDING
 from hydrodamp.data.log import Log
 from hydrodamp.data.plausibility import MAX_NORM_ERROR
 from hydrodamp.errors import ProblemError
-from hydrodamp.identification.adaptive import observe
+from hydrodamp.identification.online import observe
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, prepare
