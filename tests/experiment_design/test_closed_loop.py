@@ -36,9 +36,7 @@ def trajectories(closed_loop):
     move = Manoeuvre("steps", 0.5, 0.5, (0.0, 0.3, 0.3, 0.1, 0.1))
     setpoints, overlays = move.setpoints(closed_loop.autopilot, closed_loop.envelope, 300)
     setpoints[:, 2] += closed_loop.envelope.mid_depth
-    return closed_loop.simulate(
-        (np.repeat(setpoints[:, None], 3, axis=1), np.repeat(overlays[:, None], 3, axis=1))
-    )
+    return closed_loop.simulate((setpoints[:, None], overlays[:, None]))
 
 
 def test_each_member_moves_as_a_replay_of_its_commands(closed_loop, trajectories):
@@ -69,7 +67,7 @@ def test_course_setpoints_turn_slowly_so_that_all_members_turn_to_one_side(close
         closed_loop.autopilot, closed_loop.envelope, 600
     )
     setpoints += (0.0, 0.0, closed_loop.envelope.mid_depth)
-    excitation = tuple(np.repeat(array[:, None], 3, axis=1) for array in (setpoints, overlays))
+    excitation = setpoints[:, None], overlays[:, None]
     result = closed_loop.simulate(
         excitation, 1, lambda index, _: np.radians(179.0) if index > 99 else 0.0
     )

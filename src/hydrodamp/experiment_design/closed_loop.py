@@ -43,7 +43,7 @@ Course = Callable[[int, FloatArray], float]
 """From the index of a sample and positions (n, 2) to a course, added to heading setpoints [rad]."""
 
 Excitation = tuple[FloatArray, FloatArray]
-"""Setpoints (samples, n, 3) and overlays of commands (samples, n, k)."""
+"""Setpoints (samples, n, 3) and overlays of commands (samples, n, k) of n dives."""
 
 Guidance = Callable[[FloatArray], FloatArray]
 """From states (n, 12) to setpoints of speed, heading and depth (n, 3)."""
@@ -168,11 +168,11 @@ class ClosedLoopSimulator:
         course: Course = lambda *_: 0.0,
         guidance: Guidance | None = None,
     ) -> Trajectories:
-        """Simulate n vehicles in closed loop; a seed adds sensor noise.
+        """Simulate each dive in closed loop for each member; a seed adds sensor noise.
 
         ``guidance`` replaces all setpoints but the first, which give the initial state.
         """
-        setpoints, overlays = excitation[0].copy(), excitation[1]
+        setpoints, overlays = (np.repeat(each, self.n_members, axis=1) for each in excitation)
         n_samples, n = setpoints.shape[:2]
         noise = np.zeros((n_samples, 1, 10))
         if seed is not None:
@@ -204,14 +204,12 @@ class ClosedLoopSimulator:
         """Return the steady speed of each member at full thrust ahead [m/s]."""
         n = self.n_members
         commands = np.tile(self.autopilot.full_ahead, (n, 1))
-        inputs = self._inputs(commands)
+        acceleration = self._acceleration(commands)
 
         def decelerates(speed: FloatArray) -> BoolArray:
             state = np.zeros((n, dynamics.N_STATES))
             state[:, 0] = speed
-            disturbance = self._disturbance(state, commands)
-            acceleration = self.equation.acceleration(state, *inputs, disturbance)
-            return acceleration[:, 0] <= 0.0
+            return acceleration(state)[:, 0] <= 0.0
 
         return bisect(decelerates, np.zeros(n), np.full(n, DIVERGENCE_LIMIT))
 
@@ -221,21 +219,25 @@ class ClosedLoopSimulator:
         worst = np.max([violation.max(axis=0) for violation in violations], axis=0)
         return np.reshape(worst, (-1, self.n_members))
 
-    def _inputs(self, commands: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        values = dict(zip(self.autopilot.names, commands.T, strict=True))
-        return self.equation.inputs(values, len(commands))
+    def _acceleration(self, commands: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        """Return the acceleration under commands, as a function of the state."""
+        values, disturbance = (
+            dict(zip(self.autopilot.names, commands.T, strict=True)),
+            self.disturbance,
+        )
+        inputs = self.equation.inputs(values, len(commands))
 
-    def _disturbance(self, state: FloatArray, commands: FloatArray) -> FloatArray | float:
-        velocity = state[:, dynamics.VELOCITY]
-        return 0.0 if self.disturbance is None else self.disturbance(velocity, commands)
+        def acceleration(state: FloatArray) -> FloatArray:
+            wrench = disturbance(state[:, dynamics.VELOCITY], commands) if disturbance else 0.0
+            return self.equation.acceleration(state, *inputs, wrench)
+
+        return acceleration
 
     def _advance(self, _: int, state: FloatArray, commands: FloatArray) -> FloatArray:
-        inputs = self._inputs(commands)
+        acceleration = self._acceleration(commands)
 
         def rate(state: FloatArray, _: float) -> FloatArray:
-            disturbance = self._disturbance(state, commands)
-            acceleration = self.equation.acceleration(state, *inputs, disturbance)
-            return dynamics.motion_rates(acceleration, state)
+            return dynamics.motion_rates(acceleration(state), state)
 
         following = dynamics.integrate(rate, state, self.envelope.period, MAX_STEP)
         # Freeze diverged members at a pitch of -90 deg, which violates every envelope.

@@ -22,6 +22,9 @@ Positive = Annotated[float, Field(gt=0.0)]
 
 NonNegative = Annotated[float, Field(ge=0.0)]
 
+PUBLISHED_NOISE = dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True))
+"""Standard deviation of the noise of each measured channel [m/s, rad/s, rad, m]."""
+
 MAX_NOISE_RATIO = 1e3
 """Largest noise over the published one, beyond which a sensor measures nothing; assumed."""
 
@@ -139,11 +142,10 @@ class Envelope(_Table):
         for name, band in dict(self.area or ()).items():
             if not band[0] <= 0.0 <= band[1] or band[0] == band[1]:
                 yield f"`area.{name}` must contain the start, 0; " + _got(band)
-        published = dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True))
         for name, std in self.noise.items():
             if name not in SENSOR_CHANNELS:
                 yield f"`noise` has the channels {' '.join(SENSOR_CHANNELS)}; got '{name}'"
-            elif std > (most := MAX_NOISE_RATIO * published[name]):
+            elif std > (most := MAX_NOISE_RATIO * PUBLISHED_NOISE[name]):
                 yield f"`noise.{name}` must be at most {most:.3g}, in SI units; got {std:g}"
         if self.home is not None and not (abs(self.home[0]) <= 89.0 and abs(self.home[1]) <= 180.0):
             limits = "a latitude of at most 89 deg and a longitude of at most 180 deg"
@@ -166,8 +168,7 @@ class Envelope(_Table):
     @property
     def noise_std(self) -> FloatArray:
         """Standard deviation of the noise of each measured channel, shape (10,)."""
-        published = dict(zip(SENSOR_CHANNELS, np.sqrt(SENSOR_VARIANCES).tolist(), strict=True))
-        return np.array([*(published | self.noise).values()])
+        return np.array([*(PUBLISHED_NOISE | self.noise).values()])
 
     def check_commands(self, names: tuple[str, ...]) -> None:
         """Refuse limits of commands that the vehicle does not have."""

@@ -329,14 +329,13 @@ def follow_tracks(
     simulator: ClosedLoopSimulator, planned: Trajectories, radius: float, seed: int | None = None
 ) -> tuple[Trajectories, list[FloatArray]]:
     """Simulate the ensemble along waypoints on each planned track; also return the waypoints."""
-    n, n_tracks = simulator.n_members, planned.states.shape[1]
+    n_tracks = planned.states.shape[1]
     waypoints = [_waypoints(planned.select([index]), radius) for index in range(n_tracks)]
     longest = max(map(len, waypoints))
     paths = np.array([_extend(path[:, 1:], longest) for path in waypoints])
-    guidance = WaypointGuidance(np.repeat(paths, n, axis=0), radius)
-    setpoints = np.repeat(planned.setpoints, n, axis=1)
-    overlays = np.zeros((*setpoints.shape[:2], planned.commands.shape[2]))
-    return simulator.simulate((setpoints, overlays), seed, guidance=guidance), waypoints
+    guidance = WaypointGuidance(np.repeat(paths, simulator.n_members, axis=0), radius)
+    excitation = planned.setpoints, np.zeros_like(planned.commands)
+    return simulator.simulate(excitation, seed, guidance=guidance), waypoints
 
 
 def _waypoints(track: Trajectories, radius: float) -> FloatArray:

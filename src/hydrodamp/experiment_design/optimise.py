@@ -187,9 +187,6 @@ def simulate_candidates(
     """Simulate each manoeuvre for each member, from a steady state at mid-depth."""
     envelope = simulator.envelope
     pairs = [item.setpoints(simulator.autopilot, envelope, samples) for item in candidates]
-    setpoints, overlays = (
-        np.repeat(np.stack(arrays, axis=1), simulator.n_members, axis=1)
-        for arrays in zip(*pairs, strict=True)
-    )
+    setpoints, overlays = (np.stack(arrays, axis=1) for arrays in zip(*pairs, strict=True))
     setpoints[:, :, 2] += envelope.mid_depth
     return simulator.simulate((setpoints, overlays))

@@ -18,7 +18,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Excitation, Trajectories
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.envelope import Area
 from hydrodamp.experiment_design.guidance import (
@@ -81,14 +81,13 @@ def enforce_envelope(
         by_segment = (moves * setpoints).reshape(len(manoeuvres), context.samples, 3)
         course = CourseGuidance(envelope.area, by_segment, envelope.period, drift)
         waypoints: FloatArray | None = None
+        excitation = setpoints[:, None], overlays[:, None]
         if by_waypoints:
-            excitation = _repeat(setpoints, overlays, 1)
             planned = simulator.with_members([0]).simulate(excitation, None, course)
             trajectories, (waypoints, *_) = follow_tracks(
                 simulator, planned, context.acceptance_radius, context.seed
             )
         else:
-            excitation = _repeat(setpoints, overlays, n)
             planned = trajectories = simulator.simulate(excitation, context.seed, course)
         violations = trajectories.limit_violations(envelope)
         violated = {name: np.any(g > 0.0, axis=0) for name, g in violations.items()}
@@ -144,11 +143,6 @@ def _segments_of(context: PlanningContext, violated: BoolArray) -> BoolArray:
     shift = round(RESPONSE_TIME / context.simulator.envelope.period)
     late = np.roll(violated.any(axis=1), -shift)
     return np.asarray(late.reshape(-1, context.samples).any(axis=1))
-
-
-def _repeat(setpoints: FloatArray, overlays: FloatArray, n: int) -> Excitation:
-    """Return the same setpoints and overlays for n vehicles."""
-    return np.repeat(setpoints[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
