@@ -68,8 +68,11 @@ def directive(name: str) -> list[str]:
     value = getattr(hd, name)
     if inspect.isclass(value):
         kind = "autoexception" if issubclass(value, BaseException) else "autoclass"
-        members = "" if kind == "autoexception" else "   :members:"
-        return [f".. {kind}:: hydrodamp.{name}", members, ""]
+        if kind == "autoexception":
+            return [f".. {kind}:: hydrodamp.{name}", ""]
+        foreign = [each.__name__ for each in value.__mro__ if "hydrodamp" not in each.__module__]
+        inherited = f"   :inherited-members: {', '.join(foreign)}"
+        return [f".. {kind}:: hydrodamp.{name}", "   :members:", inherited, ""]
     if inspect.isfunction(value):
         return [f".. autofunction:: hydrodamp.{name}", ""]
     return [f".. py:data:: hydrodamp.{name}", "", *_constant(name), ""]

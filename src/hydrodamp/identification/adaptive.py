@@ -175,6 +175,9 @@ def without_error(bound: Adaptation[core.Gains], sample: Sample, matrix: FloatAr
 class AdaptiveIdentifier(OnlineIdentifier[core.Gains, State]):
     """The paper's adaptive identifier with gains ``a`` and ``gamma``.
 
+    The status of a fit is ``NOT_CONVERGED`` if the terms explain residuals of more than a tenth of
+    the damping wrench of an axis.
+
     Parameters
     ----------
     a : float, tuple of 6 floats or NoiseScaledGain
@@ -238,11 +241,6 @@ class AdaptiveIdentifier(OnlineIdentifier[core.Gains, State]):
         return without_error(bound, sample, bound.table)
 
     def _estimate(self, problem: Problem, bound: Adaptation[core.Gains]) -> Fit:
-        """Return the last estimate.
-
-        The status is ``NOT_CONVERGED`` if the terms explain residuals of more than a tenth of the
-        damping wrench of an axis.
-        """
         matrix = self._run(problem, bound).matrix
         coefficients = matrix[bound.entries]
         if not np.all(np.isfinite(coefficients)):

@@ -267,10 +267,7 @@ class OnlineIdentifier(ABC, Generic[Settings, AnyState]):
         return state.advance(sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Process the log and return the last estimate.
-
-        Its status says whether the data determine it.
-        """
+        """Process the log and return the last estimate."""
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)

@@ -89,6 +89,10 @@ class RecursiveState(OnlineState[Recursion]):
 class RecursiveLeastSquares(OnlineIdentifier[Recursion, RecursiveState]):
     """Recursive least squares with directional forgetting.
 
+    The ``rank`` of a fit counts the directions in which the information of the data exceeds the
+    prior's. Its status is ``BY_PRIOR`` where these are not all, ``TOO_FEW_SAMPLES`` where no
+    segment has two blocks.
+
     Parameters
     ----------
     block : float, optional
@@ -165,12 +169,6 @@ class RecursiveLeastSquares(OnlineIdentifier[Recursion, RecursiveState]):
         return RecursiveState(bound, sample, estimate, core.new_block(recursion.plant))
 
     def _estimate(self, problem: Problem, bound: Adaptation[Recursion]) -> Fit:
-        """Process the log once and return the final estimate.
-
-        ``rank`` counts the directions in which the information of the data exceeds the prior's.
-        The status is ``BY_PRIOR`` where these are not all, ``TOO_FEW_SAMPLES`` where no segment has
-        two blocks.
-        """
         recursion, start = bound.settings, bound.settings.initial_estimate(bound.start)
         estimate = core.recur(recursion, start, problem.inputs, problem.segments)
         if not estimate.rows.any():
