@@ -87,7 +87,7 @@ def test_a_model_that_nothing_drives_is_refused_beside_one_with_gains(folder, ca
     line = f"{PARTS.replace('planar', 'bare')} --methods {method} --out out --models linear"
     alone = " ".join(call(line, 2).stderr.split())
     done = call(f"{line},mine.yaml")
-    assert f"Use mine by {method}" in " ".join(done.stdout.split())
+    assert f"mine by {method} for " in " ".join(done.stdout.split())
     assert "'linear' is refused: vehicle 'planar' has no actuators" in done.stderr
     comparison = hd.read_comparison("out")
     assert [row.status.word for row in comparison.rows][:1] == ["refused"]
@@ -127,7 +127,7 @@ def test_without_any_score_the_work_failed(folder, call):
     done = call(line, 1)
     assert "error: no row has an RMS error (diverged)" in done.stderr
     words = " ".join(done.stdout.split())
-    assert "No model of this set is fit for use" in words
+    assert "Not usable: wild by ls, because a replay diverged." in words
     assert "It diverged in segment 1 after" in words
     (row,) = json.loads((folder / "out" / "comparison.json").read_text("utf-8"))["rows"]
     assert row["rms"] is None

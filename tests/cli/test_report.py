@@ -45,7 +45,7 @@ def test_the_report_is_made_again_as_it_was(results, call):
     done = call("report out --force")
     assert done.stderr == "written to out/report.html\n"
     assert (results / "report.html").read_bytes() == first
-    for words in (b"Use linear by ", b" determined", b'"name":"r"'):
+    for words in (b"Usable: linear by ", b"fit ", b'"name":"r"'):
         assert words in first
     assert b'"name":"w"' not in first  # a locked velocity is not drawn
 
@@ -88,7 +88,7 @@ def test_without_the_extra_all_else_is_done_and_a_note_says_how_to_get_it(
     call("report out")  # later, with the extra: no log, so no pictures, and the page says so
     text = (folder / "out" / "report.html").read_text("utf-8")
     assert "package matplotlib" in text
-    assert " determined; RMS error" in text
+    assert "Usable: linear by " in text
     mine.write_text(f"{text}<!-- mine -->", "utf-8")
     assert "report.html: was changed since" in call("report out --force", 2).stderr
     mine.write_text(text, "utf-8")

@@ -17,8 +17,8 @@ LINE = "validate a.csv --vehicle planar.yaml --models linear,fossen --methods ls
 def test_tables_say_which_model_and_why(folder, call):
     assert len(call(LINE).stdout.splitlines()) <= 25
     done = call(f"{LINE} --verbose")
-    assert done.stdout.startswith("Use linear by ls: 9 coefficients")
-    assert "lowest RMS error of 2 replays" in " ".join(done.stdout.split())
+    assert done.stdout.startswith("Usable: linear by ls for u v r.")
+    assert "linear by ls has the least error of 2 replays, " in " ".join(done.stdout.split())
     for column in ("step", "1 s", "10 s", "run"):
         assert column in done.stdout
 
@@ -81,7 +81,7 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
             patch.setattr(cross_validation, "compare", interrupted_at(3, cross_validation.compare))
             done = call(LINE + more, 130)
         assert "interrupted after 2 of 5 folds" in done.stderr
-        assert more or done.stdout.startswith("Use linear by ls")
+        assert more or done.stdout.startswith("Usable: linear by ls")
     document = json.loads(done.stdout)
     assert document["held_out"] == whole["held_out"][:2]
     for part, row in zip(document["folds"], whole["folds"], strict=True):

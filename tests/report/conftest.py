@@ -42,8 +42,11 @@ def make_row(fit, rms, diverged=()):
     if rms is None:
         return row
     squares = np.full(row.blocks.error.shape, rms**2)
-    deviation = squares / (1.0 - np.array([*fits.values()]) / 100.0) ** 2
-    return replace(row, blocks=replace(row.blocks, error=squares, deviation=deviation))
+    motion = 0.46**2 / (1.0 - np.array([*fits.values()]) / 100.0) ** 2
+    deviation = np.broadcast_to(motion, squares.shape)
+    noise = np.zeros(squares.shape)
+    blocks = replace(row.blocks, error=squares, deviation=deviation, noise=noise)
+    return replace(row, blocks=blocks)
 
 
 @pytest.fixture

@@ -5,13 +5,16 @@ from __future__ import annotations
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import list_models
+from hydrodamp.report.table import to_text
+from hydrodamp.report.verdict_tables import verdict_table
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-CAUSES = ("Only the test data", "Only the training data", "Only fold", "diverged")
+CAUSES = ("not excited in", "Only fold", "diverged")
 
 
 def load_campaign(_):
@@ -82,6 +85,37 @@ def test_comparisons_and_cross_validations_agree_or_explain(name, measured_logs)
     for table in tables[1:]:
         if reference.verdict().model in {row.model for row in table.rows}:
             assert_agreement(reference, table)
+
+
+SPLITS = [
+    pytest.param((0.0, 0.75), (0.75, 1.0), id="the last quarter"),
+    pytest.param((0.25, 1.0), (0.0, 0.25), id="the first quarter"),
+    pytest.param((0.0, 0.5), (0.5, 1.0), id="the second half"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
+@pytest.mark.parametrize(("train", "test"), SPLITS)
+def test_a_verdict_is_short_follows_its_lights_and_depends_on_no_unit(train, test, measured_logs):
+    """Verdicts on splits of one log may differ, not on deg/s against rad/s."""
+    home = measured_logs("campaigns") / "c22"
+    log, vehicle = hd.read_log(home / "estimation.csv"), hd.read_vehicle(home / "vehicle.yaml")
+    start, duration = log.time[0], log.time[-1] - log.time[0]
+    parts = [log.between(*(start + duration * np.array(each))) for each in (train, test)]
+    models = [hd.catalog[key] for key in ("gertler-hagen", "prestero", "linear", "fossen")]
+    problem = hd.prepare(vehicle, parts[0], models)
+    fits = hd.grade_fits(problem, hd.identify_all(problem, models, hd.WeakForm()))
+    by_unit = [hd.compare(fits, vehicle, parts[1], rate_unit=unit) for unit in ("deg", "rad")]
+    degrees, radians = (table.verdict() for table in by_unit)
+    assert degrees.lines == radians.lines
+    assert degrees.relative_error == pytest.approx(radians.relative_error)
+    lights = {axis.light for axis in degrees.axes}
+    assert degrees.headline.startswith("Usable: ") == (hd.Light.RED not in lights)
+    assert len(to_text(verdict_table(degrees, ("Next: a command.",)), 80).splitlines()) <= 12
+    selection = by_unit[0].select()
+    smaller = [row for row in selection.equivalent if row.n_coefficients < degrees.n_coefficients]
+    assert not smaller
 
 
 def assert_agreement(first, second):

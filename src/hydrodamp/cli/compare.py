@@ -218,13 +218,14 @@ def comparison_output(
 
     if all(row.blocks is None for row in comparison.rows):
         return summary_tables(comparison)
-    next_step = "Next: the same command with `--out DIR` writes the damping file and a report."
-    if damping is not None:
-        command = f"`hydrodamp export gz-sim {damping} --out exported`."
-        next_step = f"File: {damping}. Next: {comparison.verdict().remedy or command}"
-    verdict = verdict_table(comparison.verdict(), (next_step,) if is_whole else ())
+    verdict = comparison.verdict()
+    notes = [] if damping is None else [f"File: {damping}."]
+    if not verdict.remedy and damping is not None:
+        notes = [f"{notes[0]} Next: `hydrodamp export gz-sim {damping} --out exported`."]
+    elif not verdict.remedy:
+        notes = ["Next: the same command with `--out DIR` writes the damping file and a report."]
     details = (*detail_tables(comparison), *summary_tables(comparison)) if verbose else ()
-    return (verdict, brief_table(comparison), *details)
+    return (verdict_table(verdict, notes if is_whole else ()), brief_table(comparison), *details)
 
 
 def compare_task(task: Task, provenance: dict[str, str]) -> hd.Comparison:

@@ -35,6 +35,7 @@ def simulate(
     json: bool = False,
 ) -> None:
     """Replay a log open loop with an identified model and report the RMS error."""
+    from hydrodamp.basis.term import VELOCITY_OF
     from hydrodamp.identification import dissipativity
     from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_table
@@ -48,7 +49,7 @@ def simulate(
         describe_overlap,
         find_shared_segments,
     )
-    from hydrodamp.validation.verdict import describe_lights, judge_axes
+    from hydrodamp.validation.verdict import describe_fits, judge_axes
 
     check_out_log(out, force)
     numbers, fit, craft = inputs.read_damping_and_vehicle(damping, vehicle)
@@ -65,18 +66,21 @@ def simulate(
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
     trained = {} if fit is None else fit.training_range
     driven = dissipativity.velocity_ranges(trajectory.log.velocity, craft.axes)
-    doubts = compare_excitation(trained, driven).reasons
-    grades, overlap = {}, ""
+    imbalance = compare_excitation(trained, driven)
+    grades, overlap, untested = {}, "", imbalance.untested
     if fit is not None:
         grades, overlap = fit.grades, find_shared_segments((fit,), trajectory.log)
-    axes = tuple(judge_axes(block_errors(trajectory, rate_unit), grades, doubts, not overlap))
+    if overlap:
+        untested = dict.fromkeys(map(VELOCITY_OF.__getitem__, craft.axes), "training data")
+    errors = block_errors(trajectory, rate_unit)
+    axes = tuple(judge_axes(errors, grades, imbalance.doubts, untested))
     document = {
         "model": numbers.model.key,
         "axes": axes_document(axes),
         **score_document(scored, trajectory.attitude),
     }
     notes = [describe_overlap(overlap)] if overlap else []
-    lights = Table("", (), (), (*describe_lights(axes), *notes))
+    lights = Table("", (), (), (describe_fits(axes), *notes))
     print_output(json, document, lights, replay_table(title, scored))
     ranges = dissipativity.join_ranges(trained, driven)
     for sentence in (
@@ -170,15 +174,14 @@ def validate(
     if verbose and full_fit[0]:
         details.append(horizon_table(*full_fit))
     if any(row.blocks is not None for row in tables[-1].rows):
-        verdict, row = tables[-1].verdict(), tables[-1].select().row
+        verdict, selection = tables[-1].verdict(), tables[-1].select()
         model = verdict.model if verdict.model in hd.catalog else str(models)
         words = ["hydrodamp", "identify", *logs, "--vehicle", str(vehicle)]
         words += ["--mapping", str(mapping)] if mapping else []
         words += ["--model", model, "--method", verdict.method, "--out", "damping.json"]
-        command = f"`{shlex.join(words)}`."
-        next_step = f"Next: {verdict.remedy or command}"
-        summary = selection_table(tables[-1].rows, row, rate_unit)
-        details = [verdict_table(verdict, (next_step,)), summary, *(details if verbose else ())]
+        next_step = () if verdict.remedy else (f"Next: `{shlex.join(words)}`.",)
+        summary = selection_table(tables[-1].rows, selection, rate_unit)
+        details = [verdict_table(verdict, next_step), summary, *(details if verbose else ())]
     print_output(json, document, *details)
     if is_interrupted:
         message = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."

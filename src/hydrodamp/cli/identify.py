@@ -117,13 +117,12 @@ def fit_output(
     (row,) = comparison.rows
     if row.blocks is None:
         return (fit_table(row.fit, grades),)
-    notes = ["`hydrodamp validate` estimates the prediction error.", *row.fit.warnings]
+    notes = [*row.fit.warnings]
     if out is None:
-        notes.append("Next: the same command with `--out FILE` writes the damping file.")
+        notes.append("The same command with `--out FILE` writes the damping file.")
     else:
-        command = f"`hydrodamp export gz-sim {out} --out exported`."
-        remedy = comparison.verdict().remedy if row.divergences else ""
-        notes.append(f"File: {out}. Next: {remedy or command}")
+        export = f"; `hydrodamp export gz-sim {out} --out exported` exports it."
+        notes.append(f"File: {out}{'.' if row.divergences else export}")
     is_complete = verbose or not row.fit.grades
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
     return (verdict_table(comparison.verdict(), notes), coefficients)

@@ -93,11 +93,11 @@ def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
 
 def brief_table(comparison: Comparison) -> Table:
     """Return the table on screen: a row for each model, with all methods if there are several."""
-    selected, methods = comparison.select().row, comparison.methods
+    methods = comparison.methods
     is_single = len(methods) == 1 and not is_paper_campaign(comparison)
     if is_single or len(methods) > MAX_BRIEF_METHODS:
         data = describe_data(comparison)
-        table = selection_table(comparison.rows, selected, comparison.rate_unit, data)
+        table = selection_table(comparison.rows, comparison.select(), comparison.rate_unit, data)
         return replace(table, notes=(*table.notes, *limits(comparison)))
     table = summary_table(comparison, methods)
     is_shown = [column.name != "rank" for column in table.columns]

@@ -109,7 +109,8 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
     plots = series(comparison, order, content.band)
     warnings = provenance.get("warnings", "").splitlines()
     usable = [row for row in order if row.fit.status.usable]
-    best = [row for row, _ in best_by_model(usable, selected) if row.n_coefficients]
+    selection = comparison.select() if selected else None
+    best = [row for row, _ in best_by_model(usable, selection) if row.n_coefficients]
     forest_fits = sorted(best, key=lambda row: row is not selected)
     truth = true_coefficients(comparison)
     colours = enumerate(model_colours(comparison.models).items())
@@ -121,7 +122,7 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "colours": {model: (f"m{index}", colour) for index, (model, colour) in colours},
         "verdict": comparison.verdict() if selected else None,
         "failure": explain_failure(comparison),
-        "summary": selection_cells(comparison, selected),
+        "summary": selection_cells(comparison),
         "warnings": [*map(str.strip, warnings), *remarks(comparison)],
         "scores": score_table(comparison, by_error, scores),
         "sorted_rows": by_error,

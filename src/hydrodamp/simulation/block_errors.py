@@ -5,17 +5,24 @@ squared deviation ``s_bi`` of the log from its mean, equation 24 over k velociti
 ``RMS² = Σ n_b e_bi / (k Σ n_b)``, and the fit of velocity i is
 ``100 (1 − √(Σ n_b e_bi / Σ n_b s_bi))``. A diverged replay counts as the mean of the log,
 ``e_bi = s_bi``, from the block in which it diverges.
+
+The relative error is the mean over velocities of ``√(Σ n_b (e_bi − σ_i²) / Σ n_b s_bi)``, with the
+variance σ_i² of the white noise of the log. An excess below σ_i² counts as σ_i²: an error at the
+level of the noise is the least that there is, and no difference below the noise decides. The
+relative error does not depend on the units of the velocities; equation 24 does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, jackknife_covariance
 from hydrodamp.basis.term import VELOCITY_OF
+from hydrodamp.conditioning.velocity_smoother import white_noise_std
 from hydrodamp.data.log import Log
 from hydrodamp.simulation.replay import RateUnit, Trajectory, free_velocities
 
@@ -25,19 +32,26 @@ _RELATIVE_LENGTH = 5.0
 #: Least number of blocks of a log, and the greatest.
 _MIN_BLOCKS, _MAX_BLOCKS = 5, 60
 
+#: Least mean square deviation of a velocity over that of its noise: as much motion as noise.
+_MIN_MOTION = 2.0
+
+#: Share of the least error within which two errors are equal for use.
+EQUAL_SHARE = 0.25
+
 
 @dataclass(frozen=True, eq=False)
 class BlockErrors:
     """Errors of one replay in the blocks of a log; the same blocks for every replay of it.
 
-    ``sizes`` and ``diverged`` have shape (b,), ``error`` and ``deviation`` (b, k) in squared units
-    of equation 24, for the velocities ``names``.
+    ``sizes`` and ``diverged`` have shape (b,), ``error``, ``deviation`` and ``noise`` (b, k) in
+    squared units of equation 24, for the velocities ``names``.
     """
 
     names: tuple[str, ...]
     sizes: FloatArray
     error: FloatArray
     deviation: FloatArray
+    noise: FloatArray
     diverged: BoolArray
 
     @property
@@ -73,22 +87,49 @@ class BlockErrors:
         deviation = self._jackknife(self._fit)
         return _by_name(self.names, unknown if deviation is None else deviation)
 
-    def is_equivalent(self, lowest: BlockErrors) -> bool:
-        """Whether the log ratio of the RMS errors is within one standard error of zero.
+    @property
+    def excited(self) -> tuple[str, ...]:
+        """The velocities that move at least as much as their noise."""
+        is_excited = self.sizes @ (self.deviation - _MIN_MOTION * self.noise) > 0.0
+        return tuple(compress(self.names, is_excited))
+
+    def relative_error(self, names: Collection[str]) -> float:
+        """Return the mean error of velocities relative to their motion, without the noise."""
+        return float(self._relative_error(names)(self.sizes))
+
+    def relative_standard_error(self, names: Collection[str]) -> float | None:
+        """Return the standard error of :meth:`relative_error`; None for a single block."""
+        deviation = self._jackknife(self._relative_error(names))
+        return None if deviation is None else float(deviation[0])
+
+    def is_equivalent(self, lowest: BlockErrors, names: Collection[str]) -> bool:
+        """Whether the relative error is within a quarter or a standard error of the lowest.
 
         Errors are paired by block: L. Breiman et al., Classification and Regression Trees, 1984,
         section 3.4.3, with the jackknife for the standard error.
         """
-        if not self.rms > lowest.rms:
-            return True
-        if not lowest.rms > 0.0:
-            return False
+        error, least = self._relative_error(names), lowest._relative_error(names)
 
-        def log_ratio(weights: FloatArray) -> FloatArray:
-            return np.asarray(self._log_rms(weights) - lowest._log_rms(weights))
+        def difference(weights: FloatArray) -> FloatArray:
+            return np.asarray(error(weights) - least(weights))
 
-        deviation = self._jackknife(log_ratio)
-        return deviation is not None and bool(log_ratio(self.sizes) <= deviation[0])
+        deviation = self._jackknife(difference)
+        margin = 0.0 if deviation is None else float(deviation[0])
+        limit = max(EQUAL_SHARE * lowest.relative_error(names), margin)
+        return bool(difference(self.sizes) <= limit)
+
+    def _relative_error(self, names: Collection[str]) -> Callable[[FloatArray], FloatArray]:
+        """Return the relative error as a function of the weights of the blocks."""
+        is_counted = np.isin(self.names, [*names])
+        error, noise = self.error[:, is_counted], self.noise[:, is_counted]
+        motion = self.sizes @ self.deviation[:, is_counted] / self.sizes.sum()
+
+        def relative_error(weights: FloatArray) -> FloatArray:
+            excess = np.maximum(weights @ (error - noise), weights @ noise)
+            square = excess / weights.sum(axis=-1, keepdims=True) / motion
+            return np.asarray(np.sqrt(square).sum(axis=-1) / max(len(motion), 1))
+
+        return relative_error
 
     def _log_rms(self, weights: FloatArray) -> FloatArray:
         with np.errstate(divide="ignore"):
@@ -129,7 +170,10 @@ def block_errors(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> BlockEr
     diverged = _is_diverged(error, deviation, segments)
     error = np.where(diverged[:, None], deviation, error)
     names = tuple(VELOCITY_OF[axis] for axis in trajectory.axes)
-    return BlockErrors(names, sizes, error, deviation, diverged)
+    number = trajectory.log.segment_numbers
+    std = np.array([white_noise_std(column, number) for column in measured.T])
+    noise = np.broadcast_to(std**2, error.shape)
+    return BlockErrors(names, sizes, error, deviation, noise, diverged)
 
 
 def block_bounds(log: Log) -> tuple[IntArray, IntArray]:
@@ -149,7 +193,8 @@ def block_bounds(log: Log) -> tuple[IntArray, IntArray]:
 def _is_diverged(error: FloatArray, deviation: FloatArray, segments: IntArray) -> BoolArray:
     """Mark blocks from a divergence on, and blocks before it that are worse than the mean."""
     diverged = np.array(np.isnan(error).any(axis=1))
-    is_worse = error.mean(axis=1) > deviation.mean(axis=1)
+    motion = np.maximum(deviation.mean(axis=0), np.finfo(float).tiny)
+    is_worse = ((error - deviation) / motion).sum(axis=1) > 0.0
     for block in range(len(segments) - 2, -1, -1):
         is_same = segments[block] == segments[block + 1]
         diverged[block] |= is_same and diverged[block + 1] and is_worse[block]
@@ -159,6 +204,6 @@ def _is_diverged(error: FloatArray, deviation: FloatArray, segments: IntArray) -
 def pool(errors: Iterable[BlockErrors]) -> BlockErrors:
     """Return the errors of several replays as one."""
     listed = tuple(errors)
-    fields = ("sizes", "error", "deviation", "diverged")
+    fields = ("sizes", "error", "deviation", "noise", "diverged")
     joined = (np.concatenate([getattr(each, name) for each in listed]) for name in fields)
     return BlockErrors(listed[0].names, *joined)

@@ -32,6 +32,7 @@ from hydrodamp.simulation.replay import (
 )
 from hydrodamp.status import Status
 from hydrodamp.validation.excitation import (
+    Imbalance,
     compare_excitation,
     describe_divergences,
     find_shared_segments,
@@ -179,12 +180,24 @@ class Comparison:
             f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
         )
 
-    def select(self) -> Selection[Row]:
-        """Select a row by the one-standard-error rule.
+    @property
+    def _imbalance(self) -> Imbalance:
+        """The velocities that only the training or only the test data excite."""
+        for row in self.rows:
+            if (run := row.trajectory) is not None:
+                tested = velocity_ranges(run.log.velocity, run.axes)
+                return compare_excitation(row.fit.training_range, tested)
+        return Imbalance({}, {})
 
-        Of the rows whose RMS error is within one standard error of the lowest, over blocks of the
-        test data: that with the fewest coefficients, then the most determined ones. Rows whose
-        replay diverged are excluded unless all have, then rows that have not converged.
+    def select(self) -> Selection[Row]:
+        """Select the smallest row of those that are equal for use to the least error.
+
+        The error of a row is the mean, over the velocities that the test excites, of the RMS error
+        relative to the standard deviation of the velocity, without the noise. Errors within a
+        quarter of the least, or within one standard error of the difference over blocks of the test
+        data, are equal: of these rows that with the fewest coefficients is selected, then that of
+        least error. Rows whose replay diverged are excluded unless all have, then rows that have
+        not converged. Equation 24 decides nothing.
 
         Returns
         -------
@@ -196,10 +209,10 @@ class Comparison:
         MethodError
             If nothing was fitted.
         """
-        return select_row(self.rows)
+        return select_row(self.rows, self._imbalance.training_only)
 
     def verdict(self) -> Verdict:
-        """Return which row to use, on which axes, and why.
+        """Return which row is usable, on which axes, and why.
 
         Returns
         -------
@@ -211,18 +224,13 @@ class Comparison:
         MethodError
             If nothing was fitted.
         """
-        selection = self.select()
-        run = selection.row.trajectory
-        if run is None:
-            return judge_selection(selection, self.rate_unit, overlap=self.overlap)
-        tested = velocity_ranges(run.log.velocity, run.axes)
-        imbalance = compare_excitation(selection.row.fit.training_range, tested)
-        doubts = dict.fromkeys(selection.row.rebuilt, "against a velocity rebuilt from sensors")
-        reasons = {**doubts, **imbalance.reasons}
-        sentences = imbalance.sentences
-        if selection.row.fit.status is Status.STOPPED:
-            sentences = ("The optimiser stopped before it converged.", *sentences)
-        return judge_selection(selection, self.rate_unit, sentences, reasons, self.overlap)
+        selection, imbalance = self.select(), self._imbalance
+        row, sentences = selection.row, list[str]()
+        rebuilt = dict.fromkeys(row.rebuilt, "against a velocity rebuilt from sensors")
+        if row.fit.status is Status.STOPPED:
+            sentences.append("The optimiser stopped before it converged.")
+        doubts, untested = rebuilt | imbalance.doubts, imbalance.untested
+        return judge_selection(selection, self.rate_unit, sentences, doubts, untested, self.overlap)
 
     def best(self) -> Row:
         """Return the row of :meth:`select`.

@@ -154,7 +154,7 @@ class CrossValidation:
     imbalances: tuple[Imbalance, ...] = ()
 
     def select(self) -> Selection[ValidatedRow]:
-        """Select a row by the one-standard-error rule of :meth:`Comparison.select`.
+        """Select a row by the rule of :meth:`Comparison.select`.
 
         Returns
         -------
@@ -166,10 +166,18 @@ class CrossValidation:
         MethodError
             If nothing was fitted.
         """
-        return select_row(self.rows)
+        return select_row(self.rows, self._untested)
+
+    @property
+    def _untested(self) -> dict[str, str]:
+        """The velocities that no fold that counts excites, with the reason."""
+        counted = compress(self.imbalances, select_folds(self.imbalances))
+        reasons = [imbalance.untested for imbalance in counted]
+        names = set.intersection(*map(set, reasons)) if reasons else set[str]()
+        return {name: reasons[0][name] for name in sorted(names)}
 
     def verdict(self) -> Verdict:
-        """Return which row to use, on which axes, and why, as :meth:`Comparison.verdict`.
+        """Return which row is usable, on which axes, and why, as :meth:`Comparison.verdict`.
 
         Returns
         -------
@@ -187,7 +195,8 @@ class CrossValidation:
             for number, imbalance in enumerate(self.imbalances, start=1)
             for name in imbalance.test_only
         }
-        return judge_selection(self.select(), self.rate_unit, sentences, doubts)
+        untested = {name: doubts.get(name, reason) for name, reason in self._untested.items()}
+        return judge_selection(self.select(), self.rate_unit, sentences, doubts, untested)
 
     def __str__(self) -> str:
         """Return the table as plain text."""

@@ -36,7 +36,6 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, HorizonScore, horizon_scores
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.selection import rms_or_infinity
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Numbers of the sensitivities in memory at a time: 64 MB.
@@ -319,11 +318,12 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
 
 
 def best_by_method(comparison: Comparison, selected: Row) -> tuple[Row, ...]:
-    """Return a row, then the row with the lowest error of every other method."""
-    best = {selected.method: selected}
-    for row in sorted(comparison.rows, key=rms_or_infinity):
-        if row.rms is not None:
-            best.setdefault(row.method, row)
+    """Return a row, then the row with the least relative error of every other method."""
+    best, names = {selected.method: selected}, comparison.select().velocities
+    scored = [(row, row.blocks) for row in comparison.rows if row.rms is not None]
+    pairs = [(row, errors) for row, errors in scored if errors is not None]
+    for row, _ in sorted(pairs, key=lambda pair: pair[1].relative_error(names)):
+        best.setdefault(row.method, row)
     return tuple(best.values())[:MAX_METHODS]
 
 

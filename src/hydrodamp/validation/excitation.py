@@ -46,10 +46,14 @@ class Imbalance:
         return tuple(sentences)
 
     @property
-    def reasons(self) -> dict[str, str]:
-        """The reason not to trust the fit of each such velocity."""
-        reasons = dict.fromkeys(self.test_only, "not excited in training")
-        return reasons | dict.fromkeys(self.training_only, "not excited in the test")
+    def doubts(self) -> dict[str, str]:
+        """The reason not to trust the fit of each velocity that only the test data excite."""
+        return dict.fromkeys(self.test_only, "not excited in training")
+
+    @property
+    def untested(self) -> dict[str, str]:
+        """The reason why the test does not assess each velocity that it does not excite."""
+        return dict.fromkeys(self.training_only, "not excited in the test")
 
 
 def find_shared_segments(fits: Iterable[Fit], log: Log) -> str:

@@ -1,14 +1,18 @@
 """Selection of a fit from several by their errors on held-out data.
 
 A row with a diverged replay ranks below every row without one, then a row that has not converged
-below those that have. Of the best of these classes the one-standard-error rule (Breiman et al.,
-1984) selects a row: of those whose RMS error is within one jackknife standard error of the lowest,
-over blocks of the held-out data, that with the fewest coefficients, then the most determined ones.
+below those that have. Of the best of these classes the rows whose relative error is within a
+quarter of the least, or within one jackknife standard error of the difference over blocks of the
+held-out data (Breiman et al., 1984), are equal for use; of these the row with the fewest
+coefficients is selected, then that of least error. The relative error is the mean,
+over the velocities that the test excites, of the RMS error over the standard deviation of the
+velocity, without the noise: it does not depend on units. Equation 24 mixes units and decides
+nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
@@ -65,13 +69,15 @@ class Selection(Generic[Candidate]):
     Attributes
     ----------
     row : Row
-        That of fewest coefficients among those within one standard error of the lowest error.
+        That of fewest coefficients among those equal for use to the least relative error.
     errors : BlockErrors
         Those of the selected row.
+    velocities : tuple of str
+        Those that count: the test excites them.
     ranked : tuple of Row
-        The rows that could be selected, from the lowest error.
+        The rows that could be selected, from the least relative error.
     equivalent : tuple of Row
-        The other rows within one standard error of the lowest error.
+        The other rows that are equal for use to the least relative error.
     sentence : str
         The selected row, the reason, and the margin to the runner-up.
     caveat : str
@@ -80,6 +86,7 @@ class Selection(Generic[Candidate]):
 
     row: Candidate
     errors: BlockErrors
+    velocities: tuple[str, ...]
     ranked: tuple[Candidate, ...]
     equivalent: tuple[Candidate, ...]
     sentence: str
@@ -97,27 +104,36 @@ class Selection(Generic[Candidate]):
     __repr__ = __str__
 
 
-def select_row(rows: Iterable[Candidate]) -> Selection[Candidate]:
-    """Select the smallest row within one standard error of the lowest error.
+def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Selection[Candidate]:
+    """Select the smallest row of those that are equal for use to the least relative error.
 
-    Ties go to the lower error, then to the earlier row. Where every row has a diverged replay, it
-    counts as the mean of the log from its divergence on.
+    Velocities that the test does not excite do not count, nor do those in ``untested``, unless none
+    is left. Ties go to the lower error, then to more determined coefficients, then to the earlier
+    row. Where every row has a diverged replay, it counts as the mean of the log from its divergence
+    on.
     """
     requested = list(rows)
     scored = [(row, row.blocks) for row in requested if row.blocks is not None]
     if not scored:
-        raise MethodError("no row has an RMS error: nothing was fitted")
+        raise MethodError("no row has a replay: nothing was fitted")
+    excited = scored[0][1].excited
+    names = tuple(name for name in excited if name not in untested) or excited
     best = min(_defects(row) for row, _ in scored)
     candidates = [pair for pair in scored if _defects(pair[0]) == best]
-    ranked = sorted(candidates, key=lambda pair: (pair[1].rms, pair[0].n_coefficients))
+
+    def error(pair: tuple[Candidate, BlockErrors]) -> float:
+        return pair[1].relative_error(names)
+
+    ranked = sorted(candidates, key=lambda pair: (error(pair), *_complexity(pair[0])))
     lowest = ranked[0][1]
-    equivalent = [pair for pair in ranked if pair[1].is_equivalent(lowest)]
-    row, errors = min(equivalent, key=lambda pair: _complexity(pair[0]))
-    order = tuple(each for each, _ in ranked)
-    below = [each for each, blocks in scored if each.divergences and blocks.rms < errors.rms]
+    equivalent = [pair for pair in ranked if pair[1].is_equivalent(lowest, names)]
+    row, errors = selected = min(equivalent, key=lambda pair: pair[0].n_coefficients)
+    below = [pair[0] for pair in scored if pair[0].divergences and error(pair) < error(selected)]
     caveat = " ".join(_caveats(row, below, len(requested) - len(candidates)))
+    order = tuple(each for each, _ in ranked)
     equal = tuple(each for each, _ in equivalent if each is not row)
-    return Selection(row, errors, order, equal, _sentence(row, order, len(requested)), caveat)
+    sentence = _sentence(row, order, len(requested), names)
+    return Selection(row, errors, names, order, equal, sentence, caveat)
 
 
 def _defects(row: Ranked) -> tuple[bool, bool]:
@@ -126,27 +142,27 @@ def _defects(row: Ranked) -> tuple[bool, bool]:
 
 
 def _complexity(row: Ranked) -> tuple[int, int]:
-    """Return what decides between equivalent rows, in order."""
+    """Return what decides between rows of equal error, in order."""
     return row.n_coefficients, -(count_determined(row.grades) or 0)
 
 
-def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int) -> str:
+def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int, names: Collection[str]) -> str:
     """Give the reason for the selected row, and the margin to the runner-up."""
+    text, lowest = f"{describe_error(row, names)} of the motion", ranked[0]
     if n_rows == 1:
-        return f"{row_text(row)}, the only row."
-    lowest = ranked[0]
+        return f"{row_name(row)} is the only row: error {text}."
     if row is not lowest:
         return (
-            f"{row_text(row)}: fewest coefficients ({row.n_coefficients}) within one standard "
-            f"error of the lowest RMS error, {row_text(lowest)} with {lowest.n_coefficients}."
+            f"{row_name(row)} has the fewest coefficients, {row.n_coefficients}, of the models "
+            f"that are equal for use: error {text}; least {describe_error(lowest, names)} by "
+            f"{lowest.n_coefficients} coefficients, {row_name(lowest)}."
         )
     if len(ranked) == 1:
-        return f"{row_text(row)}: the others are excluded."
-    errors = [each.blocks.rms for each in ranked[:2] if each.blocks is not None]
-    excess = f", {100.0 * (errors[1] / errors[0] - 1.0):+.0f} %" if errors[0] else ""
+        return f"{row_name(row)}: the others are excluded; error {text}."
+    second = ranked[1]
     return (
-        f"{row_text(row)}: lowest RMS error of {_replays(len(ranked))}; runner-up "
-        f"{row_text(ranked[1])}{excess}."
+        f"{row_name(row)} has the least error of {_replays(len(ranked))}, {text}; second is "
+        f"{row_name(second)}, {describe_error(second, names)}."
     )
 
 
@@ -155,13 +171,17 @@ def _caveats(row: Ranked, below: Sequence[Ranked], n_excluded: int) -> Iterable[
     if not row.converged:
         yield "The selected fit has not converged."
     if row.divergences:
-        yield f"It diverged in {'; '.join(row.divergences)}; no replay ended."
-    else:
-        yield from (
-            f"{row_name(each)} diverged in {'; '.join(each.divergences)}." for each in below
-        )
+        yield f"It diverged in {_first(row.divergences)}; no replay ended."
+    elif below:
+        texts = [f"{row_name(each)} diverged in {_first(each.divergences)}" for each in below]
+        yield f"{_first(texts)}."
     if n_excluded:
         yield f"Excluded: {_replays(n_excluded)} that diverged, failed or did not converge."
+
+
+def _first(texts: Sequence[str]) -> str:
+    """Return the first text and the number of the others."""
+    return texts[0] + (f" (and {len(texts) - 1} more)" if len(texts) > 1 else "")
 
 
 class Table(Protocol[Candidate_co]):
@@ -210,8 +230,23 @@ def row_name(row: Ranked) -> str:
     return f"{row.model} by {row.method}"
 
 
+def describe_error(row: Ranked, names: Collection[str]) -> str:
+    """Return the relative error of a row with its standard error."""
+    if row.divergences or row.blocks is None:
+        return Status.DIVERGED.word
+    error, deviation = relative_percent(row.blocks, names)
+    return f"{error:.3g}{margin(deviation)} %"
+
+
+def relative_percent(errors: BlockErrors, names: Collection[str]) -> tuple[float, float | None]:
+    """Return the relative error and its standard error [%]."""
+    deviation = errors.relative_standard_error(names)
+    error = 100.0 * errors.relative_error(names)
+    return error, None if deviation is None else 100.0 * deviation
+
+
 def row_text(row: Ranked) -> str:
-    """Return model, method and error of a row with its standard error."""
+    """Return model and method of a row with equation 24 and its standard error."""
     name, errors = row_name(row), row.blocks
     if row.divergences:
         return f"{name} ({Status.DIVERGED.word})"
@@ -219,8 +254,8 @@ def row_text(row: Ranked) -> str:
 
 
 def margin(standard_error: float | None) -> str:
-    """Return a standard error as text behind its value; empty where unknown."""
-    return "" if standard_error is None else f" ± {standard_error:.2g}"
+    """Return a standard error as text behind its value; empty where unknown or zero."""
+    return f" ± {standard_error:.2g}" if standard_error else ""
 
 
 def _replays(count: int) -> str:

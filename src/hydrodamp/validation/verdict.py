@@ -1,10 +1,10 @@
-"""Verdict on a comparison or a cross-validation: which model to use, on which axes, and why.
+"""Verdict on a comparison or a cross-validation: which model is usable, on which axes, and why.
 
 The fit of a velocity over the held-out data, with its standard error, gives the light of its axis:
 green from :data:`MIN_FIT` on, red where it is not significantly above zero, the mean of the data,
 and amber between. Significant means above zero with a one-sided confidence of :data:`CONFIDENCE`.
-Where the test data are training data, wholly or in part, it is grey: no fit to training data is a
-prediction.
+Where the test does not excite the velocity, or the test data are training data, wholly or in part,
+it is grey: neither fit is a prediction that was tested.
 """
 
 from __future__ import annotations
@@ -23,31 +23,33 @@ from hydrodamp.validation.selection import (
     Candidate,
     Ranked,
     Selection,
-    margin,
+    relative_percent,
     row_name,
-    row_text,
 )
 
 #: Least fit [%] of a green light: half of the error of predicting the mean of the data.
 MIN_FIT = 50.0
+
+#: Reason of a velocity of a replay that diverged.
+DIVERGED = "a replay diverged"
 
 #: One-sided confidence that the fit is above zero, by Student's t over the blocks.
 CONFIDENCE = 0.95
 
 
 class Light(TextEnum):
-    """Whether to use the predictions of an axis.
+    """Whether the predictions of an axis are usable.
 
     Examples
     --------
     >>> Light.GREEN.word
-    'use'
+    'usable'
     """
 
-    GREEN = f"use: the fit is at least {MIN_FIT:.0f} % and its terms are identifiable."
-    AMBER = "use with care: the fit or the identifiability is low."
-    RED = "do not use: not significantly better than the mean of the data."
-    GREY = "not tested: the data are, wholly or in part, those of the training."
+    GREEN = f"usable: the fit is at least {MIN_FIT:.0f} % and its terms are identifiable."
+    AMBER = "usable with care: the fit or the identifiability is low."
+    RED = "not usable: not significantly better than the mean of the data."
+    GREY = "not tested: the test does not excite the velocity, or has data of the training."
 
 
 @dataclass(frozen=True)
@@ -63,18 +65,13 @@ class AxisVerdict:
     @property
     def fit_text(self) -> str:
         """The fit with its standard error; empty where the data do not vary."""
-        error = "" if self.standard_error is None else f" ± {self.standard_error:.0f}"
+        error = f" ± {self.standard_error:.0f}" if (self.standard_error or 0.0) >= 0.5 else ""
         return "" if self.fit is None else f"{self.fit:.0f}{error} %"
-
-    def __str__(self) -> str:
-        """Return velocity, fit with its standard error, and reason."""
-        reason = f"({self.reason})" if self.reason else ""
-        return " ".join(filter(None, (self.velocity, self.fit_text, reason)))
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Which model to use, how well it predicts each velocity, and why.
+    """Which model is usable, how well it predicts each velocity, and why.
 
     Attributes
     ----------
@@ -86,10 +83,11 @@ class Verdict:
         Number of coefficients.
     n_determined : int or None
         How many the training data determine; None where not graded.
-    rms : float or None
-        Equation 24; None where a replay diverged.
-    standard_error : float or None
-        Its standard error over blocks of the held-out data; None for a single block.
+    relative_error, relative_standard_error : float or None
+        Mean error of the velocities that count relative to their motion [%], and its standard error
+        over blocks of the held-out data; None where a replay diverged or for a single block.
+    rms, standard_error : float or None
+        Equation 24, which decides nothing, likewise.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in the error.
     axes : tuple of AxisVerdict
@@ -97,7 +95,7 @@ class Verdict:
     alternatives : dict of str to str
         Row that predicts a velocity with a better light, by velocity.
     equivalent : tuple of str
-        Rows that the held-out data do not distinguish from the selected one.
+        Rows that are equal for use to the selected one.
     reasons : tuple of str
         Why it was selected, and what limits the verdict.
     overlap : str
@@ -109,6 +107,8 @@ class Verdict:
     recommended: bool
     n_coefficients: int
     n_determined: int | None
+    relative_error: float | None
+    relative_standard_error: float | None
     rms: float | None
     standard_error: float | None
     rate_unit: RateUnit
@@ -120,32 +120,29 @@ class Verdict:
 
     @property
     def headline(self) -> str:
-        """For which velocities to use the model, its accuracy, and models for the others."""
-        size = f"{self.n_coefficients} coefficients"
-        if self.n_determined is not None:
-            size += f", {self.n_determined} determined"
-        if self.rms is not None:
-            error = f"{self.rms:.3g}{margin(self.standard_error)}"
-            size += f"; RMS error {error} (m/s and {self.rate_unit}/s mixed)"
-        return " ".join((f"{self._advice}: {size}.", *self._describe_alternatives()))
+        """For which velocities the model is usable, and models for the others."""
+        return " ".join((f"{self._usability}.", *self._describe_alternatives()))
 
     @property
-    def _advice(self) -> str:
-        """For which velocities to use the model, by their lights."""
+    def _usability(self) -> str:
+        """For which velocities the model is usable, by their lights."""
         row, names = f"{self.model} by {self.method}", self._by_light()
-        if not names.keys() - {Light.RED}:
-            if self.alternatives:
-                return f"Do not use {row} for {names[Light.RED]}"
-            return f"No model of this set is fit for use. Best: {row}"
-        if self.overlap == ALL_TEST_DATA:
-            return f"{row} is not tested, its errors are those of training data"
-        if self.overlap:
-            return f"{row} is tested partly on training data, its errors are optimistic"
+        red, grey = names.get(Light.RED, ""), names.get(Light.GREY, "")
+        if self.overlap and not red:
+            share = "all" if self.overlap == ALL_TEST_DATA else "part of the"
+            return f"Not tested: {row}, because {share} test data are training data"
+        if not self.recommended and not red:
+            return f"Not tested: {row}, because the test excites no velocity"
+        if not self.recommended:
+            reasons = {axis.reason for axis in self.axes if axis.light is Light.RED}
+            cause = f"it predicts {red} not significantly better than their mean"
+            if reasons == {DIVERGED}:
+                cause = DIVERGED
+            return f"Not usable: {row}, because {cause}" + (f"; not tested {grey}" if grey else "")
         uses = {Light.GREEN: "for {}", Light.AMBER: "with care for {}", Light.RED: "not for {}"}
-        clauses = ", ".join(uses[light].format(text) for light, text in names.items())
-        if Light.GREEN not in names:
-            return f"{row} is usable {clauses}"
-        return f"Use {row}" + (f" {clauses}" if len(names) > 1 else "")
+        clauses = [use.format(names[light]) for light, use in uses.items() if light in names]
+        clauses += [f"not tested for {grey}"] if grey else []
+        return f"Usable{' for part' if red else ''}: {row} {', '.join(clauses)}"
 
     def _by_light(self) -> dict[Light, str]:
         """Return the velocities of each light that there is."""
@@ -170,11 +167,11 @@ class Verdict:
 
     @property
     def remedy(self) -> str:
-        """What to do where no model is recommended; else empty."""
+        """What to do where no velocity is usable; else empty."""
         if self.recommended:
             return ""
-        if Light.GREY in self._by_light():
-            return "test on data that the training did not use, or run `hydrodamp validate`."
+        if Light.RED not in self._by_light():
+            return "test on moving data that the training did not use, or run `hydrodamp validate`."
         return (
             "check units, axes and signs with `hydrodamp probe LOG --vehicle FILE`; `hydrodamp "
             "plan` designs a dive with more excitation."
@@ -182,8 +179,9 @@ class Verdict:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Headline, velocities by light, and reasons."""
-        return (self.headline, *describe_lights(self.axes), *self.reasons)
+        """Headline, fits by light, reasons, and what to do if no velocity is usable."""
+        next_step = (f"Next: {self.remedy}",) if self.remedy else ()
+        return (self.headline, describe_fits(self.axes), *self.reasons, *next_step)
 
     def __str__(self) -> str:
         """Return the lines."""
@@ -197,47 +195,65 @@ def judge_selection(
     rate_unit: RateUnit,
     remarks: Iterable[str] = (),
     doubts: Mapping[str, str] | None = None,
+    untested: Mapping[str, str] | None = None,
     overlap: str = "",
 ) -> Verdict:
     """Return the verdict on a selected row.
 
-    ``remarks`` limit the verdict; ``doubts`` are reasons not to trust the fit of a velocity;
-    ``overlap`` names test data that are training data.
+    ``doubts`` are reasons not to trust the fit of a velocity, ``untested`` reasons why the test
+    cannot assess it; ``overlap`` names test data that are training data. The reasons of the verdict
+    are why the row was selected, then ``remarks``, then what limits its use.
     """
     row, errors = selection.row, selection.errors
-    n_determined = count_determined(row.grades)
-    why = selection.caveat if selection.runner_up is None else f"Why: {selection}"
-    shared = [describe_overlap(overlap)] if overlap else []
-    reasons = [*filter(None, [why]), *shared, *remarks]
-    if n_determined is not None and 2 * n_determined < row.n_coefficients:
-        reasons.append(
-            f"The training data determine {n_determined} of {row.n_coefficients} coefficients: use "
-            "them together, in motions like those of the log."
-        )
-    if errors.standard_error is None:
-        reasons.append("The held-out data are too short for a standard error.")
+    if overlap:
+        untested = dict.fromkeys(errors.names, "training data")
 
     def judge_row(each: Ranked) -> tuple[AxisVerdict, ...]:
         blocks = errors if each.blocks is None else each.blocks
-        return tuple(judge_axes(blocks, each.grades, doubts or {}, not overlap))
+        return tuple(judge_axes(blocks, each.grades, doubts or {}, untested or {}))
 
     axes = judge_row(row)
+    is_usable = not {axis.light for axis in axes} <= {Light.RED, Light.GREY}
+    limits = _limits(row, errors, overlap, is_usable)
+    reasons = (_describe_selection(selection), *remarks, *limits)
     judged = {row_name(each): judge_row(each) for each in selection.ranked if each is not row}
+    relative, deviation = relative_percent(errors, selection.velocities)
     return Verdict(
         row.model,
         row.method,
-        not {axis.light for axis in axes} <= {Light.RED, Light.GREY},
+        is_usable,
         row.n_coefficients,
-        n_determined,
+        count_determined(row.grades),
+        None if row.divergences else relative,
+        None if row.divergences else deviation,
         None if row.divergences else errors.rms,
         None if row.divergences else errors.standard_error,
         rate_unit,
         axes,
         dict(_find_alternatives(axes, judged)),
-        tuple(map(row_text, selection.equivalent)),
-        tuple(reasons),
+        tuple(map(row_name, selection.equivalent)),
+        tuple(filter(None, reasons)),
         overlap,
     )
+
+
+def _describe_selection(selection: Selection[Candidate]) -> str:
+    """Return why the row was selected; only the caveat of a single row."""
+    return selection.caveat if selection.runner_up is None else f"Why: {selection}"
+
+
+def _limits(row: Ranked, errors: BlockErrors, overlap: str, is_usable: bool) -> Iterator[str]:
+    """Yield what limits the use of a row, or of its errors."""
+    if overlap:
+        yield describe_overlap(overlap)
+    n_determined = count_determined(row.grades)
+    if is_usable and n_determined is not None and 2 * n_determined < row.n_coefficients:
+        yield (
+            "Most coefficients are not determined singly: use them together, in motions like those "
+            "of the log."
+        )
+    if errors.standard_error is None:
+        yield "The held-out data are too short for a standard error."
 
 
 def _find_alternatives(
@@ -256,31 +272,40 @@ def _find_alternatives(
             yield axis.velocity, min(better)[-1]
 
 
-def describe_lights(axes: Sequence[AxisVerdict]) -> Iterator[str]:
-    """Yield the velocities of each light."""
+def describe_fits(axes: Sequence[AxisVerdict]) -> str:
+    """Return the fit of each velocity by light, those of one reason together."""
+    texts = []
     for light in Light:
-        if names := [str(axis) for axis in axes if axis.light is light]:
-            yield f"{light.word.capitalize()}: {', '.join(names)}."
+        groups: dict[str, list[str]] = {}
+        for axis in axes:
+            if axis.light is light:
+                text = f"{axis.velocity} {axis.fit_text}".rstrip()
+                groups.setdefault(axis.reason, []).append(text)
+        clauses = [", ".join(group) + f" ({why})" * bool(why) for why, group in groups.items()]
+        texts += [f"{light.word} {', '.join(clauses)}"] * bool(clauses)
+    return f"Fit: {'; '.join(texts)}."
 
 
 def judge_axes(
     errors: BlockErrors,
     grades: Mapping[str, Grade],
     doubts: Mapping[str, str],
-    is_tested: bool = True,
+    untested: Mapping[str, str],
 ) -> Iterator[AxisVerdict]:
     """Yield the light of each velocity; after a divergence red, without a fit."""
     deviations = errors.standard_error_by_axis
     critical = critical_value(2.0 * CONFIDENCE - 1.0, max(errors.n - 1, 1))
+    still = dict.fromkeys(errors.names, "no motion above the noise in the test")
+    untested = {**still, **dict.fromkeys(errors.excited, ""), **untested}
     for name, fit in errors.fit_by_axis.items():
         deviation, light, reason = deviations[name], Light.GREEN, doubts.get(name, "")
         if errors.diverged.any():
-            yield AxisVerdict(name, Light.RED, None, None, "a replay diverged")
+            yield AxisVerdict(name, Light.RED, None, None, DIVERGED)
             continue
         if not reason and not _is_identifiable(name, grades):
             reason = "no coefficient determined"
-        if not is_tested:
-            light = Light.GREY
+        if untested[name]:
+            light, reason = Light.GREY, untested[name]
         elif fit is None or fit <= critical * (deviation or 0.0):
             is_worse = fit is not None and fit < -critical * (deviation or 0.0)
             word = "worse" if is_worse else "not significantly better"

@@ -96,7 +96,7 @@ def make_comparison(log, models, methods):
         fit = hd.Fit(
             damping, method, hd.Status.OK, n, n_samples=log.n, provenance={"settings": method}
         )
-        error = 0.02 * (k + 1) * rng.standard_normal(log.velocity.shape)
+        error = 0.1 * (k + 1) * rng.standard_normal(log.velocity.shape)
         trajectory = hd.Trajectory(log, log.velocity + error, (), "measured")
         rows.append(replayed_row(fit, hd.score(trajectory), trajectory))
     return hd.Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
