@@ -170,8 +170,10 @@ class Verdict:
         """What to do where no velocity is usable; else empty."""
         if self.recommended:
             return ""
+        if not self.overlap and Light.RED not in self._by_light():
+            return "test on data with more motion."
         if Light.RED not in self._by_light():
-            return "test on moving data that the training did not use, or run `hydrodamp validate`."
+            return "test on data that the training did not use, or run `hydrodamp validate`."
         return (
             "check units, axes and signs with `hydrodamp probe LOG --vehicle FILE`; `hydrodamp "
             "plan` designs a dive with more excitation."
