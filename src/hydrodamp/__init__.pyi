@@ -214,9 +214,10 @@ from .validation.cross_validation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.diagnostics import (
+from .validation.diagnostics import diagnose as diagnose
+from .validation.predicted_error import (
     PredictionBand as PredictionBand,
-    diagnose as diagnose,
+    predict_error as predict_error,
     prediction_band as prediction_band,
 )
 from .validation.selection import Selection as Selection, pareto_front as pareto_front

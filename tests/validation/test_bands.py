@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.replay import replay
-from hydrodamp.validation import diagnostics
+from hydrodamp.validation import predicted_error
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_one_axis_is_the_formula(coasting):
 def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
     problem, damping = manoeuvres
     whole = hd.prediction_band(problem, damping)
-    monkeypatch.setattr(diagnostics, "_CHUNK_SIZE", 6 * 42 * 20)
+    monkeypatch.setattr(predicted_error, "_CHUNK_SIZE", 6 * 42 * 20)
     parts = hd.prediction_band(problem, damping)
     np.testing.assert_allclose(parts.velocity, whole.velocity, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(parts.upper, whole.upper, rtol=1e-8, atol=1e-12)
@@ -63,7 +63,7 @@ def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
 @pytest.mark.parametrize("chunk", [8_000_000, 6 * 7 * 4])
 def test_a_replay_that_diverges_has_no_band_from_there(coasting, monkeypatch, chunk):
     problem, damping = coasting
-    monkeypatch.setattr(diagnostics, "_CHUNK_SIZE", chunk)
+    monkeypatch.setattr(predicted_error, "_CHUNK_SIZE", chunk)
     band = hd.prediction_band(problem, replace(damping, coefficients=[400.0]))
     lost = np.isnan(band.velocity[:, 0])
     assert lost[59]
@@ -94,3 +94,26 @@ def test_without_covariance_there_is_no_band(coasting):
     problem, damping = coasting
     with pytest.raises(hd.MethodError, match="have no covariance"):
         hd.prediction_band(problem, replace(damping, covariance=None))
+
+
+def test_the_error_of_the_form_is_a_share_of_the_motion(coasting):
+    problem, damping = coasting
+    exact = replace(damping, covariance=[[0.0]])
+    band = hd.prediction_band(problem, exact, unexplained={"X": 0.04})
+    half = np.repeat([1.959964 * 0.2 * band.velocity[k : k + 60, 0].std() for k in (0, 60)], 60)
+    np.testing.assert_allclose(band.half_width[:, 0], half, rtol=1e-6)
+
+
+def test_a_fit_whose_residuals_are_sensor_errors_has_no_error_of_the_form(coasting):
+    problem, damping = coasting
+    known = hd.Uncertainty(damping.covariance, 5.0, "by hand")
+    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known, held_out_r_squared={"X": 0.9})
+    mission = problem.vehicle, problem.log
+    band = hd.predict_error(mission[0], fit, mission[1])
+    direct = hd.prediction_band(problem, damping, degrees_of_freedom=5.0)
+    np.testing.assert_array_equal(band.upper, direct.upper)
+    wrong = replace(fit, uncertainty=replace(known, bias_allowance="a bias"))
+    wider = hd.prediction_band(problem, damping, degrees_of_freedom=5.0, unexplained={"X": 0.1})
+    band = hd.predict_error(mission[0], wrong, mission[1])
+    np.testing.assert_allclose(band.upper, wider.upper, rtol=1e-12)
+    assert band.half_width[:, 0].min() > 0.0 == direct.half_width[0, 0]

@@ -34,7 +34,8 @@ from hydrodamp.report.verdict_tables import verdict_table
 from hydrodamp.results import complete_exchange, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.compare import Comparison, replayed_row
-from hydrodamp.validation.diagnostics import PredictionBand, find_selected_row
+from hydrodamp.validation.diagnostics import find_selected_row
+from hydrodamp.validation.predicted_error import PredictionBand
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 #: The selected fit.

@@ -31,10 +31,10 @@ from hydrodamp.report.table import percent
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.diagnostics import (
     Findings,
-    PredictionBand,
     diagnose_comparison,
     find_selected_row,
 )
+from hydrodamp.validation.predicted_error import PredictionBand
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.validation.compare import Row
-from hydrodamp.validation.diagnostics import PredictionBand
+from hydrodamp.validation.predicted_error import PredictionBand
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

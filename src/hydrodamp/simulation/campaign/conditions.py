@@ -108,23 +108,25 @@ class Run:
     depth: StepSequence = CONSTANT
 
 
-def _heading_run(rpm: float, first_step: int) -> Run:
+def heading_run(rpm: float, first_step: int) -> Run:
+    """Return a run with steps of heading, from one of the sequence on."""
     heading = StepSequence.starting_at(HEADING_STEPS, HEADING_HOLDS, first_step)
     return Run(f"yaw-{rpm:.0f}", rpm, heading=heading)
 
 
-def _depth_run(rpm: float, first_step: int) -> Run:
+def depth_run(rpm: float, first_step: int) -> Run:
+    """Return a run with steps of depth, from one of the sequence on."""
     depth = StepSequence.starting_at(DEPTH_STEPS, DEPTH_HOLDS, first_step)
     return Run(f"depth-{rpm:.0f}", rpm, depth=depth)
 
 
 TRAINING_RUNS = (
-    *(_depth_run(2600.0, 0), _heading_run(1800.0, 0)),
-    *(_heading_run(2133.0, 2), _heading_run(2600.0, 4)),
+    *(depth_run(2600.0, 0), heading_run(1800.0, 0)),
+    *(heading_run(2133.0, 2), heading_run(2600.0, 4)),
 )
 """The estimation runs of section V-B, in its order."""
 
-TEST_RUNS = (_depth_run(2133.0, 3), _heading_run(2350.0, 5))
+TEST_RUNS = (depth_run(2133.0, 3), heading_run(2350.0, 5))
 """The validation runs of section V-B, in its order."""
 
 

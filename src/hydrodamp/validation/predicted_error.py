@@ -1,0 +1,199 @@
+"""Predicted error of a replay: a band from the covariance of coefficients and the model error.
+
+With the sensitivities S(t) of the replay to the coefficients, their covariance C and the R² of
+replays of held-out data, the error of velocity i has the standard deviation
+
+    s_i(t) = sqrt([S(t) C S(t)ᵀ]_ii + (1 - R_i²) var ν_i),
+
+var ν_i the variance of the simulated velocity over its segment. The first part is large where the
+motion depends on coefficients that the training data do not determine. The second is zero where the
+residuals of the fit are sensor errors, since the form then explains the motion; otherwise its
+velocity has errors of the form in proportion to its motion. The initial velocity is taken as exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, factorisation, freeze
+from hydrodamp.basis.term import AXES
+from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import critical_value
+from hydrodamp.kernels import core
+from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.replay import DIVERGENCE_LIMIT
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Numbers of the sensitivities in memory at a time: 64 MB.
+_CHUNK_SIZE = 8_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class PredictionBand:
+    """A replay and its prediction band.
+
+    Attributes
+    ----------
+    log : Log
+        The log that was replayed.
+    velocity, lower, upper : ndarray, shape (n, 6)
+        The replay and the bounds of its band, linear [m/s] and angular [rad/s], body frame;
+        NaN after divergence.
+    level : float
+        Confidence level of the band.
+    """
+
+    log: Log
+    velocity: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    level: float
+
+    def __post_init__(self) -> None:
+        """Copy and freeze the arrays."""
+        shape = (self.log.n, 6)
+        freeze(self, velocity=shape, lower=shape, upper=shape)
+
+    @property
+    def half_width(self) -> FloatArray:
+        """Half the width of the band, shape (n, 6) [m/s, rad/s]."""
+        return (self.upper - self.lower) / 2.0
+
+
+def prediction_band(
+    problem: Problem,
+    damping: Damping,
+    level: float = 0.95,
+    *,
+    degrees_of_freedom: float = np.inf,
+    unexplained: Mapping[str, float] | None = None,
+) -> PredictionBand:
+    """Return the prediction band of a replay, to first order in the coefficients.
+
+    The covariance C of the coefficients gives ``J C Jᵀ`` with the sensitivities J of
+    every sample. Gravity and buoyancy act along the measured attitude.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for (at least) the terms of the damping.
+    damping : Damping
+        With covariance.
+    level : float
+        Confidence level at each sample separately.
+    degrees_of_freedom : float
+        Of the covariance.
+    unexplained : dict of str to float, optional
+        Share of the variance of each velocity that errors of the form make, by axis; none by
+        default.
+
+    Returns
+    -------
+    band : PredictionBand
+        Sensitivities are propagated chunk by chunk, so memory does not grow with the log.
+
+    Raises
+    ------
+    MethodError
+        If the damping has no covariance, or a setting is out of range.
+    """
+    half = critical_value(level, degrees_of_freedom)
+    if damping.covariance is None:
+        raise MethodError(
+            f"the coefficients of '{damping.model.key}' have no covariance, hence no band: "
+            "use a method that estimates one"
+        )
+    free = damping.model.restricted_to(problem.vehicle.axes)
+    indices = [damping.model.index(label) for label in free.labels]
+    root = _root(damping.covariance[np.ix_(indices, indices)])
+    entries, n = problem.equations.entries(free), free.n_coefficients
+    matrix, length = problem.matrix(damping), max(_CHUNK_SIZE // (6 * (n + 6)), 2)
+    velocity = np.full((problem.n_samples, 6), np.nan)
+    width, shares = velocity.copy(), unexplained or {}
+    share = np.array([shares.get(axis, 0.0) for axis in AXES])
+    for start, stop in problem.segments.tolist():
+        initial, deviation = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
+        for first in range(start, stop - 1, length - 1):
+            chunk = slice(first, min(first + length, stop))
+            measured = problem.inputs.velocity[chunk].copy()
+            measured[0] = initial
+            inputs, span = problem.inputs.select(chunk, measured), np.array([[0, len(measured)]])
+            arguments = problem.equations.plant, matrix, inputs, span, entries
+            velocity[chunk], _, jacobian = core.replay(*arguments, limit=DIVERGENCE_LIMIT)
+            on_coefficients, on_initial = np.split(jacobian, [n], axis=2)
+            total = on_initial @ deviation + on_coefficients @ root
+            width[chunk] = (total**2).sum(axis=2)
+            initial, deviation = velocity[chunk][-1], total[-1]
+            if not np.isfinite(initial).all():
+                break
+        known = np.isfinite(velocity[start:stop]).all(axis=1)
+        width[start:stop] += share * velocity[start:stop][known].var(axis=0)
+    width = half * np.sqrt(width)
+    return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
+
+
+def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> PredictionBand:
+    """Return the band around a replay that contains the true velocity, by the errors of a fit.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Mass, restoring forces and actuators.
+    fit : Fit
+        With covariance. Unless its residuals are sensor errors, the band allows for errors of the
+        form, as large as in the replays of held-out training data.
+    log : Log
+        The mission: gives the initial velocities, the actuation and the attitude.
+    level : float
+        Confidence level at each sample separately.
+
+    Returns
+    -------
+    band : PredictionBand
+        Of the motion without sensor noise, from an exact initial velocity.
+
+    Raises
+    ------
+    MethodError
+        If the fit has no covariance, or the level is out of range.
+    ProblemError
+        If the log lacks what the vehicle or a term needs.
+
+    Examples
+    --------
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.identification.output_error import OutputError
+    >>> from hydrodamp.models.catalog import catalog
+    >>> campaign = reenact(duration=20.0)
+    >>> problem = prepare(campaign.vehicle, campaign.train, catalog["linear"])
+    >>> fit = OutputError().identify(problem, catalog["linear"])
+    >>> band = predict_error(campaign.vehicle, fit, campaign.test)
+    >>> bool(np.all(band.half_width >= 0.0))
+    True
+    """
+    uncertainty, unexplained = fit.uncertainty, {}
+    if uncertainty is None or uncertainty.bias_allowance:
+        r_squared = fit.held_out_r_squared.items()
+        unexplained = {axis: max(1.0 - value, 0.0) for axis, value in r_squared}
+    return prediction_band(
+        prepare(vehicle, log, fit.model),
+        fit.damping,
+        level,
+        degrees_of_freedom=np.inf if uncertainty is None else uncertainty.degrees_of_freedom,
+        unexplained=unexplained,
+    )
+
+
+@factorisation("covariance")
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return R with ``R Rᵀ`` the covariance, by an eigendecomposition of the correlation."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    return np.asarray(unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
