@@ -69,3 +69,13 @@ def test_damping_of_another_vehicle_is_refused_as_by_export(folder, call, dampin
     done = call(f"simulate b.csv --vehicle other.yaml --damping {damping} --out t.csv", 2)
     assert "These coefficients belong to vehicle" in " ".join(done.stderr.split())
     assert not (folder / "t.csv").exists()
+
+
+def test_a_fit_predicts_its_error_in_table_document_and_file(folder, call):
+    call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
+    line = "simulate b.csv --vehicle planar.yaml --damping d.json --out t.csv"
+    predicted = json.loads(call(f"{line} --json").stdout)["predicted_error_by_axis"]
+    width = hd.read_log("t.csv").command("r_half_width")
+    assert predicted["r"] == pytest.approx(np.degrees(np.sqrt(np.mean(width**2))))
+    assert width[0] == 0.0 < width[-1]
+    assert "predicted (95 %)" in call(f"{line} --force").stdout

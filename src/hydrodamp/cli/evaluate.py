@@ -60,8 +60,12 @@ def simulate(
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
+    band, predicted = None, dict[str, float | None]()
+    if fit is not None and fit.damping.covariance is not None:
+        band = hd.predict_error(craft, fit, log)
+        predicted = band.rms_by_axis(craft.axes, rate_unit)
     if out is not None and not scored.diverged:
-        hd.write_log(simulated_log(trajectory), out)
+        hd.write_log(simulated_log(trajectory, band), out)
         note(f"written to {out}")
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
     trained = {} if fit is None else fit.training_range
@@ -78,10 +82,11 @@ def simulate(
         "model": numbers.model.key,
         "axes": axes_document(axes),
         **score_document(scored, trajectory.attitude),
+        "predicted_error_by_axis": predicted or None,
     }
     notes = [describe_overlap(overlap)] if overlap else []
     lights = Table("", (), (), (describe_fits(axes), *notes))
-    print_output(json, document, lights, replay_table(title, scored))
+    print_output(json, document, lights, replay_table(title, scored, predicted))
     ranges = dissipativity.join_ranges(trained, driven)
     for sentence in (
         *dissipativity.range_exceedance_warnings(trained, driven),
@@ -95,15 +100,23 @@ def simulate(
         )
 
 
-def simulated_log(trajectory: hd.Trajectory) -> hd.Log:
-    """Return the log with simulated instead of measured velocities."""
-    from hydrodamp.basis.term import VELOCITY_OF
+def simulated_log(trajectory: hd.Trajectory, band: hd.PredictionBand | None) -> hd.Log:
+    """Return the log with simulated instead of measured velocities and, if known, their band."""
+    import numpy as np
+
+    from hydrodamp.basis.term import VELOCITIES, VELOCITY_OF
 
     log = trajectory.log
+    names = tuple(VELOCITY_OF[axis] for axis in trajectory.axes)
+    if band is not None:
+        width = band.half_width[:, [VELOCITIES.index(name) for name in names]]
+        widths = tuple(f"{name}_half_width" for name in names)
+        commands = np.hstack([log.commands, width])
+        log = replace(log, commands=commands, command_names=(*log.command_names, *widths))
     return replace(
         log,
         velocity=trajectory.velocity,
-        velocity_names=tuple(VELOCITY_OF[axis] for axis in trajectory.axes),
+        velocity_names=names,
         attitude=log.attitude if trajectory.attitude == "measured" else None,
         acceleration=None,
         position=None,

@@ -34,7 +34,8 @@ def export(
     check_export(out, force)
     numbers, fit, craft = read_damping_and_vehicle(damping, vehicle)
     driven = read_logs(log, mapping) if log else None
-    card = hd.export(numbers, craft, form, out, log=driven, box=operating_box_of(fit), force=force)
+    box = operating_box_of(fit)
+    card = hd.export(numbers, craft, form, out, log=driven, box=box, fit=fit, force=force)
     page, document = write_fidelity_page(out), read_card(out)
     note(f"written to {out}: {', '.join(first_few(sorted(document['files']), MAX_FILES, 'files'))}")
     print_output(json, document, Table("", (), (), tuple(str(card).splitlines())))

@@ -27,9 +27,11 @@ from hydrodamp.export.target import Files, Target, save_files
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
+from hydrodamp.identification.fit import Fit
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
 from hydrodamp.results import MANIFEST, check_results, save_results
+from hydrodamp.validation.predicted_error import predict_error
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD, PAGE = "fidelity.json", "fidelity.html"
@@ -47,6 +49,7 @@ def export(
     *,
     log: Log | None = None,
     box: OperatingBox | None = None,
+    fit: Fit | None = None,
     force: bool = False,
 ) -> Fidelity:
     """Write a damping and its vehicle as files that a simulator or a controller reads.
@@ -71,6 +74,8 @@ def export(
     box : OperatingBox, optional
         Velocities [m/s, rad/s] at which terms are projected without a log, and where the greatest
         power of the damping is searched; by default those of the log.
+    fit : Fit, optional
+        The fit of the damping: with a log and a covariance, the card states the predicted error.
     force : bool, optional
         Replace the files of an earlier export (other files stay), and accept an export whose
         wrench error is above 100 % on an axis with projected terms, or whose replay diverges while
@@ -122,6 +127,9 @@ def export(
     with tempfile.TemporaryDirectory() as verification_folder:
         contents = save_files(files, Path(verification_folder))
         card = measure_fidelity(form, plant, projected, at, run, Path(verification_folder))
+    if fit is not None and log is not None and fit.damping.covariance is not None:
+        sizes = predict_error(vehicle, fit, log).rms_by_axis(vehicle.axes, "deg")
+        card = replace(card, predicted_error=sizes)
     if not force:
         _check_replay(card)
         _check_wrench(card)

@@ -7,7 +7,7 @@ log or over the operating box. The replay RMS is that of eq. 24 with attitude si
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ UNITS = {
     "wrench_error": "% of the rms of the damping on that axis",
     "slow_error": "% of the rms of the damping on that axis, at a tenth of the velocities",
     "rms": "m/s and deg/s mixed (eq. 24)",
+    "predicted_error": "m/s and deg/s, half-width of the 95 % band",
     "power": "W, negative where damping dissipates",
     "mass_ratio": "added mass over the rigid body's",
 }
@@ -99,6 +100,9 @@ class Fidelity:
         Range of the velocities searched: the operating box, extended to rest.
     mass_ratio : dict of str to float
         Added mass over rigid-body mass by axis, where both are known.
+    predicted_error : dict of str to float or None
+        RMS half-width of the 95 % band around the replay of the source, by velocity, from the
+        standard errors of the coefficients and the error of the form; empty if it is unknown.
     """
 
     target: str
@@ -120,6 +124,7 @@ class Fidelity:
     power: dict[str, float]
     box: str
     mass_ratio: dict[str, float]
+    predicted_error: dict[str, float | None] = field(default_factory=dict)
 
     @property
     def exact(self) -> bool:
@@ -170,6 +175,10 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
         }
         errors = ", ".join(f"{name} {_format_score(value)}" for name, value in pairs.items())
         yield f"Replay RMS (eq. 24, attitude simulated, {card.replays.step}): {errors}."
+    if card.predicted_error:
+        known = {name: size for name, size in card.predicted_error.items() if size is not None}
+        errors = _format_errors(known) or "none, the replay diverged"
+        yield f"Predicted error of the source on this log (95 %) [m/s, deg/s]: {errors}."
     power, source_power = card.power["target"], card.power["source"]
     yield (
         f"Its damping dissipates at all velocities searched in {card.box}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import string
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain, compress
@@ -202,16 +202,20 @@ def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
     return tuple(tables)
 
 
-def replay_table(title: str, score: Score) -> Table:
-    """Return error and fit of a replay by velocity, and the total error."""
+def replay_table(
+    title: str, score: Score, predicted: Mapping[str, float | None] | None = None
+) -> Table:
+    """Return error, fit and predicted error of a replay by velocity, and the total error."""
     rate = f"{score.rate_unit}/s"
     rows = []
     for name, error in score.rms_by_axis.items():
         unit = "m/s" if name in VELOCITIES[:3] else rate
-        rows.append((name, error_size(error), unit, percent(score.fit_by_axis[name])))
-    rows.append(("all", error_size(score.rms), f"m/s, {rate}", "-"))
+        cells = name, error_size(error), unit, percent(score.fit_by_axis[name])
+        rows.append((*cells, *([error_size(predicted[name])] if predicted else [])))
+    rows.append(("all", error_size(score.rms), f"m/s, {rate}", *["-"] * (len(rows[0]) - 3)))
     notes = (score.status.value,) if score.diverged else ()
-    return Table.of_words(title, ("velocity", "RMS error", "unit", "fit %"), "lrlr", rows, notes)
+    columns = ("velocity", "RMS error", "unit", "fit %", *["predicted (95 %)"] * bool(predicted))
+    return Table.of_words(title, columns, "lrlrr"[: len(columns)], rows, notes)
 
 
 def fold_table(table: CrossValidation) -> Table:

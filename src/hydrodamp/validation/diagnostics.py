@@ -248,8 +248,7 @@ def replay_band(vehicle: Vehicle, row: Row) -> PredictionBand | None:
     work = max(run.log.n, run.log.duration / MAX_BAND_STEP) * len(covariance)
     if not 0.0 < work <= MAX_BAND_WORK or not np.isfinite(covariance).all():
         return None
-    with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
-        return predict_error(vehicle, row.fit, run.log)
+    return predict_error(vehicle, row.fit, run.log)
 
 
 def replay_warnings(comparison: Comparison) -> Iterator[str]:

@@ -13,13 +13,13 @@ velocity has errors of the form in proportion to its motion. The initial velocit
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, factorisation, freeze
-from hydrodamp.basis.term import AXES
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
@@ -27,7 +27,7 @@ from hydrodamp.identification.grades import critical_value
 from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import DIVERGENCE_LIMIT
+from hydrodamp.simulation.replay import DIVERGENCE_LIMIT, RateUnit
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Numbers of the sensitivities in memory at a time: 64 MB.
@@ -64,6 +64,27 @@ class PredictionBand:
     def half_width(self) -> FloatArray:
         """Half the width of the band, shape (n, 6) [m/s, rad/s]."""
         return (self.upper - self.lower) / 2.0
+
+    def rms_by_axis(self, axes: Sequence[str], rate_unit: RateUnit) -> dict[str, float | None]:
+        """Return the RMS half-width of the velocity of each axis; None after divergence.
+
+        Parameters
+        ----------
+        axes : sequence of str
+            Free axes of the vehicle.
+        rate_unit : {"deg", "rad"}
+            Unit of angular rates.
+
+        Returns
+        -------
+        half_width : dict of str to float or None
+            By velocity, linear [m/s] and angular [``rate_unit``/s].
+        """
+        rms = np.sqrt(np.mean(self.half_width**2, axis=0))
+        rms[3:] *= np.degrees(1.0) if rate_unit == "deg" else 1.0
+        sizes = dict(zip(VELOCITIES, rms.tolist(), strict=True))
+        names = [VELOCITY_OF[axis] for axis in axes]
+        return {name: sizes[name] if np.isfinite(sizes[name]) else None for name in names}
 
 
 def prediction_band(
@@ -181,13 +202,12 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
     if uncertainty is None or uncertainty.bias_allowance:
         r_squared = fit.held_out_r_squared.items()
         unexplained = {axis: max(1.0 - value, 0.0) for axis, value in r_squared}
-    return prediction_band(
-        prepare(vehicle, log, fit.model),
-        fit.damping,
-        level,
-        degrees_of_freedom=np.inf if uncertainty is None else uncertainty.degrees_of_freedom,
-        unexplained=unexplained,
-    )
+    freedom = np.inf if uncertainty is None else uncertainty.degrees_of_freedom
+    problem = prepare(vehicle, log, fit.model)
+    with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
+        return prediction_band(
+            problem, fit.damping, level, degrees_of_freedom=freedom, unexplained=unexplained
+        )
 
 
 @factorisation("covariance")
