@@ -159,6 +159,7 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
 
     An interrupted run leaves a finished comparison in the folder as it is.
     """
+    from hydrodamp.experiment_design.standard_missions import describe_missions
     from hydrodamp.report.documents import comparison_document
     from hydrodamp.report.files import DAMPING, listed_fits
 
@@ -174,9 +175,12 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
             hd.write_comparison(comparison, out)
         damping = None if out is None else out / DAMPING
         paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
-        document = comparison_document(comparison) | {"paths": paths}
+        is_scored = any(row.rms is not None for row in comparison.rows)
+        missions = [*describe_missions(comparison.select().row.fit)] if is_scored else []
+        document = comparison_document(comparison)
+        document |= {"paths": paths, "predicted_missions": missions}
         tables = comparison_output(comparison, damping, task.verbose, n_rows == n_requested)
-        print_output(json, document, *tables)
+        print_output(json, document, *tables, *missions)
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(

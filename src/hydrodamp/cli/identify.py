@@ -42,6 +42,7 @@ def identify(
     json: bool = False,
 ) -> None:
     """Identify one model from a log, grade its coefficients and write a damping file."""
+    from hydrodamp.experiment_design.standard_missions import describe_missions
     from hydrodamp.identification.parameter_estimates import describe_estimates
     from hydrodamp.report.documents import fit_document, selection_document
     from hydrodamp.report.files import PICTURES
@@ -83,7 +84,9 @@ def identify(
             grades = hd.grade_fit(problem, fit)
             fit = replace(fit, grades=grades.grades)
     comparison = hd.compare((fit,), craft, log)
+    missions = [*describe_missions(fit)] if fit.status.usable else []
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
+    document["predicted_missions"] = missions
     text = as_json(document)
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
@@ -100,9 +103,9 @@ def identify(
         if not json:
             with _reason_of_failure("The residuals are not tested", details):
                 details.append("\n".join(hd.diagnose(problem, fit.damping)))
-        reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra))
+        reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra, *missions))
         write_fit(reported, craft, log, provenance, out, text)
-    print_output(json, document, *tables, *extra)
+    print_output(json, document, *tables, *extra, *missions)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
 

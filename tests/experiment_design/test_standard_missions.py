@@ -1,0 +1,52 @@
+"""Predicted errors of standard missions: only what a fit determines is trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.experiment_design.standard_missions import describe_missions, predict_missions
+
+
+@pytest.fixture
+def fit(boat, known):
+    """Coefficients with standard errors of one per cent."""
+    known = replace(known, covariance=np.diag((0.01 * known.coefficients) ** 2))
+    ranges = {"u": (0.8, 1.6), "v": (-0.3, 0.3), "r": (-0.3, 0.3)}
+    return hd.Fit(known, "oe", hd.Status.OK, vehicle=boat, training_range=ranges)
+
+
+def test_speeds_are_those_of_the_log_and_beyond(fit):
+    missions = predict_missions(fit)
+    assert {each.kind for each in missions} == {"heading"}  # a boat does not dive
+    speeds = [each.speed for each in missions]
+    np.testing.assert_allclose(speeds, [0.68, 0.8, 1.2, 1.6, 1.84])
+    assert [each.is_inside for each in missions] == [False, True, True, True, False]
+    # At speed the boat is unstable without its autopilot, so errors grow exponentially.
+    assert [bool(each.untrusted) for each in missions] == [False] * 4 + [True]
+    first, last = describe_missions(fit)
+    assert first.startswith("Predicted error (95 %) of heading steps at 0.8 to 1.6 m/s: u ±")
+    assert last.startswith("Do not trust heading steps at 1.8 m/s (v ±")
+
+
+def test_the_error_is_in_proportion_to_the_standard_errors(fit):
+    twice = replace(fit, damping=replace(fit.damping, covariance=4.0 * fit.damping.covariance))
+    for small, large in zip(predict_missions(fit), predict_missions(twice), strict=True):
+        assert large.half_width["r"] == pytest.approx(2.0 * small.half_width["r"])
+
+
+def test_an_undetermined_coefficient_is_not_trusted(fit):
+    covariance = fit.damping.covariance.copy()
+    index = fit.model.index("N_ur")
+    covariance[index, index] = (10.0 * fit.damping["N_ur"]) ** 2
+    loose = replace(fit, damping=replace(fit.damping, covariance=covariance))
+    assert all("r" in each.untrusted for each in predict_missions(loose))
+    assert any(
+        text.startswith("Do not trust heading steps at") for text in describe_missions(loose)
+    )
+
+
+def test_without_vehicle_or_speed_nothing_is_predicted(fit):
+    for nothing in (replace(fit, vehicle=None), replace(fit, training_range={"u": (-1.0, 1.0)})):
+        assert not [*describe_missions(nothing)]
