@@ -177,8 +177,7 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
         paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
         is_scored = any(row.rms is not None for row in comparison.rows)
         missions = [*describe_missions(comparison.select().row.fit)] if is_scored else []
-        document = comparison_document(comparison)
-        document |= {"paths": paths, "predicted_missions": missions}
+        document = comparison_document(comparison) | {"paths": paths}
         tables = comparison_output(comparison, damping, task.verbose, n_rows == n_requested)
         print_output(json, document, *tables, *missions)
     if n_rows < n_requested:
