@@ -120,7 +120,7 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     interrupt_fits(monkeypatch, 1)
     shown = call(LINE.replace("--out out", ""), 130)
     assert "Incomplete comparison" in shown.stdout
-    assert re.search(r"\w+ by ls \(", shown.stdout)
+    assert "linear by ls has the least error" in shown.stdout
     assert "With `--out DIR` finished fits are kept" in shown.stderr
 
 
