@@ -22,10 +22,6 @@ NEAR = Path(__file__).resolve().parents[2] / "shared" / "data"
 """Where measured logs lie in a development tree; they are no part of the project."""
 
 
-def pytest_addoption(parser):
-    parser.addoption("--write-golden", action="store_true", help="write golden values anew")
-
-
 def pytest_configure():
     """Hear Ctrl-C: a shell that starts the tests in the background has it ignored."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification import output_error as module
 from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.held_out_replay import split_pieces
 
@@ -18,20 +17,6 @@ def campaign():
 
 def problem_of(campaign, key="fossen"):
     return hd.prepare(campaign.vehicle, campaign.train, hd.catalog[key])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("excess", "remark"), [(np.inf, "successive"), (-1.0, "2 s, 4 s;")])
-def test_the_likelihood_replaces_the_windows_unless_it_replays_held_out_parts_worse(
-    campaign, monkeypatch, excess, remark
-):
-    monkeypatch.setattr(module, "MAX_NOISE_GROWTH", np.inf)
-    monkeypatch.setattr(module, "are_sensor_errors", lambda _: True)
-    monkeypatch.setattr(module, "MAX_EXCESS", excess)
-    fit = hd.Recommended(windows=(2.0, 4.0)).identify(problem_of(campaign), hd.catalog["fossen"])
-    assert remark in fit.remarks[0]
-    assert fit.method == "recommended"
-    assert fit.uncertainty is not None
 
 
 @pytest.mark.slow

@@ -105,10 +105,10 @@ int main(void)
     const hd_estimate estimate = {unit,        (hd_real)0.02, coefficients,
                                   information, noise,         count, iv};
 
-    hd_replay(&measured, segments, 2, parameters, P, 1, moved, jacobian, diverged, work);
+    hd_replay(&measured, segments, 2, parameters, P, 1, NULL, moved, jacobian, diverged, work);
     report("replay", moved, 6 * N);
     report("sensitivities", jacobian, 6 * N * (P + 6));
-    hd_replay(&simulated, segments, 2, parameters, P, 1, moved, jacobian, diverged, work);
+    hd_replay(&simulated, segments, 2, parameters, P, 1, NULL, moved, jacobian, diverged, work);
     report("replay, attitude simulated", moved, 6 * N);
     report("sensitivities, attitude simulated", jacobian, 6 * N * (P + 6));
     printf("diverged %d %d\n", (int)diverged[0], (int)diverged[1]);

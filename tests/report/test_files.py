@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.adequacy import Adequacy, ScoreTest
 from hydrodamp.report.documents import comparison_document, read_fit
 from hydrodamp.report.files import read_finished_fit, write_fit
 from hydrodamp.validation.compare import replayed_row
@@ -175,6 +176,9 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         parameter_covariance=rows,
         indirect=labels[:1],
         held_out_r_squared={"X": 0.5},
+        adequacy=Adequacy.judge(
+            {"X": ScoreTest(90.0, 9, 500, ("X_u|u|",))}, {"X": 0.01}, {"X": 0.5}
+        ),
     )
     hd.write_comparison(hd.Comparison((replace(row, fit=fit),)), tmp_path)
     again = hd.read_comparison(tmp_path).rows[0].fit

@@ -18,6 +18,7 @@ from hydrodamp.arrays import FloatArray, Shape, freeze, jackknife_covariance
 from hydrodamp.data.digests import MAX_DIGESTS, velocity_digests
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, first_few
+from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
 from hydrodamp.identification.grades import Grade, critical_value
 from hydrodamp.identification.parameters import Estimate
@@ -259,6 +260,8 @@ class Fit:
     held_out_r_squared : dict of str to float
         R² of the replay of each free velocity by estimates without the replayed part of the log,
         by axis; empty for methods that do not replay.
+    adequacy : Adequacy or None
+        What score tests say of the form of the model; None where the method has none.
     """
 
     damping: Damping
@@ -277,6 +280,7 @@ class Fit:
     parameter_covariance: FloatArray | None = field(default=None, compare=False)
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = field(default_factory=dict)
+    adequacy: Adequacy | None = None
 
     def __post_init__(self) -> None:
         """Copy the covariance of the parameters and check its shape."""

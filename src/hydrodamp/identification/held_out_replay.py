@@ -115,6 +115,12 @@ class PieceNormals:
         is_inside = (middle >= sections[:, :1]) & (middle < sections[:, 1:])
         return replay_pieces(self.objective, sections, self.estimates(~is_inside))
 
+    @property
+    def held_out_r_squared(self) -> dict[str, float]:
+        """1 − mean_b e_ib² of each free velocity, by axis."""
+        values = 1.0 - self.held_out_errors.mean(axis=0)
+        return dict(zip(self.objective.problem.vehicle.axes, values.tolist(), strict=True))
+
 
 def replay_pieces(
     objective: ShootingObjective, pieces: IntArray, coefficients: FloatArray
@@ -167,3 +173,17 @@ def half_difference_factors(
     count = np.bincount(axes, minlength=6)
     mean_square = np.bincount(axes, ratio, minlength=6) / np.maximum(count, 1)
     return np.sqrt(np.maximum(mean_square, 1.0))[axes]
+
+
+@factorisation("Fisher information of the innovations")
+def information_factors(
+    objective: ShootingObjective, result: Iterate, standard_errors: FloatArray
+) -> FloatArray:
+    """Return the standard errors of the Fisher information over others, at least 1."""
+    x = result.coefficients / objective.scale
+    hessian = objective.gauss_newton(result)[0]
+    hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
+    variance = np.diag(np.linalg.inv(hessian))[: len(standard_errors)] / objective.counts.sum()
+    known = np.sqrt(variance) * objective.scale[: len(standard_errors)]
+    ratio = np.divide(known, standard_errors, out=np.ones_like(known), where=standard_errors > 0.0)
+    return np.asarray(np.maximum(ratio, 1.0))

@@ -86,10 +86,6 @@ class Outputs(Protocol):
     def parameters(self) -> Sequence[Parameter]:
         """Parameters that all windows share."""
 
-    @property
-    def correlation(self) -> tuple[float, ...]:
-        """Correlation of the errors of successive samples (f,), empty if it is not free."""
-
     def with_base(self, base: Outputs) -> Outputs:
         """Return other outputs, with the same parameters of plant and inputs."""
 
@@ -302,11 +298,10 @@ def sample_indices(bounds: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class VelocityOutputs:
-    """The velocities of the free axes at the samples of the log, with the correlations a (f,)."""
+    """The velocities of the free axes at the samples of the log."""
 
     interval: float = 0.0
     parameters: tuple[Parameter, ...] = ()
-    correlation: tuple[float, ...] = ()
 
     def with_base(self, base: Outputs) -> Outputs:
         """Return other outputs."""
@@ -319,8 +314,8 @@ class VelocityOutputs:
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
         length = float(np.median(np.diff(windows.bounds, axis=1)))
-        rows = length if self.correlation else min(2 * AVERAGES_PER_WINDOW, length)
-        return 6 * int(rows) * (len(windows.entries[0]) + 6)
+        rows = int(min(2 * AVERAGES_PER_WINDOW, length))
+        return 6 * rows * (len(windows.entries[0]) + 6)
 
     def weights(self, counts: FloatArray) -> FloatArray:
         """Return ones: the velocities have the same number of residuals."""
@@ -334,17 +329,7 @@ class VelocityOutputs:
         """Yield measured minus simulated velocity (n, f), a large value after a divergence."""
         spans, time = windows.spans, windows.inputs.time
         window = np.repeat(np.arange(len(spans)), np.diff(spans, axis=1).ravel())
-        residuals = self._residuals(windows, windows.simulate(parameters))
-        yield ResidualSeries(window, time, self._innovations(residuals, spans))
-
-    def _innovations(self, series: FloatArray, spans: IntArray) -> FloatArray:
-        """Turn series (n, f, ...) of concatenated windows into innovations, in place."""
-        if self.correlation:
-            a = np.reshape(self.correlation, (-1,) + (1,) * (series.ndim - 2))
-            initial = np.sqrt(1.0 - a**2) * series[spans[:, 0]]
-            series[1:] -= a * series[:-1]
-            series[spans[:, 0]] = initial
-        return series
+        yield ResidualSeries(window, time, self._residuals(windows, windows.simulate(parameters)))
 
     def _residuals(self, windows: Windows, simulated: FloatArray) -> FloatArray:
         measured = windows.problem.inputs.velocity[:, windows.free]
@@ -371,9 +356,9 @@ class VelocityOutputs:
         np.multiply(residuals, weight, out=columns[:, :, -1])
         for window in windows.irregular(parameters, *ends):
             columns[edges[window] : edges[window + 1]] = 0.0
-        rows = self._innovations(columns, windows.spans).reshape(-1, columns.shape[2])
-        innovations = self._innovations(self._residuals(windows, simulated), windows.spans)
-        square, n_samples = np.sum(innovations**2, axis=0), np.full(f, float(len(simulated)))
+        rows = columns.reshape(-1, columns.shape[2])
+        square = np.sum(self._residuals(windows, simulated) ** 2, axis=0)
+        n_samples = np.full(f, float(len(simulated)))
         output = np.tile(np.arange(f), len(first))
         return LinearisedResiduals(rows, f * edges, output, square, n_samples)
 
@@ -382,13 +367,12 @@ class VelocityOutputs:
     ) -> FloatArray:
         """Return the averages of a linearisation without slopes, NaN after a divergence."""
         averages, _ = self._average(windows, windows.simulate(parameters))
-        innovations = self._innovations(averages[:, windows.free], windows.spans)
-        return np.asarray(innovations / residual_std).ravel()
+        return np.asarray(averages[:, windows.free] / residual_std).ravel()
 
     def _block(self, windows: Windows) -> int:
         """Return the samples of an average."""
         size = int(np.median(np.diff(windows.bounds, axis=1)))
-        return 1 if self.correlation else max(size // AVERAGES_PER_WINDOW, 1)
+        return max(size // AVERAGES_PER_WINDOW, 1)
 
     def _average(self, windows: Windows, simulated: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return sums of residuals over the root of their number (m, 6), and their first rows."""

@@ -48,11 +48,6 @@ class RebuiltOutputs:
         """Parameters of the outputs, then those of plant and inputs."""
         return (*self.base.parameters, *self.rebuilt)
 
-    @property
-    def correlation(self) -> tuple[float, ...]:
-        """Correlation of the errors of successive samples (f,), empty if it is not free."""
-        return self.base.correlation
-
     def with_base(self, base: Outputs) -> RebuiltOutputs:
         """Return other outputs with the same parameters of plant and inputs."""
         return replace(self, base=base)

@@ -62,8 +62,6 @@ class SensorOutputs:
     offset_std: FloatArray
     interval: float = 0.0
 
-    correlation = ()
-
     @classmethod
     def of(cls, sensor_log: SensorLog, free: Sequence[str]) -> SensorOutputs:
         """Build the outputs of the sensors of a log and of its recorded velocities."""

@@ -85,7 +85,7 @@ def replay(
     p ``entries`` (rows, columns) of ``matrix`` and on the initial velocity: a row (6, p + 6) a
     block of samples, segment by segment, their sum over the root of their number.
     """
-    rows, n, system = _spans(segments, inputs.n), inputs.n, plant_of(plant)
+    rows, n, system = segment_rows(segments, inputs.n), inputs.n, plant_of(plant)
     table = _floats(matrix, (plant.n_terms, 6), "matrix")
     poses = None if attitude is None else _floats(attitude, (n, 4), "attitude")
     chosen = np.column_stack(entries or ((), ())).astype(np.int32)
@@ -95,11 +95,11 @@ def replay(
     record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, len(chosen)))
     motion = struct("hd_motion", system, table, record, poses, max_step, limit)
     to = velocity, None if entries is None else jacobian, diverged_at, work
-    call("hd_replay", motion, rows, len(rows), chosen, len(chosen), block, *to)
+    call("hd_replay", motion, rows, len(rows), chosen, len(chosen), block, None, *to)
     return velocity, diverged_at, jacobian
 
 
-def _spans(segments: npt.ArrayLike, n: int) -> IntArray:
+def segment_rows(segments: npt.ArrayLike, n: int) -> IntArray:
     """Return segments as int64 rows (start, stop) inside ``n`` samples."""
     rows = np.ascontiguousarray(segments, dtype=np.int64)
     wrong = (rows[:, 0] < 0) | (rows[:, 0] >= rows[:, 1]) | (rows[:, 1] > n)
@@ -260,7 +260,7 @@ def adapt(
     The velocity error starts at zero in every segment of every pass. ``every`` > 0
     stores the state after every so many steps.
     """
-    plant, n_terms, rows = gains.plant, gains.plant.n_terms, _spans(segments, inputs.n)
+    plant, n_terms, rows = gains.plant, gains.plant.n_terms, segment_rows(segments, inputs.n)
     estimate, error = _floats(matrix, (n_terms, 6), "matrix").copy(), np.zeros(6)
     stored = passes * int((np.diff(rows) - 1).sum()) // every if every else 0
     history_arrays = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
@@ -306,7 +306,7 @@ def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimat
 
 def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray) -> Estimate:
     """Run recursive least squares over a record: repeated ``block_step`` and ``absorb``."""
-    plant, rows, entries = recursion.plant, _spans(segments, inputs.n), _entries(recursion)
+    plant, rows, entries = recursion.plant, segment_rows(segments, inputs.n), _entries(recursion)
     result, record = _copy_estimate(estimate), record_of(plant, inputs)
     work = np.zeros(C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
     settings = entries, _estimate_struct(recursion, result), recursion.block

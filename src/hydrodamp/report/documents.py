@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from hydrodamp.errors import unique_names
 from hydrodamp.faults import validate
 from hydrodamp.files import load_json
+from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.identification.parameters import Estimate
@@ -63,11 +64,25 @@ def _read_estimate(value: object) -> object:
     return value
 
 
+def _read_adequacy(value: object) -> object:
+    """Return what score tests say, with the form by its word."""
+    if isinstance(value, dict) and "form" in value:
+        return value | {"form": _read_word(Form, value["form"])}
+    return value
+
+
 #: An estimate with its grade.
 EstimateContent = Annotated[
     Estimate,
     BeforeValidator(_read_estimate),
     PlainSerializer(lambda each: {**asdict(each), "grade": each.grade.word}),
+]
+
+#: What score tests say of a form; the form by its word.
+AdequacyContent = Annotated[
+    Adequacy,
+    BeforeValidator(_read_adequacy),
+    PlainSerializer(lambda each: {**asdict(each), "form": each.form.word}),
 ]
 
 #: A vehicle as the content of its file.
@@ -264,6 +279,7 @@ class FitDocument(BaseModel):
     ] = None
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = {}
+    adequacy: AdequacyContent | None = None
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""

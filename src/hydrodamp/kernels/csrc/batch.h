@@ -4,6 +4,16 @@
 
 #include "onboard.h"
 
+#ifdef HD_FLOAT
+#define hd_log logf
+#define hd_exp expf
+#define hd_pow powf
+#else
+#define hd_log log
+#define hd_exp exp
+#define hd_pow pow
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -52,6 +62,38 @@ void hd_quaternion_by_omega(const hd_real q[4], hd_real slope[12]);      /* 4 x 
 void hd_quaternion_by_itself(const hd_real omega[3], hd_real slope[16]); /* 4 x 4 */
 hd_real hd_normalise(hd_real q[4]);                              /* returns |q| */
 
+/* filter.c ----------------------------------------------------------------- */
+/* Pushes on the vehicle and errors of its measured velocities. */
+typedef struct {
+    const hd_real *push;        /* 6, standard deviations, N and N m */
+    const hd_real *sensor;      /* 6, standard deviations; positive */
+    const hd_real *correlation; /* 6, of errors one step apart */
+    hd_real time_constant;      /* s, of the pushes */
+    hd_real step;               /* s, of the correlations */
+} hd_noise;
+
+/* The filter at one sample: covariance 18 x 18, pushes 6 and errors 6, their derivatives. */
+typedef struct {
+    const hd_noise *noise;
+    const hd_real *measured; /* n x 6 */
+    hd_real *log_std;        /* n x 6: of the innovations */
+    size_t n_parameters;
+    hd_real *state;          /* hd_filter_work numbers */
+} hd_filter;
+
+size_t hd_filter_work(size_t n_parameters);
+void hd_filter_start(const hd_filter *filter);
+
+/* Correct velocity[6] and its rows[p + 6][6] by sample k; slope[6][p + 6] is the derivative of
+ * the predicted output over the Cholesky factor of the innovations. */
+void hd_filter_update(const hd_filter *filter, const unsigned char *free_axes, size_t k,
+                      hd_real *velocity, hd_real *rows, hd_real *innovation, hd_real *slope);
+
+/* Predict over a step, velocity and rows being propagated without pushes. */
+void hd_filter_predict(const hd_filter *filter, const hd_real transition[36],
+                       const hd_real inverse[36], hd_real length, hd_real *velocity,
+                       hd_real *rows);
+
 /* replay.c ----------------------------------------------------------------- */
 /* The equation of motion and its inputs. Between two samples wrench and down are interpolated
  * linearly; channels and propulsion speed are held. */
@@ -69,11 +111,14 @@ typedef struct {
  * parameters: p x 2 rows (term, axis). Where jacobian is not NULL it becomes the derivative
  * on them and on the initial velocity, a row [6][p + 6] for every block of samples of a segment,
  * segment by segment: their sum over the root of their number (block 1: every sample's own);
- * NaN after divergence. Workspace: hd_replay_work numbers; p is 0 without a jacobian. */
+ * NaN after divergence. Workspace: hd_replay_work numbers; p is 0 without a jacobian.
+ * With a filter (block 1, no attitude) each sample corrects the state: velocity becomes the
+ * innovations and jacobian the slopes of the predicted outputs, as in filter.c. */
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters);
 void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segments,
-               const int32_t *parameters, size_t n_parameters, size_t block, hd_real *velocity,
-               hd_real *jacobian, int64_t *diverged_at, hd_real *work);
+               const int32_t *parameters, size_t n_parameters, size_t block,
+               const hd_filter *filter, hd_real *velocity, hd_real *jacobian,
+               int64_t *diverged_at, hd_real *work);
 
 /* runs.c ------------------------------------------------------------------- */
 /* hd_adapt over a record; the velocity error starts at 0 in every segment.

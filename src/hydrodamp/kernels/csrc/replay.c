@@ -36,6 +36,8 @@ typedef struct {
     hd_real *rows; /* (p + 6) x n: d state / d parameter; NULL without derivatives */
     hd_real *sum;  /* (p + 6) x n: of the rows of a block of samples */
     size_t block;  /* samples */
+    const hd_filter *filter; /* or NULL */
+    hd_real *transition;     /* 6 x 6: with a filter, the product of Phi since the last sample */
 } integrator;
 
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
@@ -210,6 +212,11 @@ static inline void differentiate(const integrator *d, size_t n, hd_real h,
             normalise_rows(q, length, 6, gain[s]);
     }
     propagate_rows(d, n, transition, gain);
+    if (d->filter) {
+        product(transition, 6, d->transition, 6, 6, 6, weighted, 6);
+        for (size_t i = 0; i < 36; ++i)
+            d->transition[i] = weighted[i];
+    }
 }
 
 /* One classical Runge-Kutta step, sub-step `index` of the interval. */
@@ -290,14 +297,26 @@ static int64_t replay_segment(const integrator *d, size_t start, size_t stop, hd
     hd_real state[MAX_STATES];
 
     start_at(d, start, state);
+    if (d->filter)
+        hd_filter_start(d->filter);
     for (size_t k = start; k < stop; ++k) {
         if (k > start) {
             const interval at = interval_after(d->motion, k - 1);
+            for (size_t i = 0; d->filter && i < 36; ++i)
+                d->transition[i] = i % 7 == 0;
             for (size_t i = 0; i < at.steps; ++i)
                 rk4(d, &at, i, state);
+            if (d->filter)
+                hd_filter_predict(d->filter, d->transition, d->inverse,
+                                  at.h * (hd_real)at.steps, state, d->rows);
         }
         if (diverged(state, d->motion->limit))
             return (int64_t)k;
+        if (d->filter) {
+            hd_filter_update(d->filter, d->motion->plant->free_axes, k, state, d->rows,
+                             velocity + 6 * k, jacobian + width * (k - start));
+            continue;
+        }
         for (size_t i = 0; i < 6; ++i)
             velocity[6 * k + i] = state[i];
         if (d->rows)
@@ -309,14 +328,18 @@ static int64_t replay_segment(const integrator *d, size_t start, size_t stop, hd
 }
 
 void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segments,
-               const int32_t *parameters, size_t n_parameters, size_t block, hd_real *velocity,
-               hd_real *jacobian, int64_t *diverged_at, hd_real *work)
+               const int32_t *parameters, size_t n_parameters, size_t block,
+               const hd_filter *filter, hd_real *velocity, hd_real *jacobian,
+               int64_t *diverged_at, hd_real *work)
 {
     const size_t n_atoms = hd_atom_count(motion->plant->n_channels);
     const size_t width = 6 * (n_parameters + 6);
+    hd_real transition[36];
     integrator d;
 
     d.motion = motion;
+    d.filter = filter;
+    d.transition = transition;
     hd_mass_inverse(motion->plant, d.inverse);
     d.n = motion->attitude ? MAX_STATES : 6;
     d.parameters = parameters;

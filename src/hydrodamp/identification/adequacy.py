@@ -1,0 +1,144 @@
+"""Adequacy of the form of a model: what may be done with its coefficients.
+
+The score statistic of axis a, ``S_a = g' H⁻¹ g`` with the scores g of terms that the model lacks
+and their information H, both after the coefficients of the model are eliminated, is chi-squared
+with as many degrees of freedom d as there are independent terms where nothing is missing (C. R. Rao
+(1948), doi:10.1017/S0305004100023987; J. Neyman's C(α) test (1959)). Terms are missing where its
+probability is below ``MIN_PROBABILITY`` over the number of axes and they would explain more than
+``MAX_MISSING_SHARE`` of the variance of the innovations, ``(S_a − d) / n`` for n samples. The noise
+is wrong where the innovations of a velocity have autocorrelations ρ_k with
+``Σ_k ρ_k² − K/n > MAX_CORRELATION`` over K lags (G. M. Ljung and G. E. P. Box (1978),
+doi:10.1093/biomet/65.2.297).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc
+
+from hydrodamp.status import TextEnum
+
+#: Probability of a rejected form that holds, and share of the variance of the innovations that
+#: missing terms may explain. Of 120 fits of true forms none is beyond both.
+MIN_PROBABILITY, MAX_MISSING_SHARE = 1e-3, 0.01
+
+#: Largest sum of squared autocorrelations of innovations, less that of white ones. It is below 0.03
+#: for true forms, and 0.2 to 1.2 for measured logs.
+MAX_CORRELATION = 0.05
+
+#: Share from which terms are missing with any estimate of the noise.
+CLEARLY_MISSING = 0.1
+
+#: Least R² of held-out replays of a velocity that the model predicts.
+MIN_PREDICTED = 0.5
+
+
+class Form(TextEnum):
+    """Whether the form of a model explains the log; the value says what that allows."""
+
+    ADEQUATE = (
+        "adequate: no term is missing and the rest is noise and pushes; the coefficients are "
+        "physical and may be compared, and used on other missions."
+    )
+    EFFECTIVE = (
+        "effective: the coefficients predict motions like those of the log together; single values "
+        "mean nothing."
+    )
+    INADEQUATE = "inadequate: it does not predict these velocities; take another form."
+
+
+@dataclass(frozen=True)
+class ScoreTest:
+    """Score test of the terms that a model lacks on one axis.
+
+    Attributes
+    ----------
+    statistic : float
+        S_a [1].
+    n_terms : int
+        Degrees of freedom: independent terms.
+    n_samples : int
+        Samples of the log.
+    terms : tuple of str
+        Labels of the terms that explain most, where terms are missing.
+    """
+
+    statistic: float
+    n_terms: int
+    n_samples: int
+    terms: tuple[str, ...] = ()
+
+    @property
+    def probability(self) -> float:
+        """Probability of a larger statistic where nothing is missing."""
+        return float(chdtrc(self.n_terms, self.statistic))
+
+    @property
+    def missing_share(self) -> float:
+        """Share of the variance of the innovations that the terms would explain."""
+        return (self.statistic - self.n_terms) / self.n_samples
+
+    def rejects(self, n_axes: int) -> bool:
+        """Return whether terms are missing."""
+        is_improbable = self.probability < MIN_PROBABILITY / n_axes
+        return is_improbable and self.missing_share > MAX_MISSING_SHARE
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """What the data say of the form of a model.
+
+    Attributes
+    ----------
+    form : Form
+        The result.
+    axes : tuple of str
+        Axes on which terms are missing or the noise is wrong; those that are not predicted where
+        the form is inadequate.
+    tests : dict of str to ScoreTest
+        Score test of each axis.
+    correlations : dict of str to float
+        Sum of squared autocorrelations of the innovations of each velocity, by axis.
+    """
+
+    form: Form
+    axes: tuple[str, ...]
+    tests: dict[str, ScoreTest]
+    correlations: dict[str, float]
+
+    @classmethod
+    def judge(
+        cls,
+        tests: dict[str, ScoreTest],
+        correlations: dict[str, float],
+        r_squared: dict[str, float],
+    ) -> Adequacy:
+        """Judge score tests, autocorrelations and the R² of held-out replays, by axis."""
+        doubtful = tuple(
+            axis
+            for axis in r_squared
+            if (axis in tests and tests[axis].rejects(len(tests)))
+            or not correlations.get(axis, np.inf) <= MAX_CORRELATION
+        )
+        if not doubtful:
+            return cls(Form.ADEQUATE, (), tests, correlations)
+        poor = tuple(axis for axis, value in r_squared.items() if value < MIN_PREDICTED)
+        form = Form.INADEQUATE if poor else Form.EFFECTIVE
+        return cls(form, poor or doubtful, tests, correlations)
+
+    def __str__(self) -> str:
+        """Return a sentence with the evidence."""
+        terms = [label for test in self.tests.values() for label in test.terms]
+        if self.form is Form.ADEQUATE:
+            least = min((test.probability for test in self.tests.values()), default=1.0)
+            evidence = f"score tests find no missing term (least probability {least:.1g})"
+        else:
+            evidence = (
+                f"score tests suggest {' '.join(terms)}"
+                if terms
+                else f"on {' '.join(self.axes)} the rest is neither noise nor pushes"
+            )
+        on = f" on {' '.join(self.axes)}" if self.form is Form.INADEQUATE else ""
+        return f"Form {self.form.word}{on}: {evidence}."

@@ -1,0 +1,170 @@
+"""Prediction errors of the filter: noise, efficiency under pushes, and score tests of the form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+import hydrodamp as hd
+from hydrodamp.identification.adequacy import Adequacy, Form, ScoreTest
+from hydrodamp.identification.continuation import make_objective
+from hydrodamp.identification.prediction_error import (
+    FilteredOutputs,
+    estimate_noise,
+    filter_windows,
+    initial_noise,
+    project_states,
+)
+from hydrodamp.identification.score_test import further_terms
+from hydrodamp.kernels.kalman import Noise
+from hydrodamp.simulation.campaign.conditions import Conditions, true_damping
+from hydrodamp.simulation.campaign.reenact import CampaignSetup
+
+MODEL = hd.catalog["prestero"].with_terms({"K": "up"}, key="truth")
+TAU = 2.0
+PUSH = np.array([0.5, 0.55, 0.12, 0.0005, 0.08, 0.36])
+
+
+class Pushed(Conditions):
+    """Ornstein-Uhlenbeck pushes of the published strength, with white errors of the sensors."""
+
+    def sample_disturbances(self, seed, n_runs, n_samples, period=0.1):
+        rng, decay = np.random.default_rng(seed), np.exp(-period / TAU)
+        pushes = rng.standard_normal((n_samples, n_runs, 6))
+        for k in range(1, n_samples):
+            pushes[k] = decay * pushes[k - 1] + np.sqrt(1.0 - decay**2) * pushes[k]
+        return pushes * PUSH
+
+
+@pytest.fixture(scope="module")
+def truth():
+    values = true_damping().as_dict()
+    return np.array([values.get(label, 0.0) for label in MODEL.labels])
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    (campaign,) = CampaignSetup.of("sname").simulate(range(3, 4), 45.0, Pushed())
+    return hd.prepare(campaign.vehicle, replace(campaign.train, acceleration=None), MODEL)
+
+
+@pytest.fixture(scope="module")
+def objective(pushed):
+    return make_objective(pushed, MODEL)
+
+
+@pytest.fixture(scope="module")
+def noise(objective, truth):
+    first = estimate_noise(objective, truth, initial_noise(objective))
+    return estimate_noise(objective, truth, first)
+
+
+def test_the_likelihood_finds_strength_and_time_constant_of_the_pushes(noise):
+    """Four runs of 45 s hold 45 correlation times of 4 s: 15 % of a strength, 2 sigma 30 %."""
+    is_strong = PUSH > 0.3  # the others are hidden by the errors of the sensors
+    np.testing.assert_allclose(noise.push[is_strong], PUSH[is_strong], rtol=0.35)
+    assert 1.0 < noise.time_constant < 4.0
+
+
+def test_innovations_at_the_truth_are_white_with_variance_one(objective, truth, noise):
+    windows = objective.windows(np.inf)
+    innovations, _, slopes = filter_windows(windows, truth, noise, windows.entries)
+    innovations, _ = project_states(windows, innovations, slopes)
+    n = len(innovations)
+    np.testing.assert_allclose(np.mean(innovations**2, axis=0), 1.0, atol=4.0 * np.sqrt(2.0 / n))
+    lag = np.mean(innovations[1:] * innovations[:-1], axis=0)
+    assert np.all(np.abs(lag) < 4.0 / np.sqrt(n))
+
+
+def test_slopes_are_derivatives_of_the_innovations_with_the_gains_held(objective, truth, noise):
+    """Without pushes there are no gains on the velocity: differences are exact derivatives."""
+    silent = replace(noise, push=np.zeros(6))
+    windows = objective.windows(np.inf)
+    outputs, std = FilteredOutputs(silent, np.ones(6)), np.ones(6)
+    windows = replace(windows, outputs=outputs)
+    label = MODEL.index("N_r|r|")
+    step = 1e-5 * abs(truth[label]) * (np.arange(len(truth)) == label)
+    ahead, behind = (outputs.averages(windows, truth + each, std) for each in (step, -step))
+    slope = (behind - ahead) / (2.0 * step[label])
+    column = outputs.linearise(windows, truth, std).columns[:, 6 + label]
+    np.testing.assert_allclose(column, slope, atol=1e-6 * np.abs(slope).max())
+
+
+@pytest.mark.slow
+def test_the_estimate_is_efficient_where_an_autopilot_answers_pushes(pushed, objective, truth):
+    """Cramer-Rao: the squared errors over their variances have a mean of one."""
+    noise = Noise(
+        PUSH, sensor_noise(pushed), np.full(6, 1e-6), TAU, objective.problem.inputs.time[1]
+    )
+    windows = objective.windows(np.inf)
+    innovations, _, slopes = filter_windows(windows, truth, noise, windows.entries)
+    _, slopes = project_states(windows, innovations, slopes)
+    columns = slopes.reshape(-1, len(truth))
+    bound = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
+    errors = {
+        key: hd.find_method(key).identify(pushed, MODEL).damping.coefficients - truth
+        for key in ("oe", "recommended")
+    }
+    ratio = {key: np.sqrt(np.median((each / bound) ** 2)) for key, each in errors.items()}
+    assert ratio["recommended"] < 1.4
+    assert ratio["recommended"] < 0.8 * ratio["oe"]
+
+
+def sensor_noise(problem):
+    """Standard deviation of the errors of the sensors, from the exact velocities."""
+    (exact,) = CampaignSetup.of("sname").simulate(range(3, 4), 45.0, Pushed())
+    return np.std(problem.inputs.velocity - exact.exact_train.velocity, axis=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("model", "form", "term"),
+    [(MODEL, Form.ADEQUATE, ""), (hd.catalog["prestero"], Form.EFFECTIVE, "K_")],
+)
+def test_a_missing_term_is_found_on_its_axis(pushed, model, form, term):
+    """The truth has a roll moment of p u, which Prestero's form lacks."""
+    adequacy = hd.Recommended().identify(pushed, model).adequacy
+    assert adequacy.form is form
+    least = min(adequacy.tests, key=lambda axis: adequacy.tests[axis].probability)
+    assert not term or least == "K"
+    assert all(each.startswith(term) for each in adequacy.tests["K"].terms)
+
+
+def test_the_statistic_is_chi_squared_where_nothing_is_missing():
+    rng = np.random.default_rng(1)
+    tests = [ScoreTest(float(np.sum(rng.standard_normal(7) ** 2)), 7, 1000) for _ in range(200)]
+    assert kstest([each.probability for each in tests], "uniform").pvalue > 0.01
+    assert not any(each.rejects(6) for each in tests)
+
+
+@pytest.mark.parametrize(
+    ("statistic", "r_squared", "form", "axes"),
+    [
+        (9.0, {"X": 0.2, "N": 0.1}, Form.ADEQUATE, ()),
+        (200.0, {"X": 0.9, "N": 0.7}, Form.EFFECTIVE, ("N",)),
+        (200.0, {"X": 0.9, "N": 0.3}, Form.INADEQUATE, ("N",)),
+    ],
+)
+def test_the_form_follows_tests_and_held_out_replays(statistic, r_squared, form, axes):
+    tests = {"X": ScoreTest(8.0, 9, 2000), "N": ScoreTest(statistic, 10, 2000, ("N_r|u|",))}
+    adequacy = Adequacy.judge(tests, dict.fromkeys(r_squared, 0.0), r_squared)
+    assert (adequacy.form, adequacy.axes) == (form, axes)
+    assert ("N_r|u|" in str(adequacy)) == (form is not Form.ADEQUATE)
+
+
+@pytest.mark.parametrize("correlations", [{"X": 0.2}, {"X": np.nan}, {}])
+def test_a_form_with_coloured_or_unknown_innovations_is_not_adequate(correlations):
+    adequacy = Adequacy.judge({"X": ScoreTest(8.0, 9, 2000)}, correlations, {"X": 0.9})
+    assert (adequacy.form, adequacy.axes) == (Form.EFFECTIVE, ("X",))
+
+
+def test_a_tiny_share_is_no_missing_term_however_long_the_log():
+    assert not ScoreTest(500.0, 10, 100_000).rejects(6)
+
+
+def test_an_axis_with_all_published_terms_is_tested_with_products_of_velocities():
+    model = hd.catalog["gertler-hagen"]
+    rows = further_terms(model).terms
+    assert all(rows)
+    assert not set(rows[5]) & set(model.terms[5])
