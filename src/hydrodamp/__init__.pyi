@@ -74,6 +74,7 @@ from .identification.adaptive import (
     State as State,
     TermScaledGain as TermScaledGain,
 )
+from .identification.adequacy import Adequacy as Adequacy, Form as Form, ScoreTest as ScoreTest
 from .identification.command_response import (
     CommandResponse as CommandResponse,
     estimate_command_response as estimate_command_response,

@@ -142,3 +142,43 @@ def test_the_worse_holds(problem, fit, by_log):
     assert found.grades == worse
     assert tuple(found.causes) == found.labels_with(hd.Grade.NOT_DETERMINED)
     assert worse not in (by_log.grades, by_fit)
+
+
+@pytest.fixture(scope="module")
+def replayed():
+    """A fit with held-out replays that pushes make poor, and its problem."""
+    campaign = hd.reenact(seed=0, duration=60.0)
+    problem = hd.prepare(campaign.vehicle, campaign.train, LINEAR)
+    fit = hd.WeakForm().identify(problem, LINEAR)
+    known = fit.uncertainty.rescale(np.full(36, 0.1))
+    fit = replace(with_errors(fit, known.covariance), uncertainty=known)
+    return problem, replace(fit, held_out_r_squared=dict.fromkeys("XYZKMN", 0.1))
+
+
+def judge_form(*missing):
+    """Return what score tests say of a form that lacks terms on these axes."""
+    statistics = {axis: 900.0 if axis in missing else 9.0 for axis in "XYZKMN"}
+    return hd.Adequacy.judge({k: hd.ScoreTest(v, 10, 2000) for k, v in statistics.items()}, {})
+
+
+def test_poor_replays_do_not_count_where_the_form_is_adequate(replayed):
+    problem, fit = replayed
+    assert set(hd.grade_fit(problem, fit).causes.values()) == {Cause.POORLY_EXCITED}
+    graded = hd.grade_fit(problem, replace(fit, adequacy=judge_form()))
+    assert all(axis.excited for axis in graded.axes)
+    half = fit.uncertainty.critical_value() * fit.uncertainty.standard_errors
+    is_narrow = half <= 0.25 * np.abs(fit.damping.coefficients)
+    assert graded.labels_with(hd.Grade.DETERMINED) == tuple(np.array(LINEAR.labels)[is_narrow])
+    lacking = hd.grade_fit(problem, replace(fit, adequacy=judge_form("K")))
+    assert set(lacking.causes.values()) == {Cause.POORLY_EXCITED}
+
+
+def test_no_coefficient_is_determined_where_terms_are_missing(replayed):
+    problem, fit = replayed
+    fit = replace(fit, held_out_r_squared=dict.fromkeys("XYZKMN", 0.9))
+    full = hd.grade_fit(problem, fit).grades
+    limited = hd.grade_fit(problem, replace(fit, adequacy=judge_form("N"))).grades
+    changed = {label for label in full if limited[label] is not full[label]}
+    assert changed == {k for k, v in full.items() if v is hd.Grade.DETERMINED and k[0] == "N"}
+    assert changed
+    assert {limited[label] for label in changed} == {hd.Grade.WEAK}

@@ -159,6 +159,25 @@ def test_a_form_with_coloured_or_unknown_innovations_is_not_adequate(correlation
     assert (adequacy.form, adequacy.axes) == (Form.EFFECTIVE, ("X",))
 
 
+@pytest.mark.parametrize("command", ["", "*rudder_above_the_propeller"])
+@pytest.mark.parametrize("r_squared", [{}, dict.fromkeys("XYZKMN", 0.1)])
+def test_the_form_is_a_line_with_the_axes_that_lack_most(r_squared, command):
+    terms = {axis: (f"{axis}_u|u|{command}",) for axis in "XYZKMN"}
+    tests = {k: ScoreTest(300.0 + n, 10, 2000, terms[k]) for n, k in enumerate(terms)}
+    text = str(Adequacy.judge(tests, {}, r_squared))
+    assert len(text) <= 100
+    head = "inadequate for u v w p q r" if r_squared else "effective"
+    assert text.startswith(f"Form: {head}; missing on N")
+    assert text.endswith(" X.")
+    if not command:
+        assert "N M K: N_u|u|, M_u|u|, K_u|u|; also on Z Y X." in text
+
+
+def test_an_adequate_form_is_named_so():
+    adequacy = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.1})
+    assert str(adequacy) == "Form: adequate (score tests find nothing missing)."
+
+
 def test_a_tiny_share_is_no_missing_term_however_long_the_log():
     assert not ScoreTest(500.0, 10, 100_000).rejects(6)
 

@@ -48,6 +48,9 @@ class Entry:
 class Listed:
     rows: tuple[Entry, ...]
 
+    def select(self):
+        return select_row(self.rows)
+
 
 LARGE, LINEAR, SMALL, TINY, EMPTY = ROWS = (
     Entry("large", 216, (0.50,)),
@@ -90,9 +93,21 @@ def test_fewer_coefficients_are_selected_within_one_standard_error_over_blocks()
 @pytest.mark.parametrize(("share", "selected"), [(1.24, "small"), (1.26, "large")])
 def test_a_quarter_of_the_least_error_is_equal_for_use(share, selected):
     """A difference that every block repeats has no standard error."""
-    large = Entry("large", 55, (0.1, 0.2, 5.0))
+    large = Entry("large", 55, (0.01, 0.02, 0.5))
     small = Entry("small", 22, tuple(share * error for error in large.errors))
     assert select_row([small, large]).row.model == selected
+
+
+def test_of_equal_rows_those_that_predict_the_most_velocities_count():
+    """The smallest misses r, in which the others are good enough; no noise, one block repeated."""
+    small = Several("small", 10, (0.10, 0.10, 1.01), motion=(1.0, 1.0, 1.0))
+    large = Several("large", 40, (0.10, 0.10, 0.95))
+    middle = Several("middle", 30, (0.12, 0.12, 0.97))
+    selection = select_row([small, large, middle])
+    assert selection.row is middle
+    assert {row.model for row in selection.equivalent} == {"small", "large"}
+    assert "30, of the models that are equal for use and predict the most" in selection.sentence
+    assert select_row([small, replace(small, model="large", n_coefficients=40)]).row is small
 
 
 def test_a_diverged_row_never_precedes_one_whose_replays_ended():
@@ -201,3 +216,12 @@ def test_the_front_has_lower_errors_for_more_coefficients():
     same = Entry("same", 36, (0.64,))
     assert pareto_front(Listed((*ROWS, beaten, same))) == (TINY, SMALL, LINEAR, LARGE)
     assert pareto_front(Listed((EMPTY,))) == ()
+
+
+def test_the_front_is_of_the_relative_error():
+    """Equation 24 in deg/s would have the smaller row alone on the front."""
+    units = (1.0, 1.0, np.degrees(1.0))
+    turns = Several("turns", 20, (0.6, 0.6, 0.2), units=units)
+    drag = Several("drag", 30, (0.1, 0.1, 0.4), units=units)
+    assert turns.rms < drag.rms
+    assert pareto_front(Listed((drag, turns))) == (turns, drag)

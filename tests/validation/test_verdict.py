@@ -7,6 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.block_errors import BlockErrors, block_errors, pool
+from hydrodamp.validation.cross_validation import ValidatedRow
 from hydrodamp.validation.excitation import (
     compare_logs,
     describe_folds,
@@ -232,6 +233,29 @@ def test_a_verdict_names_the_row_of_the_selection_and_for_what_it_is_usable(tabl
     assert verdict.recommended
     assert verdict.headline.startswith(f"Usable: {verdict.model} by weak for u ")
     assert "determined" not in verdict.headline
+
+
+LACKING = hd.Adequacy.judge({"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {})
+SOUND = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {})
+
+
+def test_the_verdict_states_form_and_missions_once(table):
+    rows = tuple(replace(row, fit=replace(row.fit, adequacy=LACKING)) for row in table.rows)
+    provenance = table.provenance | {"missions": "Depth is safe.\nHeading is not."}
+    lines = replace(table, rows=rows, provenance=provenance).verdict().lines
+    start = lines.index("Form: effective; missing on K: K_p|u|.")
+    assert lines[start + 1 : start + 3] == ("Depth is safe.", "Heading is not.")
+    assert len(set(lines)) == len(lines)
+    assert not any(line.startswith("Form") for line in table.verdict().lines)
+
+
+def test_a_cross_validation_states_the_worst_form_of_the_folds_that_count(table):
+    folds = [replace(table.rows[0], fit=replace(table.rows[0].fit, adequacy=each))
+             for each in (SOUND, LACKING)]  # fmt: skip
+    validated = hd.CrossValidation((ValidatedRow(tuple(folds)),), (("a",), ("b",)))
+    assert str(LACKING) in validated.verdict().reasons
+    counted = replace(validated, rows=(ValidatedRow(tuple(folds), (True, False)),))
+    assert str(SOUND) in counted.verdict().reasons
 
 
 def test_a_selected_fit_that_stopped_is_told(table):

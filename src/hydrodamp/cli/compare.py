@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -159,11 +159,12 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
 
     An interrupted run leaves a finished comparison in the folder as it is.
     """
-    from hydrodamp.experiment_design.standard_missions import describe_missions
     from hydrodamp.report.documents import comparison_document
     from hydrodamp.report.files import DAMPING, listed_fits
 
     comparison = compare_task(task, provenance)
+    if any(row.rms is not None for row in comparison.rows):
+        comparison = predict_missions(comparison)
     n_rows, n_requested = len(comparison.rows), len(task.rows)
     out, remark = task.out, ""
     if out is not None and n_rows < n_requested and listed_fits(out) is not None:
@@ -175,11 +176,9 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
             hd.write_comparison(comparison, out)
         damping = None if out is None else out / DAMPING
         paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
-        is_scored = any(row.rms is not None for row in comparison.rows)
-        missions = [*describe_missions(comparison.select().row.fit)] if is_scored else []
         document = comparison_document(comparison) | {"paths": paths}
         tables = comparison_output(comparison, damping, task.verbose, n_rows == n_requested)
-        print_output(json, document, *tables, *missions)
+        print_output(json, document, *tables)
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(
@@ -194,6 +193,16 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
             "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
             "richer excitation."
         )
+
+
+def predict_missions(comparison: hd.Comparison) -> hd.Comparison:
+    """Return a comparison whose verdict states the predicted errors of standard missions."""
+    from hydrodamp.experiment_design.standard_missions import describe_missions
+    from hydrodamp.validation.compare import MISSIONS
+
+    text = "\n".join(describe_missions(comparison.select().row.fit))
+    provenance = comparison.provenance | ({MISSIONS: text} if text else {})
+    return replace(comparison, provenance=provenance)
 
 
 def check_resume(folder: Path, fits: Iterable[hd.Fit], force: bool) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.cli import inputs
-from hydrodamp.cli.compare import fit_all
+from hydrodamp.cli.compare import fit_all, predict_missions
 from hydrodamp.cli.output import fail, note, print_output, run_provenance
 from hydrodamp.cli.report import report_paths, write_fit
 from hydrodamp.errors import no_such
@@ -42,7 +42,6 @@ def identify(
     json: bool = False,
 ) -> None:
     """Identify one model from a log, grade its coefficients and write a damping file."""
-    from hydrodamp.experiment_design.standard_missions import describe_missions
     from hydrodamp.identification.parameter_estimates import describe_estimates
     from hydrodamp.report.documents import fit_document, selection_document
     from hydrodamp.report.files import PICTURES
@@ -84,9 +83,10 @@ def identify(
             grades = hd.grade_fit(problem, fit)
             fit = replace(fit, grades=grades.grades)
     comparison = hd.compare((fit,), craft, log)
-    missions = [*describe_missions(fit)] if fit.status.usable else []
+    if fit.status.usable:
+        comparison = predict_missions(comparison)
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
-    document["predicted_missions"] = missions
+    document["predicted_missions"] = comparison.missions
     text = as_json(document)
     if fit.status.usable and sensitivity:
         with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
@@ -103,9 +103,9 @@ def identify(
         if not json:
             with _reason_of_failure("The residuals are not tested", details):
                 details.append("\n".join(hd.diagnose(problem, fit.damping)))
-        reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra, *missions))
-        write_fit(reported, craft, log, provenance, out, text)
-    print_output(json, document, *tables, *extra, *missions)
+        reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra))
+        write_fit(reported, craft, log, comparison.provenance | provenance, out, text)
+    print_output(json, document, *tables, *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
 
@@ -128,7 +128,8 @@ def fit_output(
         notes.append(f"File: {out}{'.' if row.divergences else export}")
     is_complete = verbose or not row.fit.grades
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
-    return (verdict_table(comparison.verdict(), notes), coefficients)
+    verdict = verdict_table(comparison.verdict(), notes)
+    return (verdict, coefficients.omit_notes(verdict.notes))
 
 
 def _free_parameters(

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
+from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.status import TextEnum
 
 #: Probability of a rejected form that holds, and share of the variance of the innovations that
@@ -34,9 +35,18 @@ CLEARLY_MISSING = 0.1
 #: Least R² of held-out replays of a velocity that the model predicts.
 MIN_PREDICTED = 0.5
 
+#: Axes whose missing terms a sentence names, and its length: one line of a terminal.
+MAX_NAMED_AXES, MAX_LENGTH = 3, 100
+
 
 class Form(TextEnum):
-    """Whether the form of a model explains the log; the value says what that allows."""
+    """Whether the form of a model explains the log; the value says what that allows.
+
+    Examples
+    --------
+    >>> Form.EFFECTIVE.word
+    'effective'
+    """
 
     ADEQUATE = (
         "adequate: no term is missing and the rest is noise and pushes; the coefficients are "
@@ -63,6 +73,12 @@ class ScoreTest:
         Samples of the log.
     terms : tuple of str
         Labels of the terms that explain most, where terms are missing.
+
+    Examples
+    --------
+    >>> test = ScoreTest(statistic=210.0, n_terms=10, n_samples=2000, terms=("K_p|u|",))
+    >>> test.missing_share, test.rejects(n_axes=6)
+    (0.1, True)
     """
 
     statistic: float
@@ -81,7 +97,18 @@ class ScoreTest:
         return (self.statistic - self.n_terms) / self.n_samples
 
     def rejects(self, n_axes: int) -> bool:
-        """Return whether terms are missing."""
+        """Return whether terms are missing.
+
+        Parameters
+        ----------
+        n_axes : int
+            Number of tests of the fit, over which the probability of an error is divided.
+
+        Returns
+        -------
+        rejects : bool
+            True where the statistic is improbable and the missing share matters.
+        """
         is_improbable = self.probability < MIN_PROBABILITY / n_axes
         return is_improbable and self.missing_share > MAX_MISSING_SHARE
 
@@ -101,6 +128,12 @@ class Adequacy:
         Score test of each axis.
     correlations : dict of str to float
         Sum of squared autocorrelations of the innovations of each velocity, by axis.
+
+    Examples
+    --------
+    >>> tests = {"K": ScoreTest(210.0, 10, 2000, ("K_p|u|",)), "N": ScoreTest(9.0, 10, 2000)}
+    >>> print(Adequacy.judge(tests, {"K": 0.0, "N": 0.01}, {"K": 0.9, "N": 0.8}))
+    Form: effective; missing on K: K_p|u|.
     """
 
     form: Form
@@ -115,10 +148,26 @@ class Adequacy:
         correlations: dict[str, float],
         r_squared: dict[str, float],
     ) -> Adequacy:
-        """Judge score tests, autocorrelations and the R² of held-out replays, by axis."""
+        """Judge the form of a model.
+
+        Parameters
+        ----------
+        tests : dict of str to ScoreTest
+            By axis.
+        correlations : dict of str to float
+            Sum of squared autocorrelations of the innovations of each velocity, by axis.
+        r_squared : dict of str to float
+            R² of held-out replays of the velocity of each axis.
+
+        Returns
+        -------
+        adequacy : Adequacy
+            Adequate where no test rejects and all innovations are white, else effective or, where a
+            velocity is not predicted, inadequate.
+        """
         doubtful = tuple(
             axis
-            for axis in r_squared
+            for axis in dict.fromkeys((*r_squared, *tests))
             if (axis in tests and tests[axis].rejects(len(tests)))
             or not correlations.get(axis, np.inf) <= MAX_CORRELATION
         )
@@ -128,17 +177,28 @@ class Adequacy:
         form = Form.INADEQUATE if poor else Form.EFFECTIVE
         return cls(form, poor or doubtful, tests, correlations)
 
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Axes on which terms are missing, from the largest missing share."""
+        rejected = [axis for axis, test in self.tests.items() if test.rejects(len(self.tests))]
+        return tuple(sorted(rejected, key=lambda axis: -self.tests[axis].missing_share))
+
     def __str__(self) -> str:
-        """Return a sentence with the evidence."""
-        terms = [label for test in self.tests.values() for label in test.terms]
+        """Return the form, and a term of each axis that lacks most, in one line."""
         if self.form is Form.ADEQUATE:
-            least = min((test.probability for test in self.tests.values()), default=1.0)
-            evidence = f"score tests find no missing term (least probability {least:.1g})"
-        else:
-            evidence = (
-                f"score tests suggest {' '.join(terms)}"
-                if terms
-                else f"on {' '.join(self.axes)} the rest is neither noise nor pushes"
-            )
-        on = f" on {' '.join(self.axes)}" if self.form is Form.INADEQUATE else ""
-        return f"Form {self.form.word}{on}: {evidence}."
+            return "Form: adequate (score tests find nothing missing)."
+        head = f"Form: {self.form.word}"
+        if self.form is Form.INADEQUATE:
+            head += f" for {' '.join(VELOCITY_OF[axis] for axis in self.axes)}"
+        if not self.missing:
+            return f"{head}; the rest is neither noise nor pushes."
+        texts = (f"{head}; missing on {self._name_terms(n)}." for n in range(MAX_NAMED_AXES + 1))
+        return [text for text in texts if len(text) <= MAX_LENGTH][-1]
+
+    def _name_terms(self, n: int) -> str:
+        """Return the axes on which terms are missing, with the first term of n of them."""
+        named, unnamed = self.missing[:n], " ".join(self.missing[n:])
+        if not named:
+            return unnamed
+        terms = ", ".join(" ".join(self.tests[axis].terms[:1]) for axis in named)
+        return f"{' '.join(named)}: {terms}" + f"; also on {unnamed}" * bool(unnamed)

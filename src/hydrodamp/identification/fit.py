@@ -319,8 +319,9 @@ class Fit:
 
     @property
     def summary_lines(self) -> tuple[str, ...]:
-        """Warnings, status, remarks and the covariance estimator, in sentences."""
-        lines = (*self.warnings, self.status.value, *self.remarks)
+        """Warnings, status, form, remarks and the covariance estimator, in sentences."""
+        form = () if self.adequacy is None else (str(self.adequacy),)
+        lines = (*self.warnings, self.status.value, *form, *self.remarks)
         if self.uncertainty is not None:
             return (*lines, str(self.uncertainty))
         return lines if self.damping.covariance is None else (*lines, WHITE_NOISE_NOTE)

@@ -1,9 +1,10 @@
 """Practical identifiability: excitation of each axis, rank and condition, grade per coefficient.
 
 An axis is excited where the R² on held-out data is at least 0.25: that of its velocity in replays
-for a method that replays, that of its wrench in the weak form for others. A coefficient is graded
-by the half-width of its 95 % confidence interval, and in the weak form by its reliability ratio:
-the share of its regressor that excited velocities produce.
+for a method that replays, that of its wrench in the weak form for others. Where score tests find
+the form adequate every axis is: intervals hold all there is to know, and pushes make replays poor.
+A coefficient is graded by the half-width of its 95 % confidence interval, and in the weak form by
+its reliability ratio: the share of its regressor that excited velocities produce.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.adequacy import Form
 from hydrodamp.identification.differentiation import velocity_correlation_time
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.grades import MIN_R_SQUARED, Cause, Grade, grade_coefficients
@@ -48,7 +50,8 @@ class Excitation:
     """Excitation of each axis.
 
     ``excited_design`` is the regressor with unexcited velocities held at their mean; ``r_squared``
-    and ``response`` (RMS of the predicted wrench [N, N m]) have shape (6,).
+    and ``response`` (RMS of the predicted wrench [N, N m]) have shape (6,). The R² decides unless
+    the form ``is_adequate``.
     """
 
     model: DampingModel
@@ -57,11 +60,12 @@ class Excitation:
     excited_design: FloatArray
     r_squared: FloatArray
     response: FloatArray
+    is_adequate: bool = False
 
     @property
     def excited(self) -> BoolArray:
         """Whether each axis is excited; shape (6,)."""
-        return self.r_squared >= MIN_R_SQUARED
+        return self.is_adequate | (self.r_squared >= MIN_R_SQUARED)
 
 
 def analyse_excitation(problem: Problem, model: DampingModel) -> Excitation:
@@ -250,8 +254,11 @@ def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
 def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     """Grade each coefficient of a fit.
 
-    Where the method replays held-out parts of the log, by the interval of the fit and the R² of
-    the replays; for other methods, by the worse of that by the weak form and by the interval.
+    Where the method replays held-out parts of the log, by the interval of the fit and, unless score
+    tests find the form adequate, by the R² of the replays; for other methods, by the worse of that
+    by the weak form and by the interval. On an axis on which terms are missing a coefficient that
+    would be determined is weak: its interval covers the difference of two estimates that both lack
+    the terms, not that to the physical value.
 
     Parameters
     ----------
@@ -306,8 +313,11 @@ def _grade_fit(excitation: Excitation, fit: Fit) -> Identifiability:
     half = known.critical_value() * known.standard_errors
     by_fit = grade_by_excitation(excitation, half, damping.coefficients)
     if fit.held_out_r_squared:
-        axes = (_limit_to_weak(axis, fit.indirect) for axis in by_fit.axes)
-        return replace(by_fit, axes=tuple(axes))
+        missing = () if fit.adequacy is None else fit.adequacy.missing
+        determined = by_fit.labels_with(Grade.DETERMINED)
+        effective = (label for label in determined if label.partition("_")[0] in missing)
+        weak = (*fit.indirect, *effective)
+        return replace(by_fit, axes=tuple(_limit_to_weak(axis, weak) for axis in by_fit.axes))
     pairs = zip(_grade_by_weak_form(excitation).axes, by_fit.axes, strict=True)
     return replace(by_fit, axes=tuple(_worse(*pair) for pair in pairs))
 
@@ -324,7 +334,8 @@ def _excitation_of(problem: Problem, fit: Fit) -> Excitation:
     response = np.sqrt(np.mean(wrench**2, axis=0))
     r_squared = np.array([fit.held_out_r_squared.get(axis, 0.0) for axis in AXES])
     settings = problem.vehicle.axes, rows, rows.design, frozen(r_squared), frozen(response)
-    return Excitation(free, *settings)
+    is_adequate = fit.adequacy is not None and fit.adequacy.form is Form.ADEQUATE
+    return Excitation(free, *settings, is_adequate)
 
 
 def _limit_to_weak(axis: AxisIdentifiability, labels: tuple[str, ...]) -> AxisIdentifiability:

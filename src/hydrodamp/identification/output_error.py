@@ -296,7 +296,7 @@ def build_fit(
         rank=span.rank,
         aliased=span.aliased,
         status=status if result.converged else Status.STOPPED,
-        remarks=(_remark(objective, result), *sentences, *([str(adequacy)] if adequacy else [])),
+        remarks=(_remark(objective, result), *sentences),
     )
     return replace(
         fit,

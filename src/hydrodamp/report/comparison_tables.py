@@ -29,7 +29,7 @@ from hydrodamp.validation.compare import (
     is_paper_campaign,
 )
 from hydrodamp.validation.cross_validation import CrossValidation
-from hydrodamp.validation.selection import pareto_front, rms_or_infinity
+from hydrodamp.validation.selection import pareto_front, relative_errors
 
 MAX_METHODS = 3  # columns of methods in a table of 80 characters
 MAX_BRIEF_METHODS = 4  # in one without ranks
@@ -123,9 +123,10 @@ def summary_table(comparison: Comparison, methods: Sequence[str]) -> Table:
         rows.append((model, n, next(ranks, None), *map(_error, model_rows), *paper))
     best = set()
     for column, method in enumerate(methods, start=3):
-        scored = [row for row in comparison.rows if row.method == method and row.converged]
+        of_method = [row for row in comparison.rows if row.method == method and row.converged]
+        scored = [(row.rms, row.model) for row in of_method if row.rms is not None]
         if scored:
-            best.add(([*sizes].index(min(scored, key=rms_or_infinity).model), column))
+            best.add(([*sizes].index(min(scored)[1]), column))
     data = describe_data(comparison)
     title = f"RMS velocity error on the {data}, m/s and {comparison.rate_unit}/s mixed"
     return Table(title, tuple(columns), tuple(rows), best=frozenset(best))
@@ -149,6 +150,13 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
         Column("n", meaning="number of coefficients", key="n_coefficients"),
         Column("rank", meaning="number of combinations of coefficients that the data determine"),
         Column(
+            "error %",
+            form=partial(error_size, decimals=1),
+            meaning="relative error: mean error of the velocities that the test excites, in % of "
+            "their motion, without the noise",
+            key="relative_error",
+        ),
+        Column(
             "RMS",
             form=error_size,
             meaning=f"RMS velocity error of the open-loop replay, m/s and {unit} mixed, eq. 24",
@@ -161,7 +169,9 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
         columns.append(Column("paper", form=_paper_error, meaning=meaning, key="paper_rms"))
     for name in names:
         columns += _axis_columns(name, unit)
-    return Table(title, tuple(columns), tuple(score_row(row, names, has_paper) for row in rows))
+    errors = relative_errors(replace(comparison, rows=tuple(rows)))
+    cells = (score_row(row, each, names, has_paper) for row, each in zip(rows, errors, strict=True))
+    return Table(title, tuple(columns), tuple(cells))
 
 
 def _axis_columns(name: str, rate: str) -> tuple[Column, Column]:
@@ -175,10 +185,13 @@ def _axis_columns(name: str, rate: str) -> tuple[Column, Column]:
     )
 
 
-def score_row(row: Row, names: Sequence[str], has_paper: bool) -> tuple[object, ...]:
+def score_row(
+    row: Row, relative: float, names: Sequence[str], has_paper: bool
+) -> tuple[object, ...]:
     paper = getattr(PAPER_TABLE_I.get(row.model), PAPER_COLUMN.get(row.method, ""), None)
-    values = row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word
-    return *values, *((paper,) if has_paper else ()), *_by_axis(row, names)
+    error = relative if math.isfinite(relative) else None
+    values = row.model, row.method, row.n_coefficients, row.fit.rank, error, row.rms
+    return *values, row.status.word, *((paper,) if has_paper else ()), *_by_axis(row, names)
 
 
 def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:

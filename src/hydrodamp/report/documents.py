@@ -71,6 +71,11 @@ def _read_adequacy(value: object) -> object:
     return value
 
 
+def adequacy_document(adequacy: Adequacy | None) -> dict[str, Any] | None:
+    """Return what score tests say of a form as a document."""
+    return None if adequacy is None else {**asdict(adequacy), "form": adequacy.form.word}
+
+
 #: An estimate with its grade.
 EstimateContent = Annotated[
     Estimate,
@@ -82,7 +87,7 @@ EstimateContent = Annotated[
 AdequacyContent = Annotated[
     Adequacy,
     BeforeValidator(_read_adequacy),
-    PlainSerializer(lambda each: {**asdict(each), "form": each.form.word}),
+    PlainSerializer(adequacy_document),
 ]
 
 #: A vehicle as the content of its file.
@@ -175,6 +180,7 @@ def _row(row: Row, name: str) -> dict[str, Any]:
         **{key: getattr(row, key) for key in ("model", "method", "n_coefficients")},
         "rank": row.fit.rank,
         "n_determined": count_determined(row.grades),
+        "adequacy": adequacy_document(row.fit.adequacy),
         "standard_error": None
         if row.blocks is None or row.divergences
         else row.blocks.standard_error,

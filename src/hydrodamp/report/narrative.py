@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from hydrodamp.data.intervals import ALL_TEST_DATA
+from hydrodamp.identification.adequacy import Form
 from hydrodamp.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 from hydrodamp.validation.diagnostics import replay_warnings
@@ -46,13 +47,24 @@ def remarks(comparison: Comparison) -> Iterator[str]:
 
 
 def limits(comparison: Comparison) -> Iterator[str]:
-    """Yield the notes on missing rows."""
+    """Yield the notes on missing rows and on the forms of several models."""
     provenance = comparison.provenance
     if missing := provenance.get(UNFINISHED):
         yield f"Incomplete comparison ({missing}): a missing row may be better than these."
     if is_paper_campaign(comparison):
         yield "paper: Table I as printed; the paper's log was never published."
     yield from status_remarks(comparison, [status for status in Status if not status.usable])
+    if len(comparison.rows) > 1:
+        yield from _describe_forms(comparison)
+
+
+def _describe_forms(comparison: Comparison) -> Iterator[str]:
+    """Yield which models score tests find adequate, effective and inadequate, in a sentence."""
+    known = [(row.model, row.fit.adequacy.form) for row in comparison.rows if row.fit.adequacy]
+    models = {form: dict.fromkeys(model for model, each in known if each is form) for form in Form}
+    clauses = [f"{form.word} {', '.join(names)}" for form, names in models.items() if names]
+    if clauses:
+        yield f"Forms by score tests: {'; '.join(clauses)}."
 
 
 def status_remarks(comparison: Comparison, statuses: Iterable[Status]) -> Iterator[str]:

@@ -35,7 +35,7 @@ from hydrodamp.report.verdict_tables import best_by_model, selection_cells
 from hydrodamp.results import save_result
 from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import find_selected_row
-from hydrodamp.validation.selection import rms_or_infinity
+from hydrodamp.validation.selection import relative_errors
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -102,7 +102,9 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
     """Return the variables of the template."""
     selected, grades = find_selected_row(comparison), content.identifiability
     unit, provenance = comparison.rate_unit, comparison.provenance
-    by_error = sorted(comparison.rows, key=lambda row: (rms_or_infinity(row), row.n_coefficients))
+    errors = zip(relative_errors(comparison), comparison.rows, strict=True)
+    pairs = sorted(errors, key=lambda pair: (pair[0], pair[1].n_coefficients))
+    by_error = [row for _, row in pairs]
     order = sorted(
         by_error, key=lambda row: (row is not selected, row.rms is None, not row.converged)
     )
@@ -114,7 +116,7 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
     forest_fits = sorted(best, key=lambda row: row is not selected)
     truth = true_coefficients(comparison)
     colours = enumerate(model_colours(comparison.models).items())
-    scores = f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %"
+    scores = f"Error of each replay: relative in %, RMS in m/s and {unit}/s, and fit in %"
     return {
         "comparison": comparison,
         "subtitle": describe_run(comparison, selected),

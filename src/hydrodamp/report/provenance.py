@@ -11,12 +11,12 @@ from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.narrative import TRAINING_DATA, describe_data
 from hydrodamp.report.table import Table
 from hydrodamp.simulation.campaign.reenact import TRUTHS, CampaignSetup
-from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.compare import MISSIONS, Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 MIN_TRACK_POINTS, MAX_TRACK_POINTS = 2, 400
 
-_SHOWN_ELSEWHERE = ("files", "warnings")
+_SHOWN_ELSEWHERE = ("files", "warnings", MISSIONS)
 
 
 def describe_run(comparison: Comparison, selected: Row | None) -> str:

@@ -6,9 +6,9 @@ import csv
 import io
 import math
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -86,6 +86,10 @@ class Table:
         sides = zip(header, align, strict=True)
         columns = tuple(Column(name, number=side == "r") for name, side in sides)
         return cls(title, columns, tuple(rows), tuple(notes))
+
+    def omit_notes(self, notes: Collection[str]) -> Table:
+        """Return the table without notes that are printed elsewhere."""
+        return replace(self, notes=tuple(note for note in self.notes if note not in notes))
 
     @property
     def header(self) -> tuple[str, ...]:

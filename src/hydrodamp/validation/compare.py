@@ -41,6 +41,9 @@ from hydrodamp.validation.selection import Ranked, Selection, row_text, select_r
 from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
 
+#: Key in the provenance of a comparison of the predicted errors of missions, a sentence a line.
+MISSIONS = "missions"
+
 
 @dataclass(frozen=True)
 class Row:
@@ -154,6 +157,11 @@ class Comparison:
         """Test data that are also training data; empty for none."""
         return self.provenance.get("overlap", "")
 
+    @property
+    def missions(self) -> tuple[str, ...]:
+        """Sentences on the predicted errors of standard missions by the selected row."""
+        return tuple(self.provenance.get(MISSIONS, "").splitlines())
+
     def row(self, model: str, method: str) -> Row:
         """Return the row of a model and a method.
 
@@ -195,9 +203,10 @@ class Comparison:
         The error of a row is the mean, over the velocities that the test excites, of the RMS error
         relative to the standard deviation of the velocity, without the noise. Errors within a
         quarter of the least, or within one standard error of the difference over blocks of the test
-        data, are equal: of these rows that with the fewest coefficients is selected, then that of
-        least error. Rows whose replay diverged are excluded unless all have, then rows that have
-        not converged. Equation 24 decides nothing.
+        data, are equal: of these, the rows that predict the most velocities significantly better
+        than their mean; of these, that with the fewest coefficients, then that of least error.
+        Rows whose replay diverged are excluded unless all have, then rows that have not converged.
+        Equation 24 decides nothing.
 
         Returns
         -------
@@ -229,6 +238,9 @@ class Comparison:
         rebuilt = dict.fromkeys(row.rebuilt, "against a velocity rebuilt from sensors")
         if row.fit.status is Status.STOPPED:
             sentences.append("The optimiser stopped before it converged.")
+        if row.fit.adequacy is not None:
+            sentences.append(str(row.fit.adequacy))
+        sentences += self.missions
         doubts, untested = rebuilt | imbalance.doubts, imbalance.untested
         return judge_selection(selection, self.rate_unit, sentences, doubts, untested, self.overlap)
 

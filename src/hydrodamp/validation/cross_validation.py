@@ -14,6 +14,7 @@ from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment, extract_segments
 from hydrodamp.errors import HydrodampWarning, MethodError
+from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.identifiability import grade_fits
@@ -99,6 +100,12 @@ class ValidatedRow:
             for label, grade in row.grades.items():
                 worst[label] = max(worst.get(label, grade), grade, key=order.index)
         return worst
+
+    @property
+    def adequacy(self) -> Adequacy | None:
+        """What score tests say of the form in the fold in which it is worst; None without tests."""
+        known = [row.fit.adequacy for _, row in self._counted if row.fit.adequacy is not None]
+        return max(known, key=lambda each: [*Form].index(each.form), default=None)
 
     @property
     def divergences(self) -> tuple[str, ...]:
@@ -189,14 +196,17 @@ class CrossValidation:
         MethodError
             If nothing was fitted.
         """
-        sentences = describe_folds(self.imbalances, self.held_out)
+        selection = self.select()
+        sentences = list(describe_folds(self.imbalances, self.held_out))
+        if (adequacy := selection.row.adequacy) is not None:
+            sentences.append(str(adequacy))
         doubts = {
             name: f"excited in fold {number} only"
             for number, imbalance in enumerate(self.imbalances, start=1)
             for name in imbalance.test_only
         }
         untested = {name: doubts.get(name, reason) for name, reason in self._untested.items()}
-        return judge_selection(self.select(), self.rate_unit, sentences, doubts, untested)
+        return judge_selection(selection, self.rate_unit, sentences, doubts, untested)
 
     def __str__(self) -> str:
         """Return the table as plain text."""

@@ -3,23 +3,27 @@
 A row with a diverged replay ranks below every row without one, then a row that has not converged
 below those that have. Of the best of these classes the rows whose relative error is within a
 quarter of the least, or within one jackknife standard error of the difference over blocks of the
-held-out data (Breiman et al., 1984), are equal for use; of these the row with the fewest
-coefficients is selected, then that of least error. The relative error is the mean,
-over the velocities that the test excites, of the RMS error over the standard deviation of the
-velocity, without the noise: it does not depend on units. Equation 24 mixes units and decides
-nothing.
+held-out data (Breiman et al., 1984), are equal for use; of these the rows that predict the most
+velocities significantly better than their mean, of these the row with the fewest coefficients is
+selected, then that of least error. The relative error is the mean, over the velocities that the
+test excites, of the RMS error over the standard deviation of the velocity, without the noise: it
+does not depend on units. Equation 24 mixes units and decides nothing.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.grades import Grade, count_determined
+from hydrodamp.identification.grades import Grade, count_determined, critical_value
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.status import Status
+
+#: One-sided confidence that the fit is above zero, by Student's t over the blocks.
+CONFIDENCE = 0.95
 
 
 class Ranked(Protocol):
@@ -69,7 +73,8 @@ class Selection(Generic[Candidate]):
     Attributes
     ----------
     row : Row
-        That of fewest coefficients among those equal for use to the least relative error.
+        That of fewest coefficients among those equal for use to the least relative error that
+        predict the most velocities.
     errors : BlockErrors
         Those of the selected row.
     velocities : tuple of str
@@ -107,10 +112,10 @@ class Selection(Generic[Candidate]):
 def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Selection[Candidate]:
     """Select the smallest row of those that are equal for use to the least relative error.
 
-    Velocities that the test does not excite do not count, nor do those in ``untested``, unless none
-    is left. Ties go to the lower error, then to more determined coefficients, then to the earlier
-    row. Where every row has a diverged replay, it counts as the mean of the log from its divergence
-    on.
+    Of the equal rows only those count that predict the most velocities. Velocities that the test
+    does not excite do not count, nor do those in ``untested``, unless none is left. Ties go to the
+    lower error, then to more determined coefficients, then to the earlier row. Where every row has
+    a diverged replay, it counts as the mean of the log from its divergence on.
     """
     requested = list(rows)
     scored = [(row, row.blocks) for row in requested if row.blocks is not None]
@@ -127,12 +132,16 @@ def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Sel
     ranked = sorted(candidates, key=lambda pair: (error(pair), *_complexity(pair[0])))
     lowest = ranked[0][1]
     equivalent = [pair for pair in ranked if pair[1].is_equivalent(lowest, names)]
-    row, errors = selected = min(equivalent, key=lambda pair: pair[0].n_coefficients)
+    missed = [len(insignificant_fits(blocks).intersection(names)) for _, blocks in equivalent]
+    predicting = [pair for pair, n in zip(equivalent, missed, strict=True) if n == min(missed)]
+    row, errors = selected = min(predicting, key=lambda pair: pair[0].n_coefficients)
+    is_smallest = row.n_coefficients == min(each.n_coefficients for each, _ in equivalent)
     below = [pair[0] for pair in scored if pair[0].divergences and error(pair) < error(selected)]
     caveat = " ".join(_caveats(row, below, len(requested) - len(candidates)))
     order = tuple(each for each, _ in ranked)
     equal = tuple(each for each, _ in equivalent if each is not row)
-    sentence = _sentence(row, order, len(requested), names)
+    use = "equal for use" if is_smallest else "equal for use and predict the most velocities"
+    sentence = _sentence(row, order, len(requested), names, use)
     return Selection(row, errors, names, order, equal, sentence, caveat)
 
 
@@ -146,7 +155,23 @@ def _complexity(row: Ranked) -> tuple[int, int]:
     return row.n_coefficients, -(count_determined(row.grades) or 0)
 
 
-def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int, names: Collection[str]) -> str:
+def significant_fits(errors: BlockErrors) -> dict[str, float]:
+    """Return the least fit [%] of each velocity that is significantly above that of its mean."""
+    critical = critical_value(2.0 * CONFIDENCE - 1.0, max(errors.n - 1, 1))
+    deviations = errors.standard_error_by_axis
+    return {name: critical * (deviation or 0.0) for name, deviation in deviations.items()}
+
+
+def insignificant_fits(errors: BlockErrors) -> set[str]:
+    """Return the velocities that are not predicted significantly better than by their mean."""
+    least = significant_fits(errors)
+    fits = errors.fit_by_axis.items()
+    return {name for name, fit in fits if fit is None or fit <= least[name]}
+
+
+def _sentence(
+    row: Ranked, ranked: Sequence[Ranked], n_rows: int, names: Collection[str], use: str
+) -> str:
     """Give the reason for the selected row, and the margin to the runner-up."""
     text, lowest = f"{describe_error(row, names)} of the motion", ranked[0]
     if n_rows == 1:
@@ -154,7 +179,7 @@ def _sentence(row: Ranked, ranked: Sequence[Ranked], n_rows: int, names: Collect
     if row is not lowest:
         return (
             f"{row_name(row)} has the fewest coefficients, {row.n_coefficients}, of the models "
-            f"that are equal for use: error {text}; least {describe_error(lowest, names)} by "
+            f"that are {use}: error {text}; least {describe_error(lowest, names)} by "
             f"{lowest.n_coefficients} coefficients, {row_name(lowest)}."
         )
     if len(ranked) == 1:
@@ -191,14 +216,17 @@ class Table(Protocol[Candidate_co]):
     def rows(self) -> tuple[Candidate_co, ...]:
         """Its rows."""
 
+    def select(self) -> Selection[Any]:
+        """Select a row."""
+
 
 def pareto_front(table: Table[Candidate]) -> tuple[Candidate, ...]:
-    """Return the Pareto front of RMS error and number of coefficients.
+    """Return the Pareto front of relative error and number of coefficients.
 
     Parameters
     ----------
     table : Comparison or CrossValidation
-        Rows without an RMS error are excluded.
+        Rows without an error are excluded.
 
     Returns
     -------
@@ -212,17 +240,26 @@ def pareto_front(table: Table[Candidate]) -> tuple[Candidate, ...]:
     >>> pareto_front(Comparison(()))
     ()
     """
-    scored = [row for row in table.rows if row.rms is not None]
-    front: list[Candidate] = []
-    for row in sorted(scored, key=lambda row: (row.n_coefficients, rms_or_infinity(row))):
-        if not front or rms_or_infinity(row) < rms_or_infinity(front[-1]):
+    pairs = list(zip(table.rows, relative_errors(table), strict=True))
+    front, least = list[Candidate](), math.inf
+    for row, error in sorted(pairs, key=lambda pair: (pair[0].n_coefficients, pair[1])):
+        if error < least:
             front.append(row)
+            least = error
     return tuple(front)
 
 
-def rms_or_infinity(row: Ranked) -> float:
-    """Return the RMS error of a row, infinite where there is none."""
-    return float("inf") if row.rms is None else row.rms
+def relative_errors(table: Table[Candidate]) -> tuple[float, ...]:
+    """Return the relative error of each row [%], infinite without a replay that ended."""
+    if all(row.rms is None for row in table.rows):
+        return (math.inf,) * len(table.rows)
+    names = table.select().velocities
+    return tuple(
+        math.inf
+        if row.rms is None or row.blocks is None
+        else relative_percent(row.blocks, names)[0]
+        for row in table.rows
+    )
 
 
 def row_name(row: Ranked) -> str:

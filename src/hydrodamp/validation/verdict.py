@@ -2,7 +2,7 @@
 
 The fit of a velocity over the held-out data, with its standard error, gives the light of its axis:
 green from :data:`MIN_FIT` on, red where it is not significantly above zero, the mean of the data,
-and amber between. Significant means above zero with a one-sided confidence of :data:`CONFIDENCE`.
+and amber between. Significant means above zero with the one-sided confidence of the selection.
 Where the test does not excite the velocity, or the test data are training data, wholly or in part,
 it is grey: neither fit is a prediction that was tested.
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.intervals import ALL_TEST_DATA
-from hydrodamp.identification.grades import Grade, count_determined, critical_value
+from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.status import TextEnum
@@ -23,8 +23,10 @@ from hydrodamp.validation.selection import (
     Candidate,
     Ranked,
     Selection,
+    insignificant_fits,
     relative_percent,
     row_name,
+    significant_fits,
 )
 
 #: Least fit [%] of a green light: half of the error of predicting the mean of the data.
@@ -32,9 +34,6 @@ MIN_FIT = 50.0
 
 #: Reason of a velocity of a replay that diverged.
 DIVERGED = "a replay diverged"
-
-#: One-sided confidence that the fit is above zero, by Student's t over the blocks.
-CONFIDENCE = 0.95
 
 
 class Light(TextEnum):
@@ -295,8 +294,8 @@ def judge_axes(
     untested: Mapping[str, str],
 ) -> Iterator[AxisVerdict]:
     """Yield the light of each velocity; after a divergence red, without a fit."""
-    deviations = errors.standard_error_by_axis
-    critical = critical_value(2.0 * CONFIDENCE - 1.0, max(errors.n - 1, 1))
+    deviations, least = errors.standard_error_by_axis, significant_fits(errors)
+    insignificant = insignificant_fits(errors)
     still = dict.fromkeys(errors.names, "no motion above the noise in the test")
     untested = {**still, **dict.fromkeys(errors.excited, ""), **untested}
     for name, fit in errors.fit_by_axis.items():
@@ -308,8 +307,8 @@ def judge_axes(
             reason = "no coefficient determined"
         if untested[name]:
             light, reason = Light.GREY, untested[name]
-        elif fit is None or fit <= critical * (deviation or 0.0):
-            is_worse = fit is not None and fit < -critical * (deviation or 0.0)
+        elif fit is None or name in insignificant:
+            is_worse = fit is not None and fit < -least[name]
             word = "worse" if is_worse else "not significantly better"
             light, reason = Light.RED, reason or f"{word} than the mean"
         elif reason or fit < MIN_FIT:

@@ -19,7 +19,7 @@ from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import autocorrelations
-from hydrodamp.validation.selection import pareto_front, rms_or_infinity
+from hydrodamp.validation.selection import pareto_front, relative_errors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ _NO_ERROR: dict[str, Any] = {"marker": "x", "markersize": 6.0, "linestyle": "non
 
 @style.with_style
 def front_figure(comparison: Comparison) -> Figure:
-    """Draw RMS error against the number of coefficients, with the Pareto front.
+    """Draw relative error against the number of coefficients, with the Pareto front.
 
     Parameters
     ----------
@@ -65,10 +65,12 @@ def front_figure(comparison: Comparison) -> Figure:
     width = style.COLUMN if len(models) <= MAX_COLUMN_MODELS else style.PAGE
     figure = style.new_figure(width, 3.3 + 0.05 * len(methods))
     panel = figure.subplots()
-    best = [row for row in pareto_front(comparison) if row.n_coefficients]
-    across = [position(row.model, row.method) for row in best]
+    keys = ((row.model, row.method) for row in comparison.rows)
+    errors = dict(zip(keys, relative_errors(comparison), strict=True))
+    best = [(row.model, row.method) for row in pareto_front(comparison) if row.n_coefficients]
+    across = [position(*key) for key in best]
     line: dict[str, Any] = {"color": style.FAINT, "linewidth": 1.2}
-    panel.plot(across, [*map(rms_or_infinity, best)], drawstyle="steps-post", **line)
+    panel.plot(across, [*map(errors.__getitem__, best)], drawstyle="steps-post", **line)
     looks = style.line_styles([(row.model, row.method) for row in rows])
     for row, look in zip(rows, looks, strict=True):
         at = position(row.model, row.method)
@@ -76,13 +78,13 @@ def front_figure(comparison: Comparison) -> Figure:
             edge = panel.get_xaxis_transform()
             panel.plot([at], [1.0], transform=edge, clip_on=False, color=look.colour, **_NO_ERROR)
             continue
-        (point,) = panel.plot([at], [row.rms], **look.points)
+        (point,) = panel.plot([at], [errors[row.model, row.method]], **look.points)
         point.set_markerfacecolor(look.colour if row.converged else "white")
     style.error_scale(panel)
     names = [f"{style.escape_text(model, 22)}, {sizes[model]}" for model in models]
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
     panel.set_xlabel("model and number of its coefficients")
-    panel.set_ylabel(_error_label(comparison.rate_unit))
+    panel.set_ylabel("relative error [% of the motion]")
     markers = {
         row.method: look.points | {"color": style.FAINT}
         for row, look in zip(rows, looks, strict=True)
@@ -136,13 +138,9 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
         entries.append((f"{' by '.join(pair)}{suffix}", line))
     style.error_scale(panel)
     panel.set_xlabel("prediction horizon")
-    panel.set_ylabel(_error_label(all_scores[0].score.rate_unit))
+    panel.set_ylabel(f"RMS error, eq. 24\n[m/s and {all_scores[0].score.rate_unit}/s]")
     style.legend(figure, entries)
     return figure
-
-
-def _error_label(rate_unit: RateUnit) -> str:
-    return f"RMS error, eq. 24\n[m/s and {rate_unit}/s]"
 
 
 # Colour and hatching: from dark (determined) to light.
