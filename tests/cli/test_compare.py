@@ -9,7 +9,7 @@ import hydrodamp as hd
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
     *("rms_by_segment", "status", "diverged_at", "coefficients", "fit"),
-    *("n_determined", "standard_error"),
+    *("n_determined", "adequacy", "standard_error"),
 }
 PARTS = "compare ab.csv --vehicle planar.yaml --train one --test two"
 ONE = "compare a.csv --vehicle planar.yaml"

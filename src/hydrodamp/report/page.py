@@ -112,6 +112,9 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
     warnings = provenance.get("warnings", "").splitlines()
     usable = [row for row in order if row.fit.status.usable]
     selection = comparison.select() if selected else None
+    verdict = comparison.verdict() if selected else None
+    lines = () if verdict is None else verdict.lines
+    tables = [(row, fit_table(row.fit, grades if row is selected else None)) for row in usable]
     best = [row for row, _ in best_by_model(usable, selection) if row.n_coefficients]
     forest_fits = sorted(best, key=lambda row: row is not selected)
     truth = true_coefficients(comparison)
@@ -122,7 +125,7 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "subtitle": describe_run(comparison, selected),
         "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
         "colours": {model: (f"m{index}", colour) for index, (model, colour) in colours},
-        "verdict": comparison.verdict() if selected else None,
+        "verdict": verdict,
         "failure": explain_failure(comparison),
         "summary": selection_cells(comparison),
         "warnings": [*map(str.strip, warnings), *remarks(comparison)],
@@ -139,7 +142,7 @@ def _variables(comparison: Comparison, content: ReportContent) -> dict[str, obje
         "has_truth": bool(truth),
         "max_rows": MAX_OPEN_ROWS,
         "coefficients": [
-            (row, fit_table(row.fit, grades if row is selected else None)) for row in usable
+            (row, table.omit_notes(lines) if row is selected else table) for row, table in tables
         ],
         "pictures": content.pictures,
         "not_shown": content.not_shown,

@@ -117,13 +117,15 @@ def test_rows_come_sorted_with_keys_to_sort_by(comparison):
     heads = [e for e in table[:end] if e.name == "th"]
     names, width = [head.text for head in heads], len(heads)
     assert [head.attributes.get("aria-sort") for head in heads].count("ascending") == 1
-    assert heads[names.index("RMS")].attributes["aria-sort"] == "ascending"
+    assert heads[names.index("error %")].attributes["aria-sort"] == "ascending"
     cells = [e for e in table if "data-key" in e.attributes][: width * len(comparison.rows)]
     rows = [cells[k : k + width] for k in range(0, len(cells), width)]
     assert len(rows) == len(comparison.rows)
     keys = [row[names.index("RMS")].attributes["data-key"] for row in rows]
     assert [float(key) for key in keys if key] == [0.46, 2.15, 14.02, 1234.5]
     assert keys[4:] == [""] * 3
+    errors = [row[names.index("error %")].attributes["data-key"] for row in rows]
+    assert [float(key) for key in errors if key] == sorted(float(key) for key in errors if key)
     told = [row[names.index("RMS")].text for row in rows[:4]]
     assert told == ["0.460", "2.150", "14.020", "1234"]
     buttons = [e for e in table[:end] if e.name == "button" and "th" in e.inside]
