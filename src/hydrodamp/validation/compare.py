@@ -240,7 +240,7 @@ class Comparison:
             sentences.append("The optimiser stopped before it converged.")
         if row.fit.adequacy is not None:
             sentences.append(str(row.fit.adequacy))
-        sentences += self.missions
+        sentences.append(" ".join(self.missions))  # one paragraph: few lines on a screen
         doubts, untested = rebuilt | imbalance.doubts, imbalance.untested
         return judge_selection(selection, self.rate_unit, sentences, doubts, untested, self.overlap)
 

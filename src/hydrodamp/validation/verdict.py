@@ -249,10 +249,7 @@ def _limits(row: Ranked, errors: BlockErrors, overlap: str, is_usable: bool) -> 
         yield describe_overlap(overlap)
     n_determined = count_determined(row.grades)
     if is_usable and n_determined is not None and 2 * n_determined < row.n_coefficients:
-        yield (
-            "Most coefficients are not determined singly: use them together, in motions like those "
-            "of the log."
-        )
+        yield "Most coefficients are not determined singly: use them together."
     if errors.standard_error is None:
         yield "The held-out data are too short for a standard error."
 
