@@ -42,3 +42,16 @@ def test_without_a_replay_nothing_is_recommended(comparison):
     failed = hd.Comparison(comparison.rows[3:4])
     assert explain_failure(failed)[0].startswith("No model can be recommended")
     assert "outcomes: too few samples" in explain_failure(failed)[0]
+
+
+def test_the_forms_of_several_models_are_one_sentence(comparison):
+    sound = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {})
+    lacking = hd.Adequacy.judge({"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {})
+    forms = (lacking, None, sound)
+    rows = tuple(
+        replace(row, fit=replace(row.fit, adequacy=form))
+        for row, form in zip(comparison.rows[:3], forms, strict=True)
+    )
+    sentence = "Forms by score tests: adequate uncoupled; effective linear."
+    assert [*remarks(Comparison(rows))].count(sentence) == 1
+    assert not any("Forms by" in each for each in remarks(Comparison(rows[:1])))

@@ -141,6 +141,7 @@ def validate(
 ) -> None:
     """Cross-validate models over the segments of a log; report errors by prediction horizon."""
     from hydrodamp.report.comparison_tables import fold_table, horizon_table, validation_document
+    from hydrodamp.report.narrative import describe_forms
     from hydrodamp.report.verdict_tables import selection_table, verdict_table
     from hydrodamp.validation.cross_validation import split_holdout
 
@@ -194,6 +195,8 @@ def validate(
         words += ["--model", model, "--method", verdict.method, "--out", "damping.json"]
         next_step = () if verdict.remedy else (f"Next: `{shlex.join(words)}`.",)
         summary = selection_table(tables[-1].rows, selection, rate_unit)
+        forms = describe_forms(tables[-1].rows)
+        summary = replace(summary, notes=(*summary.notes, *forms))
         details = [verdict_table(verdict, next_step), summary, *(details if verbose else ())]
     print_output(json, document, *details)
     if is_interrupted:

@@ -15,7 +15,7 @@ import numpy as np
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.documents import selection_document
+from hydrodamp.report.documents import adequacy_document, selection_document
 from hydrodamp.report.narrative import describe_data, limits, remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.report.verdict_tables import selection_table
@@ -280,7 +280,8 @@ def validation_document(
         "verdict": selection_document(table),
         "held_out": table.held_out,
         "folds": [
-            {key: getattr(row, key) for key in of_row} | {"lost": row.failed_folds}
+            {key: getattr(row, key) for key in of_row}
+            | {"lost": row.failed_folds, "adequacy": adequacy_document(row.adequacy)}
             for row in table.rows
         ],
         "whole": [

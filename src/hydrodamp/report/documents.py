@@ -180,7 +180,7 @@ def _row(row: Row, name: str) -> dict[str, Any]:
         **{key: getattr(row, key) for key in ("model", "method", "n_coefficients")},
         "rank": row.fit.rank,
         "n_determined": count_determined(row.grades),
-        "adequacy": adequacy_document(row.fit.adequacy),
+        "adequacy": adequacy_document(row.adequacy),
         "standard_error": None
         if row.blocks is None or row.divergences
         else row.blocks.standard_error,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from hydrodamp.data.intervals import ALL_TEST_DATA
 from hydrodamp.identification.adequacy import Form
 from hydrodamp.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
+from hydrodamp.validation.cross_validation import ValidatedRow
 from hydrodamp.validation.diagnostics import replay_warnings
 
 #: Data of a comparison whose test data are training data.
@@ -54,13 +55,12 @@ def limits(comparison: Comparison) -> Iterator[str]:
     if is_paper_campaign(comparison):
         yield "paper: Table I as printed; the paper's log was never published."
     yield from status_remarks(comparison, [status for status in Status if not status.usable])
-    if len(comparison.rows) > 1:
-        yield from _describe_forms(comparison)
+    yield from describe_forms(comparison.rows)
 
 
-def _describe_forms(comparison: Comparison) -> Iterator[str]:
-    """Yield which models score tests find adequate, effective and inadequate, in a sentence."""
-    known = [(row.model, row.fit.adequacy.form) for row in comparison.rows if row.fit.adequacy]
+def describe_forms(rows: Sequence[Row | ValidatedRow]) -> Iterator[str]:
+    """Yield which of several models score tests find adequate, effective and inadequate."""
+    known = [(row.model, row.adequacy.form) for row in rows if row.adequacy and len(rows) > 1]
     models = {form: dict.fromkeys(model for model, each in known if each is form) for form in Form}
     clauses = [f"{form.word} {', '.join(names)}" for form, names in models.items() if names]
     if clauses:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampWarning, MethodError
+from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import velocity_ranges
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
@@ -114,6 +115,11 @@ class Row:
     def grades(self) -> Mapping[str, Grade]:
         """The grade of each coefficient by the training data; empty where not graded."""
         return self.fit.grades
+
+    @property
+    def adequacy(self) -> Adequacy | None:
+        """What score tests say of the form of the model; None without tests."""
+        return self.fit.adequacy
 
     @property
     def converged(self) -> bool:
@@ -238,8 +244,8 @@ class Comparison:
         rebuilt = dict.fromkeys(row.rebuilt, "against a velocity rebuilt from sensors")
         if row.fit.status is Status.STOPPED:
             sentences.append("The optimiser stopped before it converged.")
-        if row.fit.adequacy is not None:
-            sentences.append(str(row.fit.adequacy))
+        if row.adequacy is not None:
+            sentences.append(str(row.adequacy))
         sentences.append(" ".join(self.missions))  # one paragraph: few lines on a screen
         doubts, untested = rebuilt | imbalance.doubts, imbalance.untested
         return judge_selection(selection, self.rate_unit, sentences, doubts, untested, self.overlap)
