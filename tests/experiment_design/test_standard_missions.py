@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design.standard_missions import describe_missions, predict_missions
+from hydrodamp.experiment_design.standard_missions import (
+    UNSTABLE,
+    describe_missions,
+    predict_missions,
+)
 
 
 @pytest.fixture
@@ -28,6 +32,23 @@ def test_speeds_are_those_of_the_log_and_beyond(fit):
     first, last = describe_missions(fit)
     assert first.startswith("Predicted error (95 %) of heading steps at 0.8 to 1.6 m/s: u ±")
     assert last.startswith("Do not trust heading steps at 1.8 m/s (v ±")
+    assert "unstable there without its autopilot" in last
+    assert [each.is_unstable for each in missions] == [False] * 3 + [True] * 2
+
+
+def test_steps_are_within_the_motion_of_the_log(fit):
+    calm = replace(fit, training_range={"u": (0.8, 1.6), "v": (-0.1, 0.1), "r": (-0.05, 0.05)})
+    for small, large in zip(predict_missions(calm), predict_missions(fit), strict=True):
+        assert small.motion["r"] < np.degrees(0.05) < large.motion["r"] < np.degrees(0.3)
+
+
+def test_the_error_of_a_form_is_named_first_even_where_nothing_is_trusted(fit):
+    wrong = replace(fit, form_errors={"Y": (0.1, 0.1), "N": (0.5, 0.1)})
+    first, *further = describe_missions(wrong)
+    assert first.startswith("Predicted error (95 %): larger than the motion")
+    assert any(
+        text.endswith("m/s): record them at that speed.") or UNSTABLE in text for text in further
+    )
 
 
 def test_the_error_is_in_proportion_to_the_standard_errors(fit):

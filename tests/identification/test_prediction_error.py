@@ -123,9 +123,19 @@ def sensor_noise(problem):
     [(MODEL, Form.ADEQUATE, ""), (hd.catalog["prestero"], Form.EFFECTIVE, "K_")],
 )
 def test_a_missing_term_is_found_on_its_axis(pushed, model, form, term):
-    """The truth has a roll moment of p u, which Prestero's form lacks."""
-    adequacy = hd.Recommended().identify(pushed, model).adequacy
+    """The truth has a roll moment of p u, which Prestero's form lacks; predictions allow for it."""
+    fit = hd.Recommended().identify(pushed, model)
+    adequacy, uncertainty = fit.adequacy, fit.uncertainty
     assert adequacy.form is form
+    if form is Form.ADEQUATE:  # the covariance is in proportion to the inverse information
+        ratio = uncertainty.covariance / uncertainty.noise
+        assert np.ptp(ratio) < 1e-9 * ratio[0, 0]
+        assert ratio[0, 0] >= 1.0
+        assert not fit.form_errors
+    else:  # heave is nearly as noisy as it moves, and its error is not one of the form
+        share = {axis: (size / std) ** 2 for axis, (size, std) in fit.form_errors.items()}
+        assert share["Z"] < 0.5 * (1.0 - fit.held_out_r_squared["Z"])
+        assert share["K"] > 0.5 * (1.0 - fit.held_out_r_squared["K"])
     least = min(adequacy.tests, key=lambda axis: adequacy.tests[axis].probability)
     assert not term or least == "K"
     assert all(each.startswith(term) for each in adequacy.tests["K"].terms)

@@ -127,3 +127,21 @@ def assert_agreement(first, second):
     ]
     agrees = verdicts[0].model in equivalent[1] or verdicts[1].model in equivalent[0]
     assert agrees or any(word in str(each) for each in verdicts for word in CAUSES), verdicts
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
+@pytest.mark.parametrize("key", ["prestero", "fossen"])
+@pytest.mark.parametrize("share", [0.75, 1.0])
+def test_the_predicted_error_covers_that_on_the_rest_of_a_log(key, share, measured_logs):
+    home = measured_logs("campaigns") / "c22"
+    log, vehicle = hd.read_log(home / "estimation.csv"), hd.read_vehicle(home / "vehicle.yaml")
+    middle = log.time[0] + share * (log.time[-1] - log.time[0])
+    rest = log.between(middle, log.time[-1]) if share < 1.0 else None
+    rest = rest or hd.read_log(home / "validation.csv")
+    problem = hd.prepare(vehicle, log.between(log.time[0], middle), hd.catalog[key])
+    fit = hd.find_method("recommended").identify(problem, hd.catalog[key])
+    band = hd.predict_error(vehicle, fit, rest)
+    error = np.sqrt(np.mean((band.velocity - rest.velocity) ** 2, axis=0))
+    sensors = np.std(np.diff(rest.velocity, axis=0), axis=0) / np.sqrt(2.0)
+    assert np.all(error <= np.hypot(np.sqrt(np.mean(band.half_width**2, axis=0)), 2.0 * sensors))

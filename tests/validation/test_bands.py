@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.files import as_json
+from hydrodamp.identification.adequacy import Adequacy, Form
+from hydrodamp.report.documents import fit_document, read_fit
 from hydrodamp.simulation.replay import replay
 from hydrodamp.validation import predicted_error
 
@@ -96,24 +99,38 @@ def test_without_covariance_there_is_no_band(coasting):
         hd.prediction_band(problem, replace(damping, covariance=None))
 
 
-def test_the_error_of_the_form_is_a_share_of_the_motion(coasting):
+def test_the_error_of_the_form_is_in_proportion_to_the_motion(coasting):
     problem, damping = coasting
     exact = replace(damping, covariance=[[0.0]])
-    band = hd.prediction_band(problem, exact, unexplained={"X": 0.04})
+    band = hd.prediction_band(problem, exact, form_errors={"X": (0.02, 0.1)})
     half = np.repeat([1.959964 * 0.2 * band.velocity[k : k + 60, 0].std() for k in (0, 60)], 60)
     np.testing.assert_allclose(band.half_width[:, 0], half, rtol=1e-6)
 
 
-def test_a_fit_whose_residuals_are_sensor_errors_has_no_error_of_the_form(coasting):
+def test_the_band_of_a_fit_has_the_errors_of_its_form(coasting):
     problem, damping = coasting
     known = hd.Uncertainty(damping.covariance, 5.0, "by hand")
-    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known, held_out_r_squared={"X": 0.9})
+    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known)
     mission = problem.vehicle, problem.log
     band = hd.predict_error(mission[0], fit, mission[1])
     direct = hd.prediction_band(problem, damping, degrees_of_freedom=5.0)
     np.testing.assert_array_equal(band.upper, direct.upper)
-    wrong = replace(fit, uncertainty=replace(known, bias_allowance="a bias"))
-    wider = hd.prediction_band(problem, damping, degrees_of_freedom=5.0, unexplained={"X": 0.1})
+    wrong = replace(fit, form_errors={"X": (0.02, 0.1)})
+    wider = hd.prediction_band(
+        problem, damping, degrees_of_freedom=5.0, form_errors=wrong.form_errors
+    )
     band = hd.predict_error(mission[0], wrong, mission[1])
     np.testing.assert_allclose(band.upper, wider.upper, rtol=1e-12)
     assert band.half_width[:, 0].min() > 0.0 == direct.half_width[0, 0]
+
+
+def test_the_band_of_an_adequate_form_is_that_of_the_noise(coasting, tmp_path):
+    problem, damping = coasting
+    known = hd.Uncertainty(damping.covariance, 5.0, "by hand", damping.covariance / 4.0)
+    adequate = Adequacy(Form.ADEQUATE, (), {})
+    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known, adequacy=adequate)
+    (tmp_path / "fit.json").write_text(as_json(fit_document(fit)), "utf-8")
+    whole = hd.prediction_band(problem, damping, degrees_of_freedom=5.0).half_width
+    for each in (fit, read_fit(tmp_path / "fit.json")):
+        band = hd.predict_error(problem.vehicle, each, problem.log)
+        np.testing.assert_allclose(band.half_width, whole / 2.0, rtol=1e-9)

@@ -183,6 +183,11 @@ class Adequacy:
         rejected = [axis for axis, test in self.tests.items() if test.rejects(len(self.tests))]
         return tuple(sorted(rejected, key=lambda axis: -self.tests[axis].missing_share))
 
+    @property
+    def is_clearly_missing(self) -> bool:
+        """Whether terms are missing with any estimate of the noise."""
+        return any(test.missing_share > CLEARLY_MISSING for test in self.tests.values())
+
     def __str__(self) -> str:
         """Return the form, and a term of each axis that lacks most, in one line."""
         if self.form is Form.ADEQUATE:

@@ -260,6 +260,9 @@ class Fit:
     held_out_r_squared : dict of str to float
         R² of the replay of each free velocity by estimates without the replayed part of the log,
         by axis; empty for methods that do not replay.
+    form_errors : dict of str to tuple of float
+        Error of the form in the worst of these replays, RMS without sensor errors, and the
+        standard deviation of the velocity [m/s, rad/s], by axis; empty where the form is adequate.
     adequacy : Adequacy or None
         What score tests say of the form of the model; None where the method has none.
     """
@@ -280,6 +283,7 @@ class Fit:
     parameter_covariance: FloatArray | None = field(default=None, compare=False)
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = field(default_factory=dict)
+    form_errors: dict[str, tuple[float, float]] = field(default_factory=dict)
     adequacy: Adequacy | None = None
 
     def __post_init__(self) -> None:

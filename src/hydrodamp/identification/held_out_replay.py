@@ -8,7 +8,8 @@ and those on the pieces S, one Gauss-Newton step updates an estimate x to that o
 S without piece b gives the replicates of the delete-one-block jackknife, every second piece the two
 halves. ``e_ib²`` is the mean square error of velocity i in the replay of part b, of several pieces,
 with the estimate without it, each error over the standard deviation of its velocity and clipped at
-one; ``1 − mean_b e_ib²`` is the R² of held-out replays.
+one; ``1 − mean_b e_ib²`` is the R² of held-out replays. The excess of ``max_b e_ib²`` over the
+variance of the sensor errors is the error of the form: a mission may be as unlike the log.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ class PieceNormals:
     iterate: Iterate
     pieces: IntArray
     normals: FloatArray
+    sensor_std: FloatArray | float = 0.0
 
     @classmethod
     def of(
@@ -121,6 +123,15 @@ class PieceNormals:
         values = 1.0 - self.held_out_errors.mean(axis=0)
         return dict(zip(self.objective.problem.vehicle.axes, values.tolist(), strict=True))
 
+    @property
+    def form_errors(self) -> dict[str, tuple[float, float]]:
+        """Error of the form in the worst held-out replay, and standard deviation, by axis."""
+        problem = self.objective.problem
+        std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
+        square = self.held_out_errors.max(axis=0) * std**2 - self.sensor_std**2
+        sizes = np.sqrt(np.maximum(square, 0.0)).tolist()
+        return dict(zip(problem.vehicle.axes, zip(sizes, std.tolist(), strict=True), strict=True))
+
 
 def replay_pieces(
     objective: ShootingObjective, pieces: IntArray, coefficients: FloatArray
@@ -176,14 +187,24 @@ def half_difference_factors(
 
 
 @factorisation("Fisher information of the innovations")
-def information_factors(
-    objective: ShootingObjective, result: Iterate, standard_errors: FloatArray
-) -> FloatArray:
-    """Return the standard errors of the Fisher information over others, at least 1."""
-    x = result.coefficients / objective.scale
+def information_uncertainty(
+    objective: ShootingObjective, result: Iterate, scattered: Uncertainty
+) -> Uncertainty:
+    """Return the inverse of the Fisher information, scaled to the scatter of other estimates.
+
+    Its noise is not scaled: the curvature of the objective scatters the coefficients along valleys
+    in which they predict the same motion.
+    """
+    x, p = result.coefficients / objective.scale, len(scattered.covariance)
     hessian = objective.gauss_newton(result)[0]
     hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
-    variance = np.diag(np.linalg.inv(hessian))[: len(standard_errors)] / objective.counts.sum()
-    known = np.sqrt(variance) * objective.scale[: len(standard_errors)]
-    ratio = np.divide(known, standard_errors, out=np.ones_like(known), where=standard_errors > 0.0)
-    return np.asarray(np.maximum(ratio, 1.0))
+    scale = np.outer(objective.scale[:p], objective.scale[:p])
+    known = np.linalg.inv(hessian)[:p, :p] * scale / objective.counts.sum()
+    variance, total = np.diag(known), np.diag(scattered.covariance)
+    ratio = np.divide(total, variance, out=np.ones(p), where=variance > 0.0)
+    return Uncertainty(
+        known * np.mean(np.maximum(ratio, 1.0)),
+        scattered.degrees_of_freedom,
+        f"the Fisher information of the innovations, scaled to {scattered.method}",
+        known,
+    )

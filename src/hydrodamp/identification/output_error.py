@@ -7,18 +7,21 @@ tests find the form adequate. The covariance is a delete-one-block jackknife of 
 step and of the prior, rescaled on each axis by the difference of the estimates from two halves.
 Unless the form is adequate, it covers the difference to the weak form: two estimates that differ in
 their sensitivity to a wrong form (J. A. Hausman, "Specification Tests in Econometrics" (1978),
-doi:10.2307/1913827); where it is, it is at least the inverse of the Fisher information.
+doi:10.2307/1913827); where it is, it is the inverse of the Fisher information times the mean ratio
+of the variances, at least one each: it keeps the correlations, of which a jackknife of few blocks
+knows little.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.adequacy import CLEARLY_MISSING, Adequacy, Form
+from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.command_response import response_remarks
 from hydrodamp.identification.continuation import (
     RELATIVE_TOLERANCE,
@@ -31,7 +34,7 @@ from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.held_out_replay import (
     PieceNormals,
     half_difference_factors,
-    information_factors,
+    information_uncertainty,
     jackknife_uncertainty,
 )
 from hydrodamp.identification.information import find_indirect_coefficients
@@ -48,7 +51,7 @@ from hydrodamp.identification.parameters import (
     rebuild_plant,
     vehicle_parameters,
 )
-from hydrodamp.identification.prediction_error import minimise_prediction_errors
+from hydrodamp.identification.prediction_error import FilteredOutputs, minimise_prediction_errors
 from hydrodamp.identification.rebuilt_outputs import (
     fix_parameters,
     free_parameters,
@@ -204,12 +207,15 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         objective = windows.objective
         if objective.problem.sensor_log is not None or len(windows.pieces) < MIN_BLOCKS:
             return windows, None
-        for filtered in minimise_prediction_errors(objective, windows.iterate):
-            tests = score_further_terms(*filtered, model)
-            if any(test.missing_share > CLEARLY_MISSING for test in tests.values()):
-                break  # the second estimate of the noise is not worth its time
-        correlations = correlate_innovations(*filtered)
-        adequacy = Adequacy.judge(tests, correlations, windows.held_out_r_squared)
+        rounds = minimise_prediction_errors(objective, windows.iterate)
+        for number, filtered in enumerate(rounds):
+            tests, correlations = score_further_terms(*filtered, model), correlate_innovations(*filtered)
+            adequacy = Adequacy.judge(tests, correlations, windows.held_out_r_squared)
+            # the first estimate of the noise is rough, and suffices where a form is clearly wrong
+            if adequacy.is_clearly_missing or (number and adequacy.form is Form.ADEQUATE):
+                break
+        noise = cast(FilteredOutputs, fix_parameters(*filtered)[0].outputs).noise
+        windows = replace(windows, sensor_std=noise.sensor[objective.problem.vehicle.free])
         if adequacy.form is not Form.ADEQUATE:
             return windows, adequacy
         return PieceNormals.of(*filtered), adequacy
@@ -246,7 +252,7 @@ def build_fit(
     """Build the fit of an iterate, with the intervals of its jackknife replicates.
 
     They cover the difference of halves and, unless the form is adequate, that to the start; where
-    it is, they are at least those of the Fisher information.
+    it is, the covariance is that of the Fisher information in proportion.
     """
     objective, result = normals.objective, normals.iterate
     fixed, at = fix_parameters(objective, result)
@@ -265,9 +271,7 @@ def build_fit(
         uncertainty = uncertainty.rescale(factors)
         rows = parameter_covariance(normals, estimates, factors) if estimates else None
         if is_adequate:
-            uncertainty = uncertainty.rescale(
-                information_factors(objective, result, uncertainty.standard_errors)
-            )
+            uncertainty = information_uncertainty(objective, result, uncertainty)
         else:
             origin = "weak-form" if problem.sensor_log is None else "initial"
             allowance = f"the difference of the {origin} to this estimate"
@@ -305,4 +309,5 @@ def build_fit(
         indirect=indirect,
         adequacy=adequacy,
         held_out_r_squared=normals.held_out_r_squared,
+        form_errors={} if is_adequate else normals.form_errors,
     )

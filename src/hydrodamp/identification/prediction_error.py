@@ -59,7 +59,7 @@ MIN_TIME = 4.0
 #: Samples of each estimate of the noise, and decrease of J below which the minimisation with it
 #: ends, over p / N: a share of the expected decrease of −2 log-likelihood from the true to the
 #: estimated coefficients.
-ROUNDS = (600, 0.1), (1200, 0.005)
+ROUNDS = (600, 0.1), (1800, 0.005), (1800, 0.005)
 
 #: Weight of the squared logarithms of noise parameters over their initial values.
 NOISE_WEIGHT = 0.05
@@ -197,7 +197,7 @@ def minimise_prediction_errors(
 ) -> Iterator[tuple[ShootingObjective, Iterate]]:
     """Yield the objective of the innovations and its minimum from the estimate of windows.
 
-    The noise is estimated at the estimate of windows, and again at the minimum with that noise.
+    The noise is estimated at the estimate of windows, then at each minimum with the noise before.
     """
     std = INITIAL_STATE_FACTOR * result.linearisations[-1].residual_std
     noise, iterate = initial_noise(objective), result

@@ -285,6 +285,7 @@ class FitDocument(BaseModel):
     ] = None
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = {}
+    form_errors: dict[str, tuple[float, float]] = {}
     adequacy: AdequacyContent | None = None
 
     def fit(self, damping: Damping) -> Fit:

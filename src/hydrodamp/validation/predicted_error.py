@@ -1,20 +1,22 @@
 """Predicted error of a replay: a band from the covariance of coefficients and the model error.
 
-With the sensitivities S(t) of the replay to the coefficients, their covariance C and the R² of
-replays of held-out data, the error of velocity i has the standard deviation
+With the sensitivities S(t) of the replay to the coefficients, their covariance C and the RMS error
+e_i of the form in the worst replay of held-out data, the error of velocity i has the standard
+deviation
 
-    s_i(t) = sqrt([S(t) C S(t)ᵀ]_ii + (1 - R_i²) var ν_i),
+    s_i(t) = sqrt([S(t) C S(t)ᵀ]_ii + (ρ e_i)²),  ρ = max_j std ν_j / std of ν_j in the log,
 
-var ν_i the variance of the simulated velocity over its segment. The first part is large where the
-motion depends on coefficients that the training data do not determine. The second is zero where the
-residuals of the fit are sensor errors, since the form then explains the motion; otherwise its
-velocity has errors of the form in proportion to its motion. The initial velocity is taken as exact.
+std ν_j the standard deviation of the simulated velocity over its segment. The first part is large
+where the motion depends on coefficients that the training data do not determine; where the form is
+adequate, C is the inverse of the Fisher information, and e is zero. Otherwise the error of the form
+grows with the motion as a whole, since missing terms couple the velocities. The initial velocity is
+taken as exact.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from hydrodamp.arrays import FloatArray, factorisation, freeze
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.adequacy import Form
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.kernels import core
@@ -93,7 +96,7 @@ def prediction_band(
     level: float = 0.95,
     *,
     degrees_of_freedom: float = np.inf,
-    unexplained: Mapping[str, float] | None = None,
+    form_errors: Mapping[str, tuple[float, float]] | None = None,
 ) -> PredictionBand:
     """Return the prediction band of a replay, to first order in the coefficients.
 
@@ -110,8 +113,8 @@ def prediction_band(
         Confidence level at each sample separately.
     degrees_of_freedom : float
         Of the covariance.
-    unexplained : dict of str to float, optional
-        Share of the variance of each velocity that errors of the form make, by axis; none by
+    form_errors : dict of str to tuple of float, optional
+        RMS error of the form and standard deviation of each velocity in a log, by axis; none by
         default.
 
     Returns
@@ -136,8 +139,8 @@ def prediction_band(
     entries, n = problem.equations.entries(free), free.n_coefficients
     matrix, length = problem.matrix(damping), max(_CHUNK_SIZE // (6 * (n + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
-    width, shares = velocity.copy(), unexplained or {}
-    share = np.array([shares.get(axis, 0.0) for axis in AXES])
+    width, sizes = velocity.copy(), form_errors or {}
+    form_error, usual = np.array([sizes.get(axis, (0.0, 0.0)) for axis in AXES]).T
     for start, stop in problem.segments.tolist():
         initial, deviation = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
         for first in range(start, stop - 1, length - 1):
@@ -154,7 +157,9 @@ def prediction_band(
             if not np.isfinite(initial).all():
                 break
         known = np.isfinite(velocity[start:stop]).all(axis=1)
-        width[start:stop] += share * velocity[start:stop][known].var(axis=0)
+        motion = velocity[start:stop][known].std(axis=0)
+        ratio = np.divide(motion, usual, out=np.zeros(6), where=usual > 0.0).max()
+        width[start:stop] += (ratio * form_error) ** 2
     width = half * np.sqrt(width)
     return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
 
@@ -167,8 +172,8 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
     vehicle : Vehicle
         Mass, restoring forces and actuators.
     fit : Fit
-        With covariance. Unless its residuals are sensor errors, the band allows for errors of the
-        form, as large as in the replays of held-out training data.
+        With covariance. Unless its form is adequate, the band allows for errors of the form, in
+        proportion to those in the worst replay of held-out training data.
     log : Log
         The mission: gives the initial velocities, the actuation and the attitude.
     level : float
@@ -198,15 +203,18 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
     >>> bool(np.all(band.half_width >= 0.0))
     True
     """
-    uncertainty, unexplained = fit.uncertainty, {}
-    if uncertainty is None or uncertainty.bias_allowance:
-        r_squared = fit.held_out_r_squared.items()
-        unexplained = {axis: max(1.0 - value, 0.0) for axis, value in r_squared}
-    freedom = np.inf if uncertainty is None else uncertainty.degrees_of_freedom
+    uncertainty, damping, freedom = fit.uncertainty, fit.damping, np.inf
+    if uncertainty is not None:
+        freedom = uncertainty.degrees_of_freedom
+        if fit.adequacy is not None and fit.adequacy.form is Form.ADEQUATE:
+            # only variances of the noise stand in a file; its correlations are the same
+            total, noise = uncertainty.standard_errors, uncertainty.noise_only.standard_errors
+            ratio = np.divide(noise, total, out=np.zeros_like(total), where=total > 0.0)
+            damping = replace(damping, covariance=uncertainty.rescale(ratio).covariance)
     problem = prepare(vehicle, log, fit.model)
     with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
         return prediction_band(
-            problem, fit.damping, level, degrees_of_freedom=freedom, unexplained=unexplained
+            problem, damping, level, degrees_of_freedom=freedom, form_errors=fit.form_errors
         )
 
 
