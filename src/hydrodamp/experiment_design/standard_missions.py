@@ -128,7 +128,7 @@ def _choose_strengths(states: FloatArray, ranges: dict[str, tuple[float, float]]
     n = len(STRENGTHS["depth"])
     fits = np.all(peaks <= limits, axis=1).reshape(-1, n)
     fits[:, -1] = True  # the weakest, if no other is
-    return n * np.arange(len(fits)) + fits.argmax(axis=1)
+    return np.asarray(n * np.arange(len(fits)) + fits.argmax(axis=1))
 
 
 def _growth_rates(simulator: ClosedLoopSimulator, speeds: FloatArray) -> FloatArray:
