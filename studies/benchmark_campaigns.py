@@ -65,7 +65,7 @@ SHIP_MODELS = hd.read_models(EXAMPLES / "kvlcc2" / "models.yaml")
 def noise(scale: float, pushes: float = 0.0, *, coloured: bool = False) -> Coloured:
     """Return sensors' errors in published ones and pushes in three per cent of the damping."""
     base = COLOURED if coloured else Coloured()
-    return replace(base, scale=scale, push=tuple(pushes * one for one in COLOURED.push))
+    return replace(base, scale=scale, push=COLOURED.push_times(pushes).push)
 
 
 def tether(scale: float, *, coloured: bool = False) -> Coloured:

@@ -35,6 +35,10 @@ class Coloured(Conditions):
     push: tuple[float, ...] = (0.0,) * 6
     push_time: float = 2.0
 
+    def push_times(self, level: float) -> Coloured:
+        """Return conditions with pushes that are so many times as strong."""
+        return replace(self, push=tuple(level * each for each in self.push))
+
     def sample_sensor_errors(
         self, seed: int, n_runs: int, n_samples: int, period: float = COMMAND_PERIOD
     ) -> FloatArray:

@@ -28,6 +28,8 @@ from benchmark_tables import table
 from conditions import COLOURED, Coloured
 from hydrodamp.arrays import FloatArray
 from hydrodamp.files import save_text
+from hydrodamp.identification.continuation import make_objective
+from hydrodamp.identification.prediction_error import filter_windows, project_states
 from hydrodamp.kernels import core
 from hydrodamp.simulation.campaign.conditions import true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
@@ -104,6 +106,19 @@ def fisher_information(problem: Problem, coefficients: FloatArray, std: FloatArr
             information + normal[:p, :p] - cross @ np.linalg.pinv(normal[p:, p:]) @ cross.T
         )
     return np.asarray(information)
+
+
+def bound_covariance(
+    problem: Problem, model: hd.DampingModel, truth: FloatArray, conditions: Coloured
+) -> FloatArray:
+    """Return the inverse information of the filtered innovations at the truth."""
+    std, correlation = velocity_errors(conditions)
+    least = np.maximum(conditions.push, 1e-6), np.maximum(correlation, 1e-3)
+    true_noise = core.Noise(least[0], std, least[1], conditions.push_time, 0.1)
+    windows = make_objective(problem, model).windows(np.inf)
+    innovations, _, slopes = filter_windows(windows, truth, true_noise, windows.entries)
+    rows = project_states(windows, innovations, slopes)[1].reshape(-1, len(truth))
+    return np.asarray(np.linalg.inv(rows.T @ rows))
 
 
 def measure(noise: str) -> tuple[FloatArray, FloatArray]:

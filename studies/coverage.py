@@ -3,18 +3,19 @@
     python studies/coverage.py --out FOLDER [--data DATA] [--draws N] [--page PAGE]
 
 The estimates, intervals and grades are those of the default method. Simulated logs are drawn again
-and again with other sensor errors (and pushes): of the paper's vehicle, four training runs of 45 s
-under its autopilot, and of the BlueROV2, four runs of 45 s of a joystick. The target of a
-coefficient is its true value where the model holds the truth; where it does not, the value that the
-same method finds in 16 other draws together. Measured logs are cut in two halves by segments in
-turn. DATA has their folders, as in ``HYDRODAMP_DATA``; those that are absent are skipped.
+and again with other sensor errors and pushes of four strengths: of the paper's vehicle, four
+training runs of 45 s under its autopilot, and of the BlueROV2, four runs of 45 s of a joystick. The
+target of a coefficient is its true value where the model holds the truth; where it does not, the
+value that the same method finds in 16 other draws together. The Cramér-Rao bound is the inverse
+information of the filtered innovations at the truth, with the true noise, for free initial states.
+Measured logs are cut in two halves by segments in turn. DATA has their folders, as in
+``HYDRODAMP_DATA``; those that are absent are skipped.
 Finished rows stand in ``FOLDER/rows.jsonl`` and are not computed again.
 """
 
 from __future__ import annotations
 
 import itertools
-import json
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -23,32 +24,39 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import track
 
 import hydrodamp as hd
 from benchmark_campaign import Campaign
-from benchmark_campaigns import PAPER, ROV, noise, tether
+from benchmark_campaigns import PAPER, ROV, tether
 from benchmark_measured import measured
-from conditions import COLOURED
-from consistency import CONDITIONS, DURATION, MODEL, true_coefficients
+from conditions import COLOURED, Coloured
+from consistency import DURATION, MODEL, bound_covariance, true_coefficients
 from coverage_tables import MEASURED, PSEUDO_TRUE, TRUE, WHOLE, Row, summarise
+from hydrodamp.arrays import FloatArray
 from hydrodamp.files import save_text
 from hydrodamp.identification.identifiability import grade_fit
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from tables import replace_table
+from tables import finish_jobs, replace_table
 
 MARKS = ("<!-- coverage -->", "<!-- end of coverage -->")
 """Marks of the page between which the tables stand."""
 
-TWIN = {**CONDITIONS, "pushed": COLOURED}
+LEVELS = (0.0, 0.3, 1.0, 3.0)
+"""Pushes in published ones."""
+
+TETHER = tether(1.0, coloured=True)
+
+TWIN = {**{f"push {level:g}": COLOURED.push_times(level) for level in LEVELS}, "white": Coloured()}
 """Errors of the twin's sensors; an autopilot answers the pushes."""
 
 TETHERED = {
-    "white": noise(1.0),
-    "coloured": noise(1.0, coloured=True),
-    "pushed": tether(1.0, coloured=True),
+    **{f"push {level:g}": TETHER.push_times(level) for level in LEVELS},
+    "white": Coloured(),
 }
 """Errors of the ROV's sensors; nothing answers the pushes."""
+
+OUTSIDE_ERRORS = ("push 0", "push 1")
+"""Errors with which models that do not hold the truth are identified."""
 
 OUTSIDE = tuple(hd.find_model(key) for key in ("prestero", "fossen", "linear"))
 """Models that do not hold the truth of the twin."""
@@ -58,11 +66,18 @@ FIRST_SEED, N_TOGETHER = 5000, 16
 
 Job = Callable[[], Iterator[Row]]
 
-BATCH = 6
+BATCH = 5
 """Draws of a job."""
 
 
-def identify(log: str, errors: str, draw: str, problem: hd.Problem, model: hd.DampingModel) -> Row:
+def identify(
+    log: str,
+    errors: str,
+    draw: str,
+    problem: hd.Problem,
+    model: hd.DampingModel,
+    bound: FloatArray | None = None,
+) -> Row:
     """Return what the default says of every coefficient; nothing where it fails."""
     fit = hd.find_method("recommended").identify(problem, model)
     if not fit.status.usable or fit.uncertainty is None:
@@ -70,7 +85,8 @@ def identify(log: str, errors: str, draw: str, problem: hd.Problem, model: hd.Da
     grades = [grade.word for grade in grade_fit(problem, fit).grades.values()]
     std, factor = fit.uncertainty.standard_errors, fit.uncertainty.critical_value()
     estimates = fit.damping.coefficients.tolist(), std.tolist(), (factor * std).tolist()
-    return Row(log, errors, draw, model.key, list(fit.model.labels), *estimates, grades)
+    limit = [] if bound is None else bound.tolist()
+    return Row(log, errors, draw, model.key, list(fit.model.labels), *estimates, grades, limit)
 
 
 def prepare(vehicle: hd.Vehicle, log: hd.Log, model: hd.DampingModel) -> hd.Problem:
@@ -82,16 +98,20 @@ def simulate_twin(errors: str, draws: range, models: tuple[hd.DampingModel, ...]
     """Yield the rows of draws of the twin."""
     seeds = range(FIRST_SEED + draws.start, FIRST_SEED + draws.stop)
     campaigns = CampaignSetup.of("sname").simulate(seeds, DURATION, TWIN[errors])
+    if MODEL in models and draws.start == 0:
+        truth = true_coefficients().tolist()
+        yield Row("slender", errors, TRUE, MODEL.key, list(MODEL.labels), truth)
     for draw, campaign in zip(draws, campaigns, strict=True):
         for model in models:
             problem = prepare(campaign.vehicle, campaign.train, model)
-            yield identify("slender", errors, str(draw), problem, model)
+            bound = None
+            if model is MODEL:
+                bound = bound_covariance(problem, model, true_coefficients(), TWIN[errors])
+            yield identify("slender", errors, str(draw), problem, model, bound)
 
 
 def find_targets(errors: str) -> Iterator[Row]:
-    """Yield the true and the pseudo-true coefficients of the twin."""
-    truth = true_coefficients().tolist()
-    yield Row("slender", errors, TRUE, MODEL.key, list(MODEL.labels), truth)
+    """Yield the pseudo-true coefficients of the twin."""
     seeds = range(FIRST_SEED - N_TOGETHER, FIRST_SEED)
     campaigns = CampaignSetup.of("sname").simulate(seeds, DURATION, TWIN[errors])
     log = hd.concatenate([campaign.train for campaign in campaigns])
@@ -109,7 +129,9 @@ def simulate_rov(errors: str, draws: range) -> Iterator[Row]:
         if draw == 0:
             truth = logs.true.coefficients.tolist()
             yield Row("ROV", errors, TRUE, model.key, list(model.labels), truth)
-        yield identify("ROV", errors, str(draw), prepare(logs.vehicle, logs.train, model), model)
+        problem = prepare(logs.vehicle, logs.train, model)
+        bound = bound_covariance(problem, model, logs.true.coefficients, TETHERED[errors])
+        yield identify("ROV", errors, str(draw), problem, model, bound)
 
 
 def simulate_demo() -> Iterator[Row]:
@@ -133,38 +155,31 @@ def halve(name: str, campaign: Campaign) -> Iterator[Row]:
 def list_jobs(data: Path | None, n_draws: int) -> dict[str, Job]:
     """Return all jobs by name."""
     batches = [range(k, min(k + BATCH, n_draws)) for k in range(0, n_draws, BATCH)]
-    jobs: dict[str, Job] = {"demo": simulate_demo}
+    jobs: dict[str, Job] = {}
+    for draws, errors in itertools.product(batches, TWIN):
+        jobs[f"slender/{errors}/{draws.start}"] = partial(simulate_twin, errors, draws, (MODEL,))
+        jobs[f"ROV/{errors}/{draws.start}"] = partial(simulate_rov, errors, draws)
+    jobs |= {f"targets/{errors}": partial(find_targets, errors) for errors in OUTSIDE_ERRORS}
+    for draws, errors in itertools.product(batches, OUTSIDE_ERRORS):
+        name = f"outside/{errors}/{draws.start}"
+        jobs[name] = partial(simulate_twin, errors, draws, OUTSIDE)
+    jobs["demo"] = simulate_demo
     for campaign in measured(data) if data else ():
         name = campaign.name.removeprefix("measured/").partition("-")[0]
         jobs.setdefault(name, partial(halve, name, campaign))
-    jobs |= {f"targets/{errors}": partial(find_targets, errors) for errors in TWIN}
-    for errors, draws in itertools.product(TWIN, batches):
-        jobs[f"slender/{errors}/{draws.start}"] = partial(simulate_twin, errors, draws, (MODEL,))
-        jobs[f"ROV/{errors}/{draws.start}"] = partial(simulate_rov, errors, draws)
-    for draws, errors in itertools.product(batches, TWIN):
-        name = f"outside/{errors}/{draws.start}"
-        jobs[name] = partial(simulate_twin, errors, draws, OUTSIDE)
     return jobs
 
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder of the rows.")],
     data: Annotated[Path | None, typer.Option(help="Folder of measured logs.")] = None,
-    draws: Annotated[int, typer.Option(min=2, help="Draws of each simulated log.")] = 24,
+    draws: Annotated[int, typer.Option(min=2, help="Draws of each simulated log.")] = 20,
     page: Annotated[Path | None, typer.Option(help="Page to insert the tables into.")] = None,
 ) -> None:
     """Run what is missing and print the tables."""
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     out.mkdir(parents=True, exist_ok=True)
-    path = out / "rows.jsonl"
-    lines = path.read_text().splitlines() if path.exists() else []
-    done = {job: [Row(*row) for row in rows] for job, rows in map(json.loads, lines)}
-    jobs = list_jobs(data, draws)
-    for name in track([name for name in jobs if name not in done], "identify"):
-        done[name] = list(jobs[name]())
-        with path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps([name, done[name]]) + "\n")
-    text = summarise([row for rows in done.values() for row in rows])
+    text = summarise(finish_jobs(out / "rows.jsonl", list_jobs(data, draws), Row))
     save_text(text, out / "coverage.md")
     if page is not None:
         replace_table(page, MARKS, text)

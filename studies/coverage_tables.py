@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmark_tables import table
-from consistency import CONDITIONS, MODEL, measure, true_coefficients
+from consistency import measure
+from hydrodamp.basis.term import AXES
 from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, Grade
 
 TRUE, PSEUDO_TRUE, WHOLE = "true", "pseudo-true", "whole"
@@ -32,6 +33,7 @@ class Row(NamedTuple):
     error: Sequence[float] = ()
     half: Sequence[float] = ()
     grades: Sequence[str] = ()
+    bound: Sequence[Sequence[float]] = ()
 
 
 class Outcome(NamedTuple):
@@ -116,24 +118,45 @@ def misses_table(outcomes: Sequence[Outcome]) -> str:
     return table(head, lines)
 
 
-def bound_table(rows: Sequence[Row]) -> str:
-    """Return widths and errors over the Cramér-Rao bound of the twin."""
+def axes_table(outcomes: Sequence[Outcome]) -> str:
+    """Return coverage by axis of coefficients whose truth is known."""
     lines = []
-    for errors in CONDITIONS:
-        some = [
-            row
-            for row in rows
-            if row[:2] == ("slender", errors) and row.model == MODEL.key and row.error
-        ]
-        if some:
-            metric, information = measure(errors)
-            bound = np.linalg.inv(information)
-            misses = np.array([row.estimate for row in some]) - true_coefficients()
+    known = [each for each in outcomes if each.case[3] == TARGETS[TRUE]]
+    for case in dict.fromkeys(each.case for each in known):
+        for grade in (Grade.DETERMINED, Grade.MINOR):
+            some = [each for each in known if each.case == case and each.grade == grade.word]
+            rows = [[each for each in some if each.label[0] == axis] for axis in AXES]
+            cells = (
+                f"{100 * np.mean([each.is_covered for each in row]):.0f} ({len(row)})"
+                if row
+                else ""
+                for row in rows
+            )
+            lines.append([case[0], case[2], grade.word, *cells])
+    return table(["log", "errors", "grade", *AXES], lines)
+
+
+def bound_table(rows: Sequence[Row]) -> str:
+    """Return widths and errors over the Cramér-Rao bound."""
+    lines = []
+    truths = {row[:2]: row.estimate for row in rows if row.draw == TRUE}
+    for case, truth in truths.items():
+        some = [row for row in rows if row[:2] == case and row.bound]
+        if not some:
+            continue
+        misses = np.array([row.estimate for row in some]) - truth
+        bounds = np.array([row.bound for row in some])
+        variances = np.diagonal(bounds, axis1=1, axis2=2)
+        width = np.median([row.error for row in some] / np.sqrt(variances))
+        ratio = np.median(np.sqrt(np.mean(misses**2 / variances, axis=0)))
+        cells = [*case, str(len(some)), f"{width:.2f}", f"{ratio:.2f}", ""]
+        if case[0] == "slender":
+            metric = measure("coloured")[0]
             squares = np.einsum("di,ij,dj->d", misses, metric, misses)
-            ratio = np.sqrt(np.mean(squares) / np.trace(metric @ bound))
-            width = np.median([row.error for row in some] / np.sqrt(np.diag(bound)))
-            lines.append([errors, str(len(some)), f"{width:.2f}", f"{ratio:.2f}"])
-    return table(["errors", "draws", "standard error / bound", "error / bound"], lines)
+            expected = np.einsum("ij,dji->d", metric, bounds)
+            cells[-1] = f"{np.sqrt(np.mean(squares) / np.mean(expected)):.2f}"
+        lines.append(cells)
+    return table(["log", "errors", "draws", "width", "coefficient error", "replay error"], lines)
 
 
 def grades_table(rows: Sequence[Row]) -> str:
@@ -152,7 +175,8 @@ def summarise(rows: Sequence[Row]) -> str:
     parts = {
         "Coefficients that are right": promise_table(outcomes),
         "`determined` coefficients right in less than 80 % of draws": misses_table(outcomes),
-        "Widths and errors of the slender hull over the Cramér-Rao bound": bound_table(rows),
+        "Widths and errors over the Cramér-Rao bound": bound_table(rows),
+        "Covered coefficients by axis [%] (number)": axes_table(outcomes),
         "Coefficients of each grade in entire logs": grades_table(rows),
     }
     return "\n\n".join(f"**{title}**\n\n{text}" for title, text in parts.items())

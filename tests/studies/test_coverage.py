@@ -1,10 +1,14 @@
 """The study of coverage: rows with known answers, and one draw."""
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+import hydrodamp as hd
+from hydrodamp.simulation.campaign.conditions import Conditions
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -58,6 +62,49 @@ def test_halves_are_compared_where_both_have_the_grade(tables):
     outcomes = list(tables.compare_with_targets([whole, first, other]))
     assert [(each.label, each.is_covered) for each in outcomes] == [("X_u", True), ("N_r", False)]
     assert "| log | `m` | 2 | 0 | 1 | 0 |" in tables.grades_table([whole, first, other])
+
+
+def test_errors_and_widths_are_ratios_to_the_bound(tables):
+    bound, draws = [[4.0, 1.0], [1.0, 9.0]], np.random.default_rng(96)
+    misses = 1.5 * draws.multivariate_normal([0.0, 0.0], bound, 4000)
+    rows = [
+        tables.Row("ROV", "push 1", str(k), "m", ["N_r", "N_v"], miss, [2.4, 3.6], bound=bound)
+        for k, miss in enumerate(misses.tolist())
+    ]
+    rows.append(tables.Row("ROV", "push 1", tables.TRUE, "m", ["N_r", "N_v"], [0.0, 0.0]))
+    cells = tables.bound_table(rows).splitlines()[-1].split(" | ")
+    assert cells[:4] == ["| ROV", "push 1", "4000", "1.20"]
+    assert float(cells[4]) == pytest.approx(1.5, rel=0.03)
+
+
+def test_coverage_is_counted_by_axis(tables):
+    case = "ROV", "m", "push 1", "truth"
+    outcomes = [
+        tables.Outcome(case, "0", label, "minor", covered, True)
+        for label, covered in (("N_r", True), ("N_v", False), ("X_u", True))
+    ]
+    assert "| ROV | push 1 | minor | 100 (1) |  |  |  |  | 50 (2) |" in tables.axes_table(outcomes)
+
+
+def test_without_pushes_the_bound_is_that_of_whitened_replays():
+    consistency = importlib.import_module("consistency")
+    conditions, truth = consistency.CONDITIONS["coloured"], consistency.true_coefficients()
+    silent = hd.reenact(duration=15.0, conditions=Conditions(scale=0.0))
+    log = replace(silent.exact_train, acceleration=None)
+    problem = hd.prepare(silent.vehicle, log, [consistency.MODEL])
+    found = consistency.bound_covariance(problem, consistency.MODEL, truth, conditions)
+    errors = consistency.velocity_errors(conditions)
+    known = np.linalg.inv(consistency.fisher_information(problem, truth, *errors))
+    np.testing.assert_allclose(np.diag(found), np.diag(known), rtol=0.05)
+
+
+def test_finished_jobs_are_not_run_again(tmp_path):
+    study_tables = importlib.import_module("tables")
+    path, jobs = tmp_path / "rows.jsonl", {"first": lambda: [(1, 2)]}
+    assert study_tables.finish_jobs(path, jobs, lambda *row: row) == [(1, 2)]
+    jobs |= {"first": lambda: [(0, 0)], "second": lambda: [(3, 4), (5, 6)]}
+    assert study_tables.finish_jobs(path, jobs, lambda *row: row) == [(1, 2), (3, 4), (5, 6)]
+    assert len(path.read_text().splitlines()) == 2
 
 
 def test_a_draw_of_the_rov_has_a_grade_and_a_target_for_every_coefficient(study, tables):
