@@ -132,7 +132,8 @@ def axes_table(outcomes: Sequence[Outcome]) -> str:
                 else ""
                 for row in rows
             )
-            lines.append([case[0], case[2], grade.word, *cells])
+            if some:
+                lines.append([case[0], case[2], grade.word, *cells])
     return table(["log", "errors", "grade", *AXES], lines)
 
 
