@@ -209,7 +209,10 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
             return windows, None
         rounds = minimise_prediction_errors(objective, windows.iterate)
         for number, filtered in enumerate(rounds):
-            tests, correlations = score_further_terms(*filtered, model), correlate_innovations(*filtered)
+            tests, correlations = (
+                score_further_terms(*filtered, model),
+                correlate_innovations(*filtered),
+            )
             adequacy = Adequacy.judge(tests, correlations, windows.held_out_r_squared)
             # the first estimate of the noise is rough, and suffices where a form is clearly wrong
             if adequacy.is_clearly_missing or (number and adequacy.form is Form.ADEQUATE):

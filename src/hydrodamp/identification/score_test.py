@@ -8,6 +8,7 @@ autocorrelations of the innovations test the noise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from hydrodamp.identification.prediction_error import spread_runs
 from hydrodamp.identification.rebuilt_outputs import fix_parameters
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
 
 #: Smallest information of a term that the model and other terms do not have, over all of its own.
 MIN_INFORMATION = 1e-6
@@ -34,12 +36,14 @@ N_LAGS = 20
 MAX_NAMED = 2
 
 
-def further_terms(model: DampingModel) -> DampingModel:
+def further_terms(model: DampingModel, commands: Sequence[str] = ()) -> DampingModel:
     """Return the terms of the paper's models, and those with commands on every axis.
 
-    An axis that has them all gets the products of two velocities.
+    They are the model's, and linear ones of further commands. An axis that has all terms gets the
+    products of two velocities.
     """
     driven = [term for term in model.basis if term.commands]
+    driven += [Term.parse(command) for command in commands]
     products = [
         Term.parse(first + second)
         for first in VELOCITIES
@@ -53,12 +57,19 @@ def further_terms(model: DampingModel) -> DampingModel:
     return DampingModel("further", "", tuple(rows))
 
 
+def unused_commands(problem: Problem, model: DampingModel) -> list[str]:
+    """Return the commands of a log that neither the vehicle nor the model uses."""
+    used = {name for term in model.basis for name in term.commands} | set(problem.vehicle.commands)
+    return [name for name in problem.log.command_names if name not in used]
+
+
 def score_further_terms(
     objective: ShootingObjective, result: Iterate, model: DampingModel
 ) -> dict[str, ScoreTest]:
     """Return the score test of each axis at an estimate."""
     fixed, at = fix_parameters(objective, result)
-    further = further_terms(model).restricted_to(fixed.problem.vehicle.axes)
+    further = further_terms(model, unused_commands(fixed.problem, model))
+    further = further.restricted_to(fixed.problem.vehicle.axes)
     problem = fixed.problem.extend_to(model, further)
     entries = tuple(map(np.append, *map(problem.equations.entries, (model, further))))
     extended = replace(fixed, problem=problem, entries=entries)
