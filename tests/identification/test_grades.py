@@ -158,7 +158,8 @@ def replayed():
 def judge_form(*missing):
     """Return what score tests say of a form that lacks terms on these axes."""
     statistics = {axis: 900.0 if axis in missing else 9.0 for axis in "XYZKMN"}
-    return hd.Adequacy.judge({k: hd.ScoreTest(v, 10, 2000) for k, v in statistics.items()}, {})
+    tests = {k: hd.ScoreTest(v, 10, 2000) for k, v in statistics.items()}
+    return hd.Adequacy.judge(tests, dict.fromkeys(tests, 0.0), {})
 
 
 def test_poor_replays_do_not_count_where_the_form_is_adequate(replayed):

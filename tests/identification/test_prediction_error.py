@@ -183,7 +183,7 @@ def test_the_form_is_a_line_with_the_axes_that_lack_most(r_squared, command):
 
 
 def test_an_adequate_form_is_named_so():
-    adequacy = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.1})
+    adequacy = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {"K": 0.1})
     assert str(adequacy) == "Form: adequate (score tests find nothing missing)."
 
 

@@ -127,7 +127,7 @@ def test_the_band_of_a_fit_has_the_errors_of_its_form(coasting):
 def test_the_band_of_an_adequate_form_is_that_of_the_noise(coasting, tmp_path):
     problem, damping = coasting
     known = hd.Uncertainty(damping.covariance, 5.0, "by hand", damping.covariance / 4.0)
-    adequate = Adequacy(Form.ADEQUATE, (), {})
+    adequate = Adequacy(Form.ADEQUATE, (), {}, {})
     fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known, adequacy=adequate)
     (tmp_path / "fit.json").write_text(as_json(fit_document(fit)), "utf-8")
     whole = hd.prediction_band(problem, damping, degrees_of_freedom=5.0).half_width

@@ -235,8 +235,8 @@ def test_a_verdict_names_the_row_of_the_selection_and_for_what_it_is_usable(tabl
     assert "determined" not in verdict.headline
 
 
-LACKING = hd.Adequacy.judge({"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {})
-SOUND = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {})
+LACKING = hd.Adequacy.judge({"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {"K": 0.0}, {})
+SOUND = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {})
 
 
 def test_the_verdict_states_form_and_missions_once(table):
