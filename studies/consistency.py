@@ -31,6 +31,7 @@ from hydrodamp.files import save_text
 from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.prediction_error import filter_windows, project_states
 from hydrodamp.kernels import core
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.simulation.campaign.conditions import true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.problem import Problem
@@ -114,7 +115,7 @@ def bound_covariance(
     """Return the inverse information of the filtered innovations at the truth."""
     std, correlation = velocity_errors(conditions)
     least = np.maximum(conditions.push, 1e-6), np.maximum(correlation, 1e-3)
-    true_noise = core.Noise(least[0], std, least[1], conditions.push_time, 0.1)
+    true_noise = Noise(least[0], std, least[1], conditions.push_time, 0.1)
     windows = make_objective(problem, model).windows(np.inf)
     innovations, _, slopes = filter_windows(windows, truth, true_noise, windows.entries)
     rows = project_states(windows, innovations, slopes)[1].reshape(-1, len(truth))

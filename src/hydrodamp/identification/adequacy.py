@@ -6,8 +6,8 @@ with as many degrees of freedom d as there are independent terms where nothing i
 (1948), doi:10.1017/S0305004100023987; J. Neyman's C(α) test (1959)). Terms are missing where its
 probability is below ``MIN_PROBABILITY`` over the number of axes and they would explain more than
 ``MAX_MISSING_SHARE`` of the variance of the innovations, ``(S_a − d) / n`` for n samples. The noise
-is wrong where the innovations of a velocity have autocorrelations ρ_k with
-``Σ_k ρ_k² − K/n > MAX_CORRELATION`` over K lags (G. M. Ljung and G. E. P. Box (1978),
+is wrong where the sum of squared autocorrelations of the innovations of a velocity exceeds that of
+white ones by more than ``MAX_CORRELATION`` (G. M. Ljung and G. E. P. Box (1978),
 doi:10.1093/biomet/65.2.297).
 """
 
@@ -155,9 +155,10 @@ class Adequacy:
         tests : dict of str to ScoreTest
             By axis.
         correlations : dict of str to float
-            Sum of squared autocorrelations of the innovations of each velocity, by axis.
+            Sum of squared autocorrelations of the innovations of each velocity, by axis, beyond
+            that of white ones.
         r_squared : dict of str to float
-            R² of held-out replays of the velocity of each axis.
+            R² of held-out replays of each velocity that moves, by axis.
 
         Returns
         -------
@@ -167,7 +168,7 @@ class Adequacy:
         """
         doubtful = tuple(
             axis
-            for axis in dict.fromkeys((*r_squared, *tests))
+            for axis in dict.fromkeys((*correlations, *r_squared, *tests))
             if (axis in tests and tests[axis].rejects(len(tests)))
             or not correlations.get(axis, np.inf) <= MAX_CORRELATION
         )
@@ -186,7 +187,7 @@ class Adequacy:
     @property
     def is_clearly_missing(self) -> bool:
         """Whether terms are missing with any estimate of the noise."""
-        return any(test.missing_share > CLEARLY_MISSING for test in self.tests.values())
+        return any(self.tests[axis].missing_share > CLEARLY_MISSING for axis in self.missing)
 
     def __str__(self) -> str:
         """Return the form, and a term of each axis that lacks most, in one line."""

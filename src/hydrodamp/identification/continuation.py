@@ -42,14 +42,17 @@ from hydrodamp.identification.dissipativity import PowerRegressor, sample_box, v
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
     INITIAL_PENALTY_WEIGHT,
-    SAMPLES_PER_RESIDUAL,
     STAGE_TOLERANCE,
     Iterate,
     ShootingObjective,
     minimise,
 )
 from hydrodamp.identification.har_covariance import Bins
-from hydrodamp.identification.multiple_shooting import VelocityOutputs, Windows
+from hydrodamp.identification.multiple_shooting import (
+    SAMPLES_PER_RESIDUAL,
+    VelocityOutputs,
+    Windows,
+)
 from hydrodamp.identification.regression import solve_axis
 from hydrodamp.identification.sensor_outputs import SensorOutputs
 from hydrodamp.identification.weak_form import WeakRegression

@@ -57,9 +57,6 @@ INITIAL_PRIOR_STRENGTH = 0.1
 #: Weight w [1] of the energy-injection penalty before the evidence sets it.
 INITIAL_PENALTY_WEIGHT = 10.0
 
-#: Samples per independent residual [1]: the weight of an initial state against the residuals.
-SAMPLES_PER_RESIDUAL = 16.0
-
 
 class Linearisation(NamedTuple):
     """Residuals of the windows of one length, linearised at their optimal initial states.
@@ -218,7 +215,7 @@ class ShootingObjective:
     @property
     def nuisance_weight(self) -> float:
         """Weight of the squared parameters of sensors over their prior variance."""
-        return SAMPLES_PER_RESIDUAL / float(self.counts.sum())
+        return self.outputs.samples_per_residual / float(self.counts.sum())
 
     def gauss_newton(self, iterate: Iterate) -> tuple[FloatArray, FloatArray]:
         """Return matrix and right-hand side of the likelihood's normal equations in x."""

@@ -29,6 +29,9 @@ from hydrodamp.simulation.problem import Problem
 #: Parts of the log to replay: the error of a replay grows with its length.
 N_PARTS = 8
 
+#: Least standard deviation of a velocity that moves, over the noise floor of the objective.
+MIN_MOTION = 4.0
+
 #: Shortest piece [samples], and rounding of the clock [pieces].
 MIN_PIECE, CLOCK_ROUNDING = 8, 1e-6
 
@@ -124,13 +127,25 @@ class PieceNormals:
         return dict(zip(self.objective.problem.vehicle.axes, values.tolist(), strict=True))
 
     @property
-    def form_errors(self) -> dict[str, tuple[float, float]]:
-        """Error of the form in the worst held-out replay, and standard deviation, by axis."""
+    def moving_r_squared(self) -> dict[str, float]:
+        """The same of velocities that move."""
+        pairs = zip(self.held_out_r_squared.items(), self.motion.tolist(), strict=True)
+        return {axis: value for (axis, value), size in pairs if size}
+
+    @cached_property
+    def motion(self) -> FloatArray:
+        """Standard deviation (f,) of the velocities, zero where it may be noise."""
         problem = self.objective.problem
         std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
-        square = self.held_out_errors.max(axis=0) * std**2 - self.sensor_std**2
-        sizes = np.sqrt(np.maximum(square, 0.0)).tolist()
-        return dict(zip(problem.vehicle.axes, zip(sizes, std.tolist(), strict=True), strict=True))
+        return np.where(std > MIN_MOTION * self.objective.noise_std, std, 0.0)
+
+    @property
+    def form_errors(self) -> dict[str, tuple[float, float]]:
+        """Error of the form in the worst held-out replay, and standard deviation, by axis."""
+        square = self.held_out_errors.max(axis=0) * self.motion**2 - self.sensor_std**2
+        sizes = np.sqrt(np.maximum(square, 0.0)).tolist(), self.motion.tolist()
+        axes = self.objective.problem.vehicle.axes
+        return dict(zip(axes, zip(*sizes, strict=True), strict=True))
 
 
 def replay_pieces(
@@ -187,21 +202,23 @@ def half_difference_factors(
 
 
 @factorisation("Fisher information of the innovations")
-def information_uncertainty(
-    objective: ShootingObjective, result: Iterate, scattered: Uncertainty
-) -> Uncertainty:
+def information_covariance(objective: ShootingObjective, result: Iterate) -> FloatArray:
+    """Return the inverse of the Fisher information of coefficients and parameters, (q, q)."""
+    x = result.coefficients / objective.scale
+    hessian = objective.gauss_newton(result)[0]
+    hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
+    scale = np.outer(objective.scale, objective.scale)
+    return np.asarray(np.linalg.inv(hessian) * scale / objective.counts.sum())
+
+
+def information_uncertainty(known: FloatArray, scattered: Uncertainty) -> Uncertainty:
     """Return the inverse of the Fisher information, scaled to the scatter of other estimates.
 
     Its noise is not scaled: the curvature of the objective scatters the coefficients along valleys
     in which they predict the same motion.
     """
-    x, p = result.coefficients / objective.scale, len(scattered.covariance)
-    hessian = objective.gauss_newton(result)[0]
-    hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
-    scale = np.outer(objective.scale[:p], objective.scale[:p])
-    known = np.linalg.inv(hessian)[:p, :p] * scale / objective.counts.sum()
     variance, total = np.diag(known), np.diag(scattered.covariance)
-    ratio = np.divide(total, variance, out=np.ones(p), where=variance > 0.0)
+    ratio = np.divide(total, variance, out=np.ones(len(known)), where=variance > 0.0)
     return Uncertainty(
         known * np.mean(np.maximum(ratio, 1.0)),
         scattered.degrees_of_freedom,

@@ -34,6 +34,9 @@ MAX_RELATIVE_STEP = 1.0 / 16.0
 #: Averages of the residuals in each window, from which the normal equations are built.
 AVERAGES_PER_WINDOW = 10
 
+#: Samples per independent residual [1]: the weight of an initial state against the residuals.
+SAMPLES_PER_RESIDUAL = 16.0
+
 #: Entries of the Jacobian in memory at once: 32 MB.
 MAX_JACOBIAN_ENTRIES = 4_000_000
 
@@ -85,6 +88,10 @@ class Outputs(Protocol):
     @property
     def parameters(self) -> Sequence[Parameter]:
         """Parameters that all windows share."""
+
+    @property
+    def samples_per_residual(self) -> float:
+        """Samples per independent residual."""
 
     def with_base(self, base: Outputs) -> Outputs:
         """Return other outputs, with the same parameters of plant and inputs."""
@@ -302,6 +309,7 @@ class VelocityOutputs:
 
     interval: float = 0.0
     parameters: tuple[Parameter, ...] = ()
+    samples_per_residual: float = SAMPLES_PER_RESIDUAL
 
     def with_base(self, base: Outputs) -> Outputs:
         """Return other outputs."""

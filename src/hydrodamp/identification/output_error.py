@@ -34,6 +34,7 @@ from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.held_out_replay import (
     PieceNormals,
     half_difference_factors,
+    information_covariance,
     information_uncertainty,
     jackknife_uncertainty,
 )
@@ -43,6 +44,7 @@ from hydrodamp.identification.parameter_estimates import (
     estimate_parameters,
     parameter_covariance,
     significant_delays,
+    variance_rows,
 )
 from hydrodamp.identification.parameters import (
     VEHICLE_PARAMETERS,
@@ -207,21 +209,22 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         objective = windows.objective
         if objective.problem.sensor_log is not None or len(windows.pieces) < MIN_BLOCKS:
             return windows, None
+        r_squared = windows.moving_r_squared
         rounds = minimise_prediction_errors(objective, windows.iterate)
         for number, filtered in enumerate(rounds):
             tests, correlations = (
                 score_further_terms(*filtered, model),
                 correlate_innovations(*filtered),
             )
-            adequacy = Adequacy.judge(tests, correlations, windows.held_out_r_squared)
+            adequacy = Adequacy.judge(tests, correlations, r_squared)
             # the first estimate of the noise is rough, and suffices where a form is clearly wrong
             if adequacy.is_clearly_missing or (number and adequacy.form is Form.ADEQUATE):
                 break
+        if adequacy.form is Form.ADEQUATE:
+            return PieceNormals.of(*filtered), adequacy
         noise = cast(FilteredOutputs, fix_parameters(*filtered)[0].outputs).noise
         windows = replace(windows, sensor_std=noise.sensor[objective.problem.vehicle.free])
-        if adequacy.form is not Form.ADEQUATE:
-            return windows, adequacy
-        return PieceNormals.of(*filtered), adequacy
+        return windows, adequacy if correlations or adequacy.missing else None
 
 
 def _free_vehicle(
@@ -234,6 +237,11 @@ def _free_vehicle(
 
 def _remark(objective: ShootingObjective, result: Iterate) -> str:
     """Return a sentence on the window lengths, the errors and the prior of the result."""
+    if isinstance(fix_parameters(objective, result)[0].outputs, FilteredOutputs):
+        return (
+            "The minimisation of prediction errors started from output error; prior strength "
+            f"relative to the innovations: {result.prior_strength:.2g}."
+        )
     lengths = ", ".join(
         "entire segments" if np.isinf(length) else f"{length:.3g} s"
         for length in result.window_lengths
@@ -272,10 +280,14 @@ def build_fit(
             uncertainty, normals.half_difference[:p], objective.entries[1]
         )
         uncertainty = uncertainty.rescale(factors)
-        rows = parameter_covariance(normals, estimates, factors) if estimates else None
         if is_adequate:
-            uncertainty = information_uncertainty(objective, result, uncertainty)
+            known = information_covariance(objective, result)
+            uncertainty = information_uncertainty(known[:p, :p], uncertainty)
+            factors = uncertainty.standard_errors / uncertainty.noise_only.standard_errors
+            rows = parameter_covariance(known[p:], estimates, factors) if estimates else None
         else:
+            if estimates:
+                rows = parameter_covariance(variance_rows(normals), estimates, factors)
             origin = "weak-form" if problem.sensor_log is None else "initial"
             allowance = f"the difference of the {origin} to this estimate"
             uncertainty = uncertainty.inflate(coefficients - start[:p], allowance)

@@ -81,7 +81,7 @@ def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str,
     theta, std = result.coefficients[p:], np.array([each.std for each in parameters])
     errors = std
     if len(normals.replicates) >= MIN_BLOCKS:
-        errors = np.fmin(np.sqrt(_variance_rows(normals)[:, p:].diagonal()), std)
+        errors = np.fmin(np.sqrt(variance_rows(normals)[:, p:].diagonal()), std)
     is_wide, misfit = errors >= MAX_DETERMINED_RATIO * std, _misfit(objective, result)
     axes = free_gains(objective.problem, model)
     open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
@@ -94,19 +94,18 @@ def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str,
 
 
 def parameter_covariance(
-    normals: PieceNormals, estimates: Mapping[str, Estimate], factors: FloatArray
+    rows: FloatArray, estimates: Mapping[str, Estimate], factors: FloatArray
 ) -> FloatArray:
-    """Return the rows (k, p + k) of the estimates in the joint covariance.
+    """Return the rows (k, p + k) of the estimates in the joint covariance, from unscaled ones.
 
     ``factors`` (p,) widen the standard errors of the coefficients.
     """
-    rows, p = _variance_rows(normals), normals.objective.n_coefficients
     errors = np.array([each.standard_error for each in estimates.values()])
-    widths = errors / np.sqrt(rows[:, p:].diagonal())
+    widths = errors / np.sqrt(rows[:, len(factors) :].diagonal())
     return rows * np.outer(widths, np.concatenate([factors, widths]))
 
 
-def _variance_rows(normals: PieceNormals) -> FloatArray:
+def variance_rows(normals: PieceNormals) -> FloatArray:
     """Return the rows (k, p + k) of θ in the covariance of the jackknife, with its allowance."""
     p = normals.objective.n_coefficients
     rows = jackknife_covariance(normals.replicates)[p:]

@@ -29,7 +29,12 @@ from hydrodamp.identification.continuation import (
     update_prior,
 )
 from hydrodamp.identification.differentiation import median_step
-from hydrodamp.identification.gauss_newton import MIN_DAMPING, Iterate, ShootingObjective
+from hydrodamp.identification.gauss_newton import (
+    MAX_DAMPING_TRIALS,
+    MIN_DAMPING,
+    Iterate,
+    ShootingObjective,
+)
 from hydrodamp.identification.multiple_shooting import (
     LinearisedResiduals,
     Outputs,
@@ -76,6 +81,7 @@ class FilteredOutputs:
     unit: FloatArray
     interval: float = 0.0
     parameters: tuple[Parameter, ...] = ()
+    samples_per_residual: float = 1.0
 
     def with_base(self, base: Outputs) -> Outputs:
         """Return other outputs."""
@@ -127,8 +133,9 @@ class FilteredOutputs:
     def averages(
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> FloatArray:
-        """Return the innovations of a linearisation without slopes."""
+        """Return the innovations of a linearisation without slopes, NaN after a divergence."""
         innovations, *_ = filter_windows(windows, parameters, self.noise)
+        innovations[innovations == DIVERGED] = np.nan
         return np.asarray(innovations * self.unit / residual_std).ravel()
 
 
@@ -183,7 +190,13 @@ def initial_noise(objective: ShootingObjective) -> Noise:
     """Return the noise from which its likelihood is maximised."""
     problem, step = objective.problem, median_step(objective.problem)
     free = problem.vehicle.free
-    inertia = np.gradient(objective.velocity, axis=0) / step @ problem.vehicle.mass_matrix.T
+    acceleration = np.concatenate(
+        [
+            np.gradient(objective.velocity[start:stop], problem.inputs.time[start:stop], axis=0)
+            for start, stop in problem.segments.tolist()
+        ]
+    )
+    inertia = acceleration @ problem.vehicle.mass_matrix.T
     push = np.where(free, PUSH_SHARE * np.sqrt(np.mean(inertia**2, axis=0)), 0.0)
     sensor = np.ones(6)
     floor = MIN_SENSOR * np.sqrt(np.mean(problem.inputs.velocity[:, free] ** 2, axis=0))
@@ -257,7 +270,7 @@ def estimate_noise(objective: ShootingObjective, coefficients: FloatArray, noise
         gradient = slopes[0] @ values[0] + slopes[1].sum(axis=1) + 2.0 * NOISE_WEIGHT * z
         hessian = sum(each @ each.T for each in slopes) + 2.0 * NOISE_WEIGHT * np.eye(len(z))
         before = cost(z, values)
-        for _ in range(6):
+        for _ in range(MAX_DAMPING_TRIALS):
             step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
             trial = z + np.clip(step, -2.0, 2.0)
             trial_values = terms(trial)

@@ -48,6 +48,11 @@ class RebuiltOutputs:
         """Parameters of the outputs, then those of plant and inputs."""
         return (*self.base.parameters, *self.rebuilt)
 
+    @property
+    def samples_per_residual(self) -> float:
+        """Samples per independent residual."""
+        return self.base.samples_per_residual
+
     def with_base(self, base: Outputs) -> RebuiltOutputs:
         """Return other outputs with the same parameters of plant and inputs."""
         return replace(self, base=base)

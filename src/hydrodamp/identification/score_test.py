@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import chdtri
 
 from hydrodamp.arrays import FloatArray, factorisation
 from hydrodamp.basis.term import AXES, VELOCITIES, Term
-from hydrodamp.identification.adequacy import ScoreTest
+from hydrodamp.identification.adequacy import MIN_PROBABILITY, ScoreTest
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
 from hydrodamp.identification.prediction_error import spread_runs
 from hydrodamp.identification.rebuilt_outputs import fix_parameters
@@ -95,19 +96,22 @@ def score_further_terms(
 
 
 def correlate_innovations(objective: ShootingObjective, result: Iterate) -> dict[str, float]:
-    """Return the sum of squared autocorrelations of each velocity, less that of white innovations.
+    """Return the sum of squared autocorrelations of each velocity beyond that of white innovations.
 
-    It is empty where the minimisation did not converge.
+    White ones exceed it with a probability of ``MIN_PROBABILITY`` on all axes. It is empty where
+    the minimisation did not converge, or the filter diverged.
     """
-    if not result.converged:
-        return {}
     windows, residual_std, *_ = result.linearisations[-1]
-    chunks = windows.optimal_residuals(result.coefficients, residual_std)
-    rows = np.concatenate([innovations for _, innovations in chunks])
-    series = rows.reshape(-1, len(residual_std))
+    rows = []
+    for linearised, innovations in windows.optimal_residuals(result.coefficients, residual_std):
+        if not (result.converged and linearised.columns.any(axis=1).all()):
+            return {}
+        rows.append(innovations)
+    series = np.concatenate(rows).reshape(-1, len(residual_std))
     power = np.sum(series**2, axis=0)
     correlations = [np.sum(series[k:] * series[:-k], axis=0) / power for k in range(1, N_LAGS + 1)]
-    excess = np.sum(np.square(correlations), axis=0) - N_LAGS / len(series)
+    white = chdtri(N_LAGS, MIN_PROBABILITY / len(residual_std)) / len(series)
+    excess = np.sum(np.square(correlations), axis=0) - white
     return dict(zip(objective.problem.vehicle.axes, excess.tolist(), strict=True))
 
 

@@ -24,6 +24,7 @@ from hydrodamp.data.measurement import KINDS
 from hydrodamp.identification.multiple_shooting import (
     AVERAGES_PER_WINDOW,
     DIVERGENCE_FACTOR,
+    SAMPLES_PER_RESIDUAL,
     LinearisedResiduals,
     Outputs,
     ResidualSeries,
@@ -61,6 +62,7 @@ class SensorOutputs:
     coordinates: FloatArray
     offset_std: FloatArray
     interval: float = 0.0
+    samples_per_residual: float = SAMPLES_PER_RESIDUAL
 
     @classmethod
     def of(cls, sensor_log: SensorLog, free: Sequence[str]) -> SensorOutputs:

@@ -122,7 +122,7 @@ def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Sel
     if not scored:
         raise MethodError("no row has a replay: nothing was fitted")
     excited = scored[0][1].excited
-    names = tuple(name for name in excited if name not in untested) or excited
+    names = tuple(name for name in excited if name not in untested) or excited or scored[0][1].names
     best = min(_defects(row) for row, _ in scored)
     candidates = [pair for pair in scored if _defects(pair[0]) == best]
 
