@@ -111,10 +111,10 @@ def simulated_log(trajectory: hd.Trajectory, band: hd.PredictionBand | None) -> 
     if band is not None:
         width = band.half_width[:, [VELOCITIES.index(name) for name in names]]
         widths = tuple(f"{name}_half_width" for name in names)
-        other = [k for k, name in enumerate(log.command_names) if name not in widths]
-        commands = np.hstack([log.commands[:, other], width])
-        names_of_others = (log.command_names[k] for k in other)
-        log = replace(log, commands=commands, command_names=(*names_of_others, *widths))
+        kept = [k for k, name in enumerate(log.command_names) if name not in widths]
+        commands = np.hstack([log.commands[:, kept], width])
+        names_kept = (log.command_names[k] for k in kept)
+        log = replace(log, commands=commands, command_names=(*names_kept, *widths))
     return replace(
         log,
         velocity=trajectory.velocity,
