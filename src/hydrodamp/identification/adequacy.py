@@ -70,7 +70,7 @@ class ScoreTest:
     n_terms : int
         Degrees of freedom: independent terms.
     n_samples : int
-        Samples of the log.
+        Samples n of the runs of the test, at most about 4000 of the log.
     terms : tuple of str
         Labels of the terms that explain most, where terms are missing.
 

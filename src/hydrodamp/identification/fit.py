@@ -261,8 +261,9 @@ class Fit:
         R² of the replay of each free velocity by estimates without the replayed part of the log,
         by axis; empty for methods that do not replay.
     form_errors : dict of str to tuple of float
-        Error of the form in the worst of these replays, RMS without sensor errors, and the
-        standard deviation of the velocity [m/s, rad/s], by axis; empty where the form is adequate.
+        RMS error in the worst of these replays, without sensor errors where the filter estimated
+        them, and standard deviation of the velocity [m/s, rad/s], by axis; empty where the form is
+        adequate.
     adequacy : Adequacy or None
         What score tests say of the form of the model; None where the method has none.
     """

@@ -4,11 +4,6 @@ With residuals ε (measured minus simulated velocity) and their Jacobians A on t
 B on the initial state, all over the residual standard deviations, a window contributes ``|ε − A Δκ
 − B δ|² + |P^(−1/2) δ|²`` with the prior covariance P of its initial state. The initial state of
 each window is estimated; its correction δ is eliminated by a Schur complement.
-
-Where the errors of successive samples of a velocity have the correlation a, its residuals r are
-innovations::
-
-    e_t = r_t − a r_(t−1),    e_0 = sqrt(1 − a²) r_0
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
 The variance is that of a delete-one-block jackknife plus the squares of half the difference of
 estimates from two halves, of the undamped step that the minimisation has left and of the share of
 the prior; at most that of the prior. Terms that the model lacks bias these parameters, also on axes
-whose own residuals are small: unless all residuals are sensor errors, at the level of white noise
-or of a correlation that is short against the motion, none is determined. Those of the vehicle are
-then held at their priors; those of sensors, whose priors hold no value, stay free.
+whose own residuals are small: unless all residuals, innovations where the form is adequate, are at
+the level of white noise, none is determined. Those of the vehicle are then held at their priors;
+those of sensors, whose priors hold no value, stay free.
 
 White noise of variance σ² gives averages of n residuals the variance σ²/n. Forces that a model
 lacks, and coloured sensor errors, last longer than a sample: √n times such an average has a larger

@@ -7,7 +7,7 @@ velocity, with white w and e::
     y_t = ν_t + n_t,    n_t+1 = a n_t + e_t
 
 The filter corrects ν, d and n at every sample; the residuals are the innovations over the Cholesky
-factor of their covariance. Their derivatives on κ follow the same recursion with the gains held.
+factor of their covariance. Their derivatives on κ follow the same recursion, gains and B held.
 An autopilot answers a push with commands, which are then correlated with it; an innovation is
 independent of all that went before, so the estimate is consistent in closed loop (U. Forssell and
 L. Ljung, "Closed-loop identification revisited" (1999), doi:10.1016/S0005-1098(99)00022-9). The

@@ -112,8 +112,9 @@ typedef struct {
  * on them and on the initial velocity, a row [6][p + 6] for every block of samples of a segment,
  * segment by segment: their sum over the root of their number (block 1: every sample's own);
  * NaN after divergence. Workspace: hd_replay_work numbers; p is 0 without a jacobian.
- * With a filter (block 1, no attitude) each sample corrects the state: velocity becomes the
- * innovations and jacobian the slopes of the predicted outputs, as in filter.c. */
+ * With a filter each sample corrects the state: velocity becomes the innovations and jacobian the
+ * slopes of the predicted outputs, as in filter.c. It needs block 1, no attitude, and a jacobian,
+ * with which the transitions are made (p may be 0). */
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters);
 void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segments,
                const int32_t *parameters, size_t n_parameters, size_t block,

@@ -6,7 +6,7 @@
  *   nu+ = phi(nu, kappa) + B d,   d+ = exp(-h/tau) d + w,   n+ = a^(h/step) n + e,   y = nu + n
  *
  * with B = (1 + A) M^-1 h / 2 and A = d phi / d nu from the replay. The derivative D of z on the
- * coefficients and on the first velocity follows the same recursion with the gains K held:
+ * coefficients and on the first velocity follows the same recursion with B and the gains K held:
  * D <- D + K de, de = -(D_nu + D_n). Innovations and derivatives are over the Cholesky factor of
  * the innovation covariance.
  */
@@ -62,7 +62,7 @@ static void factorise(hd_real a[36])
     }
 }
 
-/* x <- C^-1 x for n values a stride apart, and the next of m columns behind one another */
+/* x[6][m] <- C^-1 x, in place, with the factor C of factorise */
 static inline void whiten(const hd_real factor[36], hd_real *x, size_t m)
 {
     for (size_t i = 0; i < 6; ++i) {
