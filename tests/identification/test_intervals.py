@@ -18,6 +18,10 @@ def test_every_standard_error_is_at_least_the_shift():
     np.testing.assert_allclose(wide.standard_errors, [5.0, 3.0])
     np.testing.assert_allclose(wide.noise_only.standard_errors, [5.0, 3.0])
     assert wide.covariance[0, 1] < 0.0
+    for each in (wide, wide.rescale(np.array([2.0, 3.0]))):
+        correlation = each.without_bias.covariance[0, 1]
+        assert correlation == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(wide.without_bias.covariance, FOUND.covariance)
 
 
 def test_noise_alone_keeps_the_degrees_of_freedom():

@@ -134,3 +134,17 @@ def test_the_band_of_an_adequate_form_is_that_of_the_noise(coasting, tmp_path):
     for each in (fit, read_fit(tmp_path / "fit.json")):
         band = hd.predict_error(problem.vehicle, each, problem.log)
         np.testing.assert_allclose(band.half_width, whole / 2.0, rtol=1e-9)
+
+
+def test_the_error_of_the_form_replaces_the_difference_to_the_weak_form(coasting, tmp_path):
+    problem, damping = coasting
+    known = hd.Uncertainty(damping.covariance, 5.0, "by hand").inflate(np.array([9.0]), "a bias")
+    errors = {"X": (0.02, 0.1)}
+    whole = replace(damping, covariance=known.covariance)
+    fit = hd.Fit(whole, "oe", hd.Status.OK, uncertainty=known, form_errors=errors)
+    (tmp_path / "fit.json").write_text(as_json(fit_document(fit)), "utf-8")
+    settings = {"degrees_of_freedom": 5.0, "form_errors": errors}
+    half_width = hd.prediction_band(problem, damping, **settings).half_width
+    for each in (fit, read_fit(tmp_path / "fit.json")):
+        band = hd.predict_error(problem.vehicle, each, problem.log)
+        np.testing.assert_allclose(band.half_width, half_width, rtol=1e-9)

@@ -53,6 +53,8 @@ class Uncertainty:
         How many blocks the data hold.
     bias_allowance : str
         The bias that the covariance includes, in words; empty for none.
+    bias : ndarray, shape (n,), or None
+        The vector b whose outer product ``b bᵀ`` the covariance includes for that; None for none.
     leverage : ndarray, shape (n,), or None
         Variance of each coefficient for white residuals of variance one: the information of the
         manoeuvres alone. None where the method does not give it.
@@ -77,12 +79,14 @@ class Uncertainty:
     block: float | None = None
     n_blocks: int = 0
     bias_allowance: str = ""
+    bias: FloatArray | None = None
     leverage: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
         n, freedom = len(self.covariance), self.degrees_of_freedom
-        shapes: dict[str, Shape] = {"covariance": (n, n), "noise": (n, n), "leverage": (n,)}
+        shapes: dict[str, Shape] = {"covariance": (n, n), "noise": (n, n)}
+        shapes |= {"leverage": (n,), "bias": (n,)}
         arrays = {name: shape for name, shape in shapes.items() if getattr(self, name) is not None}
         freeze(self, MethodError, np.float64, **arrays)
         demand(freedom > 0.0, "degrees_of_freedom", "positive", freedom)
@@ -96,7 +100,8 @@ class Uncertainty:
         """Multiply every standard error by a factor; correlations are unchanged."""
         scale = factors[:, None] * factors
         noise = None if self.noise is None else self.noise * scale
-        return replace(self, covariance=self.covariance * scale, noise=noise)
+        bias = None if self.bias is None else self.bias * factors
+        return replace(self, covariance=self.covariance * scale, noise=noise, bias=bias)
 
     def inflate(self, shift: FloatArray, allowance: str) -> Uncertainty:
         """Add a possible bias of all coefficients to the covariance.
@@ -122,19 +127,25 @@ class Uncertainty:
         >>> known.inflate(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
         [4.0, 1.0]
         """
-        return replace(
-            self,
-            covariance=_add_bias(self.covariance, shift),
-            noise=None if self.noise is None else _add_bias(self.noise, shift),
-            bias_allowance=allowance,
-        )
+        excess = np.maximum(shift**2 - np.diag(self.covariance), 0.0)
+        bias = np.sqrt(excess) * np.sign(shift)
+        noise = None if self.noise is None else self.noise_only.inflate(shift, "").covariance
+        total = self.covariance + np.outer(bias, bias)
+        return replace(self, covariance=total, noise=noise, bias_allowance=allowance, bias=bias)
+
+    @property
+    def without_bias(self) -> Uncertainty:
+        """Uncertainty with the covariance before :meth:`inflate`."""
+        bias = np.zeros(len(self.covariance)) if self.bias is None else self.bias
+        covariance = self.covariance - np.outer(bias, bias)
+        return replace(self, covariance=covariance, noise=None, bias_allowance="", bias=None)
 
     @property
     def noise_only(self) -> Uncertainty:
         """Uncertainty from noise alone; the same value where the method does not separate it."""
         if self.noise is None:
             return self
-        return replace(self, covariance=self.noise, noise=None)
+        return replace(self, covariance=self.noise, noise=None, bias=None)
 
     def critical_value(self, level: float = 0.95) -> float:
         """Return the factor from a standard error to half a confidence interval.
@@ -203,11 +214,6 @@ class Uncertainty:
             f" They are {ratio:.2g} times those of noise alone: model-form error dominates, and "
             "other manoeuvres would give other coefficients."
         )
-
-
-def _add_bias(covariance: FloatArray, shift: FloatArray) -> FloatArray:
-    excess = np.sqrt(np.maximum(shift**2 - np.diag(covariance), 0.0)) * np.sign(shift)
-    return covariance + np.outer(excess, excess)
 
 
 def correlation(covariance: FloatArray) -> FloatArray:

@@ -252,6 +252,7 @@ class UncertaintyDocument(BaseModel):
     n_blocks: int
     bias_allowance: str
     noise: Annotated[tuple[Number, ...] | None, BeforeValidator(_variances)]
+    bias: Annotated[tuple[Number, ...] | None, BeforeValidator(_list_rows)] = None
 
     def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
         """Return the uncertainty with the covariance of its damping."""

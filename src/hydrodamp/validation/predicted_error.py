@@ -8,9 +8,9 @@ deviation
 
 std ν_j the standard deviation of the simulated velocity over its segment. The first part is large
 where the motion depends on coefficients that the training data do not determine; where the form is
-adequate, C is the inverse of the Fisher information, and e is zero. Otherwise the error of the form
-grows with the motion as a whole, since missing terms couple the velocities. The initial velocity is
-taken as exact.
+adequate, C is the inverse of the Fisher information, and e is zero. Otherwise e replaces the
+difference to the weak form in C, and grows with the motion as a whole, since missing terms couple
+the velocities. The initial velocity is taken as exact.
 """
 
 from __future__ import annotations
@@ -211,6 +211,8 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
             total, noise = uncertainty.standard_errors, uncertainty.noise_only.standard_errors
             ratio = np.divide(noise, total, out=np.zeros_like(total), where=total > 0.0)
             damping = replace(damping, covariance=uncertainty.rescale(ratio).covariance)
+        elif fit.form_errors:
+            damping = replace(damping, covariance=uncertainty.without_bias.covariance)
     problem = prepare(vehicle, log, fit.model)
     with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
         return prediction_band(
