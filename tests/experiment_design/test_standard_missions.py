@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.experiment_design import context, optimise
 from hydrodamp.experiment_design.standard_missions import (
     UNSTABLE,
+    choose_goals,
+    describe_goals,
     describe_missions,
     predict_missions,
 )
@@ -57,11 +60,16 @@ def test_the_error_is_in_proportion_to_the_standard_errors(fit):
         assert large.half_width["r"] == pytest.approx(2.0 * small.half_width["r"])
 
 
-def test_an_undetermined_coefficient_is_not_trusted(fit):
+@pytest.fixture
+def loose(fit):
+    """A fit of which the log does not determine N_ur."""
     covariance = fit.damping.covariance.copy()
     index = fit.model.index("N_ur")
     covariance[index, index] = (10.0 * fit.damping["N_ur"]) ** 2
-    loose = replace(fit, damping=replace(fit.damping, covariance=covariance))
+    return replace(fit, damping=replace(fit.damping, covariance=covariance))
+
+
+def test_an_undetermined_coefficient_is_not_trusted(loose):
     assert all("r" in each.untrusted for each in predict_missions(loose))
     assert any(
         text.startswith("Do not trust heading steps at") for text in describe_missions(loose)
@@ -71,3 +79,31 @@ def test_an_undetermined_coefficient_is_not_trusted(fit):
 def test_without_vehicle_or_speed_nothing_is_predicted(fit):
     for nothing in (replace(fit, vehicle=None), replace(fit, training_range={"u": (-1.0, 1.0)})):
         assert not [*describe_missions(nothing)]
+
+
+def test_the_goals_are_the_untrusted_missions_that_a_log_helps(fit, loose):
+    envelope, goals = choose_goals(loose, hd.Envelope())
+    assert envelope.speed == pytest.approx((0.68, 1.6))  # beyond, the boat is unstable
+    assert sorted(each.speed for each in goals) == pytest.approx([0.68, 0.8, 1.2])
+    says = "Goal: heading steps at 0.68, 0.8, 1.2 m/s, where the model is not to be trusted."
+    assert describe_goals(goals) == says
+    stated = hd.Envelope(speed=(0.7, 1.0))
+    envelope, goals = choose_goals(loose, stated)
+    assert envelope == stated
+    assert [each.speed for each in goals] == [0.8]
+    assert choose_goals(fit, hd.Envelope()) == (hd.Envelope(), [])
+    assert not choose_goals(loose, hd.Envelope(steering="direct"))[1]
+
+
+@pytest.mark.slow
+def test_a_plan_of_a_fit_records_its_goal(boat, known, loose, monkeypatch):
+    monkeypatch.setattr(optimise, "MAX_GENERATIONS", 1)
+    monkeypatch.setattr(context, "N_MEMBERS", 10)
+    envelope = hd.Envelope(speed=(0.8, 1.0))
+    planned = hd.plan(boat, known.model, 60.0, fit=loose, envelope=envelope)
+    assert str(planned).endswith(
+        "Goal: heading steps at 0.8 m/s, where the model is not to be trusted."
+    )
+    first = planned.segments[0].manoeuvre
+    assert (first.shape, first.level, first.strengths[0]) == ("steps", 0.0, 0.0)
+    assert first.strengths[1] > 0.0

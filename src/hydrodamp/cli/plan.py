@@ -26,18 +26,21 @@ def plan(
 ) -> None:
     """Plan the next dive for identification, and predict the accuracy of the coefficients."""
     from hydrodamp.experiment_design.result import plan_document
+    from hydrodamp.report.documents import read_damping_file
     from hydrodamp.report.plan_report import RESULTS, prediction_table, segment_table, write_plan
 
     check_results(out, RESULTS, force)
     (damping_model,) = find_model(model).with_terms()
+    prior = None if damping is None else hd.read_damping(damping)
     dive_plan = hd.plan(
         hd.find_vehicle(vehicle),
         damping_model,
         duration,
-        damping=None if damping is None else hd.read_damping(damping),
+        damping=prior,
         envelope=None if envelope is None else hd.read_envelope(envelope),
         mode=mode,
         seed=seed,
+        fit=None if damping is None else read_damping_file(Path(damping))[1],
     )
     missing = write_plan(dive_plan, out)
     tables = segment_table(dive_plan), *((prediction_table(dive_plan),) if verbose else ())

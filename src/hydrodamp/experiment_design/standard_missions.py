@@ -9,7 +9,7 @@ that is unstable straight ahead grow exponentially, with any coefficients.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -151,13 +151,69 @@ def _growth_rates(simulator: ClosedLoopSimulator, speeds: FloatArray) -> FloatAr
     return np.asarray(np.linalg.eigvals(slopes).real.max(axis=1))
 
 
-def describe_missions(fit: Fit) -> Iterator[str]:
-    """Yield sentences on the predicted errors of standard missions, if they can be simulated."""
+def _simulate_missions(fit: Fit) -> tuple[MissionError, ...]:
+    """Return the predicted errors of standard missions; none where they cannot be simulated."""
     try:
         with np.errstate(all="ignore"):  # motions of a bad fit may diverge
-            missions = predict_missions(fit)
+            return predict_missions(fit)
     except HydrodampError:  # the autopilot cannot steer this vehicle
-        return
+        return ()
+
+
+def _group_untrusted(
+    missions: Sequence[MissionError],
+) -> dict[tuple[str, bool], list[MissionError]]:
+    """Return the missions that are not to be trusted, by kind and whether no log helps."""
+    groups: dict[tuple[str, bool], list[MissionError]] = {}
+    for each in missions:
+        if each.untrusted:
+            groups.setdefault((each.kind, each.is_unstable), []).append(each)
+    return groups
+
+
+def _name_steps(kind: str, missions: Sequence[MissionError]) -> str:
+    return f"{kind} steps at {', '.join(f'{each.speed:.2g}' for each in missions)} m/s"
+
+
+def choose_goals(fit: Fit, envelope: Envelope) -> tuple[Envelope, list[MissionError]]:
+    """Return the missions that a dive is to record, the least trusted first, and its envelope.
+
+    Its speeds are those of the log and of the missions, unless it states speeds: missions beyond
+    those are no goals.
+    """
+    groups = _group_untrusted(_simulate_missions(fit)) if envelope.steering == "autopilot" else {}
+    goals = [each for (_, helpless), group in groups.items() if not helpless for each in group]
+    if "speed" in envelope.model_fields_set:
+        goals = [each for each in goals if envelope.speed[0] <= each.speed <= envelope.speed[1]]
+    elif goals:
+        speeds = *fit.training_range["u"], *(each.speed for each in goals)
+        envelope = envelope.model_copy(update={"speed": (min(speeds), max(speeds))})
+    return envelope, sorted(goals, key=lambda each: -len(each.untrusted))
+
+
+def goal_manoeuvres(
+    goals: Sequence[MissionError], envelope: Envelope, n_overlays: int
+) -> list[Manoeuvre]:
+    """Return a manoeuvre of steps at each speed of the goals."""
+    manoeuvres = []
+    for speed in dict.fromkeys(each.speed for each in goals):
+        steps = [STRENGTHS[each.kind][0] for each in goals if each.speed == speed]
+        strengths = (*np.sum(steps, axis=0).tolist(), *([0.0] * n_overlays))
+        level = float(np.interp(speed, envelope.speed, (0.0, 1.0)))
+        manoeuvres.append(Manoeuvre("steps", level, 0.1, strengths))
+    return manoeuvres
+
+
+def describe_goals(goals: Sequence[MissionError]) -> str:
+    """Return a sentence on the goals of a dive; nothing without goals."""
+    groups = _group_untrusted(sorted(goals, key=lambda each: each.speed))
+    steps = " and ".join(_name_steps(kind, group) for (kind, _), group in groups.items())
+    return f"Goal: {steps}, where the model is not to be trusted." if steps else ""
+
+
+def describe_missions(fit: Fit) -> Iterator[str]:
+    """Yield sentences on the predicted errors of standard missions, if they can be simulated."""
+    missions = _simulate_missions(fit)
     trusted = [each for each in missions if each.is_inside and not each.untrusted]
     if trusted:
         errors = ", ".join(
@@ -173,15 +229,10 @@ def describe_missions(fit: Fit) -> Iterator[str]:
             "Predicted error (95 %): larger than the motion itself in all steps at the speeds of "
             "the log."
         )
-    groups: dict[tuple[str, bool], list[MissionError]] = {}
-    for each in missions:
-        if each.untrusted:
-            groups.setdefault((each.kind, each.is_unstable), []).append(each)
-    for (kind, is_unstable), untrusted in groups.items():
+    for (kind, is_unstable), untrusted in _group_untrusted(missions).items():
         worst = max(untrusted, key=lambda each: len(each.untrusted))
-        listed = ", ".join(f"{each.speed:.2g}" for each in untrusted)
         errors = ", ".join(worst.untrusted.values())
         yield (
-            f"Do not trust {kind} steps at {listed} m/s ({errors} at {worst.speed:.2g} m/s): "
+            f"Do not trust {_name_steps(kind, untrusted)} ({errors} at {worst.speed:.2g} m/s): "
             f"{UNSTABLE if is_unstable else 'record them at that speed.'}"
         )
