@@ -8,6 +8,7 @@ are those of simulated and identified logs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import get_args
 
@@ -165,7 +166,7 @@ def optimise(
     context: PlanningContext,
     baseline: SimulatedEstimates,
     baseline_dive: FeasibleDive,
-    first: list[Manoeuvre],
+    first: Sequence[Manoeuvre] = (),
 ) -> FeasibleDive:
     """Optimise manoeuvres after the first; the second half of a long dive mirrors the first."""
     n = _distinct_segments(context)
