@@ -111,9 +111,9 @@ def simulated_log(trajectory: hd.Trajectory, band: hd.PredictionBand | None) -> 
     if band is not None:
         width = band.half_width[:, [VELOCITIES.index(name) for name in names]]
         widths = tuple(f"{name}_half_width" for name in names)
-        kept = [k for k, name in enumerate(log.command_names) if name not in widths]
-        commands = np.hstack([log.commands[:, kept], width])
-        names_kept = (log.command_names[k] for k in kept)
+        columns = [k for k, name in enumerate(log.command_names) if name not in widths]
+        commands = np.hstack([log.commands[:, columns], width])
+        names_kept = (log.command_names[k] for k in columns)
         log = replace(log, commands=commands, command_names=(*names_kept, *widths))
     return replace(
         log,
@@ -191,7 +191,7 @@ def validate(
         details.append(horizon_table(*full_fit))
     if any(row.blocks is not None for row in tables[-1].rows):
         verdict, selection = tables[-1].verdict(), tables[-1].select()
-        model = verdict.model if verdict.model in hd.catalog else str(models)
+        model = inputs.locate_model(models or "", verdict.model)
         words = ["hydrodamp", "identify", *logs, "--vehicle", str(vehicle)]
         words += ["--mapping", str(mapping)] if mapping else []
         words += ["--model", model, "--method", verdict.method, "--out", "damping.json"]

@@ -95,6 +95,15 @@ def model_file(name: str) -> str:
     return file if _is_yaml(file) else name
 
 
+def locate_model(listed: str, key: str) -> str:
+    """Return the name of one model of a comma-separated list: the catalogue's, or FILE:NAME."""
+    for name in split_names(listed):
+        models = () if name == SPARSE else read_named_models(name)
+        if key in [model.key for model in models]:
+            return name if len(models) == 1 else f"{name}:{key}"
+    return key
+
+
 def model_files(listed: str | None) -> list[str]:
     """Return the files, or the names, of a comma-separated list of models."""
     return [model_file(name) for name in split_names(listed or "")]

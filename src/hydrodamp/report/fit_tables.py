@@ -72,7 +72,10 @@ def brief_fit_table(fit: Fit) -> Table:
     listed = tuple(rows[:MAX_BRIEF_ROWS])
     n_hidden = fit.model.n_coefficients - len(listed)
     more = (f"{n_hidden} more coefficients: `--verbose`.",) if n_hidden else ()
-    return Table("Best determined coefficients", columns, listed, more)
+    title = "Best determined coefficients"
+    if fit.adequacy is not None and fit.adequacy.missing:
+        title += f"; terms are missing on {' '.join(fit.adequacy.missing)}: weak at best there"
+    return Table(title, columns, listed, more)
 
 
 def standard_errors(fit: Fit) -> FloatArray:
