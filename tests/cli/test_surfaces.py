@@ -85,6 +85,6 @@ def test_output(folder, call, name, line, snapshot, monkeypatch):
     assert mask(call(line).stdout) == snapshot(name=name)
 
 
-def test_an_option_of_one_value_given_twice_is_refused(call):
+def test_a_list_given_twice_is_refused(call):
     done = call("compare log.csv -v vt690 --models linear --models fossen", 2)
     assert "`--models` is given twice" in done.stderr

@@ -96,17 +96,12 @@ class HelpCommand(typer.core.TyperCommand):
     """A command whose help has a section for each panel of options, without importing rich."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse arguments; refuse an option of one value that is given twice."""
+        """Parse arguments; refuse a list with commas that is given twice: only one would count."""
         order = [] if ctx.resilient_parsing else self.make_parser(ctx).parse_args([*args])[2]
         for parameter in order:
-            is_single = parameter.param_type_name == "option" and not parameter.multiple
-            if (
-                is_single
-                and not getattr(parameter, "is_flag", False)
-                and order.count(parameter) > 1
-            ):
+            if parameter.metavar == "LIST" and order.count(parameter) > 1:
                 name = parameter.opts[0]
-                ctx.fail(f"`{name}` is given twice, and takes one value: give `{name}` once.")
+                ctx.fail(f"`{name}` is given twice: give one list, separated by commas.")
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
