@@ -124,7 +124,7 @@ class History:
     labels: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class State(OnlineState[core.Gains]):
     """State of an adaptive identifier.
 

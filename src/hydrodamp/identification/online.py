@@ -152,7 +152,7 @@ class Adaptation(NamedTuple, Generic[Settings]):
         return self.equations.with_unknown(self.entries, self.start)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class OnlineState(ABC, Generic[Settings]):
     """State of an online identifier; a law adds its numbers."""
 

@@ -46,7 +46,7 @@ TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.25
 MEMORY_BLOCKS = 600.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class RecursiveState(OnlineState[Recursion]):
     """State of recursive least squares.
 
