@@ -13,15 +13,14 @@ Finished rows stand in ``FOLDER/rows.jsonl`` and are not computed again.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
-from rich.progress import track
 
 import hydrodamp as hd
 from benchmark_tables import table
@@ -35,7 +34,7 @@ from hydrodamp.kernels.kalman import Noise
 from hydrodamp.simulation.campaign.conditions import true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 from hydrodamp.simulation.problem import Problem
-from tables import replace_table
+from tables import finish_jobs, replace_table
 
 MARKS = ("<!-- consistency -->", "<!-- end of consistency -->")
 """Marks of the page between which the table stands."""
@@ -175,18 +174,13 @@ def main(
 ) -> None:
     """Run what is missing and print the table."""
     out.mkdir(parents=True, exist_ok=True)
-    path = out / "rows.jsonl"
-    rows = (
-        [Row(*json.loads(line)) for line in path.read_text().splitlines()] if path.exists() else []
-    )
-    done = {row[:3] for row in rows}
-    jobs = [(noise, k, draw) for noise in CONDITIONS for k, n in DRAWS.items() for draw in range(n)]
-    for job in track([job for job in jobs if job not in done], "identify"):
-        found = list(identify(*job))
-        rows += found
-        with path.open("a", encoding="utf-8") as file:
-            file.writelines(json.dumps(row) + "\n" for row in found)
-    text = summarise(rows)
+    jobs = {
+        f"{noise}/{k}/{draw}": partial(identify, noise, k, draw)
+        for noise in CONDITIONS
+        for k, n in DRAWS.items()
+        for draw in range(n)
+    }
+    text = summarise(finish_jobs(out / "rows.jsonl", jobs, Row))
     save_text(text, out / "consistency.md")
     if page is not None:
         replace_table(page, MARKS, text)

@@ -12,17 +12,16 @@ Finished rows stand in ``FOLDER/rows.jsonl`` and are not computed again.
 
 from __future__ import annotations
 
-import json
+import itertools
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
-from rich.progress import track
 
 import hydrodamp as hd
 from benchmark_tables import table
@@ -31,7 +30,7 @@ from consistency import CONDITIONS, DURATION, MODEL
 from hydrodamp.files import save_text
 from hydrodamp.simulation.campaign.conditions import depth_run, heading_run
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
-from tables import replace_table
+from tables import finish_jobs, replace_table
 
 MARKS = ("<!-- predicted error -->", "<!-- end of predicted error -->")
 """Marks of the page between which the tables stand."""
@@ -51,8 +50,8 @@ MISSION_DURATION = 90.0
 MODELS = (MODEL, hd.find_model("prestero"), hd.find_model("fossen"))
 """The first holds the truth."""
 
-FIRST_SEED, BATCH = 7000, 5
-"""Seed of the first draw; draws that are simulated together."""
+FIRST_SEED = 7000
+"""Seed of the first draw."""
 
 
 class Row(NamedTuple):
@@ -79,17 +78,10 @@ def simulate_missions() -> hd.Log:
     return replace(campaign.exact_test, acceleration=None)
 
 
-def predict(errors: str, draws: Sequence[int]) -> Iterator[Row]:
-    """Yield the rows of draws."""
-    seeds = [FIRST_SEED + draw for draw in draws]
-    campaigns = CampaignSetup.of("sname").simulate(seeds, DURATION, ERRORS[errors])
-    for draw, campaign in zip(draws, campaigns, strict=True):
-        yield from predict_draw(errors, draw, campaign)
-
-
-def predict_draw(errors: str, draw: int, campaign: hd.Campaign) -> Iterator[Row]:
+def predict(errors: str, draw: int) -> Iterator[Row]:
     """Yield the rows of one draw."""
-    mission = simulate_missions()
+    setup, mission = CampaignSetup.of("sname"), simulate_missions()
+    (campaign,) = setup.simulate((FIRST_SEED + draw,), DURATION, ERRORS[errors])
     for model in MODELS:
         problem = hd.prepare(campaign.vehicle, campaign.train, [model])
         fit = hd.find_method("recommended").identify(problem, model)
@@ -155,22 +147,11 @@ def main(
     """Run what is missing and print the tables."""
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     out.mkdir(parents=True, exist_ok=True)
-    path = out / "rows.jsonl"
-    lines = path.read_text().splitlines() if path.exists() else []
-    rows = [Row(*json.loads(line)) for line in lines]
-    done = {row[:2] for row in rows}
-    batches = [range(k, min(k + BATCH, draws)) for k in range(0, draws, BATCH)]
-    jobs = [
-        (errors, missing)
-        for batch in batches
-        for errors in ERRORS
-        if (missing := [draw for draw in batch if (errors, draw) not in done])
-    ]
-    for job in track(jobs, "identify"):
-        new = list(predict(*job))
-        rows += new
-        with path.open("a", encoding="utf-8") as file:
-            file.writelines(json.dumps(row) + "\n" for row in new)
+    jobs = {
+        f"{errors}/{draw}": partial(predict, errors, draw)
+        for draw, errors in itertools.product(range(draws), ERRORS)
+    }
+    rows = finish_jobs(out / "rows.jsonl", jobs, Row)
     text = summarise(sorted(rows, key=lambda row: list(ERRORS).index(row.errors)))
     save_text(text, out / "predicted-error.md")
     if page is not None:
