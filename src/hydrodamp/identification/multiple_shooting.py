@@ -298,13 +298,8 @@ def sample_indices(bounds: IntArray) -> IntArray:
     return np.concatenate([np.arange(start, stop) for start, stop in bounds.tolist()])
 
 
-@dataclass(frozen=True)
-class VelocityOutputs:
-    """The velocities of the free axes at the samples of the log."""
-
-    interval: float = 0.0
-    parameters: tuple[Parameter, ...] = ()
-    samples_per_residual: float = SAMPLES_PER_RESIDUAL
+class KnownPlant:
+    """Outputs whose parameters are not of plant and inputs."""
 
     def with_base(self, base: Outputs) -> Outputs:
         """Return other outputs."""
@@ -313,6 +308,15 @@ class VelocityOutputs:
     def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
         """Return windows and parameters: these are not of plant and inputs."""
         return windows, parameters
+
+
+@dataclass(frozen=True)
+class VelocityOutputs(KnownPlant):
+    """The velocities of the free axes at the samples of the log."""
+
+    interval: float = 0.0
+    parameters: tuple[Parameter, ...] = ()
+    samples_per_residual: float = SAMPLES_PER_RESIDUAL
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""

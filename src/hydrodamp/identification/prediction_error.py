@@ -36,8 +36,8 @@ from hydrodamp.identification.gauss_newton import (
     ShootingObjective,
 )
 from hydrodamp.identification.multiple_shooting import (
+    KnownPlant,
     LinearisedResiduals,
-    Outputs,
     ResidualSeries,
     Windows,
 )
@@ -74,7 +74,7 @@ MAX_SCORING, SCORING_TOLERANCE, LOG_STEP = 6, 1.0, 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class FilteredOutputs:
+class FilteredOutputs(KnownPlant):
     """The innovations of the velocities of the free axes, over (f,) usual standard deviations."""
 
     noise: Noise
@@ -82,14 +82,6 @@ class FilteredOutputs:
     interval: float = 0.0
     parameters: tuple[Parameter, ...] = ()
     samples_per_residual: float = 1.0
-
-    def with_base(self, base: Outputs) -> Outputs:
-        """Return other outputs."""
-        return base
-
-    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
-        """Return windows and parameters: these are not of plant and inputs."""
-        return windows, parameters
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""

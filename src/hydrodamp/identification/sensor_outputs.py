@@ -25,8 +25,8 @@ from hydrodamp.identification.multiple_shooting import (
     AVERAGES_PER_WINDOW,
     DIVERGENCE_FACTOR,
     SAMPLES_PER_RESIDUAL,
+    KnownPlant,
     LinearisedResiduals,
-    Outputs,
     ResidualSeries,
     Windows,
 )
@@ -47,7 +47,7 @@ RECORDED = "recorded"
 
 
 @dataclass(frozen=True, eq=False)
-class SensorOutputs:
+class SensorOutputs(KnownPlant):
     """The outputs of all sensors of a problem.
 
     ``rotations`` and ``angle_rates`` (n, 3, 3) belong to the samples; ``coordinates`` (n, 6) are
@@ -124,14 +124,6 @@ class SensorOutputs:
         """Number of values of each output, at least one."""
         numbers = np.concatenate([output.valid.sum(axis=0) for output in self.outputs])
         return np.maximum(numbers.astype(np.float64), 1.0)
-
-    def with_base(self, base: Outputs) -> Outputs:
-        """Return other outputs."""
-        return base
-
-    def apply_plant(self, windows: Windows, parameters: FloatArray) -> tuple[Windows, FloatArray]:
-        """Return windows and parameters: these are not of plant and inputs."""
-        return windows, parameters
 
     def jacobian_entries(self, windows: Windows) -> int:
         """Return the entries of the Jacobian of a window."""
