@@ -88,8 +88,8 @@ def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaig
     fit = build_fit(normals, model, hd.OutputError(), start.coefficients)
     assert fit.uncertainty is not None
     assert np.all(fit.uncertainty.standard_errors >= shift * (1.0 - 1e-9))
-    noisy = replace(normals, sensor_std=np.std(problem.inputs.velocity, axis=0))
-    assert not any(size for size, _ in noisy.form_errors.values())  # all are of the sensors
+    of_sensors = normals.form_errors(np.std(problem.inputs.velocity, axis=0))
+    assert not any(size for size, _ in of_sensors.values())  # all are of the sensors
     moving = [pair for pair in fit.form_errors.values() if pair[1]]
     assert all(0.0 < size <= std for size, std in moving)
     assert len(moving) >= 4  # of six: some do not exceed their noise

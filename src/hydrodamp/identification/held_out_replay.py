@@ -57,7 +57,6 @@ class PieceNormals:
     iterate: Iterate
     pieces: IntArray
     normals: FloatArray
-    sensor_std: FloatArray | float = 0.0
 
     @classmethod
     def of(
@@ -139,10 +138,9 @@ class PieceNormals:
         std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
         return np.where(std > MIN_MOTION * self.objective.noise_std, std, 0.0)
 
-    @property
-    def form_errors(self) -> dict[str, tuple[float, float]]:
-        """Error of the form in the worst held-out replay, and standard deviation, by axis."""
-        square = self.held_out_errors.max(axis=0) * self.motion**2 - self.sensor_std**2
+    def form_errors(self, sensor_std: FloatArray | float) -> dict[str, tuple[float, float]]:
+        """Return the error of the form in the worst held-out replay, and the motion, by axis."""
+        square = self.held_out_errors.max(axis=0) * self.motion**2 - sensor_std**2
         sizes = np.sqrt(np.maximum(square, 0.0)).tolist(), self.motion.tolist()
         axes = self.objective.problem.vehicle.axes
         return dict(zip(axes, zip(*sizes, strict=True), strict=True))

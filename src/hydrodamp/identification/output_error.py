@@ -165,14 +165,15 @@ class OutputError:
     def _build_fit(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
     ) -> Fit:
-        normals, adequacy = self._refine(PieceNormals.of(objective, result), model)
-        return build_fit(normals, model, self, start.coefficients, adequacy)
+        windows = PieceNormals.of(objective, result)
+        normals, adequacy, sensor_std = self._refine(windows, model)
+        return build_fit(normals, model, self, start.coefficients, adequacy, sensor_std)
 
     def _refine(
         self, windows: PieceNormals, model: DampingModel
-    ) -> tuple[PieceNormals, Adequacy | None]:
-        """Return the normal equations at another estimate, and what is known of the form."""
-        return windows, None
+    ) -> tuple[PieceNormals, Adequacy | None, FloatArray | float]:
+        """Return normal equations, what is known of the form, and the errors of the sensors."""
+        return windows, None, 0.0
 
 
 @dataclass(frozen=True)
@@ -205,26 +206,24 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     def _refine(
         self, windows: PieceNormals, model: DampingModel
-    ) -> tuple[PieceNormals, Adequacy | None]:
+    ) -> tuple[PieceNormals, Adequacy | None, FloatArray | float]:
         objective = windows.objective
         if objective.problem.sensor_log is not None or len(windows.pieces) < MIN_BLOCKS:
-            return windows, None
+            return windows, None, 0.0
         r_squared = windows.moving_r_squared
         rounds = minimise_prediction_errors(objective, windows.iterate)
         for number, filtered in enumerate(rounds):
-            tests, correlations = (
-                score_further_terms(*filtered, model),
-                correlate_innovations(*filtered),
-            )
+            tests = score_further_terms(*filtered, model)
+            correlations = correlate_innovations(*filtered)
             adequacy = Adequacy.judge(tests, correlations, r_squared)
             # the first estimate of the noise is rough, and suffices where a form is clearly wrong
             if adequacy.is_clearly_missing or (number and adequacy.form is Form.ADEQUATE):
                 break
-        if adequacy.form is Form.ADEQUATE:
-            return PieceNormals.of(*filtered), adequacy
         noise = cast(FilteredOutputs, fix_parameters(*filtered)[0].outputs).noise
-        windows = replace(windows, sensor_std=noise.sensor[objective.problem.vehicle.free])
-        return windows, adequacy if correlations or adequacy.missing else None
+        sensor_std = noise.sensor[objective.problem.vehicle.free]
+        if adequacy.form is Form.ADEQUATE:
+            return PieceNormals.of(*filtered), adequacy, sensor_std
+        return windows, adequacy if correlations or adequacy.missing else None, sensor_std
 
 
 def _free_vehicle(
@@ -259,6 +258,7 @@ def build_fit(
     method: Method,
     start: FloatArray,
     adequacy: Adequacy | None = None,
+    sensor_std: FloatArray | float = 0.0,
 ) -> Fit:
     """Build the fit of an iterate, with the intervals of its jackknife replicates.
 
@@ -324,5 +324,5 @@ def build_fit(
         indirect=indirect,
         adequacy=adequacy,
         held_out_r_squared=normals.held_out_r_squared,
-        form_errors={} if is_adequate else normals.form_errors,
+        form_errors={} if is_adequate else normals.form_errors(sensor_std),
     )
