@@ -30,6 +30,14 @@ def test_nothing_is_shown_where_there_is_no_terminal(capsys, monkeypatch):
     assert capsys.readouterr() == ("", "")
 
 
+def test_lines_say_what_starts_where_there_is_no_terminal(capsys):
+    with show_progress(lines=True), progress("identifying", 3) as step:
+        step()
+    with progress("quiet"):
+        pass
+    assert capsys.readouterr() == ("", "identifying\n")
+
+
 def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):
     with on_terminal(monkeypatch) as screen:
         assert [*count_items("abc", "reading", 3)] == ["a", "b", "c"]

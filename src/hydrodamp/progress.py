@@ -20,19 +20,29 @@ Step = Callable[..., None]
 _bars: ContextVar[Progress | None] = ContextVar("bars", default=None)
 
 
+#: Whether progress is shown as lines where standard error is no terminal.
+_lines: ContextVar[bool] = ContextVar("lines", default=False)
+
+
 @contextmanager
-def show_progress() -> Iterator[None]:
-    """Show progress inside the context on standard error, if it is a terminal."""
-    token = _bars.set(_new_bars() if sys.stderr.isatty() else None)
+def show_progress(*, lines: bool = False) -> Iterator[None]:
+    """Show progress inside the context on standard error: bars on a terminal, else lines or none.
+
+    A line is for the start of a piece of work.
+    """
+    is_terminal = sys.stderr.isatty()
+    token, lines_token = _bars.set(_new_bars() if is_terminal else None), _lines.set(lines)
     try:
         yield
     finally:
         _bars.reset(token)
+        _lines.reset(lines_token)
 
 
 def disable_progress() -> None:
     """Disable progress, for example in a forked process."""
     _bars.set(None)
+    _lines.set(False)
 
 
 @contextmanager
@@ -40,6 +50,8 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
     """Yield a thread-safe function that advances the bar."""
     bars = _bars.get()
     if bars is None:
+        if _lines.get():
+            print(label, file=sys.stderr, flush=True)
         yield lambda steps=1: None
         return
     task = bars.add_task(label.replace("[", r"\["), total=total)

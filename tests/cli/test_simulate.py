@@ -79,3 +79,28 @@ def test_a_fit_predicts_its_error_in_table_document_and_file(folder, call):
     assert predicted["r"] == pytest.approx(np.degrees(np.sqrt(np.mean(width**2))))
     assert width[0] == 0.0 < width[-1]
     assert "predicted (95 %)" in call(f"{line} --force").stdout
+
+
+def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
+    for name in ("a.csv", "b.csv"):
+        text = (folder / name).read_text()
+        (folder / f"raw-{name}").write_text(text.replace("time,", "stamp,", 1))
+    first = (folder / "a.csv").read_text().splitlines()[0]
+    names = dict.fromkeys(first.split(","))
+    groups = {"attitude": "roll pitch yaw", "velocity": "u v w p q r", "wrench": "X Y Z K M N"}
+    lines = ["time: stamp"]
+    for group, channels in groups.items():
+        known = [f"{each}: {each}" for each in channels.split() if each in names]
+        lines += [f"{group}: {{{', '.join(known)}}}"] * bool(known)
+    used = {"time", "segment", *" ".join(groups.values()).split()}
+    commands = [f"{each}: {each}" for each in names if each not in used]
+    lines += [f"commands: {{{', '.join(commands)}}}"] * bool(commands)
+    (folder / "raw.yaml").write_text("\n".join(lines))
+    identify = "identify raw-a.csv --mapping raw.yaml --vehicle planar.yaml --model linear"
+    assert call(f"{identify} --method ls --out raw.json").exit_code == 0
+    done = call("simulate raw-b.csv --damping raw.json")
+    assert done.exit_code == 0
+    assert "raw.yaml, the mapping of the fit" in done.stderr
+    assert call("simulate b.csv --damping raw.json").exit_code == 0  # canonical: needs none
+    other = call("simulate raw-b.csv --damping raw.json --mapping mavros", 2)
+    assert "the mapping of the fit" not in other.stderr

@@ -7,6 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design import context, optimise
+from hydrodamp.experiment_design.context import limit_by_log
 from hydrodamp.experiment_design.standard_missions import (
     UNSTABLE,
     choose_goals,
@@ -76,9 +77,34 @@ def test_an_undetermined_coefficient_is_not_trusted(loose):
     )
 
 
-def test_without_vehicle_or_speed_nothing_is_predicted(fit):
-    for nothing in (replace(fit, vehicle=None), replace(fit, training_range={"u": (-1.0, 1.0)})):
-        assert not [*describe_missions(nothing)]
+def test_without_vehicle_or_speed_the_reason_is_given(fit):
+    astern = replace(fit, training_range={"u": (-1.0, 1.0)})
+    passive = replace(fit, vehicle=replace(fit.vehicle, actuators=()))
+    for nothing, reason in (
+        (replace(fit, vehicle=None), "no vehicle"),
+        (astern, "surge goes down to -1 m/s"),
+        (passive, "cannot be steered: it has no actuators"),
+    ):
+        (text,) = describe_missions(nothing)
+        assert text.startswith("Errors of other missions are not predicted: ")
+        assert reason in text
+
+
+def test_commands_without_limits_keep_to_their_range_in_the_log(fit):
+    rudder = next(item for item in fit.vehicle.actuators if isinstance(item, hd.Fin))
+    others = [item for item in fit.vehicle.actuators if item is not rudder]
+    boat = replace(fit.vehicle, actuators=(*others, replace(rudder, limit=None)))
+    known = replace(fit, vehicle=boat, command_range={rudder.command: (-0.3, 0.2)})
+    limits = limit_by_log(boat, hd.Envelope(), known).commands
+    assert (limits[rudder.command].lowest, limits[rudder.command].highest) == (-0.3, 0.2)
+    assert limit_by_log(fit.vehicle, hd.Envelope(), known).commands == {}  # the vehicle's
+
+
+def test_speeds_of_a_dive_are_those_of_the_log_of_the_fit(fit):
+    hovering = replace(fit, training_range={"u": (-0.7, 0.7)})
+    assert choose_goals(hovering, hd.Envelope())[0].speed == (0.0, 0.7)
+    stated = hd.Envelope(speed=(0.2, 0.4))
+    assert choose_goals(hovering, stated)[0].speed == (0.2, 0.4)
 
 
 def test_the_goals_are_the_untrusted_missions_that_a_log_helps(fit, loose):
@@ -91,7 +117,8 @@ def test_the_goals_are_the_untrusted_missions_that_a_log_helps(fit, loose):
     envelope, goals = choose_goals(loose, stated)
     assert envelope == stated
     assert [each.speed for each in goals] == [0.8]
-    assert choose_goals(fit, hd.Envelope()) == (hd.Envelope(), [])
+    envelope, goals = choose_goals(fit, hd.Envelope())
+    assert (envelope.speed, goals) == ((0.8, 1.6), [])
     assert not choose_goals(loose, hd.Envelope(steering="direct"))[1]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.cli.export import operating_box_of
 from hydrodamp.identification.dissipativity import PowerRegressor, is_damping_term
 
 UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
@@ -47,6 +48,19 @@ def test_the_search_finds_what_dense_sampling_finds(true_damping):
     assert np.all((worst.velocity >= UNDER_WAY.low) & (worst.velocity <= UNDER_WAY.high))
     assert worst.power >= damping.power(velocities(UNDER_WAY, 100_000)).max()
     assert worst.power == pytest.approx(float(damping.power(worst.velocity)))
+
+
+@pytest.mark.parametrize("surge", [(0.5, 2.0), (-1.0, 1.0)])
+def test_the_export_searches_the_box_of_reports(vehicle, exact_log, true_damping, surge):
+    """Not to rest where the vehicle was under way."""
+    log = exact_log(true_damping(LINEAR))
+    velocity = log.velocity.copy()
+    velocity[:, 0] = np.linspace(*surge, log.n)
+    problem = hd.prepare(vehicle, replace(log, velocity=velocity), LINEAR)
+    fit = hd.LeastSquares().identify(problem, LINEAR)
+    box, exported = hd.operating_box(problem), operating_box_of(fit)
+    np.testing.assert_allclose(exported.low, box.low)
+    np.testing.assert_allclose(exported.high, box.high)
 
 
 @pytest.fixture

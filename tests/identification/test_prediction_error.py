@@ -9,6 +9,7 @@ from scipy.stats import kstest
 import hydrodamp as hd
 from hydrodamp.identification.adequacy import Adequacy, Form, ScoreTest
 from hydrodamp.identification.continuation import make_objective
+from hydrodamp.identification.held_out_replay import information_uncertainty
 from hydrodamp.identification.prediction_error import (
     FilteredOutputs,
     estimate_noise,
@@ -159,7 +160,7 @@ def test_the_form_follows_tests_and_held_out_replays(statistic, r_squared, form,
     tests = {"X": ScoreTest(8.0, 9, 2000), "N": ScoreTest(statistic, 10, 2000, ("N_r|u|",))}
     adequacy = Adequacy.judge(tests, dict.fromkeys(r_squared, 0.0), r_squared)
     assert (adequacy.form, adequacy.axes) == (form, axes)
-    assert ("N_r|u|" in str(adequacy)) == (form is not Form.ADEQUATE)
+    assert ('N: "r|u|"' in adequacy.describe("linear")[-1]) == (form is not Form.ADEQUATE)
 
 
 @pytest.mark.parametrize("correlations", [{"X": 0.2}, {"X": np.nan}, {}])
@@ -168,23 +169,45 @@ def test_a_form_with_coloured_or_unknown_innovations_is_not_adequate(correlation
     assert (adequacy.form, adequacy.axes) == (Form.EFFECTIVE, ("X",))
 
 
-@pytest.mark.parametrize("command", ["", "*rudder_above_the_propeller"])
 @pytest.mark.parametrize("r_squared", [{}, dict.fromkeys("XYZKMN", 0.1)])
-def test_the_form_is_a_line_with_the_axes_that_lack_most(r_squared, command):
-    terms = {axis: (f"{axis}_u|u|{command}",) for axis in "XYZKMN"}
-    tests = {k: ScoreTest(300.0 + n, 10, 2000, terms[k]) for n, k in enumerate(terms)}
-    text = str(Adequacy.judge(tests, {}, r_squared))
-    assert len(text) <= 100
+def test_the_form_is_a_line_with_the_missing_share_of_each_axis_and_the_terms_to_add(
+    r_squared, tmp_path
+):
+    tests = {k: ScoreTest(310.0 - 40 * n, 10, 2000, (f"{k}_u|u|",)) for n, k in enumerate("XYZK")}
+    adequacy = Adequacy.judge(tests, {}, r_squared)
     head = "inadequate for u v w p q r" if r_squared else "effective"
-    assert text.startswith(f"Form: {head}; missing on N")
-    assert text.endswith(" X.")
-    if not command:
-        assert "N M K: N_u|u|, M_u|u|, K_u|u|; also on Z Y X." in text
+    text = f"Form: {head}; missing terms, in % of the unexplained motion: X 15, Y 13, Z 11, K 9."
+    assert str(adequacy) == text
+    form, advice = adequacy.describe("fossen")
+    assert form == text
+    entry = '{name: more, extends: fossen, terms: {X: "u|u|", Y: "u|u|", Z: "u|u|"}}'
+    assert advice.endswith(f"add terms in a model file: `{entry}`.")
+    assert "as a set" in advice or r_squared
+    (tmp_path / "more.yaml").write_text(entry)
+    (model,) = hd.read_models(tmp_path / "more.yaml")
+    assert "Z_u|u|" in model.labels
+
+
+def test_a_small_missing_share_is_named_so():
+    small, large = (
+        Adequacy.judge({"K": ScoreTest(10.0 + share * 2000, 10, 2000, ("K_p|u|",))}, {"K": 0.0}, {})
+        for share in (0.05, 0.3)
+    )
+    assert "small compared to noise and pushes" in small.describe("fossen")[1]
+    assert "small" not in large.describe("fossen")[1]
 
 
 def test_an_adequate_form_is_named_so():
     adequacy = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {"K": 0.1})
     assert str(adequacy) == "Form: adequate (score tests find nothing missing)."
+
+
+def test_standard_errors_of_an_adequate_form_are_of_no_model_form_error():
+    scatter = hd.Uncertainty(np.diag([4.0]), 9.0, "blocks", np.diag([1.0]), 5.0, 10)
+    assert "model-form error dominates" in str(scatter)
+    adequate = information_uncertainty(np.diag([1.0]), scatter)  # scaled to the scatter
+    assert adequate.standard_errors == pytest.approx([2.0])
+    assert "model-form" not in str(adequate)
 
 
 def test_a_tiny_share_is_no_missing_term_however_long_the_log():

@@ -52,7 +52,10 @@ def test_the_rule_of_grades_stands_below_them(fit):
     grid = fit_table(fit, grades(fit, Grade.MINOR))
     assert set(column(grid, "grade")) == {"minor"}
     assert grid.notes[-1].startswith("grade: by the interval")
-    assert "Determined, interval within 25 % of the value" in grid.notes[-1]
+    assert "Minor, its uncertainty is below 5 %" in grid.notes[-1]
+    assert "etermined" not in grid.notes[-1]  # no coefficient is
+    determined = fit_table(fit, grades(fit, Grade.DETERMINED)).notes[-1]
+    assert "Determined, interval within 25 % of the value" in determined
 
 
 def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):

@@ -34,6 +34,7 @@ class Entry:
     method: str = "ls"
     divergences: tuple[str, ...] = ()
     grades: dict[str, Grade] = field(default_factory=dict)
+    adequacy: hd.Adequacy | None = None
 
     @property
     def rms(self):
@@ -96,6 +97,15 @@ def test_a_quarter_of_the_least_error_is_equal_for_use(share, selected):
     large = Entry("large", 55, (0.01, 0.02, 0.5))
     small = Entry("small", 22, tuple(share * error for error in large.errors))
     assert select_row([small, large]).row.model == selected
+
+
+def test_of_equal_rows_those_of_adequate_form_count():
+    large = Entry("large", 88, (0.5,), adequacy=hd.Adequacy.judge({}, {}, {}))
+    small = Entry("small", 30, (0.6,), adequacy=hd.Adequacy.judge({}, {"X": 1.0}, {}))
+    assert select_row([small, large]).row is large
+    best = Entry("best", 99, (0.45,))
+    assert " have an adequate form: error" in select_row([small, large, best]).sentence
+    assert select_row([small, replace(large, errors=(0.8,))]).row is small
 
 
 def test_of_equal_rows_those_that_predict_the_most_velocities_count():

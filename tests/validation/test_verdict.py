@@ -12,6 +12,7 @@ from hydrodamp.validation.excitation import (
     compare_logs,
     describe_folds,
     find_shared_segments,
+    find_untested,
     select_folds,
 )
 from hydrodamp.validation.verdict import judge_axes
@@ -78,7 +79,7 @@ def test_a_velocity_that_only_one_log_excites_is_named(campaign):
     train = replace(campaign.train, velocity=still)
     imbalance = compare_logs(train, campaign.train, axes)
     assert set(imbalance.test_only) == {"q"}
-    assert imbalance.doubts == {"q": "not excited in training"}
+    assert imbalance.untested == {"q": "not excited in training"}
     assert imbalance.sentences[0].startswith("Only the test data excite q (")
     back = compare_logs(campaign.train, train, axes)
     assert back.sentences[0].endswith("the test cannot assess them.")
@@ -87,6 +88,10 @@ def test_a_velocity_that_only_one_log_excites_is_named(campaign):
     assert not same.sentences
     assert select_folds([imbalance, same]) == (False, True)
     assert select_folds([imbalance, imbalance]) == (True, True)
+    # a comparison is one fold: the same rule as for a cross-validation
+    assert find_untested([imbalance]) == {"q": "not excited in training"}
+    assert find_untested([imbalance, back]) == {"q": "excited in fold 1 only"}
+    assert not find_untested([imbalance, same])
     (sentence,) = describe_folds([imbalance, same], [("a",), ("b",)])
     assert sentence.startswith("Only fold 1 of 2 (segment a) excites q (")
     assert sentence.endswith("so it does not count.")
@@ -150,10 +155,16 @@ def test_the_headline_names_what_is_usable_for_each_velocity_in_all_rows(table):
 
     verdict = headline(wild, good, bad)
     assert verdict.headline == (
-        "Usable for part: drag by weak for u v w, not for p q r. For r take turns by weak. No "
+        "Usable for part: drag by weak for u v w, not for p q r. Best for r: turns by weak. No "
         "model of this set predicts p q."
     )
     assert verdict.alternatives == {"r": "turns by weak"}
+    coarse = with_blocks(first, "coarse", scaled(u=61, v=59, w=20, p=-20, q=-20, r=-20))
+    finer = with_blocks(first, "finer", scaled(u=51, v=51, w=32, p=-20, q=-20, r=-20))
+    assert (
+        " with care for w, not for p q r. Best for w: finer by weak."
+        in headline(coarse, finer).headline
+    )
     weak = with_blocks(first, "weak", scaled(u=-9, v=-9, w=-9, p=-9, q=-9, r=30))
     assert headline(weak).headline == (
         "Usable for part: weak by weak with care for r, not for u v w p q."
@@ -242,9 +253,12 @@ SOUND = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {})
 def test_the_verdict_states_form_and_missions_once(table):
     rows = tuple(replace(row, fit=replace(row.fit, adequacy=LACKING)) for row in table.rows)
     provenance = table.provenance | {"missions": "Depth is safe.\nHeading is not."}
-    lines = replace(table, rows=rows, provenance=provenance).verdict().lines
-    start = lines.index("Form: effective; missing on K: K_p|u|.")
-    assert lines[start + 1] == "Depth is safe. Heading is not."
+    verdict = replace(table, rows=rows, provenance=provenance).verdict()
+    lines = verdict.lines
+    start = lines.index("Form: effective; missing terms, in % of the unexplained motion: K 10.")
+    assert f'extends: {verdict.model}, terms: {{K: "p|u|"}}}}' in lines[start + 1]
+    assert lines[start + 2] == "Depth is safe. Heading is not."
+    assert "Most coefficients are not determined singly: use them together." not in lines
     assert len(set(lines)) == len(lines)
     assert not any(line.startswith("Form") for line in table.verdict().lines)
 

@@ -52,6 +52,7 @@ class Task:
     verbose: bool
     resume: bool
     force: bool
+    mapping: str | None = None
 
     @property
     def rows(self) -> list[Key]:
@@ -97,8 +98,8 @@ def compare(
         warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
     fitted_models = listed.complete(craft, train_log, estimate_gains)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
-    switches = verbose, resume, force
-    task = Task(craft, train_log, test_log, fitted_models, method_list, out, settings, *switches)
+    options = settings, verbose, resume, force, mapping
+    task = Task(craft, train_log, test_log, fitted_models, method_list, out, *options)
     run_comparison(task, overlap | provenance, json)
 
 
@@ -138,19 +139,26 @@ def fit_all(
     methods: Sequence[hd.Method],
     save: Callable[[hd.Fit], None] = lambda _: None,
     finished: Container[Key] = (),
+    mapping: str | None = None,
 ) -> tuple[hd.Fit, ...]:
-    """Compute the missing fits, with a progress bar per method."""
+    """Compute the missing fits, with a progress bar per method and the mapping of their log."""
     fits: tuple[hd.Fit, ...] = ()
+    origin = inputs.mapping_provenance(mapping)
+
+    def trace(fit: hd.Fit) -> hd.Fit:
+        return replace(fit, provenance=fit.provenance | origin)
+
     for number, method in enumerate(methods, start=1):
         missing = [model for model in models if (model.key, method.key) not in finished]
         counter = f" ({number} of {len(methods)})" if len(methods) > 1 else ""
         with progress(f"identifying by {method.key}{counter}", len(missing)) as step:
 
             def record_fit(fit: hd.Fit, step: Callable[..., None] = step) -> None:
-                save(fit)
+                save(trace(fit))
                 step()
 
-            fits += hd.identify_all(problem, missing, method, record_fit) if missing else ()
+            done = hd.identify_all(problem, missing, method, record_fit) if missing else ()
+            fits += tuple(map(trace, done))
     return fits
 
 
@@ -270,7 +278,7 @@ def compare_task(task: Task, provenance: dict[str, str]) -> hd.Comparison:
             write_fit(fit, task.out)
 
     try:
-        fit_all(problem, task.models, task.methods, save, tuple(fits))
+        fit_all(problem, task.models, task.methods, save, tuple(fits), task.mapping)
     except KeyboardInterrupt:
         note(f"interrupted with {len(fits)} of {len(task.rows)} fits, which are replayed.")
     finished = hd.grade_fits(problem, [fits[key] for key in task.rows if key in fits])

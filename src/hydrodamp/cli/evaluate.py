@@ -48,6 +48,7 @@ def simulate(
         compare_excitation,
         describe_overlap,
         find_shared_segments,
+        find_untested,
     )
     from hydrodamp.validation.verdict import describe_fits, judge_axes
 
@@ -55,7 +56,7 @@ def simulate(
     numbers, fit, craft = inputs.read_damping_and_vehicle(damping, vehicle)
     if message := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(message)
-    log = inputs.read_logs(logs, mapping)
+    log = inputs.read_logs_as_fitted(logs, mapping, fit)
     inputs.warn_quality_issues(log, estimate_length(craft))
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
@@ -70,14 +71,14 @@ def simulate(
     title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
     trained = {} if fit is None else fit.training_range
     driven = dissipativity.velocity_ranges(trajectory.log.velocity, craft.axes)
-    imbalance = compare_excitation(trained, driven)
-    grades, overlap, untested = {}, "", imbalance.untested
+    grades, overlap = {}, ""
+    untested = find_untested([compare_excitation(trained, driven)])
     if fit is not None:
         grades, overlap = fit.grades, find_shared_segments((fit,), trajectory.log)
     if overlap:
         untested = dict.fromkeys(map(VELOCITY_OF.__getitem__, craft.axes), "training data")
     errors = block_errors(trajectory, rate_unit)
-    axes = tuple(judge_axes(errors, grades, imbalance.doubts, untested))
+    axes = tuple(judge_axes(errors, grades, {}, untested))
     document = {
         "model": numbers.model.key,
         "axes": axes_document(axes),

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import read_damping_and_vehicle, read_logs
+from hydrodamp.cli.inputs import read_damping_and_vehicle, read_logs_as_fitted
 from hydrodamp.cli.output import fail, note, print_output
 from hydrodamp.errors import MethodError, demand, first_few
 
@@ -33,7 +33,7 @@ def export(
     form = with_settings(hd.find_target(target), settings or ())
     check_export(out, force)
     numbers, fit, craft = read_damping_and_vehicle(damping, vehicle)
-    driven = read_logs(log, mapping) if log else None
+    driven = read_logs_as_fitted(log, mapping, fit) if log else None
     box = operating_box_of(fit)
     card = hd.export(numbers, craft, form, out, log=driven, box=box, fit=fit, force=force)
     page, document = write_fidelity_page(out), read_card(out)
@@ -67,11 +67,11 @@ def with_settings(target: hd.Target, texts: Iterable[str]) -> hd.Target:
 
 
 def operating_box_of(fit: hd.Fit | None) -> hd.OperatingBox | None:
-    """Return the range of training velocities of a fit, if known."""
+    """Return the operating box of the training data of a fit, if known."""
     import numpy as np
 
     ranges = {} if fit is None else fit.training_range
     if not any(name in ranges for name in hd.VELOCITIES):
         return None
     low, high = np.array([ranges.get(name, (0.0, 0.0)) for name in hd.VELOCITIES]).T
-    return hd.OperatingBox(low, high)
+    return hd.OperatingBox(low, high).widen()

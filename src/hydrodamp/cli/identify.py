@@ -70,7 +70,7 @@ def identify(
 
         for issue in check_gains(problem, models):
             warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
-    (fit,) = fit_all(problem, models, (estimator,))
+    (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
     for line in describe_estimates(fit.estimates) if parameters else ():
         note(line)
     if fit.vehicle is not None and fit.vehicle != craft:

@@ -4,16 +4,27 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import hydrodamp as hd
 from hydrodamp.cli.output import note
-from hydrodamp.errors import HydrodampWarning, ModelError, ProblemError, demand, no_such
+from hydrodamp.errors import (
+    HydrodampError,
+    HydrodampWarning,
+    ModelError,
+    ProblemError,
+    demand,
+    no_such,
+)
 from hydrodamp.progress import progress
 
 #: Model whose terms are selected from the training data.
 SPARSE = "sparse"
+
+#: Key in the provenance of a fit of the mapping of its log.
+MAPPING = "mapping"
 
 
 @dataclass(frozen=True)
@@ -157,6 +168,27 @@ def read_logs(paths: Sequence[str], mapping: str | None) -> hd.Log:
     """Return the concatenated logs of files."""
     once = tuple(dict.fromkeys(paths))
     return hd.read_log(once[0], mapping) if len(once) == 1 else hd.read_logs(once, mapping)
+
+
+def mapping_provenance(mapping: str | None) -> dict[str, str]:
+    """Return the mapping of a log for the provenance of its fits; files by their whole path."""
+    is_file = mapping is not None and Path(mapping).is_file()
+    return {MAPPING: str(Path(mapping or "").resolve()) if is_file else mapping} if mapping else {}
+
+
+def read_logs_as_fitted(paths: Sequence[str], mapping: str | None, fit: hd.Fit | None) -> hd.Log:
+    """Return logs by a mapping, by default that of the log of the fit; canonical ones as is."""
+    fitted = "" if fit is None else fit.provenance.get(MAPPING, "")
+    if mapping or not fitted:
+        return read_logs(paths, mapping)
+    try:
+        log = read_logs(paths, fitted)
+    except HydrodampError as error:
+        with suppress(HydrodampError):
+            return read_logs(paths, None)
+        raise error
+    note(f"read by {fitted}, the mapping of the fit; `--mapping` names another.")
+    return log
 
 
 def training_log(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> hd.Log:

@@ -87,7 +87,8 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
         for name, value in kwargs.items():
             if not value and (hint := definition(command.__name__, name).get("missing")):
                 fail(f"`--{name}` is missing: {hint}", WRONG_INPUT)
-        with warnings_as_notes(), nullcontext() if is_quiet else show_progress():
+        display = nullcontext() if is_quiet else show_progress(lines=command.__name__ == "demo")
+        with warnings_as_notes(), display:
             try:
                 inputs = named_inputs(kwargs)
                 complete_inputs(inputs)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import find_model
+from hydrodamp.cli.inputs import find_model, read_damping_and_vehicle
 from hydrodamp.cli.output import note, print_output
 from hydrodamp.results import check_results
 
@@ -26,21 +26,32 @@ def plan(
 ) -> None:
     """Plan the next dive for identification, and predict the accuracy of the coefficients."""
     from hydrodamp.experiment_design.result import plan_document
-    from hydrodamp.report.documents import read_damping_file
     from hydrodamp.report.plan_report import RESULTS, prediction_table, segment_table, write_plan
 
     check_results(out, RESULTS, force)
-    (damping_model,) = find_model(model).with_terms()
-    prior = None if damping is None else hd.read_damping(damping)
+    prior: hd.Damping | None = None
+    fit: hd.Fit | None = None
+    if damping is not None:
+        prior, fit, craft = read_damping_and_vehicle(damping, vehicle)
+        damping_model = prior.model
+    elif vehicle and model:
+        craft = hd.find_vehicle(vehicle)
+    else:
+        raise hd.ProblemError(
+            "`--vehicle` or `--model` is missing: give both, or a fit with `--damping`, whose "
+            "vehicle and model are the defaults."
+        )
+    if model:
+        (damping_model,) = find_model(model).with_terms()
     dive_plan = hd.plan(
-        hd.find_vehicle(vehicle),
+        craft,
         damping_model,
         duration,
         damping=prior,
         envelope=None if envelope is None else hd.read_envelope(envelope),
         mode=mode,
         seed=seed,
-        fit=None if damping is None else read_damping_file(Path(damping))[1],
+        fit=fit,
     )
     missing = write_plan(dive_plan, out)
     tables = segment_table(dive_plan), *((prediction_table(dive_plan),) if verbose else ())

@@ -18,17 +18,19 @@ from hydrodamp.experiment_design import optimise as design
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, design_autopilot
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
-from hydrodamp.experiment_design.envelope import Envelope
+from hydrodamp.experiment_design.envelope import CommandLimits, Envelope
 from hydrodamp.experiment_design.guidance import (
     Manoeuvre,
     baseline_manoeuvres,
     candidate_manoeuvres,
     join_setpoints,
 )
+from hydrodamp.identification.fit import Fit
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.problem import prepare
+from hydrodamp.vehicle.actuators import Matrix, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle
 
 Mode = Literal["overlays", "setpoints", "waypoints"]
@@ -196,6 +198,24 @@ class PlanningContext:
                 f"'{self.simulator.vehicle.name}' (not excited, or collinear): {labels}. "
                 "Leave them out, or widen the envelope."
             )
+
+
+def limit_by_log(vehicle: Vehicle, envelope: Envelope, fit: Fit) -> Envelope:
+    """Return an envelope with the range in the log of a fit of each command without limits.
+
+    The limit of a propeller is assumed: a range would exclude speeds beyond those of the log.
+    """
+    known = {
+        item.command
+        for item in vehicle.actuators
+        if not isinstance(item, Matrix) and (item.limit or isinstance(item, Propeller))
+    }
+    limits = {
+        name: CommandLimits(lowest=low, highest=high)
+        for name, (low, high) in fit.command_range.items()
+        if name not in known and low < high
+    }
+    return envelope.model_copy(update={"commands": {**limits, **envelope.commands}})
 
 
 def choose_mode(autopilot: DesignedAutopilot, mode: Mode | None) -> Mode:

@@ -18,7 +18,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
 from hydrodamp.experiment_design import optimise as design
 from hydrodamp.experiment_design.closed_loop import Trajectories
-from hydrodamp.experiment_design.context import Mode, PlanningContext
+from hydrodamp.experiment_design.context import Mode, PlanningContext, limit_by_log
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
@@ -98,7 +98,8 @@ def plan(
     fit : Fit, optional
         An earlier fit: its damping is the prior by default, and the dive begins with the steps of
         depth and heading for which it is not to be trusted, at the same speeds, for up to half of
-        the dive. Without speeds of the envelope, they are those of its log and of these steps.
+        the dive. Without speeds of the envelope, they are those of its log and of these steps;
+        commands without limits keep to their range in its log.
 
     Returns
     -------
@@ -129,7 +130,7 @@ def plan(
     demand(mode is None or mode in MODES, "mode", " or ".join(MODES), mode)
     envelope, goals = envelope or Envelope(), list[MissionError]()
     if fit is not None:
-        damping = damping or fit.damping
+        damping, envelope = damping or fit.damping, limit_by_log(vehicle, envelope, fit)
         envelope, goals = choose_goals(replace(fit, vehicle=vehicle), envelope)
     context = PlanningContext.of(vehicle, model, duration, damping, envelope, seed, mode)
     speeds = [*dict.fromkeys(each.speed for each in goals)][: -(-_distinct_segments(context) // 2)]

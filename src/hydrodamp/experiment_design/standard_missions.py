@@ -16,10 +16,10 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.errors import HydrodampError
+from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
-from hydrodamp.experiment_design.context import SEGMENT_DURATION
+from hydrodamp.experiment_design.context import SEGMENT_DURATION, limit_by_log
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.guidance import Manoeuvre
@@ -77,14 +77,19 @@ class MissionError:
 def predict_missions(fit: Fit) -> tuple[MissionError, ...]:
     """Return the predicted errors of steps of depth and heading at speeds around those of the log.
 
-    There are none of a fit without vehicle, covariance or speed ahead.
+    Raise where the vehicle cannot be steered at a speed ahead, or the fit has no covariance.
     """
     vehicle, (slow, fast) = fit.vehicle, fit.training_range.get("u", (0.0, 0.0))
-    if vehicle is None or fit.damping.covariance is None or not slow > 0.0:
-        return ()
+    if vehicle is None or fit.damping.covariance is None:
+        raise MethodError("the fit has no vehicle or no covariance.")
+    if not slow > 0.0:
+        raise MethodError(
+            f"surge goes down to {slow:.2g} m/s in the log, and steps need way ahead."
+        )
     speeds = np.array([(1.0 - SPEED_MARGIN) * slow, slow, 0.5 * (slow + fast), fast])
     speeds = np.append(speeds, (1.0 + SPEED_MARGIN) * fast)
     envelope = Envelope(speed=(float(speeds[0]), float(speeds[-1])))
+    envelope = limit_by_log(vehicle, envelope, fit)
     autopilot = replace(design_autopilot(vehicle, fit.damping, envelope), adds_excitation=False)
     loops = {"depth": autopilot.depth, "heading": autopilot.heading}
     levels = ((speeds - speeds[0]) / np.ptp(speeds)).tolist()
@@ -96,7 +101,7 @@ def predict_missions(fit: Fit) -> tuple[MissionError, ...]:
         for strengths in STRENGTHS[kind]
     ]
     if autopilot.propeller is None or not missions:
-        return ()
+        raise MethodError(f"the commands of '{vehicle.name}' do not control speed and course.")
     ensemble = DampingEnsemble((fit.damping,), fit.model)
     simulator = ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
     samples = round(SEGMENT_DURATION / envelope.period)
@@ -151,13 +156,13 @@ def _growth_rates(simulator: ClosedLoopSimulator, speeds: FloatArray) -> FloatAr
     return np.asarray(np.linalg.eigvals(slopes).real.max(axis=1))
 
 
-def _simulate_missions(fit: Fit) -> tuple[MissionError, ...]:
-    """Return the predicted errors of standard missions; none where they cannot be simulated."""
+def _simulate_missions(fit: Fit) -> tuple[MissionError, ...] | str:
+    """Return the predicted errors of standard missions, or why they cannot be simulated."""
     try:
         with np.errstate(all="ignore"):  # motions of a bad fit may diverge
             return predict_missions(fit)
-    except HydrodampError:  # the autopilot cannot steer this vehicle
-        return ()
+    except HydrodampError as error:  # the autopilot cannot steer this vehicle
+        return str(error)
 
 
 def _group_untrusted(
@@ -181,13 +186,14 @@ def choose_goals(fit: Fit, envelope: Envelope) -> tuple[Envelope, list[MissionEr
     Its speeds are those of the log and of the missions, unless it states speeds: missions beyond
     those are no goals.
     """
-    groups = _group_untrusted(_simulate_missions(fit)) if envelope.steering == "autopilot" else {}
+    missions = _simulate_missions(fit) if envelope.steering == "autopilot" else ()
+    groups = {} if isinstance(missions, str) else _group_untrusted(missions)
     goals = [each for (_, helpless), group in groups.items() if not helpless for each in group]
     if "speed" in envelope.model_fields_set:
         goals = [each for each in goals if envelope.speed[0] <= each.speed <= envelope.speed[1]]
-    elif goals:
-        speeds = *fit.training_range["u"], *(each.speed for each in goals)
-        envelope = envelope.model_copy(update={"speed": (min(speeds), max(speeds))})
+    elif max(speeds := [*fit.training_range.get("u", ()), *(each.speed for each in goals), 0.0]):
+        speeds = speeds if min(speeds) < 0.0 else speeds[:-1]  # an ROV also rests
+        envelope = envelope.model_copy(update={"speed": (max(min(speeds), 0.0), max(speeds))})
     return envelope, sorted(goals, key=lambda each: -len(each.untrusted))
 
 
@@ -212,8 +218,11 @@ def describe_goals(goals: Sequence[MissionError]) -> str:
 
 
 def describe_missions(fit: Fit) -> Iterator[str]:
-    """Yield sentences on the predicted errors of standard missions, if they can be simulated."""
+    """Yield sentences on the predicted errors of standard missions, or why there are none."""
     missions = _simulate_missions(fit)
+    if isinstance(missions, str):
+        yield f"Errors of other missions are not predicted: {missions}"
+        return
     trusted = [each for each in missions if each.is_inside and not each.untrusted]
     if trusted:
         errors = ", ".join(

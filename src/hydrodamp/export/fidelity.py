@@ -19,7 +19,7 @@ from hydrodamp.errors import first_few
 from hydrodamp.export.plant import ExportedPlant, States, mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
-from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power
+from hydrodamp.identification.dissipativity import max_damping_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 
 FORMAT, VERSION = "hydrodamp-fidelity", 2
@@ -97,7 +97,7 @@ class Fidelity:
         Greatest power that the damping of source and of target puts into the motion within
         ``box`` [W]; negative if it dissipates at all velocities searched.
     box : str
-        Range of the velocities searched: the operating box, extended to rest.
+        Range of the velocities searched: the operating box, as in reports.
     mass_ratio : dict of str to float
         Added mass over rigid-body mass by axis, where both are known.
     predicted_error : dict of str to float or None
@@ -226,7 +226,6 @@ def measure_fidelity(
     except NotRun as error:
         acceleration, slow = projected.acceleration(states), projected.acceleration(slow_states)
         not_run, run_error = ("", str(error)) if isinstance(error, RunError) else (str(error), "")
-    box = OperatingBox(np.minimum(plant.box.low, 0.0), np.maximum(plant.box.high, 0.0))
     dampings = {"source": plant.damping, "target": projected.damping}
     return Fidelity(
         target=form.key,
@@ -245,8 +244,8 @@ def measure_fidelity(
         slow_error=wrench_errors(plant, slow_at, slow),
         asked_at="velocities over the operating box" if run is None else "the log's samples",
         replays=replays,
-        power={key: max_damping_power(damping, box).power for key, damping in dampings.items()},
-        box=str(box),
+        power={key: max_damping_power(each, plant.box).power for key, each in dampings.items()},
+        box=str(plant.box),
         mass_ratio=mass_ratio(plant.vehicle),
     )
 

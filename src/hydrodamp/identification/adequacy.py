@@ -35,8 +35,8 @@ CLEARLY_MISSING = 0.1
 #: Least R² of held-out replays of a velocity that the model predicts.
 MIN_PREDICTED = 0.5
 
-#: Axes whose missing terms a sentence names, and its length: one line of a terminal.
-MAX_NAMED_AXES, MAX_LENGTH = 3, 100
+#: Axes whose missing terms a sentence names.
+MAX_NAMED_AXES = 3
 
 
 class Form(TextEnum):
@@ -133,7 +133,7 @@ class Adequacy:
     --------
     >>> tests = {"K": ScoreTest(210.0, 10, 2000, ("K_p|u|",)), "N": ScoreTest(9.0, 10, 2000)}
     >>> print(Adequacy.judge(tests, {"K": 0.0, "N": 0.01}, {"K": 0.9, "N": 0.8}))
-    Form: effective; missing on K: K_p|u|.
+    Form: effective; missing terms, in % of the unexplained motion: K 10.
     """
 
     form: Form
@@ -190,7 +190,7 @@ class Adequacy:
         return any(self.tests[axis].missing_share > CLEARLY_MISSING for axis in self.missing)
 
     def __str__(self) -> str:
-        """Return the form, and a term of each axis that lacks most, in one line."""
+        """Return the form, and the share that is missing by axis, in one line."""
         if self.form is Form.ADEQUATE:
             return "Form: adequate (score tests find nothing missing)."
         head = f"Form: {self.form.word}"
@@ -198,13 +198,24 @@ class Adequacy:
             head += f" for {' '.join(VELOCITY_OF[axis] for axis in self.axes)}"
         if not self.missing:
             return f"{head}; the rest is neither noise nor pushes."
-        texts = (f"{head}; missing on {self._name_terms(n)}." for n in range(MAX_NAMED_AXES + 1))
-        return [text for text in texts if len(text) <= MAX_LENGTH][-1]
+        shares = [f"{axis} {100.0 * self.tests[axis].missing_share:.0f}" for axis in self.missing]
+        return f"{head}; missing terms, in % of the unexplained motion: {', '.join(shares)}."
 
-    def _name_terms(self, n: int) -> str:
-        """Return the axes on which terms are missing, with the first term of n of them."""
-        named, unnamed = self.missing[:n], " ".join(self.missing[n:])
-        if not named:
-            return unnamed
-        terms = ", ".join(" ".join(self.tests[axis].terms[:1]) for axis in named)
-        return f"{' '.join(named)}: {terms}" + f"; also on {unnamed}" * bool(unnamed)
+    def describe(self, model: str) -> tuple[str, ...]:
+        """Return the form of a model of this key, and what to do where it is not adequate."""
+        if self.form is Form.ADEQUATE:
+            return (str(self),)
+        use = "Use the coefficients as a set, for motions like those of the log"
+        if self.form is Form.INADEQUATE:
+            use = "Use it for no motion of these velocities"
+        elif self.missing and not self.is_clearly_missing:
+            use = f"The missing part is small compared to noise and pushes. {use}"
+        terms = [
+            f'{axis}: "{self.tests[axis].terms[0].partition("_")[2]}"'
+            for axis in self.missing[:MAX_NAMED_AXES]
+            if self.tests[axis].terms
+        ]
+        if not terms:
+            return str(self), f"{use}; for others take another form."
+        entry = f"{{name: more, extends: {model}, terms: {{{', '.join(terms)}}}}}"
+        return str(self), f"{use}; for others add terms in a model file: `{entry}`."

@@ -128,7 +128,7 @@ def make_objective(problem: Problem, model: DampingModel) -> ShootingObjective:
     force = inertial[axes]
     size = np.sqrt(regressor_mean_square(problem))[rows - problem.equations.n_known]
     scale = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
-    box = velocity_box(velocity, PENALTY_BOX_MARGIN, 0.0).restrict(free)
+    box = velocity_box(velocity, 0.0).widen(PENALTY_BOX_MARGIN).restrict(free)
     usual_power = float(np.linalg.norm(box.max_abs * inertial * free)) or 1.0
     power_rows = PowerRegressor(model).rows(sample_box(box)) * scale / usual_power
     time_scale = motion_time_scale(time, velocity[:, free], segments)

@@ -91,6 +91,13 @@ class OperatingBox:
         """Return the box with zero for velocities outside a mask."""
         return OperatingBox(self.low * mask, self.high * mask)
 
+    def widen(self, share: float = _WIDENING) -> OperatingBox:
+        """Return the box with every bound farther out by a share."""
+        factor = 1.0 + share
+        low = np.where(self.low < 0.0, self.low * factor, self.low / factor)
+        high = np.where(self.high > 0.0, self.high * factor, self.high / factor)
+        return OperatingBox(low, high)
+
     def at(self, fractions: FloatArray) -> FloatArray:
         """Return the velocities at fractions (n, 6) of the box, from 0, the lower bound, to 1."""
         return self.low + fractions * (self.high - self.low)
@@ -122,18 +129,18 @@ def operating_box(problem: Problem) -> OperatingBox:
     box : OperatingBox
         Zero on locked axes.
     """
-    return velocity_box(problem.inputs.velocity, _WIDENING)
+    return velocity_box(problem.inputs.velocity).widen()
 
 
-def velocity_box(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL) -> OperatingBox:
+def velocity_box(velocity: FloatArray, tail: float = TAIL) -> OperatingBox:
     """Return the box of some velocities, shape (n, 6)."""
     low, high = np.quantile(velocity, [tail, 1.0 - tail], axis=0)
-    reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
+    reach = np.maximum(np.abs(low), np.abs(high))
     below, above = -reach, reach.copy()
     if low[0] > _MIN_SURGE_SHARE * high[0]:
-        below[0] = low[0] / (1.0 + widening)
+        below[0] = low[0]
     elif high[0] < _MIN_SURGE_SHARE * low[0]:
-        above[0] = high[0] / (1.0 + widening)
+        above[0] = high[0]
     return OperatingBox(below, above)
 
 

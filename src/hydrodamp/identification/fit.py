@@ -24,7 +24,7 @@ from hydrodamp.identification.grades import Grade, critical_value
 from hydrodamp.identification.parameters import Estimate
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.checks import missing_actuation
+from hydrodamp.simulation.checks import command_ranges, missing_actuation
 from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
 from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -252,6 +252,8 @@ class Fit:
     training_range : dict of str to tuple of float
         Minimum and maximum of each free velocity [m/s, rad/s] in the training log, without 1 % of
         the samples at either end; symmetric about zero except for the surge of a vehicle under way.
+    command_range : dict of str to tuple of float
+        Minimum and maximum of each command in the training log, in its own unit.
     grades : dict of str to Grade
         How well the training data determine each coefficient, by label; empty where not graded.
     vehicle : Vehicle or None
@@ -292,6 +294,7 @@ class Fit:
     held_out_r_squared: dict[str, float] = field(default_factory=dict)
     form_errors: dict[str, tuple[float, float]] = field(default_factory=dict)
     adequacy: Adequacy | None = None
+    command_range: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Copy the covariance of the parameters and check its shape."""
@@ -341,8 +344,7 @@ class Fit:
         """Return summary and coefficients as text."""
         rank = "" if self.rank is None else f", rank {self.rank}"
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
-        aliased = [f"  aliased: {' '.join(group)}" for group in self.aliased]
-        groups = first_few(aliased, 8, "groups")
+        groups = first_few([f"  aliased: {' '.join(group)}" for group in self.aliased], 8, "groups")
         return "\n".join([head, *self.summary_lines, *groups, str(self.damping)])
 
     __repr__ = __str__
@@ -493,6 +495,7 @@ def make_fit(
         uncertainty=uncertainty,
         training_range=velocity_ranges(problem.inputs.velocity, problem.vehicle.axes),
         vehicle=problem.vehicle,
+        command_range=command_ranges(problem.log),
     )
 
 

@@ -288,6 +288,7 @@ class FitDocument(BaseModel):
     held_out_r_squared: dict[str, float] = {}
     form_errors: dict[str, tuple[float, float]] = {}
     adequacy: AdequacyContent | None = None
+    command_range: dict[str, tuple[float, float]] = {}
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""

@@ -27,12 +27,16 @@ from hydrodamp.validation.diagnostics import correlated_pairs
 
 MAX_BRIEF_ROWS = 8  # coefficients on screen; `--verbose` shows all
 MAX_GROUPS = 12  # groups of aliased coefficients listed; the file has all
-GRADE_DEFINITIONS = (
-    "grade: by the interval of this fit, and by the weak form where its method does not replay. "
-    f"Determined, interval within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the value; minor, its "
-    f"uncertainty is below {100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its axis; weak, "
-    "only the sign is known; not determined, for the cause given."
+GRADE_SOURCE = (
+    "grade: by the interval of this fit, and by the weak form where its method does not replay."
 )
+GRADE_DEFINITIONS = {
+    Grade.DETERMINED: f"interval within {100.0 * MAX_RELATIVE_HALF_WIDTH:.0f} % of the value",
+    Grade.MINOR: "its uncertainty is below "
+    f"{100.0 * MINOR_CONTRIBUTION:.0f} % of the response of its axis",
+    Grade.WEAK: "only the sign is known",
+    Grade.NOT_DETERMINED: "for the cause given",
+}
 MIN_CORRELATION = 0.9  # of two coefficients that are listed as known in combination only
 #: Document of the model whose terms are selected from a log.
 SPARSE: Any = load_json(Path(__file__).with_name("sparse.json"))
@@ -51,7 +55,9 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     rows = zip(model.labels, *numbers, *texts, strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     graded = (
-        () if grades is None else (grades.summary + ".", GRADE_DEFINITIONS, *_causes(fit, grades))
+        ()
+        if grades is None
+        else (grades.summary + ".", define_grades(grades.grades.values()), *_causes(fit, grades))
     )
     title = f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
     notes = *fit.summary_lines, *_aliased(fit), *graded
@@ -103,6 +109,15 @@ def grade_words(fit: Fit, grades: Identifiability | None) -> list[str]:
         return ["yes" if label in aliased else "no" for label in labels]
     causes = {label: f": {cause.word}" for label, cause in grades.causes.items()}
     return [f"{grade.word}{causes.get(label, '')}" for label, grade in grades.grades.items()]
+
+
+def define_grades(grades: Iterable[Grade]) -> str:
+    """Return the meaning of these grades."""
+    present = {*grades}
+    texts = [
+        f"{grade.word}, {text}" for grade, text in GRADE_DEFINITIONS.items() if grade in present
+    ]
+    return f"{GRADE_SOURCE} {'; '.join(texts).capitalize()}." if texts else GRADE_SOURCE
 
 
 def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:

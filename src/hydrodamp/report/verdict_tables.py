@@ -88,7 +88,10 @@ def selection_table(
     columns += [Column("eq. 24", form=error_size)]
     cells = [_cells(row, errors, several, selection) for row, errors in best[:MAX_ROWS]]
     counted = " ".join(selection.velocities)
-    notes = [f"error: of {counted}, in % of the motion, without the noise; at least the noise."]
+    notes = [
+        "n, det.: coefficients, and how many the training data determine.",
+        f"error: of {counted}, in % of the motion, without the noise; at least the noise.",
+    ]
     if len(best) < len(scored) or len(best) > MAX_ROWS:
         notes.append(f"{len(scored) - len(cells)} more rows: `--verbose`.")
     title = f"Error and fit in % on {data}; eq. 24 in m/s and {rate_unit}/s mixed; * selected"

@@ -235,3 +235,9 @@ def _attitude(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
             f"the attitude is missing, and {users} depend on it: record roll pitch yaw [rad] or "
             "qw qx qy qz."
         )
+
+
+def command_ranges(log: Log) -> dict[str, tuple[float, float]]:
+    """Return the minimum and maximum of each command."""
+    ends = log.commands.min(axis=0).tolist(), log.commands.max(axis=0).tolist()
+    return dict(zip(log.command_names, zip(*ends, strict=True), strict=True))

@@ -33,10 +33,10 @@ from hydrodamp.simulation.replay import (
 )
 from hydrodamp.status import Status
 from hydrodamp.validation.excitation import (
-    Imbalance,
     compare_excitation,
     describe_divergences,
     find_shared_segments,
+    find_untested,
 )
 from hydrodamp.validation.selection import Ranked, Selection, row_text, select_row
 from hydrodamp.validation.verdict import Verdict, judge_selection
@@ -195,13 +195,13 @@ class Comparison:
         )
 
     @property
-    def _imbalance(self) -> Imbalance:
-        """The velocities that only the training or only the test data excite."""
+    def _untested(self) -> dict[str, str]:
+        """The velocities that only the training or only the test data excite, with the reason."""
         for row in self.rows:
             if (run := row.trajectory) is not None:
                 tested = velocity_ranges(run.log.velocity, run.axes)
-                return compare_excitation(row.fit.training_range, tested)
-        return Imbalance({}, {})
+                return find_untested([compare_excitation(row.fit.training_range, tested)])
+        return {}
 
     def select(self) -> Selection[Row]:
         """Select the smallest row of those that are equal for use to the least error.
@@ -209,8 +209,10 @@ class Comparison:
         The error of a row is the mean, over the velocities that the test excites, of the RMS error
         relative to the standard deviation of the velocity, without the noise. Errors within a
         quarter of the least, or within one standard error of the difference over blocks of the test
-        data, are equal: of these, the rows that predict the most velocities significantly better
-        than their mean; of these, that with the fewest coefficients, then that of least error.
+        data, are equal: of these, those of adequate form if there are any; of these, the rows that
+        predict the most velocities significantly better than their mean; of these, that with the
+        fewest coefficients, then that of least error. A velocity that only the training or only the
+        test data excite does not count.
         Rows whose replay diverged are excluded unless all have, then rows that have not converged.
         Equation 24 decides nothing.
 
@@ -224,7 +226,7 @@ class Comparison:
         MethodError
             If nothing was fitted.
         """
-        return select_row(self.rows, self._imbalance.training_only)
+        return select_row(self.rows, self._untested)
 
     def verdict(self) -> Verdict:
         """Return which row is usable, on which axes, and why.
@@ -239,16 +241,17 @@ class Comparison:
         MethodError
             If nothing was fitted.
         """
-        selection, imbalance = self.select(), self._imbalance
-        row, sentences = selection.row, list[str]()
+        selection, sentences = self.select(), list[str]()
+        row = selection.row
         rebuilt = dict.fromkeys(row.rebuilt, "against a velocity rebuilt from sensors")
         if row.fit.status is Status.STOPPED:
             sentences.append("The optimiser stopped before it converged.")
         if row.adequacy is not None:
-            sentences.append(str(row.adequacy))
+            sentences += row.adequacy.describe(row.model)
         sentences.append(" ".join(self.missions))  # one paragraph: few lines on a screen
-        doubts, untested = rebuilt | imbalance.doubts, imbalance.untested
-        return judge_selection(selection, self.rate_unit, sentences, doubts, untested, self.overlap)
+        return judge_selection(
+            selection, self.rate_unit, sentences, rebuilt, self._untested, self.overlap
+        )
 
     def best(self) -> Row:
         """Return the row of :meth:`select`.

@@ -26,7 +26,13 @@ from hydrodamp.simulation.block_errors import BlockErrors, pool
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
 from hydrodamp.validation.compare import Row, compare, format_rows
-from hydrodamp.validation.excitation import Imbalance, compare_logs, describe_folds, select_folds
+from hydrodamp.validation.excitation import (
+    Imbalance,
+    compare_logs,
+    describe_folds,
+    find_untested,
+    select_folds,
+)
 from hydrodamp.validation.selection import Selection, row_text, select_row
 from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -173,15 +179,7 @@ class CrossValidation:
         MethodError
             If nothing was fitted.
         """
-        return select_row(self.rows, self._untested)
-
-    @property
-    def _untested(self) -> dict[str, str]:
-        """The velocities that no fold that counts excites, with the reason."""
-        counted = compress(self.imbalances, select_folds(self.imbalances))
-        reasons = [imbalance.untested for imbalance in counted]
-        names = set.intersection(*map(set, reasons)) if reasons else set[str]()
-        return {name: reasons[0][name] for name in sorted(names)}
+        return select_row(self.rows, find_untested(self.imbalances))
 
     def verdict(self) -> Verdict:
         """Return which row is usable, on which axes, and why, as :meth:`Comparison.verdict`.
@@ -199,14 +197,9 @@ class CrossValidation:
         selection = self.select()
         sentences = list(describe_folds(self.imbalances, self.held_out))
         if (adequacy := selection.row.adequacy) is not None:
-            sentences.append(str(adequacy))
-        doubts = {
-            name: f"excited in fold {number} only"
-            for number, imbalance in enumerate(self.imbalances, start=1)
-            for name in imbalance.test_only
-        }
-        untested = {name: doubts.get(name, reason) for name, reason in self._untested.items()}
-        return judge_selection(selection, self.rate_unit, sentences, doubts, untested)
+            sentences += adequacy.describe(selection.row.model)
+        untested = find_untested(self.imbalances)
+        return judge_selection(selection, self.rate_unit, sentences, untested=untested)
 
     def __str__(self) -> str:
         """Return the table as plain text."""

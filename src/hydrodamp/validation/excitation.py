@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
@@ -46,14 +47,11 @@ class Imbalance:
         return tuple(sentences)
 
     @property
-    def doubts(self) -> dict[str, str]:
-        """The reason not to trust the fit of each velocity that only the test data excite."""
-        return dict.fromkeys(self.test_only, "not excited in training")
-
-    @property
     def untested(self) -> dict[str, str]:
-        """The reason why the test does not assess each velocity that it does not excite."""
-        return dict.fromkeys(self.training_only, "not excited in the test")
+        """The reason why the test does not assess each velocity that only one of both excites."""
+        return dict.fromkeys(self.test_only, "not excited in training") | dict.fromkeys(
+            self.training_only, "not excited in the test"
+        )
 
 
 def find_shared_segments(fits: Iterable[Fit], log: Log) -> str:
@@ -98,6 +96,23 @@ def select_folds(imbalances: Sequence[Imbalance]) -> tuple[bool, ...]:
     """Return whether each fold counts: those in which models extrapolate do not, if others do."""
     counted = tuple(not imbalance.test_only for imbalance in imbalances)
     return counted if any(counted) else (True,) * len(imbalances)
+
+
+def find_untested(imbalances: Sequence[Imbalance]) -> dict[str, str]:
+    """Return the velocities that no fold that counts excites in both data, with the reason.
+
+    A comparison is a single fold.
+    """
+    counted = compress(imbalances, select_folds(imbalances))
+    reasons = [imbalance.untested for imbalance in counted]
+    names = set.intersection(*map(set, reasons)) if reasons else set[str]()
+    only = {
+        name: f"excited in fold {number} only"
+        for number, imbalance in enumerate(imbalances, start=1)
+        for name in imbalance.test_only
+        if len(imbalances) > 1
+    }
+    return {name: only.get(name, reasons[0][name]) for name in sorted(names)}
 
 
 def describe_folds(

@@ -3,11 +3,12 @@
 A row with a diverged replay ranks below every row without one, then a row that has not converged
 below those that have. Of the best of these classes the rows whose relative error is within a
 quarter of the least, or within one jackknife standard error of the difference over blocks of the
-held-out data (Breiman et al., 1984), are equal for use; of these the rows that predict the most
-velocities significantly better than their mean, of these the row with the fewest coefficients is
-selected, then that of least error. The relative error is the mean, over the velocities that the
-test excites, of the RMS error over the standard deviation of the velocity, without the noise: it
-does not depend on units. Equation 24 mixes units and decides nothing.
+held-out data (Breiman et al., 1984), are equal for use; of these the rows of adequate form, if
+there are any, of these the rows that predict the most velocities significantly better than their
+mean, of these the row with the fewest coefficients is selected, then that of least error. The
+relative error is the mean, over the velocities that training and test excite, of the RMS error over
+the standard deviation of the velocity, without the noise: it does not depend on units. Equation 24
+mixes units and decides nothing.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.grades import Grade, count_determined, critical_value
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.status import Status
@@ -44,6 +46,10 @@ class Ranked(Protocol):
     @property
     def grades(self) -> Mapping[str, Grade]:
         """The grade of each coefficient by the training data; empty where not graded."""
+
+    @property
+    def adequacy(self) -> Adequacy | None:
+        """What score tests say of the form of the model; None without tests."""
 
     @property
     def rms(self) -> float | None:
@@ -73,8 +79,8 @@ class Selection(Generic[Candidate]):
     Attributes
     ----------
     row : Row
-        That of fewest coefficients among those equal for use to the least relative error that
-        predict the most velocities.
+        That of fewest coefficients among those equal for use to the least relative error, of
+        adequate form if any is, that predict the most velocities.
     errors : BlockErrors
         Those of the selected row.
     velocities : tuple of str
@@ -112,10 +118,11 @@ class Selection(Generic[Candidate]):
 def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Selection[Candidate]:
     """Select the smallest row of those that are equal for use to the least relative error.
 
-    Of the equal rows only those count that predict the most velocities. Velocities that the test
-    does not excite do not count, nor do those in ``untested``, unless none is left. Ties go to the
-    lower error, then to more determined coefficients, then to the earlier row. Where every row has
-    a diverged replay, it counts as the mean of the log from its divergence on.
+    Of the equal rows only those of adequate form count, if there are any, and of these those that
+    predict the most velocities. Velocities that the test does not excite do not count, nor do those
+    in ``untested``, unless none is left. Ties go to the lower error, then to more determined
+    coefficients, then to the earlier row. Where every row has a diverged replay, it counts as the
+    mean of the log from its divergence on.
     """
     requested = list(rows)
     scored = [(row, row.blocks) for row in requested if row.blocks is not None]
@@ -132,15 +139,19 @@ def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Sel
     ranked = sorted(candidates, key=lambda pair: (error(pair), *_complexity(pair[0])))
     lowest = ranked[0][1]
     equivalent = [pair for pair in ranked if pair[1].is_equivalent(lowest, names)]
-    missed = [len(insignificant_fits(blocks).intersection(names)) for _, blocks in equivalent]
-    predicting = [pair for pair, n in zip(equivalent, missed, strict=True) if n == min(missed)]
+    suitable = [pair for pair in equivalent if _is_adequate(pair[0])] or equivalent
+    missed = [len(insignificant_fits(blocks).intersection(names)) for _, blocks in suitable]
+    predicting = [pair for pair, n in zip(suitable, missed, strict=True) if n == min(missed)]
     row, errors = selected = min(predicting, key=lambda pair: pair[0].n_coefficients)
-    is_smallest = row.n_coefficients == min(each.n_coefficients for each, _ in equivalent)
+    is_smallest = row.n_coefficients == min(each.n_coefficients for each, _ in suitable)
     below = [pair[0] for pair in scored if pair[0].divergences and error(pair) < error(selected)]
     caveat = " ".join(_caveats(row, below, len(requested) - len(candidates)))
     order = tuple(each for each, _ in ranked)
     equal = tuple(each for each, _ in equivalent if each is not row)
-    use = "equal for use" if is_smallest else "equal for use and predict the most velocities"
+    merits = ["are equal for use"]
+    merits += ["have an adequate form"] if len(suitable) < len(equivalent) else []
+    merits += [] if is_smallest else ["predict the most velocities"]
+    use = " and ".join((", ".join(merits[:-1]), merits[-1]) if merits[1:] else merits)
     sentence = _sentence(row, order, len(requested), names, use)
     return Selection(row, errors, names, order, equal, sentence, caveat)
 
@@ -148,6 +159,11 @@ def select_row(rows: Iterable[Candidate], untested: Collection[str] = ()) -> Sel
 def _defects(row: Ranked) -> tuple[bool, bool]:
     """Return what ranks a row below others whatever their errors, the worse first."""
     return bool(row.divergences), not row.converged
+
+
+def _is_adequate(row: Ranked) -> bool:
+    """Whether score tests find the form of the model adequate."""
+    return row.adequacy is not None and row.adequacy.form is Form.ADEQUATE
 
 
 def _complexity(row: Ranked) -> tuple[int, int]:
@@ -179,7 +195,7 @@ def _sentence(
     if row is not lowest:
         return (
             f"{row_name(row)} has the fewest coefficients, {row.n_coefficients}, of the models "
-            f"that are {use}: error {text}; least {describe_error(lowest, names)} by "
+            f"that {use}: error {text}; least {describe_error(lowest, names)} by "
             f"{lowest.n_coefficients} coefficients, {row_name(lowest)}."
         )
     if len(ranked) == 1:

@@ -3,8 +3,8 @@
 The fit of a velocity over the held-out data, with its standard error, gives the light of its axis:
 green from :data:`MIN_FIT` on, red where it is not significantly above zero, the mean of the data,
 and amber between. Significant means above zero with the one-sided confidence of the selection.
-Where the test does not excite the velocity, or the test data are training data, wholly or in part,
-it is grey: neither fit is a prediction that was tested.
+Where test or training do not excite the velocity, or the test data are training data, wholly or in
+part, it is grey: neither fit is a prediction that was tested.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from hydrodamp.basis.term import AXES, VELOCITY_OF
 from hydrodamp.data.intervals import ALL_TEST_DATA
+from hydrodamp.identification.adequacy import Form
 from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.simulation.replay import RateUnit
@@ -48,7 +49,7 @@ class Light(TextEnum):
     GREEN = f"usable: the fit is at least {MIN_FIT:.0f} % and its terms are identifiable."
     AMBER = "usable with care: the fit or the identifiability is low."
     RED = "not usable: not significantly better than the mean of the data."
-    GREY = "not tested: the test does not excite the velocity, or has data of the training."
+    GREY = "not tested: test or training do not excite the velocity, or they share data."
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,8 @@ class Verdict:
     axes : tuple of AxisVerdict
         Light, fit and reason of each velocity.
     alternatives : dict of str to str
-        Row that predicts a velocity with a better light, by velocity.
+        Row that predicts a velocity with a better light, or with a larger fit where both are to be
+        used with care, by velocity.
     equivalent : tuple of str
         Rows that are equal for use to the selected one.
     reasons : tuple of str
@@ -156,10 +158,9 @@ class Verdict:
         velocities: dict[str, list[str]] = {}
         for name, row in self.alternatives.items():
             velocities.setdefault(row, []).append(name)
-        texts = [f"for {' '.join(names)} take {row}" for row, names in velocities.items()]
+        texts = [f"for {' '.join(names)}: {row}" for row, names in velocities.items()]
         if texts:
-            text = "; ".join(texts)
-            yield f"{text[:1].upper()}{text[1:]}."
+            yield f"Best {'; '.join(texts)}."
             red = self._by_light().get(Light.RED, "").split()
             if none := " ".join(name for name in red if name not in self.alternatives):
                 yield f"No model of this set predicts {none}."
@@ -248,7 +249,9 @@ def _limits(row: Ranked, errors: BlockErrors, overlap: str, is_usable: bool) -> 
     if overlap:
         yield describe_overlap(overlap)
     n_determined = count_determined(row.grades)
-    if is_usable and n_determined is not None and 2 * n_determined < row.n_coefficients:
+    is_set = row.adequacy is not None and row.adequacy.form is not Form.ADEQUATE  # it says so
+    is_open = n_determined is not None and 2 * n_determined < row.n_coefficients
+    if is_usable and is_open and not is_set:
         yield "Most coefficients are not determined singly: use them together."
     if errors.standard_error is None:
         yield "The held-out data are too short for a standard error."
@@ -257,17 +260,26 @@ def _limits(row: Ranked, errors: BlockErrors, overlap: str, is_usable: bool) -> 
 def _find_alternatives(
     axes: Sequence[AxisVerdict], judged: Mapping[str, Sequence[AxisVerdict]]
 ) -> Iterator[tuple[str, str]]:
-    """Yield each velocity of which another row has a better light, and the best of these rows."""
+    """Yield each velocity that another row predicts better, and the best of these rows.
+
+    Better is a better light or, where both are to be used with care, a larger fit.
+    """
     order = [*Light]
     for number, axis in enumerate(axes):
         of_axis = {name: row[number] for name, row in judged.items()}
         better = [
-            (order.index(candidate.light), -(candidate.fit or 0.0), name)
-            for name, candidate in of_axis.items()
-            if order.index(candidate.light) < order.index(axis.light)
+            (order.index(each.light), -(each.fit or 0.0), name)
+            for name, each in of_axis.items()
+            if order.index(each.light) < order.index(axis.light)
+            or (each.light is axis.light is Light.AMBER and _is_larger(each.fit, axis.fit))
         ]
         if better:
             yield axis.velocity, min(better)[-1]
+
+
+def _is_larger(fit: float | None, least: float | None) -> bool:
+    """Whether a fit is larger, as printed."""
+    return round(fit or 0.0) > round(least or 0.0)
 
 
 def describe_fits(axes: Sequence[AxisVerdict]) -> str:
