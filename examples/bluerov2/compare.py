@@ -14,8 +14,6 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 import hydrodamp as hd
 from hydrodamp.cli.output import print_results
 from hydrodamp.report.comparison_tables import detail_tables, summary_tables
@@ -24,20 +22,14 @@ HERE = Path(__file__).parent
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")
 CHOSEN = ("tank", "ls")
 SOURCE = "github.com/SAABmarine-MEX/saabmarineMEX_learning, commit dda3f3d, no licence stated"
-BANDWIDTH, SETTLING, PASSES = 200.0, 200.0, 200
-"""Fast error feedback [1/s] and slow coefficients [s]: it averages, where slow feedback fits the
-errors of the input's timing."""
 
 
 def fits(models: tuple[hd.DampingModel, ...], vehicle: hd.Vehicle, train: hd.Log) -> list[hd.Fit]:
     """Return every model by every method, under the keys of the table."""
     problem = hd.prepare(vehicle, train, models)
-    feedback = tuple(BANDWIDTH * np.diag(vehicle.mass_matrix))
-    tuned = hd.AdaptiveIdentifier(a=feedback, gamma=hd.TermScaledGain(SETTLING), passes=PASSES)
     ways = (
-        *((key, hd.find_method(key)) for key in ("ls", "ai", "ai-scaled")),
+        *((key, hd.find_method(key)) for key in ("ls", "ai", "ai-composite")),
         ("ls-smoothed", hd.LeastSquares(hd.SavitzkyGolay())),
-        ("ai-tuned", tuned),
     )
     return [
         replace(fit, method=key)

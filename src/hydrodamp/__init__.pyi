@@ -70,14 +70,16 @@ from .export.target import Target as Target
 from .identification.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
     History as History,
-    NoiseScaledGain as NoiseScaledGain,
     State as State,
-    TermScaledGain as TermScaledGain,
 )
 from .identification.adequacy import Adequacy as Adequacy, Form as Form, ScoreTest as ScoreTest
 from .identification.command_response import (
     CommandResponse as CommandResponse,
     estimate_command_response as estimate_command_response,
+)
+from .identification.composite import (
+    CompositeIdentifier as CompositeIdentifier,
+    CompositeState as CompositeState,
 )
 from .identification.differentiation import (
     Derivative as Derivative,

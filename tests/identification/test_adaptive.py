@@ -7,10 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import OutlierWarning
-from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
-
-SCALED = hd.AdaptiveIdentifier(a=hd.NoiseScaledGain(2e-4), gamma=hd.TermScaledGain(7.0), passes=40)
-
+from hydrodamp.identification.differentiation import signal_to_noise
 
 LINEAR = hd.catalog["linear"]
 
@@ -21,7 +18,7 @@ def prepared(driven, discrete_log, true_damping):
     return lambda model, n: hd.prepare(driven, discrete_log(true_damping(model), n=n), model)
 
 
-@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=20, gamma=20), SCALED])
+@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=20, gamma=20)])
 @pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
 def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, method, prepared):
     method = replace(method, passes=1)
@@ -54,18 +51,9 @@ def test_a_step_leaves_its_state_alone(prepared):
             each.matrix[0, 0] = 1.0
 
 
-@pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
-def test_true_coefficients_are_recovered_from_exact_data(key, driven, discrete_log, true_damping):
-    truth = true_damping(hd.catalog[key])
-    problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
-    fit = replace(SCALED, passes=300).identify(problem, truth.model)
-    assert fit.status is hd.Status.CONVERGED
-    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
-
-
-@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=2.0, gamma=20.0), SCALED])
+@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=2.0, gamma=20.0)])
 def test_status_is_converged_when_residuals_are_small(method, prepared):
-    """On exact data the estimate converges after many passes, for either kind of gain."""
+    """On exact data the estimate converges after many passes."""
     model = hd.catalog["fossen"]
     problem = prepared(model, n=600)
     first, last = (replace(method, passes=n).identify(problem, model) for n in (1, 1000))
@@ -85,21 +73,6 @@ def test_history_ends_at_the_estimate(prepared):
     assert method.history(problem, LINEAR, every=10).time.shape == (17,)
     with pytest.raises(hd.MethodError, match="at least 1"):
         method.history(problem, LINEAR, every=0)
-
-
-def test_scaled_gains_follow_their_formula(driven, prepared):
-    """a_i = share SNR_i M_ii and gamma_ij = a_i / (settling n_i mean xi_j^2), n_i = 6 here."""
-    problem = prepared(LINEAR, n=90)
-    bound = hd.AdaptiveIdentifier(a=hd.NoiseScaledGain(0.1), gamma=hd.TermScaledGain(50.0)).bind(
-        problem, LINEAR
-    )
-    expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
-    np.testing.assert_allclose(bound.settings.a, expected)
-    power = np.mean(problem.log.velocity**2, axis=0)
-    np.testing.assert_allclose(regressor_mean_square(problem), power)
-    gamma = expected / (50.0 * 6 * power[:, None])
-    np.testing.assert_allclose(bound.settings.gamma[problem.equations.n_known :], gamma)
-    assert not bound.settings.gamma[: problem.equations.n_known].any()
 
 
 def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
@@ -137,13 +110,7 @@ def test_settings_without_a_proof_are_refused(settings):
         hd.AdaptiveIdentifier(**settings)
 
 
-@pytest.mark.parametrize("gain", [hd.NoiseScaledGain, hd.TermScaledGain])
-def test_scales_must_be_positive(gain):
-    with pytest.raises(hd.MethodError, match="positive"):
-        gain(0.0)
-
-
-@pytest.mark.parametrize("method", [SCALED, hd.RecursiveLeastSquares()])
+@pytest.mark.parametrize("method", [hd.RecursiveLeastSquares()])
 def test_settings_by_term_need_a_log(method, prepared):
     with pytest.raises(hd.MethodError, match="from a log"):
         method.bind(prepared(LINEAR, n=30).equations, LINEAR)

@@ -67,7 +67,7 @@ def fit_by(method):
 
 @pytest.mark.parametrize(
     ("method", "sources"),
-    [("ls", 1), ("ai-scaled", 1), ("weak", 1), ("ridge", 2), ("recommended", 2), ("oe", 2)],
+    [("ls", 1), ("ai-composite", 1), ("weak", 1), ("ridge", 2), ("recommended", 2), ("oe", 2)],
 )
 def test_each_source_is_a_line(method, sources):
     lines, _, entry = hd.cite(fit_by(method)).partition("\n\n")

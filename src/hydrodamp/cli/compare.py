@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 Key = tuple[str, str]
 
-DEMO_METHODS = "ls,ai,ai-scaled,recommended"
-"""The two methods of the paper, the second with scaled gains, and the default method."""
+DEMO_METHODS = "ls,ai,ai-composite,recommended"
+"""The two methods of the paper, the second also with a memory, and the default method."""
 
 
 @dataclass(frozen=True)

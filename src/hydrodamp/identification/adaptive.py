@@ -1,9 +1,7 @@
 """Adaptive identifier (section IV of the paper): estimation without acceleration.
 
 The error dynamics are ``M Δν̇ = −a Δν + (K̂ − K) ξ(ν)`` with the velocity error Δν = ν̂ − ν; the
-coefficients follow the gradient law ``dK̂_ij/dt = −γ_ij Δν_i ξ_j``. The error gains a scale with
-the signal-to-noise ratio of each velocity, the adaptation gains γ with the mean square of each
-term.
+coefficients follow the gradient law ``dK̂_ij/dt = −γ_i Δν_i ξ_j``.
 """
 
 from __future__ import annotations
@@ -15,14 +13,12 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
-from hydrodamp.identification.differentiation import regressor_mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.online import (
     Adaptation,
     Entries,
     OnlineIdentifier,
     OnlineState,
-    require_problem,
 )
 from hydrodamp.identification.regression import BLOCK, Triangle
 from hydrodamp.identification.weak_form import step_equations
@@ -31,60 +27,6 @@ from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, Problem
 from hydrodamp.status import Status
-
-
-@dataclass(frozen=True)
-class NoiseScaledGain:
-    """Error gains ``a_i = share · SNR_i · M_ii``, SNR_i of the velocity on axis i.
-
-    Noise of a measured velocity enters both the error and the terms. The bias of the
-    coefficients from this correlation is about ``a_i / SNR_i``. The gain is therefore large
-    for a clean velocity and small for a noisy one: ``share`` bounds the bias, relative to
-    ``M_ii``, per second.
-
-    Parameters
-    ----------
-    share : float
-        Bandwidth over signal-to-noise ratio (of variances) [1/s].
-
-    Raises
-    ------
-    MethodError
-        If it is not positive.
-    """
-
-    share: float = 0.02
-
-    def __post_init__(self) -> None:
-        """Check the gain."""
-        axis_gains(self.share, "share")
-
-
-@dataclass(frozen=True)
-class TermScaledGain:
-    """Adaptation gains ``γ_ij = a_i / (settling · n_i mean ξ_j²)``, n_i terms on axis i.
-
-    All coefficients converge at a similar rate, independent of their units, the inertia of
-    their axis and the size of the model: a well excited one settles in about ``settling``
-    seconds. The proof of the paper holds for any positive diagonal gains.
-
-    Parameters
-    ----------
-    settling : float
-        Settling time of a coefficient [s].
-
-    Raises
-    ------
-    MethodError
-        If it is not positive.
-    """
-
-    settling: float = 100.0
-
-    def __post_init__(self) -> None:
-        """Check the gain."""
-        axis_gains(self.settling, "settling")
-
 
 #: One gain for all axes, or six in the order X Y Z K M N.
 AxisGains = float | tuple[float, ...]
@@ -180,11 +122,11 @@ class AdaptiveIdentifier(OnlineIdentifier[core.Gains, State]):
 
     Parameters
     ----------
-    a : float, tuple of 6 floats or NoiseScaledGain
+    a : float or tuple of 6 floats
         Error gain, common or one for each axis X Y Z K M N; 20 in the paper, whose
         section V calls it alpha.
-    gamma : float, tuple of 6 floats or TermScaledGain
-        Adaptation gain, common, one for each axis, or scaled by term; 20 in the paper.
+    gamma : float or tuple of 6 floats
+        Adaptation gain, common or one for each axis; 20 in the paper.
     passes : int
         Number of passes over the log.
 
@@ -197,44 +139,25 @@ class AdaptiveIdentifier(OnlineIdentifier[core.Gains, State]):
     --------
     >>> AdaptiveIdentifier(a=20, gamma=20).key
     'ai'
-    >>> AdaptiveIdentifier(a=NoiseScaledGain(), gamma=TermScaledGain(), passes=30).key
-    'ai-scaled'
     """
 
-    a: AxisGains | NoiseScaledGain = 20.0
-    gamma: AxisGains | TermScaledGain = 20.0
+    a: AxisGains = 20.0
+    gamma: AxisGains = 20.0
     passes: int = 1
 
     def __post_init__(self) -> None:
         """Check the gains."""
-        if not isinstance(self.a, NoiseScaledGain):
-            axis_gains(self.a, "a")
-        if not isinstance(self.gamma, TermScaledGain):
-            axis_gains(self.gamma, "gamma")
+        axis_gains(self.a, "a")
+        axis_gains(self.gamma, "gamma")
         fits = isinstance(self.passes, int | np.integer) and self.passes >= 1
         demand(fits, "passes", "a whole number, at least 1", self.passes)
 
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "ai-scaled" if isinstance(self.gamma, TermScaledGain) else "ai"
+    key = "ai"
 
     def _settings(
         self, source: Problem | EquationTable, equations: EquationTable, entries: Entries
     ) -> core.Gains:
-        rows, axes = entries
-        if isinstance(self.a, NoiseScaledGain):
-            problem = require_problem(source, "noise of each velocity")
-            a = self.a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
-        else:
-            a = axis_gains(self.a, "a")
-        if isinstance(self.gamma, TermScaledGain):
-            problem = require_problem(source, "size of each term")
-            size = regressor_mean_square(problem)[rows - equations.n_known]
-            time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
-            gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
-        else:
-            gamma = axis_gains(self.gamma, "gamma")[axes]
+        a, gamma = axis_gains(self.a, "a"), axis_gains(self.gamma, "gamma")[entries[1]]
         return core.Gains(equations.plant, a, equations.scatter(entries, gamma))
 
     def _initial_state(self, bound: Adaptation[core.Gains], sample: Sample) -> State:
@@ -284,11 +207,6 @@ class AdaptiveIdentifier(OnlineIdentifier[core.Gains, State]):
     ) -> core.AdaptationRun:
         gains, inputs, segments = bound.settings, problem.inputs, problem.segments
         return core.adapt(gains, bound.table, inputs, segments, self.passes, every)
-
-
-def scaled_identifier() -> AdaptiveIdentifier:
-    """Return the identifier with gains from the whole log and thirty passes."""
-    return AdaptiveIdentifier(a=NoiseScaledGain(), gamma=TermScaledGain(), passes=30)
 
 
 def _residual_share(problem: Problem, model: DampingModel, matrix: FloatArray) -> FloatArray:

@@ -212,7 +212,7 @@ class Recursion:
         iv_state = np.empty(self.iv_offsets[-1])
         start = _floats(coefficients, self.rows.shape, "coefficients")
         estimate = Estimate(np.empty(len(start)), squares, np.empty(6), np.empty(6), iv_state)
-        call("hd_recur_start", _entries(self), _estimate_struct(self, estimate), start)
+        call("hd_recur_start", entries_of(self), _estimate_struct(self, estimate), start)
         return estimate
 
 
@@ -277,7 +277,7 @@ def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sampl
     A state, shape (n_terms + 1, 6), holds the coefficients and, last, the velocity error, which
     is zero at a segment's first sample. The state returned is read-only.
     """
-    return _take_step(gains, state, previous, current)[0]
+    return take_step(_online(gains), state, previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -292,12 +292,12 @@ def block_step(
 
     The row holds the regressors and the target of each axis, over two blocks.
     """
-    return _take_step(recursion, block, previous, current)
+    return take_step(_online(recursion), block, previous, current)
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
     """Update the estimate with one row of :func:`block_step`."""
-    entries, n_terms = _entries(recursion), recursion.plant.n_terms
+    entries, n_terms = entries_of(recursion), recursion.plant.n_terms
     result, line = _copy_estimate(estimate), _floats(row, (n_terms + 6,), "row")
     work = np.zeros(C.hd_absorb_work(entries))
     call("hd_absorb", entries, _estimate_struct(recursion, result), n_terms, line, work)
@@ -306,7 +306,7 @@ def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimat
 
 def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray) -> Estimate:
     """Run recursive least squares over a record: repeated ``block_step`` and ``absorb``."""
-    plant, rows, entries = recursion.plant, segment_rows(segments, inputs.n), _entries(recursion)
+    plant, rows, entries = recursion.plant, segment_rows(segments, inputs.n), entries_of(recursion)
     result, record = _copy_estimate(estimate), record_of(plant, inputs)
     work = np.zeros(C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
     settings = entries, _estimate_struct(recursion, result), recursion.block
@@ -317,13 +317,13 @@ def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: In
 def begin_segment(recursion: Recursion, estimate: Estimate) -> Estimate:
     """Return the estimate with the next row marked as the first of a segment."""
     result = _copy_estimate(estimate)
-    call("hd_iv_begin_segment", _entries(recursion), result.iv_state)
+    call("hd_iv_begin_segment", entries_of(recursion), result.iv_state)
     return result
 
 
 def buffer_sizes(gains: Gains, recursion: Recursion) -> dict[str, int]:
     """Return the sizes of states and workspaces of ``identifiers.c``, in numbers."""
-    plant, entries = plant_of(gains.plant), _entries(recursion)
+    plant, entries = plant_of(gains.plant), entries_of(recursion)
     ai = struct("hd_ai", plant, entries, gains.a, gains.gamma)
     settings = recursion.unit, recursion.forgetting, recursion.block
     methods = {"rls": struct("hd_rls", plant, entries, *settings), "ai": ai}
@@ -340,7 +340,7 @@ def _copy_estimate(estimate: Estimate) -> Estimate:
 
 
 @functools.lru_cache(maxsize=32)
-def _entries(recursion: Recursion) -> Any:
+def entries_of(recursion: Recursion) -> Any:
     return struct("hd_entries", recursion.starts, recursion.rows, recursion.known)
 
 
@@ -349,8 +349,12 @@ def _estimate_struct(recursion: Recursion, estimate: Estimate) -> Any:
     return ffi.new("hd_estimate *", [*map(to_c, values)])
 
 
+#: Settings, shape of a state, and sizes of sample, workspace and row of online steps.
+OnlineStep = tuple[Any, tuple[int, ...], int, int, int]
+
+
 @functools.lru_cache(maxsize=32)
-def _online(bound: Gains | Recursion) -> tuple[Any, tuple[int, ...], int, int, int]:
+def _online(bound: Gains | Recursion) -> OnlineStep:
     """Return settings, shape of a state, and sizes of sample, workspace and row of online steps."""
     plant = bound.plant
     arguments: tuple[Any, ...] = (bound.a, bound.gamma) if isinstance(bound, Gains) else ()
@@ -363,11 +367,11 @@ def _online(bound: Gains | Recursion) -> tuple[Any, tuple[int, ...], int, int, i
     return settings, shape, PACKED + plant.n_channels, work_size, plant.n_terms + 6
 
 
-def _take_step(
-    bound: Gains | Recursion, state: FloatArray, previous: Sample, current: Sample
+def take_step(
+    online: OnlineStep, state: FloatArray, previous: Sample, current: Sample
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return the next state, read-only, and the row where a block is complete."""
-    settings, shape, size, work_size, row = _online(bound)
+    settings, shape, size, work_size, row = online
     before, now = previous.values, current.values
     if state.shape != shape or not len(before) == len(now) == size:
         got = state.shape, len(before) - PACKED, len(now) - PACKED

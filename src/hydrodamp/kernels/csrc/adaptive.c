@@ -58,13 +58,12 @@ static void lock(const unsigned char free_axes[6], hd_real lhs[36], hd_real rhs[
     }
 }
 
-void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
-              hd_real error[6], const hd_step *step)
+void hd_error_step(const hd_plant *plant, const hd_real a[6], const hd_real force[6],
+                   const hd_real stiffness[6], hd_real error[6], const hd_step *step, hd_real d[6])
 {
     const hd_real half = (hd_real)0.5, h = step->length;
-    hd_real rate[6], momentum[6], damping[6], stiffness[6], lhs[36], d[6];
+    hd_real rate[6], momentum[6], lhs[36];
 
-    damping_and_stiffness(matrix, gamma, step->xi, plant->n_terms, damping, stiffness);
     for (size_t i = 0; i < 6; ++i) /* 2M D/h - M (nu_{k+1} - nu_k)/h, one product */
         rate[i] = (2 * error[i] - step->change[i]) / h;
     hd_momentum(plant->mass, rate, momentum);
@@ -72,11 +71,20 @@ void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, h
         lhs[i] = 2 / h * plant->mass[i];
     for (size_t i = 0; i < 6; ++i) {
         lhs[7 * i] += a[i] + half * h * stiffness[i];
-        d[i] = momentum[i] + step->forcing[i] + damping[i];
+        d[i] = momentum[i] + step->forcing[i] + force[i];
     }
     lock(plant->free_axes, lhs, d);
     hd_cholesky_six(lhs, d);
-    update_matrix(matrix, gamma, step->xi, plant->n_terms, h, d);
     for (size_t i = 0; i < 6; ++i)
         error[i] = 2 * d[i] - error[i];
+}
+
+void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
+              hd_real error[6], const hd_step *step)
+{
+    hd_real force[6], stiffness[6], d[6];
+
+    damping_and_stiffness(matrix, gamma, step->xi, plant->n_terms, force, stiffness);
+    hd_error_step(plant, a, force, stiffness, error, step, d);
+    update_matrix(matrix, gamma, step->xi, plant->n_terms, step->length, d);
 }

@@ -143,15 +143,22 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
                   hd_real length, const hd_record *record, const int64_t *segments,
                   size_t n_segments, hd_real *work);
 
+/* The composite adaptive identifier over a record. */
+void hd_composite_run(const hd_plant *plant, const hd_entries *entries, const hd_composite *law,
+                      hd_real *state, const hd_record *record, const int64_t *segments,
+                      size_t n_segments, hd_real *work);
+
 /* One step of the adaptive identifier or, where `known` is not NULL, of a block of time. */
 typedef struct {
     const hd_plant *plant;
     const hd_real *a, *gamma; /* of hd_adapt */
     const hd_real *known;     /* as in hd_entries */
     hd_real length;           /* s, of the blocks */
+    const hd_entries *entries;
+    const hd_composite *law;  /* of the composite identifier, or NULL */
 } hd_online;
 
-/* The state is the matrix, then the error; or the block. Packed samples begin with their time.
+/* The state is the matrix, then the error; the block; or that of the law. Packed samples begin with their time.
  * 0 where it does not advance, 2 where a row is complete. Workspace: hd_step_work numbers, and
  * behind them n_terms + 6 for the row. */
 int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,

@@ -53,3 +53,23 @@ void hd_cholesky(hd_real *a, size_t n, hd_real *b)
     for (size_t j = n; j-- > 0;)
         substitute(a, b, n, j);
 }
+
+void hd_factorise(hd_real *a, size_t n)
+{
+    for (size_t j = 0; j < n; ++j) {
+        hd_real *from = a + n * j;
+        from[j] = 1 / (from[j] > (hd_real)0.5 ? from[j] : 1);
+        for (size_t i = j + 1; i < n; ++i)
+            for (size_t k = i; k < n; ++k)
+                a[n * i + k] -= from[i] * from[j] * from[k];
+    }
+}
+
+void hd_solve(const hd_real *a, size_t n, hd_real *b)
+{
+    for (size_t j = 0; j < n; ++j)
+        for (size_t i = j + 1; i < n; ++i)
+            b[i] -= a[n * j + i] * a[(n + 1) * j] * b[j];
+    for (size_t j = n; j-- > 0;)
+        substitute(a, b, n, j);
+}

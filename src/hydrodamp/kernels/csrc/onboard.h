@@ -115,6 +115,10 @@ void hd_cholesky_six(hd_real matrix[36], hd_real right[6]);
 /* The same for I + S with S >= 0: a pivot below 0.5, due to rounding, is replaced by 1. */
 void hd_cholesky(hd_real *matrix, size_t n, hd_real *right);
 
+/* The same in two parts: the factors serve for many right-hand sides. */
+void hd_factorise(hd_real *matrix, size_t n);
+void hd_solve(const hd_real *factors, size_t n, hd_real *right);
+
 /* steps.c ------------------------------------------------------------------ */
 /* One end of a step: velocity on the free axes, H(M nu) nu + wrench, and xi. */
 typedef struct {
@@ -146,6 +150,10 @@ void hd_between(const hd_plant *plant, const hd_end *first, const hd_end *second
 /* One implicit midpoint step of eqs. 15-16, in place on matrix and error. */
 void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
               hd_real error[6], const hd_step *step);
+
+/* The error of the same step, and d at mid-step, from K xi and sum_j gamma_ij xi_j^2. */
+void hd_error_step(const hd_plant *plant, const hd_real a[6], const hd_real force[6],
+                   const hd_real stiffness[6], hd_real error[6], const hd_step *step, hd_real d[6]);
 
 /* blocks.c ----------------------------------------------------------------- */
 /* The current block of time: hd_block_size numbers, all 0 at the start of a segment. */
@@ -185,6 +193,30 @@ void hd_recur_start(const hd_entries *entries, const hd_estimate *estimate,
 size_t hd_absorb_work(const hd_entries *entries);
 void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_terms,
                const hd_real *row, hd_real *work);
+
+/* composite.c -------------------------------------------------------------- */
+/* Settings of the composite adaptive identifier. */
+typedef struct {
+    const hd_real *a, *gamma; /* 6: error gains, and adaptation gains in these units */
+    const hd_real *unit;      /* of each coefficient; 0 fixes it */
+    hd_real rate;             /* 1/s, of the filter */
+    hd_real length;           /* s, of the blocks of time */
+    hd_real kappa;            /* weight of the memory; 1/2 or more */
+    hd_real forgetting;       /* share of the memory that a block replaces; < 1 */
+} hd_composite;
+
+/* The state: matrix (6 n_terms), error (6), filtered terms (n_terms) and target (6), innovation of
+ * the block (6) and its time, noise (6), number of blocks; of each axis Q (n), S (n x n), S at the
+ * last block, and the factors of I + S. */
+size_t hd_composite_size(const hd_entries *entries, size_t n_terms);
+void hd_composite_start(const hd_entries *entries, size_t n_terms, const hd_real *coefficients,
+                        hd_real *state);
+void hd_composite_begin_segment(size_t n_terms, hd_real *state);
+
+/* 1 where the step ends a block. Workspace: hd_composite_work numbers. */
+size_t hd_composite_work(const hd_entries *entries);
+int hd_composite_step(const hd_plant *plant, const hd_entries *entries, const hd_composite *law,
+                      const hd_step *step, hd_real *state, hd_real *work);
 
 /* instrumental_variables.c -------------------------------------------------- */
 /* State of an axis with n coefficients: how many of the last 7 rows are of this segment, the last

@@ -125,6 +125,24 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
     }
 }
 
+void hd_composite_run(const hd_plant *plant, const hd_entries *entries, const hd_composite *law,
+                      hd_real *state, const hd_record *record, const int64_t *segments,
+                      size_t n_segments, hd_real *work)
+{
+    hd_real *workspace = work + hd_step_work(plant->n_terms, plant->n_channels);
+    hd_cursor cursor;
+
+    for (size_t s = 0; s < n_segments; ++s) {
+        const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
+        cursor_init(plant, &cursor, work);
+        hd_composite_begin_segment(plant->n_terms, state);
+        for (size_t k = start + 1; k < stop; ++k) {
+            cursor_advance(plant, record, k, &cursor);
+            hd_composite_step(plant, entries, law, &cursor.step, state, workspace);
+        }
+    }
+}
+
 int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
                    hd_real *state, hd_real *work)
 {
@@ -137,6 +155,8 @@ int hd_online_step(const hd_online *online, const hd_real *previous, const hd_re
     if (!(second.length > 0))
         return 0;
     hd_step_between(plant, &first, &second, &step, work);
+    if (online->law)
+        return 1 + hd_composite_step(plant, online->entries, online->law, &step, state, row);
     if (online->known)
         return 1 + hd_block_add(plant, online->known, &step, online->length, state, row);
     hd_adapt(plant, online->a, online->gamma, state, state + 6 * plant->n_terms, &step);

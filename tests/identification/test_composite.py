@@ -1,0 +1,130 @@
+"""The composite identifier: its proof, online equals batch and NumPy, one pass finds the truth."""
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.weak_form import step_equations
+
+LINEAR = hd.catalog["linear"]
+METHOD = hd.CompositeIdentifier(memory=20.0)
+
+
+@pytest.fixture
+def prepared(driven, discrete_log, true_damping):
+    """Exact data of a model, as a problem."""
+    return lambda model, n: hd.prepare(driven, discrete_log(true_damping(model), n=n), model)
+
+
+def states(method, problem, model):
+    """Yield the state after every sample of a log."""
+    starts = set(problem.segments[:, 0].tolist())
+    state = method.init(problem, model, problem.inputs.sample(0))
+    for k in range(1, problem.n_samples):
+        sample = problem.inputs.sample(k)
+        state = state.restart(sample) if k in starts else method.step(state, sample)
+        yield state
+
+
+@pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
+def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, prepared):
+    model = hd.catalog[key]
+    problem = prepared(model, n=120)
+    *_, state = states(METHOD, problem, model)
+    fit = METHOD.identify(problem, model)
+    assert np.array_equal(state.coefficients, fit.damping.coefficients)
+    with pytest.raises(hd.ProblemError, match="time must advance"):
+        METHOD.step(state, problem.inputs.sample(0))
+
+
+@pytest.mark.parametrize("memory", [5.0, np.inf])
+@pytest.mark.parametrize("block", [0.3, 2.1])
+@pytest.mark.parametrize("seed", [3, 4])
+def test_the_lyapunov_function_never_grows(seed, block, memory, driven, discrete_log, true_damping):
+    """V does not grow over any step, whatever its length, the truth and the initial estimate."""
+    model = hd.catalog["prestero"]
+    truth = true_damping(model, seed=seed)
+    log = discrete_log(truth, n=600)
+    problem = hd.prepare(driven, log, model)
+    start = hd.Damping(model, np.random.default_rng(seed).normal(size=model.n_coefficients) * 30.0)
+    method = hd.CompositeIdentifier(memory=memory, start=start, block=block)
+    law = method.bind(problem, model).settings
+    free, energies = problem.vehicle.free, []
+    for state in states(method, problem, model):
+        error = state.coefficients - truth.coefficients
+        scaled = np.divide(error, law.unit, out=np.zeros(len(error)), where=law.unit > 0.0)
+        momentum = (problem.vehicle.mass_matrix @ state.velocity_error)[free]
+        now = 0.5 * momentum @ state.velocity_error[free]
+        for axis in range(6):
+            part = scaled[law.starts[axis] : law.starts[axis + 1]]
+            gain = np.eye(len(part)) + law.information(axis, state.values)
+            now += 0.5 * part @ gain @ part / law.gamma[axis]
+        energies.append(now)
+    rounding = 1e-9 * np.array(energies[:-1]) + 1e-24 * energies[0]
+    assert np.all(np.diff(energies) <= rounding)
+    assert energies[-1] < 1e-3 * energies[0]
+
+
+def test_the_core_takes_the_steps_of_a_numpy_loop(driven, discrete_log, true_damping):
+    model, kappa = hd.catalog["fossen"], 1.0
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=150), model)
+    bound = METHOD.bind(problem, model)
+    law, mass = bound.settings, driven.mass_matrix
+    n_known, keep = problem.equations.n_known, 1.0 - law.forgetting
+    matrix = bound.table[n_known:].copy()
+    index = [slice(*law.starts[axis : axis + 2]) for axis in range(6)]
+    rows = [law.rows[each] - n_known for each in index]
+    unit = [law.unit[each] for each in index]
+    s = [np.zeros((len(each), len(each))) for each in rows]
+    old, q = [each.copy() for each in s], [np.zeros(len(each)) for each in rows]
+    for first, stop in problem.segments.tolist():
+        design, target = step_equations(problem, first, stop, problem.inputs.velocity)
+        error, terms, right, elapsed = np.zeros(6), np.zeros(design.shape[1]), np.zeros(6), 0.0
+        for x, y, h in zip(design, target, np.diff(problem.inputs.time[first:stop]), strict=True):
+            gain = [
+                law.gamma[i] * unit[i] * np.linalg.solve(np.eye(len(u)) + old[i], u * x[rows[i]])
+                for i, u in enumerate(unit)
+            ]
+            stiffness = np.array([gain[i] @ x[rows[i]] for i in range(6)])
+            lhs = 2.0 / h * mass + np.diag(law.a + 0.5 * h * stiffness)
+            middle = np.linalg.solve(lhs, 2.0 / h * mass @ error + x @ matrix - y)
+            error = 2.0 * middle - error
+            share = law.rate * h / (1.0 + law.rate * h)
+            terms, right, elapsed = (
+                terms + share * (x - terms),
+                right + share * (y - right),
+                elapsed + h,
+            )
+            is_end = elapsed + h / 2 >= law.block
+            for i, u in enumerate(unit):
+                matrix[rows[i], i] -= h * gain[i] * middle[i]
+                phi = u * terms[rows[i]]
+                s[i] += h / law.block * np.outer(phi, phi)
+                q[i] += h / law.block * phi * right[i]
+                if is_end and len(u):
+                    lag = q[i] - s[i] @ (matrix[rows[i], i] / u)
+                    left = np.eye(len(u)) + old[i] + kappa * s[i]
+                    matrix[rows[i], i] += u * np.linalg.solve(left, kappa * lag)
+                    old[i], s[i], q[i] = s[i].copy(), keep * s[i], keep * q[i]
+            elapsed = 0.0 if is_end else elapsed
+    expected = matrix[law.rows - n_known, law.axes]
+    fit = METHOD.identify(problem, model)
+    np.testing.assert_allclose(fit.damping.coefficients, expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
+def test_one_pass_recovers_true_coefficients_from_exact_data(
+    key, driven, discrete_log, true_damping
+):
+    truth = true_damping(hd.catalog[key])
+    problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
+    fit = hd.CompositeIdentifier().identify(problem, truth.model)
+    assert fit.status is hd.Status.OK
+    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
+
+
+def test_settings_by_term_need_a_log(prepared):
+    with pytest.raises(hd.MethodError, match="from a log"):
+        METHOD.bind(prepared(LINEAR, n=30).equations, LINEAR)
+    with pytest.raises(hd.MethodError, match="memory"):
+        hd.CompositeIdentifier(memory=0.0)
