@@ -82,7 +82,7 @@ def test_slopes_are_derivatives_of_the_innovations_with_the_gains_held(objective
     """Without pushes there are no gains on the velocity: differences are exact derivatives."""
     silent = replace(noise, push=np.zeros(6))
     windows = objective.windows(np.inf)
-    outputs, std = FilteredOutputs(silent, np.ones(6)), np.ones(6)
+    outputs, std = FilteredOutputs(silent), np.ones(6)
     windows = replace(windows, outputs=outputs)
     label = MODEL.index("N_r|r|")
     step = 1e-5 * abs(truth[label]) * (np.arange(len(truth)) == label)
@@ -90,6 +90,19 @@ def test_slopes_are_derivatives_of_the_innovations_with_the_gains_held(objective
     slope = (behind - ahead) / (2.0 * step[label])
     column = outputs.linearise(windows, truth, std).columns[:, 6 + label]
     np.testing.assert_allclose(column, slope, atol=1e-6 * np.abs(slope).max())
+
+
+def test_the_objective_of_the_innovations_is_their_likelihood(objective, truth, noise):
+    """Mean log residuals differ as ``log |C| + log mean |r|²/2``, also where C follows κ."""
+    filtered = replace(objective, outputs=FilteredOutputs(noise), noise_std=np.zeros(6))
+    windows, likelihoods, costs = filtered.windows(np.inf), [], []
+    for coefficients in (truth, 1.5 * truth):
+        innovations, log_std, _ = filter_windows(windows, coefficients, noise)
+        spread = 0.5 * np.log(np.mean(innovations**2, axis=0))
+        likelihoods.append(log_std.mean(axis=0) + spread)
+        costs.append(np.log(filtered.residual_std(coefficients, windows)))
+    assert np.ptp(likelihoods, axis=0).max() > 0.01
+    np.testing.assert_allclose(np.diff(costs, axis=0), np.diff(likelihoods, axis=0), atol=1e-9)
 
 
 @pytest.mark.slow

@@ -75,10 +75,12 @@ MAX_SCORING, SCORING_TOLERANCE, LOG_STEP = 6, 1.0, 0.05
 
 @dataclass(frozen=True, eq=False)
 class FilteredOutputs(KnownPlant):
-    """The innovations of the velocities of the free axes, over (f,) usual standard deviations."""
+    """The innovations of the velocities of the free axes, times their mean standard deviations.
+
+    Their log mean square is then ``Σ_t log |C_t|`` and the likelihood, also where C follows κ.
+    """
 
     noise: Noise
-    unit: FloatArray
     interval: float = 0.0
     parameters: tuple[Parameter, ...] = ()
     samples_per_residual: float = 1.0
@@ -99,24 +101,26 @@ class FilteredOutputs(KnownPlant):
     def residuals(self, windows: Windows, parameters: FloatArray) -> Iterator[ResidualSeries]:
         """Yield the innovations (n, f)."""
         window = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
-        innovations, *_ = filter_windows(windows, parameters, self.noise)
+        innovations, log_std, _ = filter_windows(windows, parameters, self.noise)
         time = windows.problem.inputs.time[windows.samples]
-        yield ResidualSeries(window, time, self.unit * innovations)
+        yield ResidualSeries(window, time, mean_factor(log_std) * innovations)
 
     def linearise(
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise the innovations."""
         p, f = len(parameters), len(windows.free)
-        innovations, _, slopes = filter_windows(windows, parameters, self.noise, windows.entries)
-        weight = self.unit / residual_std
+        entries = windows.entries
+        innovations, log_std, slopes = filter_windows(windows, parameters, self.noise, entries)
+        unit = mean_factor(log_std)
+        weight = unit / residual_std
         columns = np.empty((len(innovations), f, f + p + 1))
         np.multiply(slopes[:, :, p:], weight[:, None], out=columns[:, :, :f])
         np.multiply(slopes[:, :, :p], weight[:, None], out=columns[:, :, f:-1])
         np.multiply(innovations, weight, out=columns[:, :, -1])
         edges = np.append(windows.spans[:, 0], len(innovations))
         columns[innovations[:, 0] == DIVERGED] = 0.0
-        square = np.sum((self.unit * innovations) ** 2, axis=0)
+        square = np.sum((unit * innovations) ** 2, axis=0)
         output = np.tile(np.arange(f), len(innovations))
         number = np.full(f, float(len(innovations)))
         rows = columns.reshape(-1, f + p + 1)
@@ -126,9 +130,14 @@ class FilteredOutputs(KnownPlant):
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> FloatArray:
         """Return the innovations of a linearisation without slopes, NaN after a divergence."""
-        innovations, *_ = filter_windows(windows, parameters, self.noise)
+        innovations, log_std, _ = filter_windows(windows, parameters, self.noise)
         innovations[innovations == DIVERGED] = np.nan
-        return np.asarray(innovations * self.unit / residual_std).ravel()
+        return np.asarray(innovations * mean_factor(log_std) / residual_std).ravel()
+
+
+def mean_factor(log_std: FloatArray) -> FloatArray:
+    """Return the geometric means (f,) of the innovations' standard deviations."""
+    return np.asarray(np.exp(log_std.mean(axis=0)))
 
 
 def filter_windows(
@@ -210,8 +219,7 @@ def minimise_prediction_errors(
         fixed, at = fix_parameters(objective, iterate)
         runs = fixed.restrict(spread_runs(fixed, max_samples))
         noise = estimate_noise(runs, at.coefficients, noise)
-        _, log_std, _ = filter_windows(fixed.windows(np.inf), at.coefficients, noise)
-        outputs = FilteredOutputs(noise, np.exp(log_std.mean(axis=0)))
+        outputs = FilteredOutputs(noise)
         filtered = replace(
             objective,
             outputs=objective.outputs.with_base(outputs),
