@@ -201,10 +201,13 @@ def half_difference_factors(
 
 @factorisation("Fisher information of the innovations")
 def information_covariance(objective: ShootingObjective, result: Iterate) -> FloatArray:
-    """Return the inverse of the Fisher information of coefficients and parameters, (q, q)."""
+    """Return the inverse of the Fisher information of coefficients and parameters, (q, q).
+
+    The penalty on energy injection is no information: the truth may lie well inside its bound.
+    """
     x = result.coefficients / objective.scale
     hessian = objective.gauss_newton(result)[0]
-    hessian += objective.penalty_hessian(x, result.prior_strength, result.penalty_weight)
+    hessian += objective.penalty_hessian(x, result.prior_strength, 0.0)
     scale = np.outer(objective.scale, objective.scale)
     return np.asarray(np.linalg.inv(hessian) * scale / objective.counts.sum())
 
