@@ -212,12 +212,12 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
             return windows, None, 0.0
         r_squared = windows.moving_r_squared
         rounds = minimise_prediction_errors(objective, windows.iterate)
-        for number, filtered in enumerate(rounds):
+        for filtered in rounds:
             tests = score_further_terms(*filtered, model)
             correlations = correlate_innovations(*filtered)
             adequacy = Adequacy.judge(tests, correlations, r_squared)
-            # the first estimate of the noise is rough, and suffices where a form is clearly wrong
-            if adequacy.is_clearly_missing or (number and adequacy.form is Form.ADEQUATE):
+            # rough estimates of the noise suffice where a form is clearly wrong, and bias others
+            if adequacy.is_clearly_missing:
                 break
         noise = cast(FilteredOutputs, fix_parameters(*filtered)[0].outputs).noise
         sensor_std = noise.sensor[objective.problem.vehicle.free]
