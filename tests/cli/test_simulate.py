@@ -104,3 +104,14 @@ def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
     assert call("simulate b.csv --damping raw.json").exit_code == 0  # canonical: needs none
     other = call("simulate raw-b.csv --damping raw.json --mapping mavros", 2)
     assert "the mapping of the fit" not in other.stderr
+
+
+def test_a_predicted_error_beyond_the_training_data_is_an_extrapolation(folder, call):
+    call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
+    document = json.loads((folder / "d.json").read_text("utf-8"))
+    document["fit"]["training_range"]["r"] = [-1e-3, 1e-3]
+    (folder / "d.json").write_text(json.dumps(document), "utf-8")
+    line = "simulate b.csv --vehicle planar.yaml --damping d.json"
+    assert json.loads(call(f"{line} --json").stdout)["extrapolated"] == ["r"]
+    rows = call(line).stdout.splitlines()
+    assert [row.split()[0] for row in rows if row.endswith(" extrapolation")] == ["r"]

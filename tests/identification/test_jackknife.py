@@ -13,6 +13,7 @@ from hydrodamp.identification.continuation import (
     make_objective,
 )
 from hydrodamp.identification.held_out_replay import (
+    LEVEL,
     PieceNormals,
     jackknife_uncertainty,
     split_pieces,
@@ -88,11 +89,19 @@ def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaig
     fit = build_fit(normals, model, hd.OutputError(), start.coefficients)
     assert fit.uncertainty is not None
     assert np.all(fit.uncertainty.standard_errors >= shift * (1.0 - 1e-9))
-    of_sensors = normals.form_errors(np.std(problem.inputs.velocity, axis=0))
-    assert not any(size for size, _ in of_sensors.values())  # all are of the sensors
-    moving = [pair for pair in fit.form_errors.values() if pair[1]]
-    assert all(0.0 < size <= std for size, std in moving)
-    assert len(moving) >= 4  # of six: some do not exceed their noise
+    square = normals.held_out_errors * np.var(problem.inputs.velocity, axis=0)
+    of_sensors = np.array(list(normals.form_errors(np.sqrt(square.min(axis=0))).values()))
+    of_form = np.array(list(fit.form_errors.values()))
+    # a filter that takes all for noise of the sensors does not hide the error of the form
+    bounded = np.array(list(normals.form_errors(np.sqrt(square.max(axis=0))).values()))
+    np.testing.assert_allclose(bounded, of_sensors)
+    assert np.all(of_sensors[:, 0] > 0.0)
+    longest = max(np.ptp(problem.inputs.time[a:b]) for a, b in normals.parts)
+    assert np.all((of_form[:, 1] > 0.0) & (of_form[:, 1] <= longest))
+    # a replay has an error of the share of its parts, and more where it grows longer
+    quantile = np.quantile(square, LEVEL, axis=0)
+    assert np.all(of_form[:, 0] ** 2 >= quantile * (1.0 - 1e-9))
+    assert np.all(of_form[:, 0] ** 2 <= quantile * np.e * (1.0 + 1e-9))
     jackknife = jackknife_uncertainty(objective, end, normals.replicates)
     assert jackknife is not None
     square = normals.half_difference**2 / np.diag(jackknife.noise_only.covariance)

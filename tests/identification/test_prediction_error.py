@@ -147,8 +147,8 @@ def test_a_missing_term_is_found_on_its_axis(pushed, model, form, term):
         assert ratio[0, 0] >= 1.0
         assert not fit.form_errors
     else:
-        size, std = fit.form_errors["K"]
-        assert (size / std) ** 2 > 0.5 * (1.0 - fit.held_out_r_squared["K"])
+        level, _, std = fit.form_errors["K"]
+        assert (level / std) ** 2 > 0.5 * (1.0 - fit.held_out_r_squared["K"])
     least = min(adequacy.tests, key=lambda axis: adequacy.tests[axis].probability)
     assert not term or least == "K"
     assert all(each.startswith(term) for each in adequacy.tests["K"].terms)

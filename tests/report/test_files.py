@@ -176,7 +176,7 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         parameter_covariance=rows,
         indirect=labels[:1],
         held_out_r_squared={"X": 0.5},
-        form_errors={"X": (0.1, 0.2)},
+        form_errors={"X": (0.1, 3.0, 0.2)},
         adequacy=hd.Adequacy.judge(tests, {"X": 0.01}, {"X": 0.5}),
         command_range={"rudder": (-0.3, 0.2)},
     )

@@ -56,3 +56,23 @@ def test_the_predicted_error_covers_that_on_the_rest_of_a_log(key, share, measur
     error = np.sqrt(np.mean((band.velocity - rest.velocity) ** 2, axis=0))
     sensors = np.std(np.diff(rest.velocity, axis=0), axis=0) / np.sqrt(2.0)
     assert np.all(error <= np.hypot(np.sqrt(np.mean(band.half_width**2, axis=0)), 2.0 * sensors))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
+@pytest.mark.parametrize(
+    ("train", "test"), [((0.0, 600.0), (600.0, 801.0)), ((600.0, 801.0), (0.0, 600.0))]
+)
+def test_a_band_covers_the_samples_of_velocities_within_their_range(train, test, measured_logs):
+    """It does so in either direction, and names the velocities that the training data lack."""
+    home = measured_logs("campaigns") / "c22"
+    log, vehicle = hd.read_log(home / "estimation.csv"), hd.read_vehicle(home / "vehicle.yaml")
+    parts = [log.between(*(log.time[0] + np.array(each))) for each in (train, test)]
+    fit = hd.identify(hd.catalog["prestero"], vehicle, parts[0], hd.Recommended())
+    band = hd.predict_error(vehicle, fit, parts[1])
+    sensors = np.std(np.diff(parts[1].velocity, axis=0), axis=0) / np.sqrt(2.0)
+    bound = np.hypot(band.half_width, 1.96 * sensors)
+    covered = np.mean(np.abs(band.velocity - parts[1].velocity) <= bound, axis=0)
+    assert len(band.extrapolated) < 4
+    for name, share in zip(hd.VELOCITIES, covered.tolist(), strict=True):
+        assert share > 0.94 or name in band.extrapolated, (name, share)

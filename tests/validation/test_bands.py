@@ -99,12 +99,33 @@ def test_without_covariance_there_is_no_band(coasting):
         hd.prediction_band(problem, replace(damping, covariance=None))
 
 
-def test_the_error_of_the_form_is_in_proportion_to_the_motion(coasting):
+@pytest.mark.parametrize("usual", [0.1, 10.0])
+def test_the_error_of_the_form_rises_to_its_level_and_beyond_the_motion_of_the_log(coasting, usual):
+    """It is in proportion to a motion larger than that of the log, not to a smaller one."""
     problem, damping = coasting
     exact = replace(damping, covariance=[[0.0]])
-    band = hd.prediction_band(problem, exact, form_errors={"X": (0.02, 0.1)})
-    half = np.repeat([1.959964 * 0.2 * band.velocity[k : k + 60, 0].std() for k in (0, 60)], 60)
-    np.testing.assert_allclose(band.half_width[:, 0], half, rtol=1e-6)
+    errors = {"X": (0.02, 1.5, usual)}
+    band = hd.prediction_band(problem, exact, form_errors=errors)
+    motion = np.repeat([band.velocity[k : k + 60, 0].std() for k in (0, 60)], 60)
+    level = 1.959964 * 0.02 * np.maximum(motion / usual, 1.0)
+    half = level * np.sqrt(1.0 - np.exp(-problem.inputs.time / 1.5))
+    np.testing.assert_allclose(band.half_width[:, 0], half, rtol=1e-6, atol=1e-12)
+
+
+def test_a_small_velocity_has_no_error_of_a_large_one(manoeuvres):
+    problem, damping = manoeuvres
+    exact = replace(damping, covariance=np.zeros_like(damping.covariance))
+    errors = {"X": (0.02, 1.0, 10.0), "N": (0.02, 1.0, 1e-3)}
+    width = hd.prediction_band(problem, exact, form_errors=errors).half_width
+    assert width[:, 0].max() <= 1.959964 * 0.02 < 0.1 * width[:, 5].max()
+
+
+def test_a_band_names_the_velocities_beyond_the_training_data(coasting):
+    problem, damping = coasting
+    fit = hd.Fit(damping, "oe", hd.Status.OK)
+    for limit, names in ((1.0, ("u",)), (2.0, ())):
+        trained = replace(fit, training_range={"u": (-limit, limit)})
+        assert hd.predict_error(problem.vehicle, trained, problem.log).extrapolated == names
 
 
 def test_the_band_of_a_fit_has_the_errors_of_its_form(coasting):
@@ -115,13 +136,13 @@ def test_the_band_of_a_fit_has_the_errors_of_its_form(coasting):
     band = hd.predict_error(mission[0], fit, mission[1])
     direct = hd.prediction_band(problem, damping, degrees_of_freedom=5.0)
     np.testing.assert_array_equal(band.upper, direct.upper)
-    wrong = replace(fit, form_errors={"X": (0.02, 0.1)})
+    wrong = replace(fit, form_errors={"X": (0.02, 1.5, 0.1)})
     wider = hd.prediction_band(
         problem, damping, degrees_of_freedom=5.0, form_errors=wrong.form_errors
     )
     band = hd.predict_error(mission[0], wrong, mission[1])
     np.testing.assert_allclose(band.upper, wider.upper, rtol=1e-12)
-    assert band.half_width[:, 0].min() > 0.0 == direct.half_width[0, 0]
+    assert np.all(band.half_width[1:60, 0] > direct.half_width[1:60, 0])
 
 
 def test_the_band_of_an_adequate_form_is_that_of_the_noise(coasting, tmp_path):
@@ -139,7 +160,7 @@ def test_the_band_of_an_adequate_form_is_that_of_the_noise(coasting, tmp_path):
 def test_the_error_of_the_form_replaces_the_difference_to_the_weak_form(coasting, tmp_path):
     problem, damping = coasting
     known = hd.Uncertainty(damping.covariance, 5.0, "by hand").inflate(np.array([9.0]), "a bias")
-    errors = {"X": (0.02, 0.1)}
+    errors = {"X": (0.02, 1.5, 0.1)}
     whole = replace(damping, covariance=known.covariance)
     fit = hd.Fit(whole, "oe", hd.Status.OK, uncertainty=known, form_errors=errors)
     (tmp_path / "fit.json").write_text(as_json(fit_document(fit)), "utf-8")

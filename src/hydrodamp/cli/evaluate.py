@@ -61,10 +61,10 @@ def simulate(
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
-    band, predicted = None, dict[str, float | None]()
+    band, predicted, extrapolated = None, dict[str, float | None](), tuple[str, ...]()
     if fit is not None and fit.damping.covariance is not None:
         band = hd.predict_error(craft, fit, log)
-        predicted = band.rms_by_axis(craft.axes, rate_unit)
+        predicted, extrapolated = band.rms_by_axis(craft.axes, rate_unit), band.extrapolated
     if out is not None and not scored.diverged:
         hd.write_log(simulated_log(trajectory, band), out)
         note(f"written to {out}")
@@ -84,10 +84,11 @@ def simulate(
         "axes": axes_document(axes),
         **score_document(scored, trajectory.attitude),
         "predicted_error_by_axis": predicted or None,
+        "extrapolated": extrapolated,
     }
     notes = [describe_overlap(overlap)] if overlap else []
     lights = Table("", (), (), (describe_fits(axes), *notes))
-    print_output(json, document, lights, replay_table(title, scored, predicted))
+    print_output(json, document, lights, replay_table(title, scored, predicted, extrapolated))
     ranges = dissipativity.join_ranges(trained, driven)
     for sentence in (
         *dissipativity.range_exceedance_warnings(trained, driven),

@@ -128,8 +128,9 @@ def export(
         contents = save_files(files, Path(verification_folder))
         card = measure_fidelity(form, plant, projected, at, run, Path(verification_folder))
     if fit is not None and log is not None and fit.damping.covariance is not None:
-        sizes = predict_error(vehicle, fit, log).rms_by_axis(vehicle.axes, "deg")
-        card = replace(card, predicted_error=sizes)
+        band = predict_error(vehicle, fit, log)
+        sizes = band.rms_by_axis(vehicle.axes, "deg")
+        card = replace(card, predicted_error=sizes, extrapolated=band.extrapolated)
     if not force:
         _check_replay(card)
         _check_wrench(card)

@@ -103,6 +103,8 @@ class Fidelity:
     predicted_error : dict of str to float or None
         RMS half-width of the 95 % band around the replay of the source, by velocity, from the
         standard errors of the coefficients and the error of the form; empty if it is unknown.
+    extrapolated : tuple of str
+        Velocities of that replay that leave their range in the training log.
     """
 
     target: str
@@ -125,6 +127,7 @@ class Fidelity:
     box: str
     mass_ratio: dict[str, float]
     predicted_error: dict[str, float | None] = field(default_factory=dict)
+    extrapolated: tuple[str, ...] = ()
 
     @property
     def exact(self) -> bool:
@@ -178,6 +181,8 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
     if card.predicted_error:
         known = {name: size for name, size in card.predicted_error.items() if size is not None}
         errors = _format_errors(known) or "none, the replay diverged"
+        if card.extrapolated:
+            errors += f" (extrapolation in {' '.join(card.extrapolated)})"
         yield f"Predicted error of the source on this log (95 %) [m/s, deg/s]: {errors}."
     power, source_power = card.power["target"], card.power["source"]
     yield (

@@ -360,16 +360,21 @@ def join_ranges(first: Ranges, second: Ranges) -> dict[str, tuple[float, float]]
     return joined
 
 
+def find_exceedances(training: Ranges, test: Ranges) -> dict[str, tuple[float, float]]:
+    """Return the largest speeds of both, by velocity that is beyond the training data."""
+    largest = {
+        name: (max(map(abs, training[name])), max(map(abs, test[name])))
+        for name in filter(test.__contains__, training)
+    }
+    return {name: pair for name, pair in largest.items() if pair[1] > _MIN_EXCEEDANCE * pair[0]}
+
+
 def range_exceedance_warnings(training: Ranges, test: Ranges) -> Iterator[str]:
     """Yield a sentence on the velocities of the test data beyond the training data."""
-    exceedances = []
-    for name in filter(test.__contains__, training):
-        trained, tested = (max(map(abs, ranges[name])) for ranges in (training, test))
-        if tested > _MIN_EXCEEDANCE * trained:
-            unit = velocity_unit(name)
-            exceedances.append(
-                f"{name} reaches {tested:.2g} {unit} in the test, {trained:.2g} in training"
-            )
+    exceedances = [
+        f"{name} reaches {tested:.2g} {velocity_unit(name)} in the test, {trained:.2g} in training"
+        for name, (trained, tested) in find_exceedances(training, test).items()
+    ]
     if exceedances:
         yield f"Extrapolation beyond the training data: {'; '.join(exceedances)}."
 

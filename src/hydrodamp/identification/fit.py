@@ -269,8 +269,8 @@ class Fit:
         R² of the replay of each free velocity by estimates without the replayed part of the log,
         by axis; empty for methods that do not replay.
     form_errors : dict of str to tuple of float
-        RMS error in the worst of these replays, without sensor errors where the filter estimated
-        them, and standard deviation of the velocity [m/s, rad/s], by axis; empty where the form is
+        Error of the form in these replays, without sensor errors: level [m/s, rad/s], rise time
+        [s], and standard deviation of the velocity in the log, by axis; empty where the form is
         adequate.
     adequacy : Adequacy or None
         What score tests say of the form of the model; None where the method has none.
@@ -292,7 +292,7 @@ class Fit:
     parameter_covariance: FloatArray | None = field(default=None, compare=False)
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = field(default_factory=dict)
-    form_errors: dict[str, tuple[float, float]] = field(default_factory=dict)
+    form_errors: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     adequacy: Adequacy | None = None
     command_range: dict[str, tuple[float, float]] = field(default_factory=dict)
 

@@ -8,8 +8,13 @@ and those on the pieces S, one Gauss-Newton step updates an estimate x to that o
 S without piece b gives the replicates of the delete-one-block jackknife, every second piece the two
 halves. ``e_ib²`` is the mean square error of velocity i in the replay of part b, of several pieces,
 with the estimate without it, each error over the standard deviation of its velocity and clipped at
-one; ``1 − mean_b e_ib²`` is the R² of held-out replays. The excess of ``max_b e_ib²`` over the
-variance of the sensor errors is the error of the form: a mission may be as unlike the log.
+one; ``1 − mean_b e_ib²`` is the R² of held-out replays.
+
+The error of the form has the variance ``L_i² (1 − exp(−t/τ_i))`` a time t after the start of a
+replay. Its mean over a replay of duration d is ``L_i² g(d/τ_i)``, ``g(x) = 1 − (1 − e⁻ˣ)/x``: the
+ratio of the mean square errors in replays of pieces and of parts gives τ_i, and the error that the
+share ``LEVEL`` of the parts does not exceed gives L_i, both less the variance of the sensor errors.
+The latter is at most the least error of a part: a filter takes some of a wrong form for noise.
 """
 
 from __future__ import annotations
@@ -28,6 +33,12 @@ from hydrodamp.simulation.problem import Problem
 
 #: Parts of the log to replay: the error of a replay grows with its length.
 N_PARTS = 8
+
+#: Share of the parts whose error a mission is not to exceed.
+LEVEL = 0.9
+
+#: Rise times of the error of the form, over the duration of a part.
+RISE_TIMES = np.logspace(-3.0, 0.0, 61)
 
 #: Least standard deviation of a velocity that moves, over the noise floor of the objective.
 MIN_MOTION = 4.0
@@ -112,12 +123,20 @@ class PieceNormals:
     @cached_property
     def held_out_errors(self) -> FloatArray:
         """Errors e_ib² (n_parts, f) of replays of parts by estimates without them."""
-        sections = split_pieces(self.objective.problem, N_PARTS)
-        if len(sections) == 1:
+        if len(self.parts) == 1:
             return np.ones((1, np.count_nonzero(self.objective.problem.vehicle.free)))
+        return replay_pieces(self.objective, self.parts, self.estimates(~self._is_inside))
+
+    @cached_property
+    def parts(self) -> IntArray:
+        """Bounds of the parts of the log."""
+        return split_pieces(self.objective.problem, N_PARTS)
+
+    @property
+    def _is_inside(self) -> BoolArray:
+        """Whether part b (n_parts, n_pieces) has the piece."""
         middle = self.pieces.mean(axis=1)
-        is_inside = (middle >= sections[:, :1]) & (middle < sections[:, 1:])
-        return replay_pieces(self.objective, sections, self.estimates(~is_inside))
+        return np.asarray((middle >= self.parts[:, :1]) & (middle < self.parts[:, 1:]))
 
     @property
     def held_out_r_squared(self) -> dict[str, float]:
@@ -138,12 +157,34 @@ class PieceNormals:
         std = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
         return np.where(std > MIN_MOTION * self.objective.noise_std, std, 0.0)
 
-    def form_errors(self, sensor_std: FloatArray | float) -> dict[str, tuple[float, float]]:
-        """Return the error of the form in the worst held-out replay, and the motion, by axis."""
-        square = self.held_out_errors.max(axis=0) * self.motion**2 - sensor_std**2
-        sizes = np.sqrt(np.maximum(square, 0.0)).tolist(), self.motion.tolist()
-        axes = self.objective.problem.vehicle.axes
-        return dict(zip(axes, zip(*sizes, strict=True), strict=True))
+    def form_errors(self, sensor_std: FloatArray | float) -> dict[str, tuple[float, float, float]]:
+        """Return L_i, τ_i [s] and the standard deviation of each velocity, by axis."""
+        problem = self.objective.problem
+        if len(self.parts) == 1:
+            return {}
+        variance = np.var(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
+        long = self.held_out_errors * variance
+        sensor = np.minimum(sensor_std**2, long.min(axis=0))
+        estimates = self.estimates(~self._is_inside)[self._is_inside.argmax(axis=0)]
+        short = replay_pieces(self.objective, self.pieces, estimates) * variance
+        means = np.maximum(np.mean(short, axis=0) - sensor, 0.0), np.mean(long, axis=0) - sensor
+        ratio = np.divide(*means, out=np.ones_like(sensor), where=means[1] > 0.0)
+        time = problem.inputs.time
+        durations = [
+            float(np.median(time[each[:, 1] - 1] - time[each[:, 0]]))
+            for each in (self.pieces, self.parts)
+        ]
+        of_pieces, of_parts = (_mean_rise(each / durations[1] / RISE_TIMES) for each in durations)
+        rise = np.interp(-ratio, -of_pieces / of_parts, RISE_TIMES)
+        square = np.quantile(long, LEVEL, axis=0) - sensor
+        level = np.sqrt(square / _mean_rise(1.0 / rise))
+        sizes = np.array([level, rise * durations[1], np.sqrt(variance)]).T.tolist()
+        return dict(zip(problem.vehicle.axes, map(tuple, sizes), strict=True))
+
+
+def _mean_rise(x: FloatArray) -> FloatArray:
+    """Return the mean of 1 − e⁻ˢ over s from 0 to x."""
+    return np.asarray(1.0 + np.expm1(-x) / x)
 
 
 def replay_pieces(

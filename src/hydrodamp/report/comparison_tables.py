@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import string
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain, compress
@@ -216,7 +216,10 @@ def axis_tables(comparison: Comparison) -> tuple[Table, ...]:
 
 
 def replay_table(
-    title: str, score: Score, predicted: Mapping[str, float | None] | None = None
+    title: str,
+    score: Score,
+    predicted: Mapping[str, float | None] | None = None,
+    extrapolated: Collection[str] = (),
 ) -> Table:
     """Return error, fit and predicted error of a replay by velocity, and the total error."""
     rate = f"{score.rate_unit}/s"
@@ -224,7 +227,8 @@ def replay_table(
     for name, error in score.rms_by_axis.items():
         unit = "m/s" if name in VELOCITIES[:3] else rate
         cells = name, error_size(error), unit, percent(score.fit_by_axis[name])
-        rows.append((*cells, *([error_size(predicted[name])] if predicted else [])))
+        remark = " extrapolation" if name in extrapolated else ""
+        rows.append((*cells, *([error_size(predicted[name]) + remark] if predicted else [])))
     rows.append(("all", error_size(score.rms), f"m/s, {rate}", *["-"] * (len(rows[0]) - 3)))
     notes = (score.status.value,) if score.diverged else ()
     columns = ("velocity", "RMS error", "unit", "fit %", *["predicted (95 %)"] * bool(predicted))

@@ -286,7 +286,7 @@ class FitDocument(BaseModel):
     ] = None
     indirect: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = {}
-    form_errors: dict[str, tuple[float, float]] = {}
+    form_errors: dict[str, tuple[float, float, float]] = {}
     adequacy: AdequacyContent | None = None
     command_range: dict[str, tuple[float, float]] = {}
 

@@ -1,16 +1,17 @@
 """Predicted error of a replay: a band from the covariance of coefficients and the model error.
 
-With the sensitivities S(t) of the replay to the coefficients, their covariance C and the RMS error
-e_i of the form in the worst replay of held-out data, the error of velocity i has the standard
-deviation
+With the sensitivities S(t) of the replay to the coefficients and their covariance C, the error of
+velocity i has the standard deviation
 
-    s_i(t) = sqrt([S(t) C S(t)ᵀ]_ii + (ρ e_i)²),  ρ = max_j std ν_j / std of ν_j in the log,
+    s_i(t) = sqrt([S(t) C S(t)ᵀ]_ii + ρ_i² L_i² (1 − exp(−t/τ_i))),  ρ_i = max(1, r_i, r_(2)),
 
-std ν_j the standard deviation of the simulated velocity over its segment. The first part is large
-where the motion depends on coefficients that the training data do not determine; where the form is
-adequate, C is the inverse of the Fisher information, and e is zero. Otherwise e replaces the
-difference to the weak form in C, and grows with the motion as a whole, since missing terms couple
-the velocities. The initial velocity is taken as exact.
+t the time since the start of the segment, r_i the standard deviation of its simulated velocity over
+that of the velocity in the log, and r_(2) the second largest: missing terms couple two velocities.
+The first part is large where the motion depends on coefficients that the training data do not
+determine; where the form is adequate, C is the inverse of the Fisher information, and L is zero.
+Otherwise the level L and the rise time τ of the error of the form, from replays of held-out data,
+replace the difference to the weak form in C. A mission with more motion than the log, ρ_i > 1, is
+an extrapolation. The initial velocity is exact.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adequacy import Form
+from hydrodamp.identification.dissipativity import find_exceedances, velocity_ranges
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.kernels import core
@@ -50,6 +52,8 @@ class PredictionBand:
         NaN after divergence.
     level : float
         Confidence level of the band.
+    extrapolated : tuple of str
+        Velocities that leave their range in the training log: there the band is a guess.
     """
 
     log: Log
@@ -57,6 +61,7 @@ class PredictionBand:
     lower: FloatArray
     upper: FloatArray
     level: float
+    extrapolated: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Copy and freeze the arrays."""
@@ -96,7 +101,7 @@ def prediction_band(
     level: float = 0.95,
     *,
     degrees_of_freedom: float = np.inf,
-    form_errors: Mapping[str, tuple[float, float]] | None = None,
+    form_errors: Mapping[str, tuple[float, float, float]] | None = None,
 ) -> PredictionBand:
     """Return the prediction band of a replay, to first order in the coefficients.
 
@@ -114,8 +119,8 @@ def prediction_band(
     degrees_of_freedom : float
         Of the covariance.
     form_errors : dict of str to tuple of float, optional
-        RMS error of the form and standard deviation of each velocity in a log, by axis; none by
-        default.
+        Level [m/s, rad/s] and rise time [s] of the error of the form, and standard deviation of
+        each velocity in a log, by axis; none by default.
 
     Returns
     -------
@@ -140,7 +145,7 @@ def prediction_band(
     matrix, length = problem.matrix(damping), max(_CHUNK_SIZE // (6 * (n + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
     width, sizes = velocity.copy(), form_errors or {}
-    form_error, usual = np.array([sizes.get(axis, (0.0, 0.0)) for axis in AXES]).T
+    form_level, rise, usual = np.array([sizes.get(axis, (0.0, 1.0, 0.0)) for axis in AXES]).T
     for start, stop in problem.segments.tolist():
         initial, deviation = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
         for first in range(start, stop - 1, length - 1):
@@ -158,8 +163,10 @@ def prediction_band(
                 break
         known = np.isfinite(velocity[start:stop]).all(axis=1)
         motion = velocity[start:stop][known].std(axis=0)
-        ratio = np.divide(motion, usual, out=np.zeros(6), where=usual > 0.0).max()
-        width[start:stop] += (ratio * form_error) ** 2
+        ratio = np.maximum(np.divide(motion, usual, out=np.ones(6), where=usual > 0.0), 1.0)
+        ratio = np.maximum(ratio, np.sort(ratio)[-2])  # missing terms couple two velocities
+        horizon = problem.inputs.time[start:stop, None] - problem.inputs.time[start]
+        width[start:stop] -= (ratio * form_level) ** 2 * np.expm1(-horizon / rise)
     width = half * np.sqrt(width)
     return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
 
@@ -172,8 +179,8 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
     vehicle : Vehicle
         Mass, restoring forces and actuators.
     fit : Fit
-        With covariance. Unless its form is adequate, the band allows for errors of the form, in
-        proportion to those in the worst replay of held-out training data.
+        With covariance. Unless its form is adequate, the band allows for errors of the form, as
+        large as in replays of held-out training data.
     log : Log
         The mission: gives the initial velocities, the actuation and the attitude.
     level : float
@@ -215,9 +222,12 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
             damping = replace(damping, covariance=uncertainty.without_bias.covariance)
     problem = prepare(vehicle, log, fit.model)
     with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
-        return prediction_band(
+        band = prediction_band(
             problem, damping, level, degrees_of_freedom=freedom, form_errors=fit.form_errors
         )
+    finite = band.velocity[np.isfinite(band.velocity).all(axis=1)]
+    exceeded = find_exceedances(fit.training_range, velocity_ranges(finite, vehicle.axes))
+    return replace(band, extrapolated=tuple(exceeded))
 
 
 @factorisation("covariance")
