@@ -101,6 +101,7 @@ from .identification.fit import (
     identify as identify,
     make_fit as make_fit,
 )
+from .identification.general_model import general_model as general_model
 from .identification.grades import Grade as Grade
 from .identification.identifiability import (
     Identifiability as Identifiability,

@@ -44,7 +44,6 @@ IDENTIFY = "identify a.csv --vehicle planar.yaml"
             "there is no model 'lihgt'. Did you mean 'light'? There are: heavy",
         ),
         (f"{IDENTIFY} --model two.yaml", "names several models: heavy, light"),
-        (IDENTIFY, "`--model` is missing"),
     ],
 )
 def test_models_that_are_not_there(folder, call, line, said):

@@ -191,3 +191,21 @@ def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficien
 def test_a_method_that_estimates_no_parameters_of_the_vehicle_refuses_them(folder, call):
     done = call(f"{LINE} --estimate buoyancy", 2)
     assert "`ls` does not estimate buoyancy: use `--method recommended`" in done.stderr
+
+
+def test_the_default_model_has_gains_of_commands_that_no_actuator_uses(folder, call):
+    text = (folder / "planar.yaml").read_text("utf-8")
+    (folder / "bare.yaml").write_text(text.partition("actuators:")[0], "utf-8")
+    document = json.loads(call("identify a.csv --vehicle bare.yaml --method ls --json").stdout)
+    assert document["model"]["key"] == "general"
+    assert {"X_ahead", "N_ahead", "X_turn", "N_turn"} <= set(document["coefficients"])
+
+
+def test_the_papers_models_have_gains_where_nothing_else_drives_the_vehicle(folder, call):
+    text = (folder / "planar.yaml").read_text("utf-8")
+    (folder / "bare.yaml").write_text(text.partition("actuators:")[0], "utf-8")
+    line = "compare --vehicle bare.yaml --train a.csv --test b.csv --methods ls --json"
+    rows = json.loads(call(line).stdout)["rows"]
+    keys = [*(f"{key}+inputs" for key in hd.PAPER_MODELS), "general"]
+    assert [row["model"] for row in rows] == keys
+    assert all("N_turn" in row["coefficients"] for row in rows)

@@ -11,8 +11,8 @@ def test_lists_the_catalogue_with_its_counts(call):
     assert counts == {key: model.n_coefficients for key, model in hd.catalog.items()}
     assert list(counts) == list(hd.catalog)
     assert "mcfarland-whitcomb  216" in call("models").stdout
-    (selected,) = document["selected_from_a_log"]
-    assert (selected["model"], selected["n_coefficients"]) == ("sparse", None)
+    of_log = {each["model"]: each["n_coefficients"] for each in document["made_from_a_log"]}
+    assert of_log == {"general": None, "sparse": None}
 
 
 def test_the_model_of_a_log_is_listed_and_explained(call):

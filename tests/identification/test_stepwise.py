@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.general_model import remove_duplicates
 from hydrodamp.identification.stepwise import (
     Round,
     best_round,
@@ -16,7 +17,6 @@ from hydrodamp.identification.stepwise import (
     drag_indices,
     is_drag,
     is_retained,
-    remove_duplicates,
     select_command_terms,
     select_round,
     velocity_degree,

@@ -8,7 +8,7 @@ from pathlib import Path
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import SPARSE, read_logs, read_named_models
+from hydrodamp.cli.inputs import read_logs, read_named_models
 from hydrodamp.cli.output import emit, note, print_output
 from hydrodamp.errors import FileError, VehicleError, demand
 from hydrodamp.files import save_text
@@ -62,21 +62,22 @@ def add_actuators(text: str, log: hd.Log) -> str:
 
 def models(name: str | None = None, json: bool = False) -> None:
     """List the damping models, or show the terms and the source of one."""
-    from hydrodamp.report.fit_tables import SPARSE as SPARSE_DOCUMENT, model_document, model_table
+    from hydrodamp.report.fit_tables import LOG_MODELS, model_document, model_table
 
-    if name == SPARSE:
-        print_output(json, SPARSE_DOCUMENT, SPARSE_DOCUMENT["note"])
-        return
+    for document in LOG_MODELS:
+        if name == document["model"]:
+            print_output(json, document, document["note"])
+            return
     catalogue = [*(read_named_models(name) if name else hd.catalog.values())]
     documents = [model_document(model) for model in catalogue]
-    selected = [] if name else [SPARSE_DOCUMENT]
+    of_log = [] if name else LOG_MODELS
     if len(documents) == 1:
         print_output(json, documents[0], str(catalogue[0]))
     else:
-        selection = {"selected_from_a_log": selected} if selected else {}
+        further = {"made_from_a_log": of_log} if of_log else {}
         command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
-        table = model_table([*documents, *selected], command)
-        print_output(json, {"models": documents} | selection, table)
+        table = model_table([*documents, *of_log], command)
+        print_output(json, {"models": documents} | further, table)
 
 
 def datasets(

@@ -164,7 +164,7 @@ def validate(
             hd.cross_validate(
                 craft,
                 log,
-                (*listed.models, *selected),
+                (*listed.unselected(craft, log), *selected),
                 method_list,
                 folds=folds,
                 done=lambda _: done(),

@@ -27,7 +27,7 @@ GAINS = "gains"
 
 def identify(
     vehicle: str = "",
-    model: str = "",
+    model: str = inputs.GENERAL,
     logs: list[str] | None = None,
     method: str = "recommended",
     train: list[str] | None = None,

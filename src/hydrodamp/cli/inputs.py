@@ -20,8 +20,8 @@ from hydrodamp.errors import (
 )
 from hydrodamp.progress import progress
 
-#: Model whose terms are selected from the training data.
-SPARSE = "sparse"
+#: Model of an expert's terms, and model whose terms are selected: both need the training data.
+GENERAL, SPARSE = "general", "sparse"
 
 #: Key in the provenance of a fit of the mapping of its log.
 MAPPING = "mapping"
@@ -29,24 +29,41 @@ MAPPING = "mapping"
 
 @dataclass(frozen=True)
 class ModelList:
-    """Models of a list, and whether it also asks for one selected from the training data."""
+    """Models of a list, and which of ``general`` and ``sparse`` it asks for."""
 
     models: tuple[hd.DampingModel, ...]
-    selects_terms: bool
+    names: tuple[str, ...]
+    is_default: bool = False
+
+    @property
+    def selects_terms(self) -> bool:
+        """Whether the list asks for a model whose terms are selected."""
+        return SPARSE in self.names
 
     def with_terms(self) -> tuple[hd.DampingModel, ...]:
-        """Return the models; raise if the list asks for a selected one."""
-        if self.selects_terms:
-            raise ModelError("`--model sparse` needs a whole log: give a model with terms.")
+        """Return the models; raise if the list asks for one that needs a log."""
+        if self.names:
+            raise ModelError(f"`--model {self.names[0]}` needs a whole log: give one with terms.")
         return self.models
+
+    def unselected(self, vehicle: hd.Vehicle, log: hd.Log) -> tuple[hd.DampingModel, ...]:
+        """Return the models but the selected one; those of the paper with the log's inputs."""
+        from hydrodamp.identification.general_model import add_inputs
+        from hydrodamp.simulation.checks import missing_actuation
+
+        models = self.models
+        if self.is_default and missing_actuation(vehicle, log, models):
+            models = tuple(add_inputs(model, vehicle, log) for model in models)
+        return (*models, hd.general_model(vehicle, log)) if GENERAL in self.names else models
 
     def candidates(self, vehicle: hd.Vehicle, log: hd.Log) -> tuple[hd.DampingModel, ...]:
         """Return the models, and one with the candidate commands of the selection."""
+        models = self.unselected(vehicle, log)
         if not self.selects_terms:
-            return self.models
+            return models
         unassigned = [name for name in log.command_names if name not in vehicle.commands]
         candidate = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(unassigned)}, key=SPARSE)
-        return (*self.models, candidate)
+        return (*models, candidate)
 
     def complete(
         self, vehicle: hd.Vehicle, log: hd.Log, estimate_gains: bool = False
@@ -54,7 +71,7 @@ class ModelList:
         """Return the models with the selected one and with actuator gains, if requested."""
         from hydrodamp.simulation.checks import with_gains
 
-        models = self.models
+        models = self.unselected(vehicle, log)
         if self.selects_terms:
             selection = hd.StepwiseSelection()
             with progress("selecting terms", len(selection.windows)) as step:
@@ -67,23 +84,23 @@ class ModelList:
 
 
 def list_models(listed: str | None) -> ModelList:
-    """Return the models of a comma-separated list; the default is the paper's eight."""
-    requested = hd.PAPER_MODELS if listed is None else split_names(listed)
+    """Return the models of a comma-separated list; by default the paper's eight and `general`."""
+    requested = (*hd.PAPER_MODELS, GENERAL) if listed is None else split_names(listed)
     if not requested:
         raise ModelError("the list of models is empty: name at least one model.")
-    selects_terms = SPARSE in requested
+    of_log = tuple(name for name in (GENERAL, SPARSE) if name in requested)
     models: dict[str, hd.DampingModel] = {}
-    named = [read_named_models(name) for name in requested if name != SPARSE]
+    named = [read_named_models(name) for name in requested if name not in of_log]
     for model in (model for group in named for model in group):
         key = model.key.casefold()  # not all file systems distinguish A.json from a.json
         first = models.setdefault(key, model)
         same = (first.key, first.terms) == (model.key, model.terms)
-        if not same or (key == SPARSE and selects_terms):
+        if not same or key in of_log:
             raise ModelError(
                 f"two different models are called '{model.key}' (case-insensitive): rename the "
                 "one in your file."
             )
-    return ModelList(tuple(models.values()), selects_terms)
+    return ModelList(tuple(models.values()), of_log, listed is None)
 
 
 def read_named_models(name: str) -> tuple[hd.DampingModel, ...]:
@@ -109,7 +126,7 @@ def model_file(name: str) -> str:
 def locate_model(listed: str, key: str) -> str:
     """Return the name of one model of a comma-separated list: the catalogue's, or FILE:NAME."""
     for name in split_names(listed):
-        models = () if name == SPARSE else read_named_models(name)
+        models = () if name in (GENERAL, SPARSE) else read_named_models(name)
         if key in [model.key for model in models]:
             return name if len(models) == 1 else f"{name}:{key}"
     return key
@@ -125,9 +142,9 @@ def _is_yaml(name: str) -> bool:
 
 
 def find_model(name: str) -> ModelList:
-    """Return a single model by name or file, or the one that is selected from the log."""
+    """Return a single model by name or file, or one that needs the log."""
     listed = list_models(name)
-    if len(listed.models) + listed.selects_terms != 1:
+    if len(listed.models) + len(listed.names) != 1:
         keys = ", ".join(model.key for model in listed.models)
         raise ModelError(
             f"`--model {name}` names several models: {keys}. Give one, such as FILE:NAME; "

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
+from hydrodamp.basis.term import AXES, VELOCITY_OF, Term
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.backward_elimination import (
@@ -33,9 +33,14 @@ from hydrodamp.identification.dissipativity import (
     is_damping_term,
     max_damping_power,
     operating_box,
-    velocity_box,
 )
 from hydrodamp.identification.fit import MAX_BLOCKS, MIN_BLOCKS
+from hydrodamp.identification.general_model import (
+    NONNEGATIVE_ATOMS,
+    SIGNED_ATOMS,
+    is_under_way,
+    remove_duplicates,
+)
 from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
@@ -47,21 +52,9 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Key of the selected model.
 SPARSE_KEY = "sparse"
 
-#: Columns are duplicates above this cosine [1] of their angle.
-_MIN_DUPLICATE_COSINE = 1.0 - 1e-9
-
 #: Models whose residuals commands are tested against: drag, and lift of hull and fins. Without
 #: lift, the force of a fin appears not to grow with speed.
 _BASELINE_MODELS = tuple(catalog[key] for key in ("linear", "fossen", "prestero"))
-
-#: Samples on which columns are compared, about.
-_MAX_COMPARED_SAMPLES = 20_000
-
-#: Atoms that are never negative.
-_NONNEGATIVE_ATOMS = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
-
-#: Atoms with the sign of a velocity.
-_SIGNED_ATOMS = (*VELOCITIES, "V_v", "V_w")
 
 #: Terms of each axis in the initial model, and the windows that it is fitted on [time scales].
 _N_INITIAL_TERMS, _INITIAL_WINDOW = 4, 2.0
@@ -282,32 +275,7 @@ def candidate_model(
 
 def velocity_degree(term: Term) -> int:
     """Return the degree of a term in the velocities; (eta-1) is dimensionless."""
-    return sum(factor in (*_SIGNED_ATOMS, *_NONNEGATIVE_ATOMS) for factor in term.factors)
-
-
-def is_under_way(velocity: FloatArray) -> bool:
-    """Return whether surge keeps its sign and stays away from zero."""
-    return bool(velocity_box(velocity).min_abs[0] > 0.0)
-
-
-def remove_duplicates(problem: Problem, model: DampingModel) -> DampingModel:
-    """Remove terms that are zero throughout or proportional to another one."""
-    step = max(problem.n_samples // _MAX_COMPARED_SAMPLES, 1)
-    columns = problem.regressor(step=step)[:, problem.equations.n_known :]
-    size = np.linalg.norm(columns, axis=0)
-    unit = columns / np.where(size > 0.0, size, 1.0)
-    duplicate = np.abs(unit.T @ unit) > _MIN_DUPLICATE_COSINE
-    column = {term: index for index, term in enumerate(problem.equations.basis)}
-    rows = []
-    for terms in model.terms:
-        distinct: list[Term] = []
-        for term in sorted(terms, key=lambda term: (is_damping_term(term), not _is_odd(term))):
-            index = column[term]
-            earlier = [column[previous] for previous in distinct]
-            if size[index] > 0.0 and not duplicate[index, earlier].any():
-                distinct.append(term)
-        rows.append(tuple(distinct))
-    return replace(model, terms=tuple(rows))
+    return sum(factor in (*SIGNED_ATOMS, *NONNEGATIVE_ATOMS) for factor in term.factors)
 
 
 def submodel(model: DampingModel, indices: IntArray) -> DampingModel:
@@ -328,12 +296,8 @@ def drag_indices(model: DampingModel) -> tuple[IntArray, ...]:
 def is_drag(axis: int, term: Term) -> bool:
     """Return whether a term always has the sign of the velocity of an axis."""
     velocity = VELOCITY_OF[AXES[axis]]
-    signed = [factor for factor in term.factors if factor not in _NONNEGATIVE_ATOMS]
+    signed = [factor for factor in term.factors if factor not in NONNEGATIVE_ATOMS]
     return len(signed) == 1 and signed[0] in (velocity, f"V_{velocity}")
-
-
-def _is_odd(term: Term) -> bool:
-    return sum(factor in _SIGNED_ATOMS for factor in term.factors) % 2 == 1
 
 
 def is_retained(model: DampingModel) -> BoolArray:

@@ -38,8 +38,8 @@ GRADE_DEFINITIONS = {
     Grade.NOT_DETERMINED: "for the cause given",
 }
 MIN_CORRELATION = 0.9  # of two coefficients that are listed as known in combination only
-#: Document of the model whose terms are selected from a log.
-SPARSE: Any = load_json(Path(__file__).with_name("sparse.json"))
+#: Documents of the models whose terms depend on a log.
+LOG_MODELS: Any = load_json(Path(__file__).with_name("log_models.json"))
 
 
 def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:

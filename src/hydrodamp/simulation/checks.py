@@ -132,10 +132,10 @@ def missing_actuation(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]
     gains = f"{{{' '.join(vehicle.axes)}: {' '.join(recorded)}}}"
     return (
         f"{commands}, and the log has only the commands {' '.join(recorded)} and no wrench: their "
-        "force is unknown. Estimate their gains as coefficients: use the model `sparse`, which "
-        "selects them, or a model file with the line `{name: mine, extends: linear, "
-        f"terms: {gains}}}` without impossible terms; or {remedy}; or record the wrench "
-        "X Y Z K M N."
+        "force is unknown. Estimate their gains as coefficients: use the model `general`, which "
+        "has all, or `sparse`, which selects them, or a model file with the line `{name: mine, "
+        f"extends: linear, terms: {gains}}}` without impossible terms; or {remedy}; or record the "
+        "wrench X Y Z K M N."
     )
 
 
