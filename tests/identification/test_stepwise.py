@@ -123,11 +123,11 @@ def test_settings_out_of_range_are_refused(windows):
         hd.StepwiseSelection(windows)
 
 
-def round_of(n, rms, max_power):
+def round_of(n, error, max_power):
     model = replace(
         hd.find_model("prestero"), terms=(hd.find_model("linear").terms[0][:n],) + ((),) * 5
     )
-    return Round(model, "Summary.", rms, max_power)
+    return Round(model, "Summary.", error, max_power)
 
 
 def test_best_round_is_dissipative_then_accurate_then_small():

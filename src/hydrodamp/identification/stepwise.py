@@ -4,7 +4,8 @@ Each round linearises the simulation of windows of the log in the coefficients o
 terms around the present model, gives normal matrices of blocks, and selects terms from them:
 forward selection with stability selection, backward elimination, and the one-standard-error rule
 of a cross-validation. The selected model is fitted by output error, and the rounds are compared
-by dissipation, RMS error of the replay, and size. After Piroddi and Spinelli (2003).
+by dissipation, error of the replay relative to the motion of each velocity, and size. After
+Piroddi and Spinelli (2003).
 """
 
 from __future__ import annotations
@@ -45,8 +46,9 @@ from hydrodamp.identification.weak_form import WeakRegression
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.block_errors import block_errors
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import replay, score
+from hydrodamp.simulation.replay import replay
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Key of the selected model.
@@ -59,8 +61,8 @@ _BASELINE_MODELS = tuple(catalog[key] for key in ("linear", "fossen", "prestero"
 #: Terms of each axis in the initial model, and the windows that it is fitted on [time scales].
 _N_INITIAL_TERMS, _INITIAL_WINDOW = 4, 2.0
 
-#: RMS error of a round over the lowest one [1] that fewer coefficients justify.
-_MAX_RMS_RATIO = 1.1
+#: Relative error of a round over the lowest one [1] that fewer coefficients justify.
+_MAX_ERROR_RATIO = 1.1
 
 #: Windows of a log at least.
 _MIN_WINDOWS = 16
@@ -70,11 +72,11 @@ _MAX_FORWARD_TERMS, _MIN_SELECTION_FREQUENCY = 60, 0.5
 
 
 class Round(NamedTuple):
-    """One round of selection: the model, how its size was chosen, RMS error, largest power [W]."""
+    """One round: the model, how its size was chosen, its relative error, largest power [W]."""
 
     model: DampingModel
     summary: str
-    rms: float | None
+    error: float | None
     max_power: float
 
 
@@ -184,9 +186,9 @@ def select_round(
     start = np.unique(np.array(pool, dtype=np.int64))
     subset, summary = select_size(blocks, backward_elimination(total, start, retained, drag))
     model, initial = submodel(candidates, subset), [solve_subset(total, subset)]
-    damping, rms = _fit_simulation(problem, model, initial, (_INITIAL_WINDOW, window))
+    damping, error = _fit_simulation(problem, model, initial, (_INITIAL_WINDOW, window))
     power = max_damping_power(damping, operating_box(problem)).power
-    return Round(model, summary, rms, power), damping
+    return Round(model, summary, error, power), damping
 
 
 def block_normal_matrices(
@@ -228,29 +230,32 @@ def _initial_model(problem: Problem, candidates: DampingModel) -> DampingModel:
 def _fit_simulation(
     problem: Problem, model: DampingModel, initial: Sequence[FloatArray], lengths: Sequence[float]
 ) -> tuple[Damping, float | None]:
-    """Fit a model by output error on windows of some lengths; return the RMS error of a replay."""
+    """Fit a model by output error on windows of some lengths; return the error of a replay."""
     objective = make_objective(problem, model)
     seconds = [length * objective.time_scale for length in lengths]
     _, result = fit_windows(objective, model, seconds, initial)
     damping = Damping(model, result.coefficients)
-    return damping, score(replay(problem, damping)).rms
+    errors = block_errors(replay(problem, damping))
+    if errors.diverged.any():
+        return damping, None
+    return damping, errors.relative_error(errors.excited)
 
 
 def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
-    """Return the best round, by dissipation, then RMS error, then size, and the reason."""
-    finite = [(each.rms, each) for each in rounds if each.rms is not None]
+    """Return the best round, by dissipation, then relative error, then size, and the reason."""
+    finite = [(each.error, each) for each in rounds if each.error is not None]
     if not finite:
         return rounds[-1], "The replay of every selected model diverges; this is the last one."
-    dissipative = [(rms, each) for rms, each in finite if each.max_power <= 0.0]
+    dissipative = [(error, each) for error, each in finite if each.max_power <= 0.0]
     eligible = dissipative or finite
-    lowest = min(rms for rms, _ in eligible)
-    close = [(rms, each) for rms, each in eligible if rms <= _MAX_RMS_RATIO * lowest]
+    lowest = min(error for error, _ in eligible)
+    close = [(error, each) for error, each in eligible if error <= _MAX_ERROR_RATIO * lowest]
     _, best = min(close, key=lambda pair: (pair[1].model.n_coefficients, pair[0]))
     criterion = "is dissipative over the operating range" if dissipative else "can be replayed"
     return best, (
         f"{len(eligible)} of {len(rounds)} rounds gave a model that {criterion}; this one has the "
-        f"fewest coefficients within {100.0 * (_MAX_RMS_RATIO - 1.0):.0f} % of the lowest RMS "
-        f"error on the training data, {lowest:.3g}."
+        f"fewest coefficients within {100.0 * (_MAX_ERROR_RATIO - 1.0):.0f} % of the lowest "
+        f"error on the training data, {100.0 * lowest:.3g} % of the motion."
     )
 
 
