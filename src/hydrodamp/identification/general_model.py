@@ -41,7 +41,7 @@ _RESTORING = {"X M": "down_x", "Y K": "down_y", "Z": "down_z"}
 _UNDER_WAY = {"X Y Z K M N": "{0}", "X": "{0}*|{0}| u^2*{0}*{0}", "Y Z K M N": "u^2*{0}"}
 
 #: Gains of a command {0} where surge changes its sign: thrust, less in a flow, and its suction.
-_ANY_SPEED = {"X Y Z K M N": "{0} {0}*|{0}| |u|*{0}", "X": "{0}*{0}"}
+_ANY_SPEED = {"X Y Z K M N": "{0} |u|*{0}", "X": "{0}*{0}"}
 
 #: Columns are duplicates above this cosine [1] of their angle.
 _MIN_DUPLICATE_COSINE = 1.0 - 1e-9
