@@ -155,3 +155,39 @@ def test_an_earlier_comparison_is_named_before_it_goes(folder, call):
     assert "out contains an earlier comparison" in again.stderr
     assert not old.exists()
     assert [row.model for row in hd.read_comparison("out").rows] == ["fossen"]
+
+
+GUESS = """\
+name: planar
+axes: [X, Y, N]
+rigid_body: {mass: 18, inertia: [0, 0, 3]}
+added_mass:
+  - [2, 0, 0, 0, 0, 0]
+  - [0, 60, 0, 0, 0, 0]
+  - [0, 0, 0, 0, 0, 0]
+  - [0, 0, 0, 0, 0, 0]
+  - [0, 0, 0, 0, 0, 0]
+  - [0, 0, 0, 0, 0, 2]
+std: {added_mass: {Y: 50 %}}
+origin: {added_mass: formula}
+weight: 100
+buoyancy: 100
+actuators:
+  - {kind: matrix, commands: [ahead, turn], wrench: [[10, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 4]]}
+"""
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, call):
+    (folder / "guess.yaml").write_text(GUESS, encoding="utf-8")
+    line = "compare --train a.csv --test b.csv --vehicle guess.yaml --models linear --methods oe"
+    rows = [
+        json.loads(call(f"{line} --json {option}").stdout)["rows"][0]
+        for option in ("", "--estimate none", "--estimate added-mass")
+    ]
+    assert rows[0]["rms"] < 0.5 * rows[1]["rms"]
+    assert rows[2]["rms"] == rows[0]["rms"]
+    assert "`ls` does not estimate added-mass: use `--methods recommended`" in (
+        call(f"{line[:-2]}ls --estimate added-mass", 2).stderr
+    )
+    assert "alone" in call(f"{line} --estimate none,lag", 2).stderr

@@ -19,6 +19,9 @@ VELOCITIES = ("u", "v", "w", "p", "q", "r")
 VELOCITY_OF = dict(zip(AXES, VELOCITIES, strict=True))
 """The velocity of each axis: ``VELOCITY_OF["N"] == "r"``."""
 
+MOTIONS = dict(zip(VELOCITIES, ("surge", "sway", "heave", "roll", "pitch", "yaw"), strict=True))
+"""The motion of each velocity."""
+
 
 #: ``|u| ... |r|``.
 ABSOLUTES = tuple(f"|{velocity}|" for velocity in VELOCITIES)

@@ -24,6 +24,7 @@ from hydrodamp.cli.output import (
     print_results,
     run_provenance,
 )
+from hydrodamp.cli.parameters import GAINS, estimate_response, free_parameters, list_parameters
 from hydrodamp.cli.report import write_results
 from hydrodamp.errors import demand
 from hydrodamp.progress import progress
@@ -69,6 +70,7 @@ def compare(
     methods: str = "recommended",
     mapping: str | None = None,
     estimate_gains: bool = False,
+    estimate: str | None = None,
     attitude: Literal["measured", "simulated"] = "measured",
     rate_unit: Literal["deg", "rad"] = "deg",
     horizon: float | None = None,
@@ -96,7 +98,11 @@ def compare(
     inputs.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
     for sentence in compare_logs(train_log, test_log, craft.axes).sentences:
         warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
-    fitted_models = listed.complete(craft, train_log, estimate_gains)
+    names = list_parameters(estimate, craft)
+    fitted_models = listed.complete(craft, train_log, estimate_gains or GAINS in names)
+    if response := estimate_response(craft, train_log, fitted_models, names):
+        train_log, test_log = response.apply(train_log), response.apply(test_log)
+    method_list = free_parameters(method_list, names, estimate, "--methods")
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
     options = settings, verbose, resume, force, mapping
     task = Task(craft, train_log, test_log, fitted_models, method_list, out, *options)

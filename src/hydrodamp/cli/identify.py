@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,16 +13,13 @@ import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.compare import fit_all, predict_missions
 from hydrodamp.cli.output import fail, note, print_output, run_provenance
+from hydrodamp.cli.parameters import GAINS, estimate_response, free_parameters, list_parameters
 from hydrodamp.cli.report import report_paths, write_fit
-from hydrodamp.errors import no_such
 from hydrodamp.files import as_json
 from hydrodamp.results import check_new_file, check_results
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
-
-#: Name in ``--estimate`` of the gains of the actuators.
-GAINS = "gains"
 
 
 def identify(
@@ -57,21 +54,19 @@ def identify(
     estimator, provenance = hd.find_method(method), run_provenance(files)
     log = inputs.training_log(logs, train, mapping)
     inputs.check_training(craft, log, listed.candidates(craft, log))
-    names = tuple(name.replace("_", "-") for name in craft.estimate)
-    if estimate is not None:
-        names = tuple(inputs.split_names(estimate))
+    names = list_parameters(estimate, craft)
     models = listed.complete(craft, log, estimate_gains or GAINS in names)
+    if response := estimate_response(craft, log, models, names):
+        log = response.apply(log)
     problem = hd.prepare(craft, log, models)
-    if parameters := [name for name in names if name != GAINS]:
-        problem, estimator = _free_parameters(problem, models[0], estimator, parameters)
-        log = problem.log
+    (estimator,) = free_parameters((estimator,), names, estimate, "--method")
     if check_actuators:
         from hydrodamp.validation.sensitivity import check_gains
 
         for issue in check_gains(problem, models):
             warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
     (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
-    for line in describe_estimates(fit.estimates) if parameters else ():
+    for line in describe_estimates(fit.estimates):
         note(line)
     if fit.vehicle is not None and fit.vehicle != craft:
         craft = fit.vehicle
@@ -130,33 +125,6 @@ def fit_output(
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
     verdict = verdict_table(comparison.verdict(), notes)
     return (verdict, coefficients.omit_notes(verdict.notes))
-
-
-def _free_parameters(
-    problem: hd.Problem, model: hd.DampingModel, method: hd.Method, names: Sequence[str]
-) -> tuple[hd.Problem, hd.Method]:
-    """Return the problem with estimated responses of commands, and the method with parameters."""
-    from hydrodamp.identification.command_response import PARAMETERS
-    from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
-
-    known = (*PARAMETERS, *VEHICLE_PARAMETERS, GAINS)
-    if unknown := [name for name in names if name not in known]:
-        raise hd.MethodError(no_such("parameter", unknown[0], known))
-    if commands := [name for name in names if name in PARAMETERS]:
-        response = hd.estimate_command_response(problem, model, commands)
-        problem = problem.with_log(response.apply(problem.log))
-        note(f"{response}.")
-        if response.is_significant:
-            note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
-    of_vehicle = tuple(name for name in names if name in VEHICLE_PARAMETERS)
-    if not of_vehicle:
-        return problem, method
-    if not isinstance(method, hd.OutputError):
-        raise hd.MethodError(
-            f"`{method.key}` does not estimate {' '.join(of_vehicle)}: use `--method recommended` "
-            "or `oe`, or `--estimate ''` to keep the values of the vehicle file"
-        )
-    return problem, replace(method, estimate=of_vehicle)
 
 
 @contextmanager

@@ -168,11 +168,13 @@ def read_damping_and_vehicle(
     damping: str, vehicle: str
 ) -> tuple[hd.Damping, hd.Fit | None, hd.Vehicle]:
     """Return a damping, its fit if the file has one, and the named vehicle or that of the fit."""
+    from hydrodamp.identification.estimated_vehicle import estimated_vehicle
     from hydrodamp.report.documents import read_damping_file
 
     numbers, fit = read_damping_file(Path(damping))
     if vehicle:
-        return numbers, fit, hd.find_vehicle(vehicle)
+        craft = hd.find_vehicle(vehicle)
+        return numbers, fit, craft if fit is None else estimated_vehicle(craft, fit)
     if fit is None or fit.vehicle is None:
         raise hd.FileError(
             f"{damping}: contains no vehicle. Give its vehicle with `--vehicle`, or identify again "

@@ -22,6 +22,7 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adequacy import Form
 from hydrodamp.identification.differentiation import velocity_correlation_time
+from hydrodamp.identification.estimated_vehicle import with_estimated_vehicle
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.grades import MIN_R_SQUARED, Cause, Grade, grade_coefficients
 from hydrodamp.identification.har_covariance import HarCovariance, reference_model
@@ -300,7 +301,7 @@ def grade_fits(problem: Problem, fits: Iterable[Fit]) -> tuple[Fit, ...]:
         grades = fit.grades
         if not grades and fit.status.usable and fit.model.n_coefficients:
             with suppress(MethodError):  # the log is too short for grades
-                grades = grade_fit(problem, fit).grades
+                grades = grade_fit(with_estimated_vehicle(problem, fit), fit).grades
         graded.append(replace(fit, grades=grades))
     return tuple(graded)
 

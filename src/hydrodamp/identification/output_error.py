@@ -52,6 +52,7 @@ from hydrodamp.identification.parameters import (
     Parameter,
     rebuild_plant,
     vehicle_parameters,
+    wrench_parameters,
 )
 from hydrodamp.identification.prediction_error import FilteredOutputs, minimise_prediction_errors
 from hydrodamp.identification.rebuilt_outputs import (
@@ -88,10 +89,11 @@ class OutputError:
         segment count as infinity. By default 0.75, 1.5, 3 and 6 times the correlation time
         of the velocities (the lag at which their autocorrelation falls to 1/e, median over the
         velocities), then entire segments.
-    estimate : tuple of str
-        Parameters of the vehicle that are estimated with the coefficients: ``added-mass``,
-        ``center-of-gravity``, ``buoyancy``. Those that the log determines become part of the
-        vehicle of the fit; the others are held at their priors, with the cause in
+    estimate : tuple of str or None
+        Parameters that are estimated with the coefficients in addition to those of the vehicle
+        with a standard deviation: ``added-mass``, ``center-of-gravity``, ``buoyancy``,
+        ``wrench-gain``. None estimates none at all. Those that the log determines become part of
+        the vehicle of the fit; the others are held at their priors, with the cause in
         ``Fit.estimates``.
 
     Raises
@@ -106,7 +108,7 @@ class OutputError:
     """
 
     windows: tuple[float, ...] = ()
-    estimate: tuple[str, ...] = ()
+    estimate: tuple[str, ...] | None = ()
 
     key = "oe"
     compares_sensors = True
@@ -116,16 +118,19 @@ class OutputError:
         lengths = np.asarray(self.windows, dtype=np.float64)
         if not (np.all(lengths > 0.0) and np.all(np.diff(lengths) > 0.0)):
             raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
-        known = all(name in VEHICLE_PARAMETERS for name in self.estimate)
+        known = all(name in VEHICLE_PARAMETERS for name in self.estimate or ())
         demand(known, "estimate", f"from {', '.join(VEHICLE_PARAMETERS)}", self.estimate)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model; the status is ``STOPPED`` if the minimisation did not converge."""
         vehicle, model = problem.vehicle, model.restricted_to(problem.vehicle.axes)
-        parameters = vehicle_parameters(vehicle, self.estimate)
+        parameters: tuple[Parameter, ...] = ()
+        if self.estimate is not None:
+            of_vehicle = vehicle_parameters(vehicle, self.estimate)
+            parameters = (*of_vehicle, *wrench_parameters(problem, model))
         equations = problem.equations.restrict_to(model)
         if parameters:  # the vehicle of the fit has its estimates
-            equations = replace(equations, vehicle=replace(vehicle, estimate=()))
+            equations = replace(equations, vehicle=replace(vehicle, estimate=(), std={}))
         problem = replace(problem, equations=equations)
         if not model.n_coefficients:
             return empty_fit(problem, model, self.key, Status.EMPTY)

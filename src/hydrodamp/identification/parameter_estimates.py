@@ -28,7 +28,7 @@ import numpy as np
 from scipy.special import fdtri
 
 from hydrodamp.arrays import FloatArray, factorisation, jackknife_covariance
-from hydrodamp.basis.term import VELOCITY_OF
+from hydrodamp.basis.term import MOTIONS, VELOCITY_OF
 from hydrodamp.conditioning.velocity_smoother import white_noise_std
 from hydrodamp.identification.continuation import MIN_RELATIVE_RESIDUAL
 from hydrodamp.identification.fit import MIN_BLOCKS, jackknife
@@ -52,6 +52,14 @@ MAX_DETERMINED_RATIO = 0.7
 
 #: Standard errors that a delay must exceed, and share of the interval of the sensor.
 MIN_SIGNIFICANCE, RESOLUTION = 3.0, 0.25
+
+#: What the origins of values in a vehicle file are called in a sentence.
+_ORIGINS = {
+    "measured": "measured",
+    "published": "published",
+    "formula": "formula from the sizes of the hull",
+    "assumed": "assumed",
+}
 
 _WIDE = f"The standard error is at least {100.0 * MAX_DETERMINED_RATIO:.0f} % of the prior's."
 _SCALE = (
@@ -137,12 +145,34 @@ def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
     """Yield a line for each estimate, then a sentence for each cause."""
     for label, each in estimates.items():
         yield f"{label} {each}"
+    yield from describe_contradictions(estimates)
     causes = {label: (each.is_held, each.cause) for label, each in estimates.items() if each.cause}
     for reason in dict.fromkeys(causes.values()):
         labels = " ".join(label for label, each in causes.items() if each == reason)
         is_held, cause = reason
         ending = ": the prior is kept" if is_held else ""
         yield f"The log does not determine {labels}{ending}. {cause}"
+
+
+def describe_contradictions(estimates: Mapping[str, Estimate]) -> Iterator[str]:
+    """Yield a sentence for each value of the vehicle that the log contradicts."""
+    for label, each in estimates.items():
+        if each.is_contradicted:
+            value = each.value if each.joint_estimate is None else each.joint_estimate
+            half, unit = critical_value() * each.standard_error, f" {each.unit}".rstrip()
+            yield (
+                f"{_describe_label(label)}: {value:.3g} ± {half:.2g}{unit}, file {each.prior:.4g} "
+                f"({_ORIGINS[each.origin]}): contradicted."
+            )
+
+
+def _describe_label(label: str) -> str:
+    quantity, _, component = label.partition("_")
+    if quantity == "A":
+        return f"{MOTIONS[VELOCITY_OF[component]]} added mass"
+    if quantity == "gain":
+        return f"gain of the recorded wrench on {component}"
+    return "buoyancy" if quantity == "B" else f"{quantity} of the centre of gravity"
 
 
 def _excess_over_noise(

@@ -27,10 +27,11 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import channel_names
 from hydrodamp.simulation.problem import Problem, equation_table
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
+from hydrodamp.vehicle.priors import COMPONENTS, NEUTRAL_STD, WRENCH_GAIN_STD
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Names that can be estimated.
-VEHICLE_PARAMETERS = ("added-mass", "center-of-gravity", "buoyancy")
+VEHICLE_PARAMETERS = ("added-mass", "center-of-gravity", "buoyancy", "wrench-gain")
 
 #: Prior standard deviation of the logarithm of added mass: a hull estimate is right to a third.
 ADDED_MASS_STD = 0.3
@@ -39,7 +40,10 @@ ADDED_MASS_STD = 0.3
 CENTER_STD = 0.05
 
 #: Prior standard deviation of buoyancy over weight: a trimmed vehicle.
-BUOYANCY_STD = 0.02
+BUOYANCY_STD = NEUTRAL_STD
+
+#: Standard deviations from the prior beyond which an estimate contradicts it.
+MAX_DEVIATION = 2.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,11 @@ class Estimate:
     joint_estimate : float or None
         What the log suggests for a parameter that is held: the estimate of the last fit in which
         it was free. None for a parameter that is free in the fit.
+    origin : str
+        Where the prior of a vehicle comes from, such as ``formula``; empty for sensors.
+    is_contradicted : bool
+        Whether the log contradicts the prior of a vehicle: the (joint) estimate is further from it
+        than twice √(std² + standard error²).
 
     Examples
     --------
@@ -76,6 +85,8 @@ class Estimate:
     unit: str
     cause: str = ""
     joint_estimate: float | None = None
+    origin: str = ""
+    is_contradicted: bool = False
 
     @property
     def is_held(self) -> bool:
@@ -98,19 +109,21 @@ class Estimate:
 
     def __str__(self) -> str:
         """Return the estimate with its 95 % interval and prior."""
-        half = critical_value() * self.standard_error
+        half, unit = critical_value() * self.standard_error, f" {self.unit}".rstrip()
         if self.joint_estimate is not None:
             joint = f"joint estimate {self.joint_estimate:.4g} ± {half:.2g}, 95 %"
-            return f"{self.value:.4g} {self.unit} (prior, not determined; {joint})"
+            return f"{self.value:.4g}{unit} (prior, not determined; {joint})"
         suffix = "" if self.is_determined else ", not determined"
-        return f"{self.value:.4g} ± {half:.2g} {self.unit} (95 %; prior {self.prior:.4g}{suffix})"
+        return f"{self.value:.4g} ± {half:.2g}{unit} (95 %; prior {self.prior:.4g}{suffix})"
 
 
 @dataclass(frozen=True)
 class Parameter:
     """A parameter θ with prior mean zero: its physical value is ``prior + θ`` or ``prior exp(θ)``.
 
-    ``std`` is the prior standard deviation of θ.
+    ``std`` is the prior standard deviation of θ. The estimate of a right prior with an independent
+    error of standard error s has the variance std² + s², a posterior mean even less: its distance
+    from the prior is beyond MAX_DEVIATION of these roots in at most 5 % of draws.
     """
 
     label: str
@@ -118,13 +131,23 @@ class Parameter:
     std: float
     prior: float = 0.0
     transform: Literal["identity", "logarithm"] = "identity"
+    origin: str = ""
 
     def estimate(self, theta: float, error: float, cause: str = "") -> Estimate:
         """Return the physical value and standard error of θ."""
         value, slope = self.prior + theta, 1.0
         if self.transform == "logarithm":
             value = slope = self.prior * float(np.exp(theta))
-        return Estimate(value, slope * error, self.prior, self.unit, cause)
+        is_contradicted = abs(theta) > MAX_DEVIATION * np.hypot(self.std, error)
+        return Estimate(
+            value,
+            slope * error,
+            self.prior,
+            self.unit,
+            cause,
+            origin=self.origin,
+            is_contradicted=bool(self.origin) and bool(is_contradicted),
+        )
 
 
 def assign_parameters(
@@ -167,8 +190,12 @@ def _sensor_parameters(name: str, sensor: Sensor, sensor_log: SensorLog) -> list
     return [Parameter(f"{measurement.name} lever arm {axis}", "m", length) for axis in "xyz"]
 
 
-def vehicle_parameters(vehicle: Vehicle, names: Sequence[str]) -> tuple[Parameter, ...]:
-    """Return the parameters of a vehicle by the names of their groups."""
+def vehicle_parameters(vehicle: Vehicle, forced: Sequence[str] = ()) -> tuple[Parameter, ...]:
+    """Return the parameters of a vehicle: its guesses, and those of the forced groups."""
+    guesses = [name.replace("_", "-") for name in (*vehicle.std, *vehicle.estimate)]
+    if not vehicle.free[2:5].any():
+        guesses = [name for name in guesses if name != "buoyancy"]
+    names = (*guesses, *forced)
     if "added-mass" in names and vehicle.added_mass is None:
         raise MethodError(
             f"the file of '{vehicle.name}' states the whole mass matrix: give `rigid_body` and "
@@ -178,19 +205,44 @@ def vehicle_parameters(vehicle: Vehicle, names: Sequence[str]) -> tuple[Paramete
 
 
 def _vehicle_parameters(vehicle: Vehicle, names: Sequence[str]) -> Iterator[Parameter]:
+    known, origin = vehicle.std, dict.fromkeys(COMPONENTS, "assumed") | dict(vehicle.origin)
     if "added-mass" in names and vehicle.added_mass is not None:
-        diagonal = vehicle.added_mass.diagonal().tolist()
-        for axis, (name, added) in enumerate(zip(AXES, diagonal, strict=True)):
-            unit, std = "kg" if axis < 3 else "kg m²", ADDED_MASS_STD
-            if added > 0.0 and vehicle.free[axis]:
-                yield Parameter(f"A_{name}", unit, std, added, "logarithm")
+        rows = zip(
+            AXES,
+            vehicle.added_mass.diagonal().tolist(),
+            known.get("added_mass", (ADDED_MASS_STD,) * 6),
+            strict=True,
+        )
+        for axis, (name, added, std) in enumerate(rows):
+            unit = "kg" if axis < 3 else "kg m²"
+            if added > 0.0 < std and vehicle.free[axis]:
+                yield Parameter(f"A_{name}", unit, std, added, "logarithm", origin["added_mass"])
     if "center-of-gravity" in names:
         inertia = vehicle.mass_matrix.diagonal()
-        std = CENTER_STD * float(np.sqrt(inertia[3:].max() / inertia[:3].max()))
-        for name, prior in zip("xyz", vehicle.center_of_gravity.tolist(), strict=True):
-            yield Parameter(f"{name}_G", "m", std, prior)
-    if "buoyancy" in names:
-        yield Parameter("B", "N", BUOYANCY_STD * vehicle.weight, vehicle.buoyancy)
+        usual = CENTER_STD * float(np.sqrt(inertia[3:].max() / inertia[:3].max()))
+        stds = known.get("center_of_gravity", (usual,) * 3)
+        for name, prior, std in zip("xyz", vehicle.center_of_gravity.tolist(), stds, strict=True):
+            if std > 0.0:
+                yield Parameter(f"{name}_G", "m", std, prior, origin=origin["center_of_gravity"])
+    (share,) = known.get("buoyancy", (BUOYANCY_STD,))
+    if "buoyancy" in names and share > 0.0:
+        std = share * vehicle.weight
+        yield Parameter("B", "N", std, vehicle.buoyancy, origin=origin["buoyancy"])
+
+
+def wrench_parameters(problem: Problem, model: DampingModel) -> Iterator[Parameter]:
+    """Yield the gain of a recorded wrench on each axis where it varies and no term has a gain."""
+    vehicle, wrench = problem.vehicle, problem.log.wrench
+    if wrench is None:
+        return
+    varies = np.ptp(wrench, axis=0) > 0.0
+    stds = vehicle.std.get("wrench_gain", (WRENCH_GAIN_STD,) * 6)
+    origin = vehicle.origin.get("wrench_gain", "assumed")
+    for axis, name in enumerate(AXES):
+        has_gain = any(term.commands for term in model.terms[axis])
+        if varies[axis] and vehicle.free[axis] and stds[axis] > 0.0 and not has_gain:
+            prior = float(vehicle.wrench_gain[axis])
+            yield Parameter(f"gain_{name}", "", stds[axis], prior, "logarithm", origin)
 
 
 def rebuild_plant(
@@ -200,13 +252,20 @@ def rebuild_plant(
     labels = [each.label for each in parameters]
 
     def rebuild(theta: FloatArray) -> Problem:
+        vehicle = vehicle_at(problem.vehicle, dict(zip(labels, theta.tolist(), strict=True)))
         table = equation_table(
-            vehicle_at(problem.vehicle, dict(zip(labels, theta.tolist(), strict=True))),
+            vehicle,
             (model,),
             actuators=problem.equations.actuators,
             propulsion_known=problem.propulsion_known,
         )
-        return replace(problem, models=(model,), equations=table.restrict_to(model))
+        wrench = problem.inputs.wrench * (vehicle.wrench_gain / problem.vehicle.wrench_gain)
+        return replace(
+            problem,
+            models=(model,),
+            equations=table.restrict_to(model),
+            inputs=replace(problem.inputs, wrench=wrench),
+        )
 
     return rebuild
 
@@ -239,4 +298,5 @@ def vehicle_at(vehicle: Vehicle, theta: dict[str, float]) -> Vehicle:
         added_mass=changed,
         center_of_gravity=center,
         buoyancy=vehicle.buoyancy + theta.get("B", 0.0),
+        wrench_gain=vehicle.wrench_gain * np.exp([theta.get(f"gain_{axis}", 0.0) for axis in AXES]),
     )

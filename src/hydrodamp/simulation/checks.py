@@ -29,10 +29,16 @@ def channel_names(vehicle: Vehicle, log: Log) -> tuple[str, ...]:
     return tuple(name for axis in axes for name in CHANNELS[axis])
 
 
+def recorded_wrench(vehicle: Vehicle, log: Log) -> FloatArray:
+    """Return the recorded wrench on free axes, times its gains; zero without one, shape (n, 6)."""
+    wrench = np.zeros((log.n, 6)) if log.wrench is None else log.wrench
+    return np.asarray(wrench * vehicle.free * vehicle.wrench_gain)
+
+
 def actuation(vehicle: Vehicle, log: Log) -> FloatArray:
-    """Return the recorded actuator wrench, else that of the vehicle's actuators, shape (n, 6)."""
+    """Return the recorded wrench, else that of the vehicle's actuators, shape (n, 6)."""
     if log.wrench is not None:
-        return log.wrench
+        return recorded_wrench(vehicle, log)
     commands = {name: log.command(name) for name in log.command_names}
     weightless = replace(vehicle, weight=0.0, buoyancy=0.0)
     return weightless.known_wrench(log.velocity * vehicle.free, log.down, commands)

@@ -20,7 +20,7 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.checks import actuation_channels, check_log
+from hydrodamp.simulation.checks import actuation_channels, check_log, recorded_wrench
 from hydrodamp.simulation.ranges import remove_implausible
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
@@ -448,7 +448,7 @@ def build_problem(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) 
         time=log.time,
         velocity=velocity,
         down=log.down,
-        wrench=np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free,
+        wrench=recorded_wrench(vehicle, log),
         channels=held_channels(table, commands, log.n),
         propulsion=_propulsion(log, velocity, speed),
     )

@@ -12,6 +12,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampWarning, MethodError
 from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import velocity_ranges
+from hydrodamp.identification.estimated_vehicle import with_estimated_vehicle
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.methods import METHODS
@@ -303,7 +304,7 @@ def compare(
     fits : iterable of Fit
         The fits.
     vehicle : Vehicle
-        The vehicle of the log.
+        The vehicle of the log; a fit that estimated values of it is replayed with these.
     test : Log
         Test data; each segment restarts from its first sample.
     attitude : {"measured", "simulated"}
@@ -338,9 +339,10 @@ def compare(
     problem = prepare(vehicle, test, [fit.model for fit in requested])
     if problem.sensor_log is not None and problem.sensor_log.names:
         warnings.warn(problem.sensor_log.error_note, HydrodampWarning, stacklevel=2)
-    for fit in requested:
-        warn_if_foreign(fit.damping, vehicle_stamp(vehicle))
-    calls = [(problem, fit, attitude, rate_unit, horizon) for fit in requested]
+    pairs = [(with_estimated_vehicle(problem, fit), fit) for fit in requested]
+    for replayed, fit in pairs:
+        warn_if_foreign(fit.damping, vehicle_stamp(replayed.vehicle))
+    calls = [(*pair, attitude, rate_unit, horizon) for pair in pairs]
     rows = run_parallel(_row, calls, done)
     return Comparison(
         rows, rate_unit, attitude, comparison_provenance(requested, vehicle, problem.log)

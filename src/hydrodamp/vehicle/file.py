@@ -30,6 +30,7 @@ from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_
 from hydrodamp.faults import validate
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.mass import fill_locked_axes, rigid_body_mass_matrix
+from hydrodamp.vehicle.priors import format_std
 from hydrodamp.vehicle.vehicle import Vehicle, checked_axes, without_righting
 
 KINDS: Mapping[str, type] = {kind.__name__.lower(): kind for kind in get_args(Actuator)}
@@ -110,6 +111,9 @@ class VehicleFile(BaseModel):
     axes: Annotated[list[AxisName], AfterValidator(checked_axes)] = ["X", "Y", "Z", "K", "M", "N"]
     actuators: list[Annotated[Any, BeforeValidator(_actuator)]] = []
     estimate: list[Literal["added_mass", "center_of_gravity", "buoyancy", "gains"]] = []
+    std: dict[str, Any] = {}
+    origin: dict[str, str] = {}
+    wrench_gain: Six = [1.0] * 6
 
     @model_validator(mode="before")
     @classmethod
@@ -229,7 +233,8 @@ def vehicle_entry(thing: Vehicle | Actuator) -> dict[str, Any]:
     for field in fields(thing):
         value = getattr(thing, field.name)
         plain = _plain(dict(value) if field.name in ("force", "drag") else value)
-        if plain not in (_plain(field.default), {}):
+        default = field.default if field.default_factory is MISSING else field.default_factory()
+        if plain != _plain(default):
             entry[field.name] = plain
     return entry
 
@@ -239,6 +244,8 @@ def _plain(value: Any) -> Any:
         return vehicle_entry(value)
     if isinstance(value, np.ndarray):
         return value.tolist()
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
@@ -323,6 +330,7 @@ _EMPTY = {
     "inertia": "[null, null, null]",
     "about": "origin",
     "added": _format_rows(np.where(np.eye(6), "null", "0").tolist()),
+    "std": "std: {}\norigin: {}",
 }
 
 
@@ -370,6 +378,7 @@ def _estimate(length: float, diameter: float, mass: float) -> dict[str, str]:
         "added": _format_rows(added),
         "weight": f"{vehicle.weight:.6g}",
         "buoyancy": f"{vehicle.buoyancy:.6g}",
+        "std": format_std(vehicle.std, vehicle.origin),
         "gravity": _format_list(vehicle.center_of_gravity),
         "lift": _format_list(vehicle.center_of_buoyancy),
     }

@@ -16,7 +16,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, Term
 from hydrodamp.errors import VehicleError, has_controls, printable
-from hydrodamp.vehicle import mass as masses
+from hydrodamp.vehicle import mass as masses, priors
 from hydrodamp.vehicle.actuators import Actuator, Propeller, checked_number
 
 _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
@@ -59,6 +59,16 @@ class Vehicle:
     estimate : tuple of str
         What ``hydrodamp identify`` estimates with the damping: ``added_mass``,
         ``center_of_gravity``, ``buoyancy`` or ``gains``.
+    std : mapping of str to tuple of float
+        Standard deviations of ``added_mass`` (of the logarithm, X Y Z K M N),
+        ``center_of_gravity`` (x y z) [m], ``buoyancy`` (over the weight) and
+        ``wrench_gain`` (as added mass): what has one is estimated with the damping, the
+        rest is exact, but a wrench gain is 1 ± 0.3 unless its entry is zero.
+    origin : mapping of str to str
+        Where such a value comes from: ``measured``, ``published``, ``formula`` (from
+        the sizes of the hull) or ``assumed``.
+    wrench_gain : ndarray, shape (6,)
+        By what a wrench that a log records is multiplied, positive.
 
     Raises
     ------
@@ -92,6 +102,9 @@ class Vehicle:
     note: str = ""
     added_mass: FloatArray | None = None
     estimate: tuple[str, ...] = ()
+    std: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
+    wrench_gain: FloatArray = field(default_factory=lambda: np.ones(6))
 
     def __post_init__(self) -> None:
         """Check every field and copy the arrays."""
@@ -104,6 +117,9 @@ class Vehicle:
                 self.center_of_buoyancy, (3,), "center_of_buoyancy"
             ),
             "actuators": checked_actuators(tuple(self.actuators)),
+            "std": priors.checked_std(self.std),
+            "origin": priors.checked_origin(self.origin),
+            "wrench_gain": masses.checked_array(self.wrench_gain, (6,), "wrench_gain"),
         }
         if not 0 < len(self.name) <= MAX_NAME_LENGTH or printable(self.name) != self.name:
             wanted = f"1 to {MAX_NAME_LENGTH} characters on one line, none of them a control"
@@ -115,9 +131,17 @@ class Vehicle:
             force = fixed[name] = float(getattr(self, name))
             if not 0.0 <= force < math.inf:
                 raise VehicleError(f"`{name}` must be zero or positive [N]; got {force:g}")
+        if not (fixed["wrench_gain"] > 0.0).all():
+            got = fixed["wrench_gain"].tolist()
+            raise VehicleError(f"`wrench_gain` must be positive; got {got}")
         fixed["mass_matrix"] = masses.checked_mass_matrix(self.mass_matrix, fixed["axes"])
         if self.added_mass is not None:
             fixed["added_mass"] = masses.checked_array(self.added_mass, (6, 6), "added_mass")
+        elif "added_mass" in fixed["std"]:
+            raise VehicleError(
+                "`std` has `added_mass`, and only the sum `mass_matrix` is known: give "
+                "`rigid_body` and `added_mass` instead"
+            )
         for name, value in fixed.items():
             object.__setattr__(self, name, value)
 
@@ -178,6 +202,10 @@ class Vehicle:
         rigid = masses.rigid_body_mass_matrix(mass, inertia, center_of_gravity, "center_of_gravity")
         displaced = lift / masses.STANDARD_GRAVITY
         added = masses.hull_added_mass(length, diameter, displaced, float(inertia[0]))
+        std: dict[str, tuple[float, ...]] = {"added_mass": priors.HULL_STD}
+        origin = {"added_mass": "formula"}
+        if buoyancy is None:
+            std["buoyancy"], origin["buoyancy"] = (priors.NEUTRAL_STD,), "assumed"
         return cls(
             name=name,
             mass_matrix=rigid + added,
@@ -188,8 +216,10 @@ class Vehicle:
             actuators=actuators,
             source=f"estimate from length {length:g} m, diameter {diameter:g} m, mass {mass:g} kg",
             note="added mass and inertia of a spheroid of this size; roll from small fins. "
-            "Expect 10 % in sway and heave, 30 % in pitch and yaw.",
+            "`std` is the spread of published added masses about this formula.",
             added_mass=added,
+            std=std,
+            origin=origin,
         )
 
     @property

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.term import AXES, VELOCITIES
+from hydrodamp.basis.term import AXES, MOTIONS, VELOCITIES
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude
@@ -33,7 +33,6 @@ _MIN_EXCITATION = 2.0  # times the negligible standard deviation: sufficiently e
 _NOISE_FACTOR = 2.0  # times the noise of a channel: negligible variation
 _MIN_SAMPLES = 60  # samples; fewer do not determine coefficients
 _MAX_JITTER = 0.25  # of a step
-_MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _PLANAR_VELOCITIES = {"u", "v", "r"}
 _MAX_STEP_S = 0.25  # s; longer steps do not resolve the accelerations of a small vehicle
 _MIN_DURATION_S = 60.0  # s; shorter logs determine little of a small vehicle
@@ -148,7 +147,7 @@ class QualityReport:
 
 
 def _motion_names(channels: Iterable[Channel]) -> str:
-    return ", ".join(f"{_MOTIONS[channel.name]} ({channel.name})" for channel in channels)
+    return ", ".join(f"{MOTIONS[channel.name]} ({channel.name})" for channel in channels)
 
 
 def report_quality(
@@ -239,10 +238,10 @@ def _identifiable(
     known = {channel.name: channel for channel in channels}
     excited = [channel for channel in known.values() if channel.excitation >= _MIN_EXCITATION]
     if well := [delay for delay in excited if delay.name in required]:
-        names = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
+        names = ", ".join(f"{MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"damping can be identified in {names}."
     if effective := [channel for channel in delays if channel.share >= MIN_RESPONSE_SHARE]:
-        names = ", ".join(f"{delay.command} ({_MOTIONS[delay.velocity]})" for delay in effective)
+        names = ", ".join(f"{delay.command} ({MOTIONS[delay.velocity]})" for delay in effective)
         yield f"actuator gains can be estimated for {names}."
     if set(known) == _PLANAR_VELOCITIES and set(required) == set(VELOCITIES):
         yield "for a vehicle of `axes: [X, Y, N]`, no velocity is missing."
