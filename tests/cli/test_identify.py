@@ -61,13 +61,13 @@ def test_json_is_the_damping_file(folder, call):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder, call):
-    assert "inconsistent with the motion" not in call(f"{LINE} --check-actuators").stderr
+    assert "inconsistent with the motion" not in call(LINE).stderr
     right = (folder / "planar.yaml").read_text("utf-8")
     (folder / "planar.yaml").write_text(right.replace("[[10,", "[[30,"), "utf-8")
-    said = " ".join(call(f"{LINE} --check-actuators --json").stderr.split())
+    said = " ".join(call(f"{LINE} --json").stderr.split())
     assert "quality issue: `X` is inconsistent with the motion" in said
     assert "0.33 (0.33 to 0.33)" in said
-    done = call(f"{LINE} --check-actuators --method weak --estimate-actuator-gains --out d.json")
+    done = call(f"{LINE} --method weak --estimate-actuator-gains --out d.json")
     assert "inconsistent with the motion" not in done.stderr
     named = call(f"{LINE} --method weak --estimate gains --out d.json --force")
     assert named.stdout == done.stdout
@@ -162,9 +162,6 @@ def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
 @pytest.mark.usefixtures("undrawn")
 def test_no_other_vehicle_is_computed_unless_requested(folder, call, monkeypatch):
     monkeypatch.setattr(hd, "vehicle_sensitivity", lambda *_: pytest.fail("not requested"))
-    monkeypatch.setattr(
-        "hydrodamp.validation.sensitivity.check_gains", lambda *_: pytest.fail("not requested")
-    )
     call(LINE)
 
 

@@ -31,9 +31,12 @@ def test_a_command_of_an_actuator_has_no_other_gain(campaign):
     assert not hd.general_model(campaign.vehicle, campaign.train).commands
 
 
-def test_a_wrench_makes_gains_of_commands_superfluous(campaign, bare):
-    log = replace(campaign.train, wrench=campaign.train.velocity)
-    assert not hd.general_model(bare, log).commands
+def test_a_wrench_has_a_gain_by_axis_and_commands_have_none(campaign, bare):
+    wrench = campaign.train.velocity * [1.0, 0.0, 1.0, 0.0, 1.0, 1.0]
+    model = hd.general_model(bare, replace(campaign.train, wrench=wrench))
+    gains = {label for label in model.labels if "actuation" in label and "rise" not in label}
+    assert gains == {"X_actuation_X", "Z_actuation_Z", "M_actuation_M", "N_actuation_N"}
+    assert all("actuation" in name for name in model.commands)
 
 
 def test_terms_of_locked_axes_are_absent(campaign, bare):

@@ -103,6 +103,7 @@ def compare(
     if response := estimate_response(craft, train_log, fitted_models, names):
         train_log, test_log = response.apply(train_log), response.apply(test_log)
     method_list = free_parameters(method_list, names, estimate, "--methods")
+    inputs.warn_wrong_gains(hd.prepare(craft, train_log, fitted_models), fitted_models)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
     options = settings, verbose, resume, force, mapping
     task = Task(craft, train_log, test_log, fitted_models, method_list, out, *options)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -31,7 +30,6 @@ def identify(
     mapping: str | None = None,
     estimate_gains: bool = False,
     estimate: str | None = None,
-    check_actuators: bool = False,
     sensitivity: bool = False,
     out: Path | None = None,
     force: bool = False,
@@ -60,11 +58,7 @@ def identify(
         log = response.apply(log)
     problem = hd.prepare(craft, log, models)
     (estimator,) = free_parameters((estimator,), names, estimate, "--method")
-    if check_actuators:
-        from hydrodamp.validation.sensitivity import check_gains
-
-        for issue in check_gains(problem, models):
-            warnings.warn(str(issue), hd.HydrodampWarning, stacklevel=2)
+    inputs.warn_wrong_gains(problem, models)
     (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
     for line in describe_estimates(fit.estimates):
         note(line)

@@ -333,5 +333,13 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.Damping
         )
 
 
+def warn_wrong_gains(problem: hd.Problem, models: Sequence[hd.DampingModel]) -> None:
+    """Warn of a wrench that is inconsistent with the motion."""
+    from hydrodamp.validation.sensitivity import check_gains
+
+    for issue in check_gains(problem, models):
+        _warn(problem.log, issue)
+
+
 def _warn(log: hd.Log, issue: object) -> None:
     warnings.warn(f"{log.source or 'log'}: {issue}", HydrodampWarning, stacklevel=3)

@@ -2,8 +2,9 @@
 
 On each axis ``τ_i = Σ k_ij f_j`` with linear and quadratic damping, cross-flow drag, lift and
 products of two velocities, which correct the Coriolis forces of a guessed mass; gains of every
-command that no actuator uses, on every axis; righting moment, net weight and a constant force.
-Least squares needs no choice of axes by the user: weak gains come out near zero.
+command that no actuator uses, on every axis, or of the recorded wrench; righting moment, net
+weight and a constant force. Least squares needs no choice of axes by the user: weak gains come out
+near zero.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.data.log import Log
 from hydrodamp.identification.dissipativity import is_damping_term, velocity_box
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.checks import CHANNELS
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -60,9 +62,10 @@ def general_model(vehicle: Vehicle, log: Log) -> DampingModel:
     """Return the terms of an expert for a vehicle of which little is known.
 
     Linear and quadratic damping, cross-flow drag, lift and products of two velocities;
-    gains on every axis of every command that no actuator of the vehicle uses; righting
-    moment, net weight and a constant force. With them, the estimate replays well also
-    where mass, trim and gains are guesses; single coefficients then have no meaning.
+    gains on every axis of every command that no actuator of the vehicle uses, or a gain
+    of a recorded wrench by axis (its deviation from 1); righting moment, net weight and a
+    constant force. With them, the estimate replays well also where mass, trim and gains
+    are guesses; single coefficients then have no meaning.
 
     Parameters
     ----------
@@ -102,8 +105,12 @@ def add_inputs(model: DampingModel, vehicle: Vehicle, log: Log) -> DampingModel:
 def _input_terms(vehicle: Vehicle, log: Log) -> Iterator[tuple[str, str]]:
     if {"K", "M"} & set(vehicle.axes):
         yield from _RESTORING.items()
+    if log.wrench is not None:
+        driven = np.ptp(log.wrench, axis=0) > 0.0
+        yield from ((axis, " ".join(CHANNELS[axis])) for axis in np.array(AXES)[driven].tolist())
+        return
     gains = _UNDER_WAY if is_under_way(log.velocity) else _ANY_SPEED
-    for name in log.command_names if log.wrench is None else ():
+    for name in log.command_names:
         if name not in vehicle.commands:
             yield from ((axes, terms.format(name)) for axes, terms in gains.items())
 

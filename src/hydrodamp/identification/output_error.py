@@ -126,8 +126,9 @@ class OutputError:
         vehicle, model = problem.vehicle, model.restricted_to(problem.vehicle.axes)
         parameters: tuple[Parameter, ...] = ()
         if self.estimate is not None:
-            of_vehicle = vehicle_parameters(vehicle, self.estimate)
-            parameters = (*of_vehicle, *wrench_parameters(problem, model))
+            parameters = vehicle_parameters(vehicle, self.estimate)
+            if "wrench-gain" in self.estimate or "wrench_gain" in vehicle.std:
+                parameters += tuple(wrench_parameters(problem, model))
         equations = problem.equations.restrict_to(model)
         if parameters:  # the vehicle of the fit has its estimates
             equations = replace(equations, vehicle=replace(vehicle, estimate=(), std={}))
