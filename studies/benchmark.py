@@ -12,7 +12,8 @@ tables, with the regret of each method: its error over the least error of any me
 model and campaign. ``docs/evidence/benchmark.md`` has the protocol.
 
 The group ``measured`` has measured logs with fixed splits, apart from ``all``; its table has the
-regret against commit afd9ded of this project, and the file is ``FOLDER/measured.md``.
+regret against commit afd9ded of this project, and the file is ``FOLDER/measured.md``. Its method
+``script`` is one row a campaign: an expert's script with a form of its own.
 
 A method of one's own is named ``module:object``: a value (or what makes one when called without
 arguments) with ``identify(problem, model) -> Fit``.
@@ -43,7 +44,13 @@ from rich.progress import track
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import campaigns
-from benchmark_measured import METHODS as MEASURED_METHODS, measured, measured_table
+from benchmark_measured import (
+    METHODS as MEASURED_METHODS,
+    SCRIPT,
+    measured,
+    measured_table,
+    script_row,
+)
 from benchmark_tables import HORIZONS, Row, markdown
 from hydrodamp.files import save_text
 
@@ -86,8 +93,11 @@ def find_method(name: str) -> hd.Method:
 
 def row(job: Job) -> Row:
     """Return what becomes of one job; whatever goes wrong with it is a row, too."""
-    campaign, model, method = kept(job[0]), job[1], find_method(job[2])
     warnings.simplefilter("ignore", hd.HydrodampWarning)
+    campaign, model = kept(job[0]), job[1]
+    if job[2] == SCRIPT:
+        return script_row(campaign)
+    method = find_method(job[2])
     asked = next(one for one in campaign.models if one.key == model)
     none: dict[str, float | None] = dict.fromkeys(HORIZONS)
     began = time.process_time()
@@ -152,10 +162,13 @@ def chosen(pattern: str, group: str) -> list[Campaign]:
 def jobs(asked: Iterable[Campaign], models: str, methods: Sequence[str]) -> Iterator[Job]:
     """Yield every job: methods within models within campaigns."""
     patterns = models.split(",")
+    with_models = [method for method in methods if method != SCRIPT]
     for campaign in asked:
         for model in (one.key for one in campaign.models):
             if any(fnmatch(model, part) for part in patterns):
-                yield from ((campaign.name, model, method) for method in methods)
+                yield from ((campaign.name, model, method) for method in with_models)
+        if SCRIPT in methods:
+            yield campaign.name, SCRIPT, SCRIPT
 
 
 def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
@@ -200,7 +213,7 @@ def main(
     sys.path.insert(0, str(Path.cwd()))
     fixed = group == "measured"
     keys = methods.split(",") if methods else MEASURED_METHODS if fixed else METHODS
-    for key in keys:
+    for key in set(keys) - {SCRIPT}:
         find_method(key)
     asked = list(jobs(chosen(campaigns, group), models, keys))
     out.mkdir(parents=True, exist_ok=True)

@@ -6,10 +6,11 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from conditions import SILENT
-from hydrodamp import catalog
+from hydrodamp import Log, catalog
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -152,3 +153,33 @@ def test_the_tables_of_a_page_are_replaced(study, tmp_path):
         study.fill(page, text)
     ours = (STUDIES.parent / "docs" / "evidence" / "benchmark.md").read_text(encoding="utf-8")
     assert all(ours.count(mark) == 1 for mark in study.MARKS)
+
+
+def test_the_script_finds_a_vessel_of_its_own_form(part, monkeypatch):
+    """Accelerations by commands, drag and products are what it fits, whatever the masses are."""
+    monkeypatch.syspath_prepend(STUDIES)
+    script = importlib.import_module("expert_script")
+    rng, n, period = np.random.default_rng(0), 1200, 0.1
+    held = np.repeat(rng.uniform(-1.0, 1.0, (n // 20, 2)), 20, axis=0)
+    velocity = np.zeros((n, 6))
+    for i, (ahead, turn) in enumerate(held[:-1]):
+        u, v, r = velocity[i, [0, 1, 5]]
+        rate = [ahead - u * abs(u) + 0.8 * v * r, -v - 0.6 * u * r, 0.5 * turn - r]
+        velocity[i + 1, [0, 1, 5]] = velocity[i, [0, 1, 5]] + period * np.array(rate)
+    log = Log(period * np.arange(n), velocity, commands=held, command_names=("ahead", "turn"))
+    train, test = log.between(0.0, 90.0), log.between(90.0, 120.0)
+    found = script.replay_script(train, test, [0, 1, 5], has_fins=False)
+    error, free = found - test.velocity, [0, 1, 5]
+    assert (error.std(axis=0)[free] < 0.1 * test.velocity.std(axis=0)[free]).all()
+    assert not found[:, 2:5].any()
+
+
+def test_the_table_marks_where_the_script_is_ahead(part, tables):
+    """By more than three points, and not where neither predicts the velocity."""
+    row = {"rms": {"run": 1.0}, "status": "ok", "diverged": False, "seconds": 1.0}
+    fits = {"recommended": {"u": 80.0, "v": 75.0, "r": -20.0}}
+    fits |= {"script": {"u": 82.0, "v": 79.0, "r": -9.0}}
+    made = [tables.Row("c", "m", key, "measured", fit=fit, **row) for key, fit in fits.items()]
+    text = part("_measured").measured_table(made)
+    assert "| u 80, **v 75**, r -20 |" in text
+    assert "| u 82, v 79, r -9 |" in text
