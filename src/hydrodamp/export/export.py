@@ -21,6 +21,7 @@ from hydrodamp.export.c99 import FMU, C
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym, Stonefish
 from hydrodamp.export.fidelity import Fidelity, first_labels, measure_fidelity
 from hydrodamp.export.gazebo import VRX, GzSim
+from hydrodamp.export.planar import complete_log, complete_plant
 from hydrodamp.export.plant import UNIT_BOX, ExportedPlant
 from hydrodamp.export.scripts import CasADi, MuJoCo, Octave, Python
 from hydrodamp.export.target import Files, Target, save_files
@@ -63,7 +64,9 @@ def export(
         Coefficients that belong to the vehicle.
     vehicle : Vehicle
         Mass, restoring forces and actuators. If the log has a recorded wrench, the actuators are
-        left out, and a wrench is the input of the exported model.
+        left out, and a wrench is the input of the exported model. ``gz-sim``, ``vrx`` and
+        ``mujoco`` simulate six axes: of a vehicle with the axes X, Y and N alone, they assume what
+        its file does not have of the others, and the card states it.
     target : str or Target
         A key of :data:`TARGETS`, or one of its values with other settings.
     out : str or path
@@ -112,8 +115,12 @@ def export(
     form = find_target(target) if isinstance(target, str) else target
     folder = Path(out)
     check_export(folder, force)
-    plant = ExportedPlant.of(vehicle, damping, log)
-    run = None if log is None else VerificationRun.of(plant, log)
+    plant, assumed = ExportedPlant.of(vehicle, damping, log), tuple[str, ...]()
+    driven = log
+    if form.completes_planar:
+        plant, assumed = complete_plant(plant)
+        driven = complete_log(log) if assumed and log is not None else log
+    run = None if driven is None else VerificationRun.of(plant, driven)
     default_box = UNIT_BOX if run is None else operating_box(run.problem)
     plant = replace(plant, box=box or default_box)
     at = sample_states(plant) if run is None else run.states
@@ -127,6 +134,7 @@ def export(
     with tempfile.TemporaryDirectory() as verification_folder:
         contents = save_files(files, Path(verification_folder))
         card = measure_fidelity(form, plant, projected, at, run, Path(verification_folder))
+    card = replace(card, assumed=assumed)
     if fit is not None and log is not None and fit.damping.covariance is not None:
         band = predict_error(vehicle, fit, log)
         sizes = band.rms_by_axis(vehicle.axes, "deg")

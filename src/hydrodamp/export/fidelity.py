@@ -105,6 +105,8 @@ class Fidelity:
         standard errors of the coefficients and the error of the form; empty if it is unknown.
     extrapolated : tuple of str
         Velocities of that replay that leave their range in the training log.
+    assumed : tuple of str
+        Values on the axes Z, K and M that the vehicle file does not have; the source has them too.
     """
 
     target: str
@@ -128,6 +130,7 @@ class Fidelity:
     mass_ratio: dict[str, float]
     predicted_error: dict[str, float | None] = field(default_factory=dict)
     extrapolated: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     @property
     def exact(self) -> bool:
@@ -152,6 +155,8 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
     else:
         labels = first_labels(card.projected)
         yield f"Projected terms: {card.description} cannot represent {labels}."
+    if card.assumed:
+        yield f"Assumed on Z, K and M, which are not identified: {'; '.join(card.assumed)}."
     if any(card.about):
         point = " ".join(f"{x:g}" for x in card.about)
         yield f"Reference point of its coefficients: {point} m in the vehicle's frame."

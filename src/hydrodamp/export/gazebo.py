@@ -47,6 +47,7 @@ class Gazebo(HydrodynamicTarget):
     """Prefix in a tag of a velocity whose absolute value is taken."""
     required_tags: ClassVar[tuple[str, ...]] = ()
     """Tags whose default is not zero."""
+    completes_planar: ClassVar[bool] = True
     step: float = 0.001
     legacy: bool = False
 

@@ -276,7 +276,8 @@ def check_body(plant: ExportedPlant, key: str) -> None:
     if vehicle.axes != AXES:
         raise VehicleError(
             f"'{key}' simulates all six axes, and the mass of '{vehicle.name}' is known on "
-            f"{' '.join(vehicle.axes)} alone: give a vehicle file without `axes`."
+            f"{' '.join(vehicle.axes)} alone: give a vehicle file without `axes`. For the axes "
+            "X Y N, gz-sim, vrx and mujoco assume the others."
         )
     if not (vehicle.weight and vehicle.buoyancy):
         raise VehicleError(

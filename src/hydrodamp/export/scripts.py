@@ -171,6 +171,7 @@ class MuJoCo(Target):
 
     key: ClassVar[str] = "mujoco"
     description: ClassVar[str] = "MuJoCo 3.3 or newer"
+    completes_planar: ClassVar[bool] = True
     step: float = 0.01
 
     def __post_init__(self) -> None:

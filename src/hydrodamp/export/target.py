@@ -71,6 +71,8 @@ class Target:
     key: ClassVar[str]
     description: ClassVar[str]
     """Program and version."""
+    completes_planar: ClassVar[bool] = False
+    """Whether a vehicle known on X, Y and N gets assumed values on the other axes."""
 
     @property
     def omitted_effects(self) -> str:
