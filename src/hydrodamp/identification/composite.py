@@ -16,25 +16,22 @@ motion excited once; excitation need not persist. J.-J. E. Slotine and W. Li, Au
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
-from hydrodamp.identification.differentiation import (
-    regressor_mean_square,
-    velocity_correlation_time,
-)
-from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
+from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.online import (
     Adaptation,
     Entries,
     OnlineIdentifier,
     OnlineState,
-    require_problem,
+    check_typical_velocity,
+    find_scales,
 )
+from hydrodamp.identification.recursive import RELATIVE_BLOCK, RecursiveLeastSquares
 from hydrodamp.kernels.composite import CompositeLaw, composite_run, composite_step
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
@@ -42,7 +39,10 @@ from hydrodamp.simulation.problem import EquationTable, Problem
 from hydrodamp.status import Status
 
 #: Time constant of the filter over the correlation time of the velocities, the length of a block.
-RELATIVE_FILTER = 0.25
+RELATIVE_FILTER = 0.125
+
+#: Information before any data, in typical blocks of time.
+PRIOR = 10.0
 
 #: Weight of the memory; the proof needs 1/2 at least.
 KAPPA = 1.0
@@ -98,9 +98,11 @@ class CompositeIdentifier(OnlineIdentifier[CompositeLaw, CompositeState]):
     """The paper's adaptive identifier with a memory of the filtered equation, in one pass.
 
     All scales come from the log and the vehicle: a block of time is the correlation time τ of the
-    velocities, the filter has the time constant τ/4 = 1/λ, the velocity error decays at a/M = λ,
-    and the adaptation of n typical terms is critically damped with γ = λ²M/4n. Standard errors
-    follow the information of the memory and the mean innovation of a block of time.
+    velocities, the filter has the time constant τ/8 = 1/λ, the velocity error decays at a/M = λ,
+    γ = λ²M/4n keeps the adaptation of n typical terms from oscillation, and δ is the information of
+    10 typical blocks, or of the memory if it is shorter. Rank, status and covariance are those of
+    :class:`RecursiveLeastSquares` with the same memory; the covariance includes the difference of
+    both estimates.
 
     Parameters
     ----------
@@ -110,6 +112,9 @@ class CompositeIdentifier(OnlineIdentifier[CompositeLaw, CompositeState]):
         Length of a block of time [s]; by default the correlation time of the velocities.
     start : Damping, optional
         Initial coefficients, such as a published set; those of the paper by default.
+    typical_velocity : tuple of 6 floats, optional
+        Typical u v w [m/s] p q r [rad/s] that scale the terms, with channels of 1 and a block of
+        4 s, where there is no log to take the scales from.
 
     Raises
     ------
@@ -125,9 +130,11 @@ class CompositeIdentifier(OnlineIdentifier[CompositeLaw, CompositeState]):
     memory: float = np.inf
     block: float | None = None
     start: Damping | None = None
+    typical_velocity: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         """Check the settings."""
+        check_typical_velocity(self.typical_velocity)
         demand(self.memory > 0.0, "memory", "positive", self.memory)
         fits = self.block is None or 0.0 < self.block < np.inf
         demand(fits, "block", "positive and finite", self.block)
@@ -137,10 +144,12 @@ class CompositeIdentifier(OnlineIdentifier[CompositeLaw, CompositeState]):
     def _settings(
         self, source: Problem | EquationTable, equations: EquationTable, entries: Entries
     ) -> CompositeLaw:
-        problem, (rows, axes) = require_problem(source, "time scale and size of each term"), entries
-        block = self.block or velocity_correlation_time(problem)
-        size = np.sqrt(regressor_mean_square(problem)[rows - equations.n_known])
-        a = np.diag(problem.vehicle.mass_matrix) / (RELATIVE_FILTER * block)
+        rows, axes = entries
+        time, square = find_scales(source, equations, self.typical_velocity)
+        block = self.block or time
+        prior = min(PRIOR, self.memory / block)  # a memory that is short holds no more
+        size = np.sqrt(prior * square[rows - equations.n_known])
+        a = np.diag(equations.vehicle.mass_matrix) / (RELATIVE_FILTER * block)
         n_terms = np.maximum(np.bincount(axes, minlength=6), 1)
         return CompositeLaw(
             equations.plant,
@@ -164,26 +173,30 @@ class CompositeIdentifier(OnlineIdentifier[CompositeLaw, CompositeState]):
         start = law.initial_state(bound.start)
         values = composite_run(law, start, inputs, problem.segments)
         last = inputs.sample(problem.n_samples - 1)
-        coefficients = CompositeState(bound, last, values).coefficients
-        noise, n_blocks = law.noise(values)
+        state = CompositeState(bound, last, values)
         if not np.all(np.isfinite(values)):
             return empty_fit(problem, bound.model, self.key, Status.FAILED)
-        if not n_blocks:
+        if not law.n_blocks(values):
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
-        information = [law.information(axis, values) for axis in range(6)]
-        inverse = [np.linalg.inv(np.eye(len(each)) + each) for each in information]
-        rank = sum(int(np.sum(np.linalg.eigvalsh(each) >= 1.0)) for each in information)
-        unit = np.outer(law.unit, law.unit)
-        covariance = unit * block_diag(*(n * each for n, each in zip(noise, inverse, strict=True)))
+        fit = self._least_squares().identify(problem, bound.model)
+        if fit.uncertainty is None:
+            return empty_fit(problem, bound.model, self.key, fit.status)
+        difference = state.coefficients - fit.damping.coefficients
+        covariance = fit.uncertainty.covariance + np.outer(difference, difference)
         return make_fit(
             problem,
             bound.model,
             self,
-            coefficients,
-            uncertainty=Uncertainty(covariance, np.inf, _METHOD),
-            rank=rank,
-            status=Status.OK if rank == len(coefficients) else Status.BY_PRIOR,
+            state.coefficients,
+            uncertainty=replace(fit.uncertainty, covariance=covariance),
+            rank=fit.rank,
+            aliased=fit.aliased,
+            status=fit.status,
         )
 
-
-_METHOD = "mean innovations of blocks of time as long as the correlation time of the velocities"
+    def _least_squares(self) -> RecursiveLeastSquares:
+        """Return recursive least squares of the same memory, for standard errors and rank."""
+        block = self.block and RELATIVE_BLOCK * self.block
+        return RecursiveLeastSquares(
+            block, self.memory, start=self.start, typical_velocity=self.typical_velocity
+        )

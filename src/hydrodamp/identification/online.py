@@ -18,9 +18,14 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import down_vectors, quaternion_from_euler
-from hydrodamp.errors import MethodError, ProblemError, did_you_mean
+from hydrodamp.errors import MethodError, ProblemError, demand, did_you_mean
+from hydrodamp.identification.differentiation import (
+    regressor_mean_square,
+    velocity_correlation_time,
+)
 from hydrodamp.identification.dissipativity import axis_terms
 from hydrodamp.identification.fit import Fit, empty_fit
+from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -119,14 +124,41 @@ def initial_coefficients(model: DampingModel, known: Damping | None = None) -> F
     return np.array([-1.0 if str(term) == VELOCITIES[axis] else 0.0 for axis, term in pairs])
 
 
-def require_problem(source: Problem | EquationTable, quantity: str) -> Problem:
-    """Return a source that is a problem; raise for settings that need a log."""
-    if isinstance(source, Problem):
-        return source
-    raise MethodError(
-        f"these settings take the {quantity} from a log: bind the method to a problem prepared "
-        "from an earlier log."
-    )
+#: Correlation time of the velocities on board [s], where there is no log.
+TYPICAL_TIME = 4.0
+
+# Down vector and propulsion ratio that make no term zero.
+_TYPICAL_DOWN, _TYPICAL_PROPULSION_RATIO = (0.3, 0.3, 0.9), 1.3
+
+
+def check_typical_velocity(velocity: tuple[float, ...] | None) -> None:
+    """Raise unless a typical velocity is absent or six positive numbers."""
+    is_valid = velocity is None or (len(velocity) == 6 and all(0.0 < x < np.inf for x in velocity))
+    demand(is_valid, "typical_velocity", "six positive numbers", velocity)
+
+
+def find_scales(
+    source: Problem | EquationTable, equations: EquationTable, velocity: tuple[float, ...] | None
+) -> tuple[float, FloatArray]:
+    """Return a correlation time [s] and the mean square of every unknown term.
+
+    They are those of the log of a problem, or of a typical velocity.
+    """
+    if velocity is not None:
+        nu, plant = np.array([velocity]), equations.plant
+        propulsion = _TYPICAL_PROPULSION_RATIO * guarded_speed(nu)
+        channels = np.ones((1, plant.n_channels))
+        terms = core.regressor(plant.factors, nu, np.array([_TYPICAL_DOWN]), channels, propulsion)
+        return TYPICAL_TIME, np.asarray(terms[0, equations.n_known :] ** 2)
+    if not isinstance(source, Problem):
+        raise MethodError(
+            "these settings take the time scale and the size of each term from a log: bind the "
+            "method to a problem prepared from an earlier log."
+        )
+    square = regressor_mean_square(source)
+    if not np.all(np.isfinite(square)):
+        raise MethodError("the mean square of a term is not finite: check the log for outliers.")
+    return velocity_correlation_time(source), square
 
 
 #: Rows and columns of coefficients in the table of equation 1.

@@ -16,19 +16,16 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.arrays import BoolArray, FloatArray, factorisation
-from hydrodamp.basis.basis import guarded_speed
-from hydrodamp.errors import MethodError, demand
-from hydrodamp.identification.differentiation import (
-    regressor_mean_square,
-    velocity_correlation_time,
-)
+from hydrodamp.errors import demand
 from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, make_fit
 from hydrodamp.identification.online import (
+    TYPICAL_TIME,
     Adaptation,
     Entries,
     OnlineIdentifier,
     OnlineState,
-    require_problem,
+    check_typical_velocity,
+    find_scales,
 )
 from hydrodamp.identification.regression import column_span
 from hydrodamp.kernels import core
@@ -36,11 +33,10 @@ from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import EquationTable, Problem
-from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 from hydrodamp.status import Status
 
-#: Length of a block on board [s], where there is no log, and over the time scale of a log.
-TYPICAL_BLOCK, RELATIVE_BLOCK = 1.0, 0.25
+#: Length of a block over the correlation time of the velocities.
+RELATIVE_BLOCK = 0.25
 
 #: Default time constant of forgetting [blocks].
 MEMORY_BLOCKS = 600.0
@@ -129,13 +125,11 @@ class RecursiveLeastSquares(OnlineIdentifier[Recursion, RecursiveState]):
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        typical = TYPICAL_VELOCITY if self.typical_velocity is None else self.typical_velocity
-        valid = len(typical) == 6 and all(0.0 < value < np.inf for value in typical)
-        demand(valid, "typical_velocity", "six positive numbers", self.typical_velocity)
+        check_typical_velocity(self.typical_velocity)
         for name in ("block", "prior"):
             value = getattr(self, name)
             demand(value is None or 0.0 < value < np.inf, name, "positive and finite", value)
-        block = TYPICAL_BLOCK if self.block is None else self.block
+        block = RELATIVE_BLOCK * TYPICAL_TIME if self.block is None else self.block
         valid = self.memory is None or self.memory >= block
         demand(valid, "memory", f"at least one block of {block} s", self.memory)
 
@@ -146,18 +140,9 @@ class RecursiveLeastSquares(OnlineIdentifier[Recursion, RecursiveState]):
     ) -> Recursion:
         """Return the settings with scales from the log or the typical velocity."""
         rows, axes = entries
-        block = self.block or TYPICAL_BLOCK
-        if self.typical_velocity is None:
-            problem = require_problem(source, "size of each term")
-            block = self.block or RELATIVE_BLOCK * velocity_correlation_time(problem)
-            square = regressor_mean_square(problem)
-        else:
-            square = _typical_square(equations, self.typical_velocity)
+        time, square = find_scales(source, equations, self.typical_velocity)
+        block = self.block or RELATIVE_BLOCK * time
         size = block * np.sqrt(self.prior * square[rows - equations.n_known])
-        if not np.all(np.isfinite(size)):
-            raise MethodError(
-                "the mean square of a term is not finite: check the log for outliers."
-            )
         known = equations.with_unknown(entries, np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-block / (self.memory or MEMORY_BLOCKS * block)))
@@ -253,19 +238,6 @@ _TAPER = 1.0 - np.arange(1, 5) / 5.0
 
 # Largest share of the prior variance that remains of a coefficient estimated from data.
 _MAX_PRIOR_SHARE = 0.5
-
-# Down vector and propulsion ratio that make no term zero.
-_TYPICAL_DOWN, _TYPICAL_PROPULSION_RATIO = (0.3, 0.3, 0.9), 1.3
-
-
-def _typical_square(equations: EquationTable, velocity: tuple[float, ...]) -> FloatArray:
-    """Return the square of every unknown term at a typical velocity."""
-    plant = equations.plant
-    nu = np.array([velocity])
-    propulsion = _TYPICAL_PROPULSION_RATIO * guarded_speed(nu)
-    channels = np.ones((1, plant.n_channels))
-    terms = core.regressor(plant.factors, nu, np.array([_TYPICAL_DOWN]), channels, propulsion)
-    return np.asarray(terms[0, equations.n_known :] ** 2)
 
 
 class _AxisEstimates(NamedTuple):

@@ -63,13 +63,9 @@ class CompositeLaw(Recursion):
         start = len(state) - later + n + n * n
         return state[start : start + n * n].reshape(n, n)
 
-    def noise(self, state: FloatArray) -> tuple[FloatArray, int]:
-        """Return the variance of the mean innovation of a block, by axis, and how many there are.
-
-        The number is that of the blocks of time.
-        """
-        start = 7 * self.plant.n_terms + 19
-        return state[start : start + 6], int(state[start + 6])
+    def n_blocks(self, state: FloatArray) -> int:
+        """Return the number of complete blocks of time."""
+        return int(state[7 * self.plant.n_terms + 13])
 
 
 def composite_run(

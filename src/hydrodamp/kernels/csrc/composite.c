@@ -22,7 +22,7 @@
 #include "onboard.h"
 
 typedef struct {
-    hd_real *matrix, *error, *terms, *target, *elapsed, *innovation, *noise, *blocks, *axes;
+    hd_real *matrix, *error, *terms, *target, *elapsed, *blocks, *axes;
 } hd_memory;
 
 static hd_memory memory_in(hd_real *state, size_t n_terms)
@@ -33,10 +33,8 @@ static hd_memory memory_in(hd_real *state, size_t n_terms)
     m.error = m.matrix + 6 * n_terms;
     m.terms = m.error + 6;
     m.target = m.terms + n_terms;
-    m.innovation = m.target + 6;
-    m.elapsed = m.innovation + 6;
-    m.noise = m.elapsed + 1;
-    m.blocks = m.noise + 6;
+    m.elapsed = m.target + 6;
+    m.blocks = m.elapsed + 1;
     m.axes = m.blocks + 1;
     return m;
 }
@@ -54,7 +52,7 @@ static size_t axis_size(size_t n)
 
 size_t hd_composite_size(const hd_entries *entries, size_t n_terms)
 {
-    size_t size = 7 * n_terms + 26;
+    size_t size = 7 * n_terms + 14;
 
     for (size_t i = 0; i < 6; ++i)
         size += axis_size(n_entries(entries, i));
@@ -65,7 +63,7 @@ void hd_composite_begin_segment(size_t n_terms, hd_real *state)
 {
     const hd_memory m = memory_in(state, n_terms);
 
-    for (hd_real *value = m.error; value < m.noise; ++value)
+    for (hd_real *value = m.error; value < m.blocks; ++value)
         *value = 0;
 }
 
@@ -135,17 +133,15 @@ static void remember(const hd_plant *plant, const hd_entries *entries, const hd_
     for (size_t i = 0; i < 6; ++i) {
         const size_t first = (size_t)entries->starts[i], n = n_entries(entries, i);
         const int32_t *rows = entries->rows + first;
-        hd_real *s = axis + n, predicted = 0;
+        hd_real *s = axis + n;
         for (size_t j = 0; j < n; ++j) {
             const size_t row = (size_t)rows[j];
             phi[j] = law->unit[first + j] * m->terms[row];
-            predicted += m->matrix[6 * row + i] * m->terms[row];
             axis[j] += weight * phi[j] * target[i];
         }
         for (size_t j = 0; j < n; ++j)
             for (size_t c = 0; c < n; ++c)
                 s[n * j + c] += weight * (phi[j] * phi[c]);
-        m->innovation[i] += weight * (target[i] - predicted);
         axis += axis_size(n);
     }
     *m->elapsed += h;
@@ -203,14 +199,9 @@ int hd_composite_step(const hd_plant *plant, const hd_entries *entries, const hd
     remember(plant, entries, law, step, &m, work);
     if (*m.elapsed + step->length / 2 < law->length) /* the whole number of steps nearest */
         return 0;
-    const hd_real startup = 3 / (*m.blocks + 3);
-    const hd_real weight = startup > law->forgetting ? startup : law->forgetting;
     for (size_t i = 0; i < 6; ++i) {
         const size_t first = (size_t)entries->starts[i], n = n_entries(entries, i);
-        const hd_real square = m.innovation[i] * m.innovation[i] * law->length / *m.elapsed;
         recall(law, i, first, n, entries->rows + first, m.matrix, axis, work);
-        m.noise[i] += weight * (square - m.noise[i]);
-        m.innovation[i] = 0;
         axis += axis_size(n);
     }
     *m.elapsed = 0;
