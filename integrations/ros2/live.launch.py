@@ -8,7 +8,7 @@ from launch.actions import DeclareLaunchArgument, ExecuteProcess
 from launch.substitutions import LaunchConfiguration
 
 NEEDED = ("vehicle", "model", "mapping")
-DEFAULTS = {"method": "rls", "checkpoint": "", "output_interval": "1.0"}
+DEFAULTS = {"method": "ai-composite", "checkpoint": "", "output_interval": "1.0"}
 
 
 def generate_launch_description():

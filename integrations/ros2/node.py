@@ -1,8 +1,8 @@
 """A ROS 2 node that identifies damping online: it maps topics to samples, publishes estimates.
 
-Parameters: ``vehicle``, ``model`` and ``mapping``, each a name or a file; ``method`` (rls or ai);
-``checkpoint``, a file; ``output_interval``, the sample time between two estimates [s]. It publishes
-each estimate on ``~/estimates``, as the JSON line of ``hydrodamp live``, and its status on
+Parameters: ``vehicle``, ``model`` and ``mapping``, each a name or a file; ``method``
+(ai-composite, rls or ai); ``checkpoint``, a file; ``output_interval``, the sample time between two
+estimates [s]. It publishes each estimate on ``~/estimates``, as the JSON line of ``hydrodamp live``, and its status on
 ``/diagnostics``.
 """
 
@@ -30,7 +30,7 @@ from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_map
 DISCOVERY_INTERVAL = 0.5  # s, between two searches for new topics
 SETTINGS = {
     **dict.fromkeys(("vehicle", "model", "mapping", "checkpoint"), ""),
-    "method": "rls",
+    "method": "ai-composite",
     "output_interval": 1.0,
 }
 

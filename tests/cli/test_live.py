@@ -11,7 +11,7 @@ from time import monotonic
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
+from hydrodamp.live.estimator import METHODS
 
 #: How often a run is killed.
 KILLS = int(os.environ.get("HYDRODAMP_KILLS", "5"))
@@ -24,9 +24,7 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
     line = json.loads(done.stdout.splitlines()[-1])
     told = {label: one["value"] for label, one in line["coefficients"].items()}
     problem = hd.prepare(hd.read_vehicle("planar.yaml"), hd.read_log("b.csv"), hd.catalog["linear"])
-    fit = hd.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY).identify(
-        problem, hd.catalog["linear"]
-    )
+    fit = METHODS["ai-composite"].identify(problem, hd.catalog["linear"])
     assert told == fit.damping.as_dict()
     again = call(f"{START} --source b.csv --checkpoint s.json")
     assert [json.loads(again.stdout)] == [line]
@@ -48,7 +46,7 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
         ),
         (f"{START} --source tcp://127.0.0.1:1", "`--source tcp://127.0.0.1:1` is not supported"),
         (f"{START} --source stdin://", "name `stdin`"),
-        (f"{START} --source b.csv --method ls", "'rls', 'ai'"),
+        (f"{START} --source b.csv --method ls", "'ai-composite', 'rls'"),
         (f"{START} --source b.csv --checkpoint no/s.json", "there is no folder"),
         ("live --vehicle planar.yaml --model sparse --source b.csv", "a whole log"),
         (f"{START} --source stdin --mapping avl690", "a whole log"),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.live.estimator import METHODS
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import rows_of
 
@@ -67,6 +68,5 @@ def reference(dive):
     """The record of the whole dive by each method, with an estimate a second."""
     vehicle, log = dive
     return {
-        method: run_live(rows_of(log), vehicle, method, output_interval=1.0)
-        for method in ("rls", "ai")
+        method: run_live(rows_of(log), vehicle, method, output_interval=1.0) for method in METHODS
     }

@@ -15,12 +15,7 @@ from live.conftest import MODEL, run_live
 
 
 def batch(vehicle, log, method):
-    identifier = (
-        hd.AdaptiveIdentifier()
-        if method == "ai"
-        else hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY)
-    )
-    return identifier.identify(hd.prepare(vehicle, log, MODEL), MODEL)
+    return estimator.METHODS[method].identify(hd.prepare(vehicle, log, MODEL), MODEL)
 
 
 def from_log(log, _):
@@ -58,7 +53,7 @@ def from_datagrams(log, _):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])
-@pytest.mark.parametrize("method", ["rls", "ai"])
+@pytest.mark.parametrize("method", estimator.METHODS)
 def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
     vehicle, log = dive
     record = run_live(source(log, tmp_path), vehicle, method)
@@ -68,12 +63,13 @@ def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
 
 
 @pytest.mark.slow
-def test_standard_errors_are_those_of_the_batch_fit(dive, reference):
+@pytest.mark.parametrize("method", ["ai-composite", "rls"])
+def test_standard_errors_are_those_of_the_batch_fit(dive, reference, method):
     vehicle, log = dive
-    line = reference["rls"].lines[-1]
+    line = reference[method].lines[-1]
     errors = [one["standard_error"] for one in line["coefficients"].values()]
-    wanted = np.sqrt(batch(vehicle, log, "rls").damping.covariance.diagonal())
-    assert errors == wanted.tolist()
+    wanted = np.sqrt(batch(vehicle, log, method).damping.covariance.diagonal())
+    np.testing.assert_allclose(errors, wanted, rtol=1e-12)
 
 
 @pytest.mark.slow

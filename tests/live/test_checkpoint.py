@@ -9,12 +9,13 @@ import pytest
 
 from hydrodamp.errors import FileError
 from hydrodamp.live import sources
+from hydrodamp.live.estimator import METHODS
 from hydrodamp.live.samples import rows_of
 from live.conftest import run_live
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["rls", "ai"])
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("stop", [1, 501, 1003])
 def test_an_interrupted_run_resumes_bit_for_bit(dive, reference, tmp_path, method, stop):
     vehicle, log = dive
@@ -96,7 +97,7 @@ FOREIGN = {
     "damaged": lambda text: text.replace('"n_rows": 300', '"n_rows": 301'),
     "cannot be read as JSON": lambda text: text[:-100],
     "cannot be read": lambda text: "",
-    "of version 5": lambda text: text.replace('"live_state": 5', '"live_state": 1'),
+    "of version 6": lambda text: text.replace('"live_state": 6', '"live_state": 1'),
 }
 
 

@@ -26,7 +26,7 @@ def live(
     vehicle: str = "",
     model: str = "",
     source: str = "",
-    method: Literal["rls", "ai"] = "rls",
+    method: Literal["ai-composite", "rls", "ai"] = "ai-composite",
     mapping: str | None = None,
     real_time: bool = False,
     checkpoint: Path | None = None,

@@ -76,22 +76,22 @@ class State(OnlineState[core.Gains]):
         Plant, model and gains.
     last : Sample
         The sample of the last step.
-    table : ndarray, shape (n_columns + 1, 6)
+    values : ndarray, shape (n_columns + 1, 6)
         All coefficients of equation 1, in the paper K-hat, transposed; the last row is the
         velocity error.
     """
 
-    table: FloatArray
+    values: FloatArray
 
     @property
     def matrix(self) -> FloatArray:
         """All coefficients of equation 1, shape (n_columns, 6)."""
-        return self.table[:-1]
+        return self.values[:-1]
 
     @property
     def velocity_error(self) -> FloatArray:
         """Estimated minus measured velocity [m/s, rad/s]; in the paper Delta v."""
-        return np.asarray(self.table[-1])
+        return np.asarray(self.values[-1])
 
     @property
     def coefficients(self) -> FloatArray:
@@ -100,8 +100,8 @@ class State(OnlineState[core.Gains]):
 
     def advance(self, sample: Sample) -> State:
         """Return the state one sample later."""
-        table = core.adapt_step(self.adaptation.settings, self.table, self.last, sample)
-        return State(self.adaptation, sample, table)
+        values = core.adapt_step(self.adaptation.settings, self.values, self.last, sample)
+        return State(self.adaptation, sample, values)
 
     def restart(self, sample: Sample) -> State:
         """Return the state at the first sample after a gap: zero error, same coefficients."""

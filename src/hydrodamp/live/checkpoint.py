@@ -27,7 +27,7 @@ from hydrodamp.live.estimator import LiveState
 from hydrodamp.live.sample_validator import SampleValidator
 from hydrodamp.locks import acquire_lock
 
-VERSION = 5
+VERSION = 6
 HEAD = b'{"live_state":'  # the first bytes of every checkpoint
 
 
@@ -86,7 +86,7 @@ class _Content(NamedTuple):
     last: FloatArray
     block: FloatArray
     estimate: Estimate
-    table: FloatArray  # empty without the adaptive identifier
+    values: FloatArray  # of the adaptive identifier, empty without
     validator: SampleValidator
     n_rows: int
     counts: dict[str, int]
@@ -99,7 +99,7 @@ def save(state: LiveState, path: Path) -> None:
         state.rls.last.values,
         state.rls.block,
         state.rls.estimate,
-        state.ai.table if state.ai else np.empty(0),
+        state.ai.values if state.ai else np.empty(0),
         state.validator._replace(time=repr(state.validator.time)),  # type: ignore[arg-type]
         *(state.n_rows, state.counts, state.alarm),
     )
@@ -124,7 +124,7 @@ def load(fresh: LiveState, path: Path) -> LiveState:
     last = Sample(content.last)
     return fresh._replace(
         rls=replace(fresh.rls, estimate=content.estimate, block=content.block, last=last),
-        ai=fresh.ai and replace(fresh.ai, table=content.table, last=last),
+        ai=fresh.ai and replace(fresh.ai, values=content.values, last=last),
         validator=content.validator._replace(time=float(content.validator.time)),
         n_rows=content.n_rows,
         counts=content.counts,

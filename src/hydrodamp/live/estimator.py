@@ -1,7 +1,7 @@
 """Recursive identification without I/O: ``update(state, row) -> state``, and estimate lines.
 
-Recursive least squares always runs. With the adaptive identifier it provides the excitation, the
-grades and the test of convergence.
+Recursive least squares always runs. With an adaptive identifier it provides the excitation, the
+alarm and the test of convergence.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.data.channels import EULER, SEGMENT
 from hydrodamp.data.plausibility import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
-from hydrodamp.identification import adaptive, recursive
+from hydrodamp.identification import adaptive, composite, recursive
 from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, grade_coefficients
+from hydrodamp.identification.online import TYPICAL_TIME, OnlineIdentifier
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.sample_validator import (
     ACCEPTED,
@@ -52,19 +53,17 @@ CRITICAL_VALUE = 1.959964  # of a 95 % interval of the normal distribution
 
 WORDS = {None: None, **{each: each.word for each in (*Grade, *Cause)}}
 
-#: Methods that run sample by sample.
-METHODS = ("rls", "ai")
-
 
 class LiveState(NamedTuple):
     """State of a live run: estimators, sample validator, counts and alarm."""
 
     rls: recursive.RecursiveState
-    ai: adaptive.State | None
+    ai: adaptive.State | composite.CompositeState | None
     ranges: Ranges
     validator: SampleValidator
     n_rows: int  # of the source
     counts: dict[str, int]  # samples by class
+    method: str
     alarm: Alarm = Alarm()
 
     @property
@@ -77,11 +76,10 @@ class LiveState(NamedTuple):
         """Hash of the vehicle, model, channels, method and settings."""
         adaptation = self.rls.adaptation
         plant, recursion = adaptation.equations.plant, adaptation.settings
-        names = (adaptation.model.labels, adaptation.equations.channels)
+        settings = METHODS[self.method]
+        names = (adaptation.model.labels, adaptation.equations.channels, settings)
         digest = hashlib.sha256(repr(names).encode())
         arrays = [plant.mass_matrix, plant.free, plant.factors, recursion.known, recursion.unit]
-        if self.ai is not None:
-            arrays += [self.ai.adaptation.settings.a, self.ai.adaptation.settings.gamma]
         for array in arrays:
             digest.update(np.ascontiguousarray(array).data)
         digest.update(repr((recursion.block, recursion.forgetting)).encode())
@@ -99,10 +97,15 @@ class LiveState(NamedTuple):
         return self._replace(validator=self.validator._replace(is_interrupted=True)).add_count(kind)
 
 
-_RLS, _AI = (
-    recursive.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY),
-    adaptive.AdaptiveIdentifier(),
-)
+#: Methods that run sample by sample, the default first.
+METHODS: dict[str, OnlineIdentifier[Any, Any]] = {
+    "ai-composite": composite.CompositeIdentifier(
+        memory=recursive.MEMORY_BLOCKS * recursive.RELATIVE_BLOCK * TYPICAL_TIME,
+        typical_velocity=TYPICAL_VELOCITY,
+    ),
+    "rls": recursive.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY),
+    "ai": adaptive.AdaptiveIdentifier(),
+}
 
 
 def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveState:
@@ -112,18 +115,18 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     channels = tuple(sorted(optional_channels(row)))
     equations = sample_equations(vehicle, model, row, channels)
     sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), channels, None)
-    ai = _AI.init(equations, model, sample) if method == "ai" else None
-    rls = _RLS.init(equations, model, sample)
+    ai = METHODS[method].init(equations, model, sample) if method != "rls" else None
+    rls = METHODS["rls"].init(equations, model, sample)
     commands = equations.required_commands
     ranges = ranges_of(vehicle, commands, actuators=equations.actuators)
-    return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0})
+    return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0}, method)
 
 
 def _start_again(state: LiveState, row: Row) -> LiveState | None:
     """Return an initial state with the channels of another row, which must be complete."""
     bound = state.rls.adaptation
     try:
-        fresh = start(bound.equations.vehicle, bound.model, METHODS[state.ai is not None], row)
+        fresh = start(bound.equations.vehicle, bound.model, state.method, row)
     except HydrodampError:
         return None
     return fresh._replace(n_rows=state.n_rows, counts=state.counts)
@@ -173,11 +176,11 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     if is_restart := kind in RESTARTS:
         sample = make_sample(equations, row, velocity, validator.channels, None)
     rls, ai, alarm = state.rls, state.ai, state.alarm
-    rls = rls.restart(sample) if is_restart else _RLS.step(rls, sample)
+    rls = rls.restart(sample) if is_restart else rls.advance(sample)
     if ai is not None:
-        ai = ai.restart(sample) if is_restart else _AI.step(ai, sample)
+        ai = ai.restart(sample) if is_restart else ai.advance(sample)
     has_row = rls.estimate is not state.rls.estimate
-    arrays = (rls.block, *(rls.estimate if has_row else ()), *((ai.table,) if ai else ()))
+    arrays = (rls.block, *(rls.estimate if has_row else ()), *((ai.values,) if ai else ()))
     if not all(np.isfinite(array).all() for array in arrays):
         return state.reject("overflow"), "overflow"
     if has_row and not is_restart:
@@ -226,17 +229,25 @@ def _velocities(term: Term) -> set[str]:
     return {factor.strip("|") for factor in term.factors}
 
 
+def _estimate_uncertainty(state: LiveState) -> recursive.EstimateUncertainty:
+    """Return the uncertainty of least squares; its difference from another estimate is error."""
+    current = recursive.estimate_uncertainty(state.rls)
+    difference = state.coefficients - state.rls.coefficients
+    variance = current.standard_errors**2 + difference**2
+    return current._replace(standard_errors=np.sqrt(variance))
+
+
 def estimate_line(state: LiveState) -> dict[str, Any]:
     """Return an estimate as strict JSON; null where there is no value.
 
     All values are null before the first row of recursive least squares is complete.
     """
-    adaptation, current = state.rls.adaptation, recursive.estimate_uncertainty(state.rls)
+    adaptation, current = state.rls.adaptation, _estimate_uncertainty(state)
     axes = adaptation.settings.axes
     model_form = np.array([test.has_model_form for test in state.alarm.axes])
     has_steps = state.ai is not None and state.counts[ACCEPTED] > 1
     has_estimate = has_steps or bool(state.rls.estimate.rows.any())
-    has_errors = has_estimate and state.ai is None
+    has_errors = has_estimate and state.method != "ai"
     columns = zip(
         adaptation.model.labels,
         state.coefficients.tolist(),
@@ -247,7 +258,7 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
     present = np.unique(axes).tolist()
     return {
         "time": _finite(state.validator.time),
-        "method": "rls" if state.ai is None else "ai",
+        "method": state.method,
         "coefficients": {
             label: {
                 "value": _finite(value) if has_estimate else None,
@@ -270,7 +281,7 @@ def _finite(value: float) -> float | None:
 
 def _has_converged(state: LiveState) -> BoolArray:
     """Return on which axes the adaptive estimate is near that of least squares, shape (6,)."""
-    if state.ai is None:
+    if not isinstance(state.ai, adaptive.State):
         return np.ones(6, dtype=np.bool_)
     return (
         recursive.relative_wrench_difference(state.rls, state.coefficients)
