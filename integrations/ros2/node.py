@@ -2,8 +2,8 @@
 
 Parameters: ``vehicle``, ``model`` and ``mapping``, each a name or a file; ``method``
 (ai-composite, rls or ai); ``checkpoint``, a file; ``output_interval``, the sample time between two
-estimates [s]. It publishes each estimate on ``~/estimates``, as the JSON line of ``hydrodamp live``, and its status on
-``/diagnostics``.
+estimates [s]. It publishes each estimate on ``~/estimates``, as the JSON line of
+``hydrodamp live``, and its status on ``/diagnostics``.
 """
 
 from __future__ import annotations
