@@ -29,6 +29,9 @@ from hydrodamp.kernels.core import Gains
 from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, CampaignSetup
 from hydrodamp.simulation.problem import EquationTable
 
+COMPOSITE = {"ai-composite": hd.CompositeIdentifier()}
+"""The identifier with a memory of the filtered equation."""
+
 NOISES = {"0": 0.0, "1/10": 0.1, "1/3": 1 / 3, "1": 1.0}
 """Strength of the sensors' errors, in published ones."""
 
@@ -125,7 +128,7 @@ def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[st
     """Yield Table I beside its re-enactments on one truth."""
     for name, methods in (
         ("ls", {"ls": hd.LeastSquares()}),
-        ("ai", {unit: UNITS[unit] for unit in ("rad/s", "deg/s")}),
+        ("ai", {**{unit: UNITS[unit] for unit in ("rad/s", "deg/s")}, **COMPOSITE}),
     ):
         printed = tuple(getattr(hd.PAPER_TABLE_I[model.key], name) for model in MODELS)
         columns = {
