@@ -116,3 +116,13 @@ def test_a_draw_of_the_rov_has_a_grade_and_a_target_for_every_coefficient(study,
     assert "| ROV | `fossen+channels` | white | truth | determined |" in tables.summarise(
         [truth, found]
     )
+
+
+@pytest.mark.slow
+def test_a_strength_of_noise_that_vanished_at_a_biased_estimate_grows_again(study):
+    # the first estimate of the noise leaves none to the sensor of q
+    logs = study.ROV(study.FIRST_SEED + 1, study.DURATION, study.TETHERED["push 1"])()
+    fit = hd.identify(logs.true.model, logs.vehicle, logs.train, hd.Recommended())
+    assert fit.adequacy.form is hd.Form.ADEQUATE
+    errors = fit.damping.coefficients - logs.true.coefficients
+    assert np.sqrt(np.mean((errors / fit.uncertainty.standard_errors) ** 2)) < 1.5

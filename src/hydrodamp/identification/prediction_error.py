@@ -211,14 +211,15 @@ def minimise_prediction_errors(
 ) -> Iterator[tuple[ShootingObjective, Iterate]]:
     """Yield the objective of the innovations and its minimum from the estimate of windows.
 
-    The noise is estimated at the estimate of windows, then at each minimum with the noise before.
+    The noise is estimated at the estimate of windows, then at each minimum. It starts from the same
+    noise each time: a strength that vanishes at a biased estimate has no slope to grow back from.
     """
     std = INITIAL_STATE_FACTOR * result.linearisations[-1].residual_std
-    noise, iterate = initial_noise(objective), result
+    initial, iterate = initial_noise(objective), result
     for max_samples, tolerance in ROUNDS:
         fixed, at = fix_parameters(objective, iterate)
         runs = fixed.restrict(spread_runs(fixed, max_samples))
-        noise = estimate_noise(runs, at.coefficients, noise)
+        noise = estimate_noise(runs, at.coefficients, initial)
         outputs = FilteredOutputs(noise)
         filtered = replace(
             objective,
