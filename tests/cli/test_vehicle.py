@@ -72,3 +72,17 @@ def test_gains_of_actuators_come_from_a_log(folder):
     still = replace(log, commands=np.zeros_like(log.commands))
     with pytest.raises(hd.VehicleError, match="no command moves the vehicle"):
         add_actuators(f"{text}{NO_ACTUATORS}\n", still)
+
+
+def test_the_free_axes_can_be_stated(folder, call):
+    done = call(f"vehicle new boat.yaml {SIZES} --axes X,Y,N --json")
+    assert json.loads(done.stdout)["complete"]
+    boat, whole = read_vehicle(folder / "boat.yaml"), hd.Vehicle.from_hull(1.6, 0.19, 40.0)
+    assert boat.axes == ("X", "Y", "N")
+    free = np.ix_((0, 1, 5), (0, 1, 5))
+    np.testing.assert_allclose(boat.mass_matrix[free], whole.mass_matrix[free], rtol=1e-4)
+    text = (folder / "boat.yaml").read_text("utf-8")
+    assert "inertia: [null, null, " in text
+    assert "\nweight:  #" in text
+    assert "in this order" in call("vehicle new x.yaml --axes N,X", 2).stderr
+    assert "--axes" in call("vehicle new y.yaml --like lauv --axes X,Y,N", 2).stderr

@@ -8,7 +8,7 @@ from pathlib import Path
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import read_logs, read_named_models
+from hydrodamp.cli.inputs import read_logs, read_named_models, split_names
 from hydrodamp.cli.output import emit, note, print_output
 from hydrodamp.errors import FileError, VehicleError, demand
 from hydrodamp.files import save_text
@@ -28,13 +28,15 @@ def add_actuators(text: str, log: hd.Log) -> str:
     from hydrodamp.basis.term import AXES
     from hydrodamp.ingest.inspection.delay import estimate_delays
     from hydrodamp.ingest.inspection.draft_files import BASE_MODEL, group_commands
+    from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
     from hydrodamp.report.fit_tables import half_widths
     from hydrodamp.vehicle.file import parse_vehicle
 
     if NO_ACTUATORS not in text:
         raise VehicleError("`--log` estimates actuators, but this vehicle has some: omit it.")
     vehicle = parse_vehicle(text, source="the vehicle of `--log`")
-    groups = group_commands(estimate_delays(log))
+    omitted = [name for group in equivalent_commands(log) for name in group.omitted]
+    groups = group_commands(each for each in estimate_delays(log) if each.command not in omitted)
     terms = {
         axis: " ".join(delay.command for delay in group)
         for axis, group in groups.items()
@@ -136,6 +138,7 @@ def new(
     length: float | None = None,
     diameter: float | None = None,
     mass: float | None = None,
+    axes: str | None = None,
     like: str | None = None,
     log: list[str] | None = None,
     mapping: str | None = None,
@@ -144,6 +147,7 @@ def new(
 ) -> None:
     """Write a commented vehicle file from main dimensions or a known vehicle."""
     from hydrodamp.arrays import MAX_MAGNITUDE
+    from hydrodamp.basis.term import AXES
     from hydrodamp.vehicle.file import fleet_text, rename_vehicle, vehicle_template
 
     sizes = {"length": length, "diameter": diameter, "mass": mass}
@@ -152,9 +156,12 @@ def new(
     for name, size in known.items():
         demand(0.0 < size <= MAX_MAGNITUDE, f"--{name}", bounds, f"{size:g}")
     if like is None:
-        text = vehicle_template(file.stem, **sizes)
-    elif known:
-        raise VehicleError("`--like` cannot be combined with --length, --diameter or --mass.")
+        free = AXES if axes is None else split_names(axes)
+        text = vehicle_template(file.stem, free, **sizes)
+    elif known or axes is not None:
+        raise VehicleError(
+            "`--like` cannot be combined with --length, --diameter, --mass or --axes."
+        )
     else:
         text = rename_vehicle(fleet_text(like), file.stem)
     check_new_file(file, force)
@@ -165,5 +172,6 @@ def new(
     if json:
         emit({"path": str(file), "complete": complete})
     else:
-        state = "ready to use" if like is not None else NO_RESTORING_MOMENT
+        is_planar = axes is not None and not {*split_names(axes)} & {*"ZKM"}
+        state = "ready to use" if like is not None or is_planar else NO_RESTORING_MOMENT
         note(f"written to {file}: {state if complete else 'fill in the missing numbers'}")

@@ -6,7 +6,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, fields
 from pathlib import Path
 from string import Template
@@ -26,6 +26,7 @@ from pydantic import (
 
 from hydrodamp import files as files
 from hydrodamp.arrays import MAX_MAGNITUDE
+from hydrodamp.basis.term import AXES
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.faults import validate
 from hydrodamp.vehicle.actuators import Actuator
@@ -324,8 +325,9 @@ def _format_rows(matrix: Iterable[Any]) -> str:
 
 _TEMPLATE = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
 _ACTUATORS = _TEMPLATE[_TEMPLATE.index("# What is known of the actuation") :]
+_RESTORING_NUMBERS = ("weight", "buoyancy", "gravity", "lift")
 _EMPTY = {
-    **dict.fromkeys(("mass", "weight", "buoyancy", "gravity", "lift"), ""),
+    **dict.fromkeys(("mass", *_RESTORING_NUMBERS), ""),
     "source": '""',
     "inertia": "[null, null, null]",
     "about": "origin",
@@ -336,18 +338,21 @@ _EMPTY = {
 
 def vehicle_template(
     name: str = "my-vehicle",
+    axes: Sequence[str] = AXES,
+    /,
     *,
     length: float | None = None,
     diameter: float | None = None,
     mass: float | None = None,
 ) -> str:
-    """Return the text of a vehicle file."""
+    """Return the text of a vehicle file; what belongs to locked axes alone is empty."""
+    checked_axes(axes)
     numbers = _EMPTY
     if length is not None and diameter is not None and mass is not None:
-        numbers = _estimate(length, diameter, mass)
+        numbers = _estimate(length, diameter, mass, axes)
     elif (length, diameter, mass) != (None, None, None):
         raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
-    return Template(_TEMPLATE).substitute(name=json.dumps(name), **numbers)
+    return Template(_TEMPLATE).substitute(name=json.dumps(name), axes=_format_list(axes), **numbers)
 
 
 def rename_vehicle(text: str, name: str) -> str:
@@ -358,7 +363,7 @@ def rename_vehicle(text: str, name: str) -> str:
     return f"{renamed.rstrip()}\n\n{_ACTUATORS}"
 
 
-def _estimate(length: float, diameter: float, mass: float) -> dict[str, str]:
+def _estimate(length: float, diameter: float, mass: float, axes: Sequence[str]) -> dict[str, str]:
     """Return the values estimated for a hull, which must be about neutrally buoyant."""
     vehicle = Vehicle.from_hull(length, diameter, mass)
     cylinder = WATER_DENSITY * np.pi / 4.0 * diameter**2 * length
@@ -370,15 +375,20 @@ def _estimate(length: float, diameter: float, mass: float) -> dict[str, str]:
             "metres and kilograms, flooded spaces included"
         )
     added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
+    inertia = (vehicle.mass_matrix - added).diagonal().tolist()
+    rows = added.tolist()
+    for i in (i for i, axis in enumerate(AXES) if axis not in axes):
+        rows[i][i] = inertia[i] = "null"
+    restoring = {} if {*axes} & {*"ZKM"} else {key: _EMPTY[key] for key in _RESTORING_NUMBERS}
     return {
         "source": json.dumps(f"{vehicle.source}: {vehicle.note}"),
         "mass": repr(float(mass)),
-        "inertia": _format_list((vehicle.mass_matrix - added).diagonal()[3:]),
+        "inertia": _format_list(inertia[3:]),
         "about": "center_of_gravity",
-        "added": _format_rows(added),
+        "added": _format_rows(rows),
         "weight": f"{vehicle.weight:.6g}",
         "buoyancy": f"{vehicle.buoyancy:.6g}",
         "std": format_std(vehicle.std, vehicle.origin),
         "gravity": _format_list(vehicle.center_of_gravity),
         "lift": _format_list(vehicle.center_of_buoyancy),
-    }
+    } | restoring
