@@ -304,10 +304,12 @@ def check_log(
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.DampingModel]) -> None:
     """Check a log; warn of models that it cannot excite; raise if it is too short for all."""
     from hydrodamp.conditioning.current import current_warning
+    from hydrodamp.ingest.inspection.command_signs import contradicted_signs
     from hydrodamp.ingest.inspection.delay import estimate_delays
     from hydrodamp.ingest.inspection.draft_files import check_channel_axes
+    from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
     from hydrodamp.models.model import read_label
-    from hydrodamp.simulation.checks import missing_actuation
+    from hydrodamp.simulation.checks import missing_actuation, thruster_signs
 
     check_log(vehicle, log, models)
     if message := current_warning(log):
@@ -325,6 +327,11 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.Damping
     if gains:
         for message in check_channel_axes(estimate_delays(log), sorted(gains), log.velocity_names):
             warnings.warn(message, HydrodampWarning, stacklevel=2)
+        for group in equivalent_commands(log, {command for _, command in gains}):
+            _warn(log, group.issue())
+    if signs := {} if log.wrench is not None else thruster_signs(vehicle):
+        for issue in contradicted_signs(log, estimate_delays(log), signs):
+            _warn(log, issue)
     n_terms = min(max(map(len, model.terms), default=0) for model in restricted)
     if log.n < n_terms:
         raise ProblemError(

@@ -16,6 +16,7 @@ from hydrodamp.basis.term import AXES, RESERVED, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
+from hydrodamp.vehicle.actuators import Thruster
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: By axis, the wrench at each sample, held, and its increment until the next sample: with both, a
@@ -70,6 +71,26 @@ def with_gains(vehicle: Vehicle, log: Log, model: DampingModel) -> DampingModel:
         )
     extended = model.with_terms(terms, key=f"{model.key}+gains")
     return replace(extended, title=f"{model.title} with estimated actuator gains")
+
+
+#: Smallest share of a force along x, and lever over the radius of gyration, that has a sure sign.
+_MIN_SHARE_OF_FORCE, _MIN_RELATIVE_LEVER = 0.3, 0.2
+
+
+def thruster_signs(vehicle: Vehicle) -> dict[tuple[str, str], int]:
+    """Return the signs of u and r, by command, that positions and directions of thrusters give."""
+    inertia, signs = vehicle.mass_matrix.diagonal(), dict[tuple[str, str], int]()
+    gyration = float(np.sqrt(inertia[5] / inertia[0])) if inertia[0] > 0.0 else 0.0
+    for each in vehicle.actuators:
+        if isinstance(each, Thruster):
+            rise = each.gain if each.curve is None else each.curve[-1][1] - each.curve[0][1]
+            force = np.sign(rise or 0.0) * np.array(each.direction)
+            moment = float(np.cross(each.position, force)[2])
+            if abs(force[0]) > _MIN_SHARE_OF_FORCE:
+                signs[each.command, "u"] = int(np.sign(force[0]))
+            if abs(moment) > _MIN_RELATIVE_LEVER * gyration:
+                signs[each.command, "r"] = int(np.sign(moment))
+    return signs
 
 
 _LENGTH_IN_GYRATION_RADII = 4.0  # of a hull

@@ -15,6 +15,7 @@ from hydrodamp.simulation.checks import (
     estimate_length,
     missing_actuation,
     missing_data,
+    thruster_signs,
     unused_commands,
 )
 from hydrodamp.simulation.problem import prepare
@@ -40,6 +41,7 @@ def find_requirements(
             *filter(None, [by_terms and missing_actuation(vehicle, log, models)]),
         ),
         length=estimate_length(vehicle),
+        signs=thruster_signs(vehicle),
     )
     if requirements.missing or no_actuation:
         return requirements

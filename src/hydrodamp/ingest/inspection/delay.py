@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.conditioning.consistency import QualityIssue
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.progress import count_items
 
@@ -93,7 +92,7 @@ def estimate_delays(log: Log) -> tuple[Delay, ...]:
         names, inputs = (*names, *AXES), np.column_stack((inputs, log.wrench))
     if not names:
         return ()
-    step, state, commands = _resample(log, inputs)
+    step, state, commands = resample(log, inputs)
     velocity, down = state[:, :6], state[:, 6:]
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
     columns = count_items(zip(names, commands.T, strict=True), "comparing delays", len(names))
@@ -104,7 +103,7 @@ def estimate_delays(log: Log) -> tuple[Delay, ...]:
     return tuple(delay for delay in delays if delay is not None)
 
 
-def _resample(log: Log, inputs: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+def resample(log: Log, inputs: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return step, state and commands on a uniform clock, a NaN row between segments.
 
     The state is (u v w p q r), and the horizontal components of the downward direction.
@@ -148,7 +147,7 @@ def _estimate_delay(
     inside = (indices >= 0) & (indices < len(command))
     shifted = np.where(inside, command[np.clip(indices, 0, len(command) - 1)], np.nan)
     acceleration = np.diff(velocity[:, axes], axis=0, append=np.nan) / step
-    state = _state_regressors(velocity, axes)
+    state = state_regressors(velocity, axes)
     valid = np.isfinite(np.column_stack((acceleration, shifted, state, down))).all(axis=1)
     if len(lags) < 4 or np.count_nonzero(valid) < _MIN_SAMPLES:
         return None
@@ -196,7 +195,7 @@ def _residuals(
     return inputs, targets
 
 
-def _state_regressors(velocity: FloatArray, axes: list[int]) -> FloatArray:
+def state_regressors(velocity: FloatArray, axes: list[int]) -> FloatArray:
     """Return the state regressors (1, v, v|v|, u v)."""
     values = velocity[:, axes]
     with_speed = values * velocity[:, :1] if 0 in axes else values[:, :0]
@@ -229,7 +228,6 @@ def _interpolate_peak(shares: FloatArray, lags: IntArray) -> float:
 
 #: Share of the variance of an acceleration from which a command has an effect.
 MIN_RESPONSE_SHARE = 0.05
-_MIN_SIGN_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
 #: Motion of the vehicle when a velocity increases, and decreases, that changes sign with the axes.
 _MOTIONS = {
     "v": ("to starboard", "to port"),
@@ -239,22 +237,6 @@ _MOTIONS = {
 }
 
 
-def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
-    """Yield axes of a recorded wrench that accelerate the vehicle against their sign."""
-    against = {
-        delay.command: f"{delay.velocity} decreases when {delay.command} increases"
-        for delay in delays
-        if VELOCITY_OF.get(delay.command) == delay.velocity
-        and delay.sign < 0
-        and delay.share >= MIN_RESPONSE_SHARE
-        and delay.confidence >= _MIN_SIGN_CONFIDENCE
-    }
-    if against:
-        remedy = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
-        evidence = ", ".join(against.values())
-        yield QualityIssue(" ".join(against), "acts against its sign", evidence, remedy=remedy)
-
-
 def list_responses(delays: Sequence[Delay]) -> tuple[str, ...]:
     """Return the motion of the vehicle when a command increases, in the axes of the log."""
     return tuple(
@@ -262,3 +244,11 @@ def list_responses(delays: Sequence[Delay]) -> tuple[str, ...]:
         for delay in delays
         if delay.velocity in _MOTIONS and delay.share >= MIN_RESPONSE_SHARE
     )
+
+
+def wrench_remark(log: Log, delays: Sequence[Delay]) -> Iterator[str]:
+    """Yield a remark if no velocity responds to a recorded wrench."""
+    driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
+    responses = [item for item in delays if item.share >= MIN_RESPONSE_SHARE]
+    if driven and not any(item.command in AXES for item in responses):
+        yield "the motion responds to no axis of the recorded wrench."

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydrodamp.data.channels import ATTITUDE, EULER, WRENCH
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
+from hydrodamp.ingest.inspection.equivalent_commands import find_equivalent_columns
 from hydrodamp.ingest.inspection.names import YAML_KEYWORDS, command_names
 from hydrodamp.ingest.inspection.roles import Guess, Roles
 from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
@@ -53,7 +54,9 @@ def write_draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses, with a list of omitted columns."""
     used = select_channels(roles)
     commands = [item for item in roles.all_of("commands") if item.confidence >= MIN_CONFIDENCE]
-    commands = commands[:_MAX_COMMANDS]
+    columns = {guess.column for guess in commands}
+    equivalent = find_equivalent_columns(recording, roles.clocks, columns)
+    commands = [item for item in commands if item.column not in equivalent][:_MAX_COMMANDS]
     motion = [guess for guess in used if guess.role.startswith(("velocity.", "attitude."))]
     groups = {guess.role.partition(".")[0] for guess in used}
     is_complete = "velocity" in groups or {"attitude", "position"} <= groups
@@ -67,7 +70,9 @@ def write_draft(recording: Recording, roles: Roles) -> Draft:
         *_sensor_lines(roles),
         *_step_line(used),
         *(() if is_complete else _NO_VELOCITY),
-        *_omitted_columns(recording, roles, {guess.column for guess in (*used, *commands)}),
+        *_omitted_columns(
+            recording, roles, {guess.column for guess in (*used, *commands)}, equivalent
+        ),
     ]
     confidence = min((guess.confidence for guess in motion), default=0)
     return Draft("\n".join(lines) + "\n", confidence if is_complete and roles.clocks else 0)
@@ -250,7 +255,9 @@ def _step_line(used: Sequence[Guess]) -> Iterator[str]:
         yield f"steps: [{', '.join(steps)}]    # not recorded, derived{remark if is_depth else ''}"
 
 
-def _omitted_columns(recording: Recording, roles: Roles, used: Collection[str]) -> Iterator[str]:
+def _omitted_columns(
+    recording: Recording, roles: Roles, used: Collection[str], equivalent: Mapping[str, str]
+) -> Iterator[str]:
     """Yield every omitted column with the reason."""
     reasons: dict[tuple[str, str], list[str]] = {}
     guesses = {guess.column: guess for guess in roles.guesses}
@@ -265,7 +272,7 @@ def _omitted_columns(recording: Recording, roles: Roles, used: Collection[str]) 
             default = "a time" if is_stamp(field) else "no clock or no number"
             reason = topic.faults.get(field) or roles.without_role.get(column) or default
             if guess := guesses.get(column):
-                reason = _omission_reason(guess, roles)
+                reason = equivalent.get(column) or _omission_reason(guess, roles)
             elif field not in (*topic.fields, *topic.faults):
                 reason = "words"
             message, _, last = field.rpartition("[" if field.endswith("]") else ".")

@@ -17,8 +17,8 @@ from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 
 _TABLES = yaml.safe_load(Path(__file__).with_name("words.yaml").read_text("utf-8"))
 #: Words in names by their meaning.
-_WORDS = {meaning: frozenset(text.split()) for meaning, text in _TABLES["words"].items()}
-_LOADS = _WORDS["wrench"] | _WORDS["force"] | _WORDS["moment"]
+WORDS = {meaning: frozenset(text.split()) for meaning, text in _TABLES["words"].items()}
+_LOADS = WORDS["wrench"] | WORDS["force"] | WORDS["moment"]
 _ANGLES, _MOTIONS, _DIRECTIONS = (_TABLES[name] for name in ("angles", "motions", "directions"))
 _COMPOUNDS = {word: role for role, text in _TABLES["compounds"].items() for word in text.split()}
 _AXES = {"x": 0, "y": 1, "z": 2} | {str(index): index for index in range(6)}
@@ -87,17 +87,17 @@ def guess_role(
     """Return the role that name and unit suggest, or the reason why none."""
     name, topic_words = split_unit(field)[0], {*words(topic)}
     context = {*topic_words, *name}
-    if excluded := context & _WORDS["not_measured"] | {*name} & _WORDS["not_measured_in_field"]:
+    if excluded := context & WORDS["not_measured"] | {*name} & WORDS["not_measured_in_field"]:
         return f"not a measurement: {min(excluded)}", 0
     is_wrench = {"K", "M", "N"} <= {*siblings} or {"X", "Y", "N"} <= {*siblings}
     if field in WRENCH.columns and is_wrench:
         return f"wrench.{field}", 85
     stem = split_index(field)[0]
-    setpoint = {*name} & _WORDS["setpoint"] or _setpoint_suffix(stem, siblings)
-    if setpoint and not {*name} & _WORDS["commands"]:
+    setpoint = {*name} & WORDS["setpoint"] or _setpoint_suffix(stem, siblings)
+    if setpoint and not {*name} & WORDS["commands"]:
         return f"a setpoint, not a measurement: {min(setpoint)}", 0
     bare, size = _without_qualifiers(name), 0
-    is_alone = len({*split_unit(_PATH.split(field)[-1])[0]} - _WORDS["qualifier"]) == 1
+    is_alone = len({*split_unit(_PATH.split(field)[-1])[0]} - WORDS["qualifier"]) == 1
     if element := element_of(field, siblings):
         index, n_elements = element
         bare = (*_without_qualifiers(split_unit(stem)[0]), str(index))
@@ -108,10 +108,10 @@ def guess_role(
     if guess is None and split_unit(field)[1] == "rpm":
         guess = "commands", 80
     if guess is None:
-        setpoint = topic_words & _WORDS["setpoint"]
+        setpoint = topic_words & WORDS["setpoint"]
         return f"a setpoint, not a measurement: {min(setpoint)}" if setpoint else NO_ROLE, 0
-    topic_status = set() if context & {"output", "outputs"} else topic_words & _WORDS["status"]
-    if guess[0] == "commands" and (status := {*name} & _WORDS["status"] | topic_status):
+    topic_status = set() if context & {"output", "outputs"} else topic_words & WORDS["status"]
+    if guess[0] == "commands" and (status := {*name} & WORDS["status"] | topic_status):
         return f"state of an actuator, not a command: {min(status)}", 0
     role, confidence = _velocity_axes(guess, context)
     quantity = quantity_of_role(role)
@@ -123,7 +123,7 @@ def guess_role(
 
 
 def _without_qualifiers(name: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(word for word in name if word not in _WORDS["qualifier"]) or name
+    return tuple(word for word in name if word not in WORDS["qualifier"]) or name
 
 
 def _setpoint_suffix(stem: str, siblings: Collection[str]) -> set[str]:
@@ -148,11 +148,11 @@ def _velocity_axes(guess: Hint, context: set[str]) -> Hint:
     if group != "velocity" or axis not in tuple("uvw"):
         return guess
     index = "uvw".index(axis)
-    if context & _WORDS["body_axes"]:
+    if context & WORDS["body_axes"]:
         return role, confidence + 5 * ("body" in context)
     if worlds := context & _TABLES["worlds"].keys():
         return f"velocity.{_TABLES['worlds'][min(worlds)][index]}", confidence
-    return (f"velocity.{'xyz'[index]}", confidence) if context & _WORDS["earth_axes"] else guess
+    return (f"velocity.{'xyz'[index]}", confidence) if context & WORDS["earth_axes"] else guess
 
 
 def quantity_of_role(role: str) -> str | None:
@@ -177,34 +177,34 @@ def _role_of_words(
     name_words, last = set(name), name[-1] if name else ""
     numbered = name_words | {word.rstrip("0123456789") for word in name}
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
-    if name_words & _WORDS["flag"] and angle is None:
+    if name_words & WORDS["flag"] and angle is None:
         return "flag", 80
-    if name_words & _WORDS["wrench"] and (component := _wrench_component(name)):
+    if name_words & WORDS["wrench"] and (component := _wrench_component(name)):
         return f"wrench.{component}", 85
-    loading = context if last in tuple("xyz") else name_words | context & _WORDS["wrench"]
-    is_load = last in _AXES and not context & _WORDS["setpoint"] and loading & _LOADS
-    if is_load and (guess := _vector_component(context - _WORDS["velocity"], _AXES[last], size)):
+    loading = context if last in tuple("xyz") else name_words | context & WORDS["wrench"]
+    is_load = last in _AXES and not context & WORDS["setpoint"] and loading & _LOADS
+    if is_load and (guess := _vector_component(context - WORDS["velocity"], _AXES[last], size)):
         return guess
-    if numbered & _WORDS["commands"]:
+    if numbered & WORDS["commands"]:
         return "commands", 85
-    is_setpoint = name_words & _WORDS["setpoint"]
-    if context & (_WORDS["commands"] - {"control"}) and angle is None and not is_setpoint:
+    is_setpoint = name_words & WORDS["setpoint"]
+    if context & (WORDS["commands"] - {"control"}) and angle is None and not is_setpoint:
         return "commands", 75
-    if context & _WORDS["setpoint"]:
+    if context & WORDS["setpoint"]:
         return None
     if angle is not None:
-        if name_words & _WORDS["specific_force"]:
+        if name_words & WORDS["specific_force"]:
             return None  # an angular acceleration
-        is_rate = name_words & (_WORDS["angular_rate"] | {"speed"})
+        is_rate = name_words & (WORDS["angular_rate"] | {"speed"})
         return (f"velocity.{_TABLES['rates'][angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
-    is_angle = name_words & _WORDS["angle_vector"] and not name_words & _WORDS["rate_of_angle"]
+    is_angle = name_words & WORDS["angle_vector"] and not name_words & WORDS["rate_of_angle"]
     if is_angle and last in tuple("xyz012") and size in (0, 3):
         return f"attitude.{EULER[_AXES[last]]}", 80
-    if name_words & _MOTIONS.keys() and not name_words & _WORDS["position"]:
+    if name_words & _MOTIONS.keys() and not name_words & WORDS["position"]:
         return f"velocity.{next(_MOTIONS[word] for word in name if word in _MOTIONS)}", 80
     if "rate" in context and is_alone and last in "rpy" and f"{field[:-1]}x" not in siblings:
         return f"velocity.{'pqr'['rpy'.index(last)]}", 75
-    if context & _WORDS["quaternion"]:
+    if context & WORDS["quaternion"]:
         if last in tuple("wxyz") and f"{field[:-1]}w" in siblings:
             return f"attitude.q{last}", 85
         if size == 4 and last in tuple("0123"):
@@ -213,13 +213,13 @@ def _role_of_words(
     if is_vector and (guess := _vector_component(context, _AXES[last], size)):
         return guess
     if last in _DIRECTIONS and not is_alone:
-        group = "velocity" if name_words & _WORDS["velocity"] else "position"
+        group = "velocity" if name_words & WORDS["velocity"] else "position"
         return f"{group}.{_DIRECTIONS[last]}", 80
-    if "depth" in name_words and not name_words & (_WORDS["angular_rate"] | _WORDS["velocity"]):
+    if "depth" in name_words and not name_words & (WORDS["angular_rate"] | WORDS["velocity"]):
         return "position.depth", 75 if name_words & {"raw", "sensor"} else 85
-    if is_alone and last in "uvwpqr" and not context & _WORDS["quaternion"] - {"q"}:
+    if is_alone and last in "uvwpqr" and not context & WORDS["quaternion"] - {"q"}:
         return f"velocity.{last}", 85
-    if last in _COMPOUNDS and not (last[0] == "a" and context & _WORDS["position"]):
+    if last in _COMPOUNDS and not (last[0] == "a" and context & WORDS["position"]):
         return _COMPOUNDS[last], 80  # not the world acceleration of a position
     if len(name) == 1 and last in "xyz":
         return f"position.{last}", 60
@@ -238,7 +238,7 @@ def _wrench_component(name: tuple[str, ...]) -> str | None:
 def _vector_component(context: set[str], index: int, size: int) -> Hint | None:
     """Return the role of a component of a vector."""
     for kind, (confidence, roles) in _TABLES["vectors"].items():
-        if matches := context & _WORDS[kind]:
+        if matches := context & WORDS[kind]:
             if size == 3 and (planar := matches & _TABLES["planar"].keys()):
                 return _TABLES["planar"][min(planar)][index], 65
             is_component = index < min(len(roles), size or 3)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.term import AXES, MOTIONS, VELOCITIES
+from hydrodamp.basis.term import MOTIONS, VELOCITIES
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.current import current_warning
 from hydrodamp.conditioning.derivatives import rates_from_attitude
@@ -18,13 +18,15 @@ from hydrodamp.conditioning.vertical_axis import UNDECIDED, VerticalAxis, vertic
 from hydrodamp.data.channel_regression import noise_std
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
+from hydrodamp.ingest.inspection.command_signs import Signs, check_commands
 from hydrodamp.ingest.inspection.delay import (
     MIN_RESPONSE_SHARE,
     Delay,
     estimate_delays,
     list_responses,
-    reversed_wrench,
+    wrench_remark,
 )
+from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
 from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
 
 #: Verdict on a log that lacks a required channel.
@@ -74,6 +76,7 @@ class Requirements:
     reservations: tuple[str, ...] = ()
     suspicions: tuple[QualityIssue, ...] = ()
     length: float | None = None  # of the vehicle [m]
+    signs: Signs | None = None  # of the effects of its thrusters
 
 
 @dataclass(frozen=True)
@@ -164,13 +167,16 @@ def report_quality(
     needs = needs or Requirements(VELOCITIES, tuple(_missing_channels(log)))
     log_with_rates = log if log.attitude is None else rates_from_attitude(log)
     size = VehicleScale.from_log(log) if needs.length is None else VehicleScale(needs.length)
-    delays = tuple(item for item in estimate_delays(log_with_rates) if item.command not in measured)
+    equivalent = equivalent_commands(log)
+    excluded = {*measured, *(name for group in equivalent for name in group.omitted)}
+    delays = tuple(item for item in estimate_delays(log_with_rates) if item.command not in excluded)
     channels, segments = _velocity_channels(log, size), tuple(_segment_facts(log))
     depths = [log.command(name) for name, role in measured.items() if role.endswith("depth")]
     upright = upright or VerticalAxis.combine(vertical_tests(log, depths[0] if depths else None))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     issues = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
-    issues = (*issues, *wrong_frame(upright, issues), *reversed_wrench(delays))
+    issues = (*issues, *wrong_frame(upright, issues), *(group.issue() for group in equivalent))
+    issues = (*issues, *check_commands(log_with_rates, delays, needs.signs))
     missing = needs.missing
     if log.n < _MIN_SAMPLES:
         few = f"samples: {log.n} are too few to determine coefficients"
@@ -179,7 +185,7 @@ def report_quality(
     remarks = [
         *(() if any(issue.channel == "time" for issue in issues) else _jitter_remark(log)),
         *_remarks(log, size, segments, required, commands),
-        *_wrench_remark(log, delays),
+        *wrench_remark(log, delays),
         *needs.reservations,
     ]
     derived = _velocity_channels(log_with_rates, size)
@@ -302,11 +308,3 @@ def _jitter_remark(log: Log) -> Iterator[str]:
             f"the clock jitters by {jitter:.0%} of a step: {low:.2g} to {high:.2g} s. If these "
             "are arrival times, use the sensor time stamps (`time` in the mapping)."
         )
-
-
-def _wrench_remark(log: Log, delays: Sequence[Delay]) -> Iterator[str]:
-    """Yield a remark if no velocity responds to a recorded wrench."""
-    driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
-    responses = [item for item in delays if item.share >= MIN_RESPONSE_SHARE]
-    if driven and not any(item.command in AXES for item in responses):
-        yield "the motion responds to no axis of the recorded wrench."

@@ -1,0 +1,164 @@
+"""Commands that record one signal, and effects that names, geometry or clocks contradict."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Log
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.ingest.inspection.command_signs import contradicted_signs, leading_responses
+from hydrodamp.ingest.inspection.delay import estimate_delays
+from hydrodamp.ingest.inspection.equivalent_commands import (
+    equivalent_commands,
+    find_equivalent_commands,
+)
+from hydrodamp.ingest.inspection.probe import probe
+from hydrodamp.ingest.inspection.quality_report import report_quality
+
+STEP, N = 0.1, 3000
+SIDES = ("left", "right")
+
+
+def force_of(throttle):
+    """Return the thrust [N] of a throttle with a dead zone."""
+    return np.where(np.abs(throttle) < 0.06, 0.0, 30.0 * throttle * np.abs(throttle))
+
+
+def boat_log(seed, names=SIDES, factors=(1.0, 1.0), offset=0, extra=None):
+    """Simulate a boat of 20 kg with two thrusters; ``factors`` reverse what is recorded."""
+    random = np.random.default_rng(seed)
+    levels = random.uniform(-0.5, 1.0, (N // 25, 2)).repeat(25, axis=0)
+    force, motion = force_of(levels), np.zeros((N, 3))
+    for i in range(N - 1):
+        u, v, r = motion[i]
+        left, right = force[i]
+        rates = (
+            (left + right - 8.0 * u - 6.0 * u * abs(u)) / 22.0 + v * r,
+            (-12.0 * v - 20.0 * v * abs(v)) / 30.0 - 0.7 * u * r,
+            (0.3 * (left - right) - 2.0 * r - 1.5 * r * abs(r)) / 2.0,
+        )
+        motion[i + 1] = motion[i] + STEP * np.array(rates)
+    motion += random.normal(size=motion.shape) * (0.01, 0.01, 0.005)
+    recorded = {
+        f"{name}_force": np.roll(factor * column, offset)
+        for name, factor, column in zip(names, factors, force.T, strict=True)
+    }
+    recorded |= {} if extra is None else extra(levels)
+    velocities = dict(zip("uvr", motion.T, strict=True))
+    return Log.from_arrays(STEP * np.arange(N), velocities, commands=recorded)
+
+
+def pulses(levels):
+    return {
+        f"{side}_pwm": np.round(1500.0 + 400.0 * each)
+        for side, each in zip(SIDES, levels.T, strict=True)
+    }
+
+
+def sign_issues(log, expected=None):
+    return list(contradicted_signs(log, estimate_delays(log), expected))
+
+
+def channels(issues):
+    return {issue.channel for issue in issues}
+
+
+@pytest.mark.slow
+def test_thrusters_with_the_right_signs_contradict_nothing():
+    found = [sign_issues(boat_log(seed)) for seed in range(20)]
+    assert sum(map(bool, found)) <= 1
+
+
+@pytest.mark.slow
+def test_a_thruster_of_the_opposite_sign_is_named():
+    found = [sign_issues(boat_log(seed, factors=(1.0, -1.0))) for seed in range(20)]
+    assert sum(channels(issues) == {"right_force"} for issues in found) >= 18
+    assert "`sign: -1` for `right_force`" in found[0][0].remedy
+
+
+@pytest.mark.slow
+def test_swapped_labels_are_named():
+    found = [sign_issues(boat_log(seed, names=("right", "left"))) for seed in range(20)]
+    both = {"left_force", "right_force"}
+    assert sum(channels(issues) == both for issues in found) >= 18
+    assert "labels swapped" in found[0][0].problem
+    assert "exchange the columns" in found[0][0].remedy
+
+
+@pytest.mark.parametrize(("sign", "n_issues"), [(1, 0), (-1, 2)])
+def test_geometry_replaces_the_names(sign, n_issues):
+    log = boat_log(3, names=("m1", "m2"))
+    expected = {("m1_force", "r"): sign, ("m2_force", "r"): -sign}
+    assert len(sign_issues(log, expected)) == n_issues
+
+
+def test_a_channel_that_moves_another_axis_than_its_name_says_is_named():
+    log = boat_log(4, names=("forward", "yaw"))
+    mixed = np.column_stack([log.commands.sum(axis=1), log.commands @ (1.0, -1.0)])
+    assert not sign_issues(replace(log, commands=mixed))
+    assert channels(sign_issues(replace(log, commands=mixed[:, ::-1]))) == {
+        "forward_force",
+        "yaw_force",
+    }
+
+
+@pytest.mark.slow
+def test_pulse_widths_beside_forces_are_omitted():
+    groups = [equivalent_commands(boat_log(seed, extra=pulses)) for seed in range(20)]
+    expected = [(f"{side}_force", (f"{side}_pwm",)) for side in SIDES]
+    found = [[(each.selected, each.omitted) for each in group] for group in groups]
+    assert found.count(expected) >= 18
+    report = report_quality(boat_log(0, extra=pulses))
+    assert {delay.command for delay in report.delays} == {"left_force", "right_force"}
+    assert any("omit left_pwm from `commands`" in issue.remedy for issue in report.issues)
+
+
+def test_a_feedback_is_preferred_to_its_demand():
+    for seed in range(5):
+        random = np.random.default_rng(seed)
+        demand = random.choice([-0.3, 0.0, 0.3], 100).repeat(20)
+        angle = np.zeros(len(demand))
+        for i in range(len(demand) - 1):
+            angle[i + 1] = angle[i] + 0.25 * (demand[i] - angle[i])
+        angle += 0.005 * random.normal(size=len(angle))
+        group = find_equivalent_commands(
+            ("rudder_cmd", "rudder_feedback"), np.column_stack((demand, angle))
+        )
+        assert [(each.selected, each.omitted) for each in group] == [
+            ("rudder_feedback", ("rudder_cmd",))
+        ]
+
+
+def test_surfaces_that_are_driven_apart_are_different_signals():
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        common, apart = random.uniform(-1.0, 1.0, (2, 100)).repeat(20, axis=1)
+        pair = np.column_stack((common + 0.05 * apart, common - 0.05 * apart))
+        assert not find_equivalent_commands(("rudder_top", "rudder_bottom"), pair)
+        assert not find_equivalent_commands(("left_thruster", "right_thruster"), pair)
+        same = np.column_stack((common, -common))
+        assert find_equivalent_commands(("rudder_top", "rudder_bottom"), same)
+
+
+@pytest.mark.parametrize(("offset", "n_issues"), [(4, 1), (0, 0), (-4, 0)])
+def test_a_response_before_its_command_is_a_clock_offset(offset, n_issues):
+    for seed in range(3):
+        log = boat_log(seed, offset=offset)
+        issues = list(leading_responses(log, estimate_delays(log)))
+        assert len(issues) == n_issues
+        found = [re.search(r"`delay: ([0-9.]+)` to", issue.remedy)[1] for issue in issues]
+        assert np.allclose(np.array(found, dtype=float), 0.4, atol=0.05)
+
+
+def test_the_draft_takes_the_force_and_says_why_it_omits_the_pulse_width():
+    log = boat_log(1, extra=pulses)
+    fields = {"t": log.time, "u": log.velocity[:, 0], "r": log.velocity[:, 5]}
+    fields |= {name: log.command(name) for name in log.command_names}
+    text = probe(Recording((Topic("", None, fields),), "boat.csv", "text in columns")).draft.text
+    mapped, _, omitted = text.partition("# Omitted:")
+    assert "left_force" in mapped
+    assert "left_pwm" not in mapped
+    words = " ".join(omitted.replace("#", " ").split())
+    assert "left_pwm - records the same signal as left_force" in words
