@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import hydrodamp as hd
+from hydrodamp.cli.inputs import check_training
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection.command_signs import contradicted_signs, leading_responses
@@ -16,6 +18,7 @@ from hydrodamp.ingest.inspection.equivalent_commands import (
 )
 from hydrodamp.ingest.inspection.probe import probe
 from hydrodamp.ingest.inspection.quality_report import report_quality
+from hydrodamp.simulation.checks import thruster_signs
 
 STEP, N = 0.1, 3000
 SIDES = ("left", "right")
@@ -162,3 +165,31 @@ def test_the_draft_takes_the_force_and_says_why_it_omits_the_pulse_width():
     assert "left_pwm" not in mapped
     words = " ".join(omitted.replace("#", " ").split())
     assert "left_pwm - records the same signal as left_force" in words
+
+
+@pytest.fixture
+def boat():
+    thrusters = [
+        hd.Thruster(f"{side}_force", (0.0, y, 0.0), (1.0, 0.0, 0.0), gain=1.0)
+        for side, y in zip(SIDES, (-0.3, 0.3), strict=True)
+    ]
+    mass = np.diag([22.0, 30.0, 22.0, 1.0, 1.0, 2.0])
+    return hd.Vehicle("boat", mass, 0.0, 0.0, axes=("X", "Y", "N"), actuators=thrusters)
+
+
+def test_position_and_direction_give_the_signs_of_surge_and_yaw(boat):
+    assert thruster_signs(boat) == {
+        ("left_force", "u"): 1,
+        ("left_force", "r"): 1,
+        ("right_force", "u"): 1,
+        ("right_force", "r"): -1,
+    }
+
+
+def test_a_fit_warns_of_a_thruster_against_its_geometry_and_of_two_recordings(boat):
+    model = hd.catalog["linear"].with_terms({"X": "left_force left_pwm"})
+    with pytest.warns(hd.HydrodampWarning) as caught:
+        check_training(boat, boat_log(2, factors=(1.0, -1.0), extra=pulses), [model])
+    messages = [str(each.message) for each in caught]
+    assert any("`sign: -1` for `right_force`" in each for each in messages)
+    assert any("omit left_pwm from `commands`" in each for each in messages)
