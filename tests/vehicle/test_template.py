@@ -47,6 +47,14 @@ def test_sizes_in_other_units_are_refused(sizes):
         vehicle_template(length=length, diameter=diameter, mass=mass)
 
 
+def test_a_boat_may_weigh_less_than_a_submerged_hull():
+    sizes = {"length": 1.2, "diameter": 0.3, "mass": 17.0}
+    boat = parse_vehicle(vehicle_template("boat", "XYN", **sizes))
+    assert boat.mass_matrix[1, 1] > 17.0
+    with pytest.raises(VehicleError, match="metres and kilograms"):
+        vehicle_template("boat", "XYN", **{**sizes, "mass": 17000.0})
+
+
 def test_an_estimate_says_that_nothing_rights_it():
     """Length, diameter and mass say nothing of the metacentric height."""
     text = vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5)

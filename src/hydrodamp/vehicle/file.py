@@ -325,9 +325,8 @@ def _format_rows(matrix: Iterable[Any]) -> str:
 
 _TEMPLATE = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
 _ACTUATORS = _TEMPLATE[_TEMPLATE.index("# What is known of the actuation") :]
-_RESTORING_NUMBERS = ("weight", "buoyancy", "gravity", "lift")
 _EMPTY = {
-    **dict.fromkeys(("mass", *_RESTORING_NUMBERS), ""),
+    **dict.fromkeys(("mass", "weight", "buoyancy", "gravity", "lift"), ""),
     "source": '""',
     "inertia": "[null, null, null]",
     "about": "origin",
@@ -364,22 +363,20 @@ def rename_vehicle(text: str, name: str) -> str:
 
 
 def _estimate(length: float, diameter: float, mass: float, axes: Sequence[str]) -> dict[str, str]:
-    """Return the values estimated for a hull, which must be about neutrally buoyant."""
+    """Return the values estimated for a hull, which floats or is about neutrally buoyant."""
     vehicle = Vehicle.from_hull(length, diameter, mass)
     cylinder = WATER_DENSITY * np.pi / 4.0 * diameter**2 * length
     spheroid = cylinder * 2.0 / 3.0
-    if not spheroid / MAX_MASS_RATIO <= mass <= cylinder * MAX_MASS_RATIO:
+    lightest = spheroid / MAX_MASS_RATIO if {*axes} & {*"ZKM"} else 0.0  # a hull may float
+    if not lightest <= mass <= cylinder * MAX_MASS_RATIO:
         raise VehicleError(
-            f"a hull {length:g} m long and {diameter:g} m across displaces {spheroid:.3g} to "
-            f"{cylinder:.3g} kg of water, which does not match a `mass` of {mass:g} kg: use "
-            "metres and kilograms, flooded spaces included"
+            f"a hull of {length:g} m by {diameter:g} m displaces {spheroid:.3g} to {cylinder:.3g} "
+            f"kg, not a `mass` of {mass:g} kg: use metres and kilograms, flooded spaces included"
         )
-    added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
-    inertia = (vehicle.mass_matrix - added).diagonal().tolist()
-    rows = added.tolist()
+    rows = np.asarray(vehicle.added_mass).tolist()
+    inertia = (vehicle.mass_matrix - np.array(rows)).diagonal().tolist()
     for i in (i for i, axis in enumerate(AXES) if axis not in axes):
         rows[i][i] = inertia[i] = "null"
-    restoring = {} if {*axes} & {*"ZKM"} else {key: _EMPTY[key] for key in _RESTORING_NUMBERS}
     return {
         "source": json.dumps(f"{vehicle.source}: {vehicle.note}"),
         "mass": repr(float(mass)),
@@ -391,4 +388,4 @@ def _estimate(length: float, diameter: float, mass: float, axes: Sequence[str]) 
         "std": format_std(vehicle.std, vehicle.origin),
         "gravity": _format_list(vehicle.center_of_gravity),
         "lift": _format_list(vehicle.center_of_buoyancy),
-    } | restoring
+    } | dict.fromkeys(() if lightest else ("weight", "buoyancy", "gravity", "lift"), "")
