@@ -47,6 +47,18 @@ def with_added_mass(vehicle, logarithms):
     )
 
 
+def test_models_with_other_channels_share_a_problem(simulated):
+    """The channels of a problem are those of all models; each has a plant of its own."""
+    vehicle, log = simulated
+    name, *_ = log.command_names
+    models = MODEL, MODEL.with_terms({"X": f"{name}*{name}"}, key="gains")
+    problem = hd.prepare(replace(vehicle, actuators=()), log, models)
+    parameters = vehicle_parameters(vehicle, ("added-mass",))
+    for model in models:
+        rebuilt = rebuild_plant(problem, model, parameters)(np.zeros(len(parameters)))
+        assert rebuilt.inputs.channels.shape[1] == rebuilt.equations.plant.n_channels
+
+
 @pytest.mark.slow
 def test_added_mass_and_buoyancy_are_within_their_intervals(simulated):
     vehicle, log = simulated

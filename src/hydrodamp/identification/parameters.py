@@ -260,11 +260,13 @@ def rebuild_plant(
             propulsion_known=problem.propulsion_known,
         )
         wrench = problem.inputs.wrench * (vehicle.wrench_gain / problem.vehicle.wrench_gain)
+        columns = [problem.equations.channels.index(name) for name in table.channels]
+        channels = problem.inputs.channels[:, columns]  # those of this model alone
         return replace(
             problem,
             models=(model,),
             equations=table.restrict_to(model),
-            inputs=replace(problem.inputs, wrench=wrench),
+            inputs=replace(problem.inputs, wrench=wrench, channels=channels),
         )
 
     return rebuild
