@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.inspection.names import guess_role
+from hydrodamp.ingest.inspection.names import guess_role, split_unit
 from hydrodamp.ingest.inspection.probe import probe
 from strangers import FLIP, Truth, name_columns
 
@@ -55,6 +55,10 @@ Table = Callable[..., Recording]
         ("/vel_enu", "twist.linear.x", None, "velocity.east"),
         ("", "tau_N", "N m", "wrench.N"),
         ("", "tau_surge", None, "wrench.X"),
+        ("", "gps_fwd_mps", "m/s", "velocity.u"),
+        ("", "gps_surge_mps", "m/s", "velocity.u"),
+        ("", "speed_sideways", None, "velocity.v"),
+        ("", "forward", None, None),
         ("", "psi_d", None, None),
         ("", "pd_x", None, None),
         ("", "vel_ref_x", None, None),
@@ -69,6 +73,23 @@ Table = Callable[..., Recording]
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
     said, sure = guess_role(topic, field, unit, {field})
+    assert (said if sure else None) == role
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "role"),
+    [
+        ("tau_x_N", "N", "wrench.X"),
+        ("force_z [N]", "N", "wrench.Z"),
+        ("tau_n_Nm", "N m", "wrench.N"),
+        ("tau_N", None, "wrench.N"),
+        ("pos_x_n", None, "position.north"),
+        ("Fx_N", "N", None),
+    ],
+)
+def test_newtons_are_a_unit_after_an_axis(name, unit, role):
+    said, sure = guess_role("", name, split_unit(name)[1], {name})
+    assert split_unit(name)[1] == unit
     assert (said if sure else None) == role
 
 

@@ -24,6 +24,10 @@ _COMPOUNDS = {word: role for role, text in _TABLES["compounds"].items() for word
 _AXES = {"x": 0, "y": 1, "z": 2} | {str(index): index for index in range(6)}
 _WRENCH_OF = dict(zip("uvwpqrxyzkmn", 2 * WRENCH.columns, strict=True))
 
+#: Words before the unit N, and the unit: an axis of a force, or a force.
+_FORCES = {*"xyz", "fx", "fy", "fz", *_MOTIONS, *_WORDS["force"], "thrust"}
+_NEWTONS = re.compile(r"[^\W_].*[^A-Za-z0-9]N\W*")
+
 _PATH = re.compile(r"[./]")  # separates nested messages
 
 _INDEX = re.compile(r"(?P<stem>.*[^\W\d_].*?)(?P<index>_\d|\[\d+\]|\(\d+(, ?\d+)?\))")
@@ -72,6 +76,8 @@ def split_unit(name: str) -> tuple[tuple[str, ...], str | None]:
     stem, index = split_index(name)
     stem_words = words(stem)
     suffix = trailing_unit(stem_words)
+    if suffix is None and _NEWTONS.fullmatch(stem) and stem_words[-2] in _FORCES:
+        suffix = 1, "N"  # in other names `N` is a component, such as `tau_N`
     bare, unit = (stem_words, None) if suffix is None else (stem_words[: -suffix[0]], suffix[1])
     return (*bare, *words(index)), unit
 
@@ -107,6 +113,8 @@ def guess_role(
     guess = _role_of_words(bare, context, size, is_alone, siblings, field)
     if guess is None and split_unit(field)[1] == "rpm":
         guess = "commands", 80
+    if guess is None and not context & _WORDS["setpoint"]:
+        guess = _body_velocity(bare, unit)
     if guess is None:
         setpoint = topic_words & WORDS["setpoint"]
         return f"a setpoint, not a measurement: {min(setpoint)}" if setpoint else NO_ROLE, 0
@@ -226,6 +234,13 @@ def _role_of_words(
     if is_alone and last == "n":  # propeller speed of ships
         return "commands", 60
     return (f"position.{last}", 75) if last in ("north", "east") else None
+
+
+def _body_velocity(name: tuple[str, ...], unit: str | None) -> Hint | None:
+    """Return the role of a speed forward or sideways."""
+    is_speed = unit in UNITS["speed"] or {*name} & _WORDS["velocity"]
+    sides = [_TABLES["body_directions"].get(word) for word in name] if is_speed else []
+    return next(((f"velocity.{side}", 75) for side in sides if side), None)
 
 
 def _wrench_component(name: tuple[str, ...]) -> str | None:
