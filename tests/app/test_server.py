@@ -261,6 +261,34 @@ def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):
     assert "has no actuators" not in server.get(f"{project}/channels/checks")
 
 
+def test_a_run_has_the_general_model_by_default_beside_models_with_gains(server, canonical):
+    from hydrodamp.app.commands import compare_command
+    from hydrodamp.app.project import find_project
+
+    project = open_log(server, canonical)
+    found = find_project(server.root, "dive")
+    assert 'value="general" checked' in server.get(f"{project}/run")
+    assert "general,linear,fossen,prestero" in compare_command(found)
+    server.post(f"{project}/vehicle/gains", gain=["rpm|X"], version=version_of(server, project))
+    assert "general,dive.hydrodamp/model.yaml" in compare_command(found)
+    version = version_of(server, project)
+    server.post(f"{project}/run/choice", model="general", method="weak", version=version)
+    assert "general" in compare_command(found)
+    assert not found.text("model.yaml")
+    version = version_of(server, project)
+    server.post(f"{project}/run/choice", model="linear", method="weak", version=version)
+    assert "dive.hydrodamp/model.yaml" in compare_command(found)
+
+
+def test_a_boat_is_estimated_from_sizes(server, canonical):
+    project = open_log(server, canonical)
+    sizes = {"length": "1.2", "diameter": "0.3", "mass": "17", "height": "10", "name": "boat"}
+    form = {"source": "sizes", "version": version_of(server, project), **sizes}
+    server.post(f"{project}/vehicle", axis=["X", "Y", "N"], **form)
+    vehicle = hd.read_vehicle(server.root / "dive.hydrodamp/vehicle.yaml")
+    assert vehicle.axes == ("X", "Y", "N")
+
+
 def test_an_interval_outside_the_log_is_refused(server, canonical):
     project = open_log(server, canonical)
     version = version_of(server, project)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 
 from hydrodamp.app.project import ENVELOPE, EXPORTS, MODEL, PLAN, RESULTS, SUFFIX, VEHICLE, Project
+from hydrodamp.identification.general_model import GENERAL_KEY
 from hydrodamp.report.files import DAMPING
 
 
@@ -24,10 +25,12 @@ def probe_command(project: Project) -> list[str]:
 
 
 def models_argument(project: Project) -> str:
-    """Return the model file of the project, which has gains of commands, or names of models."""
+    """Return the models of the comparison: names, or the file that has gains of commands."""
+    models = project.arguments.models
     if project.text(MODEL).strip():
-        return project.argument(MODEL)
-    return ",".join(project.arguments.models)
+        general = [name for name in models if name == GENERAL_KEY]
+        return ",".join((*general, project.argument(MODEL)))
+    return ",".join(models)
 
 
 def compare_command(project: Project, *, resume: bool = True) -> list[str]:
@@ -54,14 +57,11 @@ def export_command(project: Project, target: str) -> list[str]:
     return ["export", target, damping, "--out", project.argument(f"{EXPORTS}/{target}"), "--force"]
 
 
-def plan_command(
-    project: Project, model: str, duration: float, has_envelope: bool = False
-) -> list[str]:
-    """Return the command that designs the next dive for a model of the comparison."""
-    name = f"{project.argument(MODEL)}:{model}" if project.text(MODEL).strip() else model
+def plan_command(project: Project, duration: float, has_envelope: bool = False) -> list[str]:
+    """Return the command that designs the next dive for the selected model."""
     envelope = ["--envelope", project.argument(ENVELOPE)] if has_envelope else []
     return [
-        "plan", "--vehicle", vehicle_argument(project), "--model", name, "--damping",
+        "plan", "--vehicle", vehicle_argument(project), "--damping",
         project.argument(f"{RESULTS}/{DAMPING}"), "--duration", f"{duration:g}", "--out",
         project.argument(PLAN), "--force", *envelope,
     ]  # fmt: skip

@@ -23,6 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.faults import validate
 from hydrodamp.files import load_text, load_yaml, save_all
+from hydrodamp.identification.general_model import GENERAL_KEY
 from hydrodamp.ingest.formats.files import SUFFIXES, suffix_of
 
 #: Suffix of the folder of a project.
@@ -35,7 +36,7 @@ RESULTS, EXPORTS, PLAN, ENVELOPE = "results", "exported", "plan", "envelope.yaml
 STATE = (PROJECT, MAPPING, VEHICLE, MODEL)
 
 #: Models that are selected in a new project.
-DEFAULT_MODELS = ("linear", "fossen", "prestero")
+DEFAULT_MODELS = (GENERAL_KEY, "linear", "fossen", "prestero")
 
 _lock = RLock()
 

@@ -20,6 +20,7 @@ from hydrodamp.app.results_state import is_outdated
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.fit import Method
+from hydrodamp.identification.general_model import GENERAL_KEY
 from hydrodamp.identification.methods import METHODS, find_method
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.files import read_models
@@ -45,6 +46,7 @@ def show_run(request: Request, form: Form) -> Response:
         "run",
         version,
         None if lacking else compare_command(project),
+        general=GENERAL_KEY,
         models=[(key, catalog[key].n_coefficients, catalog[key].title) for key in catalog],
         chosen_models=arguments.models,
         methods=[(key, _first_line(find_method(key))) for key in METHODS],
@@ -92,7 +94,8 @@ def _requested(project: Project) -> set[tuple[str, str]]:
     arguments, models = project.arguments, project.arguments.models
     if project.text(MODEL).strip():
         with suppress(HydrodampError):  # the command says what is wrong with an edited file
-            models = tuple(model.key for model in read_models(project.path(MODEL)))
+            general = tuple(key for key in models if key == GENERAL_KEY)
+            models = (*general, *(model.key for model in read_models(project.path(MODEL))))
     return set(product(models, arguments.methods))
 
 
@@ -117,7 +120,7 @@ def choose_models(request: Request, form: Form) -> Response:
     project = project_of(request)
     models, methods = (
         tuple(each for each in form.get(name, []) if each in known)
-        for name, known in (("model", catalog), ("method", METHODS))
+        for name, known in (("model", (GENERAL_KEY, *catalog)), ("method", METHODS))
     )
     update_models(project, field_value(form, "version"), models=models, methods=methods)
     lacking = _lacking(project)

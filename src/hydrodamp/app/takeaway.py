@@ -30,7 +30,6 @@ from hydrodamp.app.web import (
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.export.export import TARGETS
 from hydrodamp.files import save_text
-from hydrodamp.models.files import read_damping
 from hydrodamp.report.files import DAMPING, REPORT
 from hydrodamp.report.page import content_policy
 
@@ -112,7 +111,7 @@ def start_plan(request: Request, form: Form) -> Response:
     except ValueError as error:
         raise ProblemError("the duration must be a number of seconds") from error
     has_envelope = _write_envelope(project)
-    command = plan_command(project, read_damping(path).model.key, duration, has_envelope)
+    command = plan_command(project, duration, has_envelope)
     jobs_of(request).start(project, PLAN, command)
     return show_exports(request, form)
 

@@ -153,9 +153,9 @@ def _estimate(form: Form) -> Vehicle:
             raise VehicleError(f"`{name}` must be 0 to {MAX_SIZE:g} [{unit}]; got {text}")
     name = field_value(form, "name") or "my-vehicle"
     height = sizes.pop("height") / 1000.0
-    vehicle = parse_vehicle(vehicle_template(name, **sizes), source=VEHICLE)
     axes = tuple(axis for axis in AXES if axis in form.get("axis", [])) or AXES
-    return replace(vehicle, center_of_buoyancy=np.array([0.0, 0.0, -height]), axes=axes)
+    vehicle = parse_vehicle(vehicle_template(name, axes, **sizes), source=VEHICLE)
+    return replace(vehicle, center_of_buoyancy=np.array([0.0, 0.0, -height]))
 
 
 def choose_gains(request: Request, form: Form) -> Response:
