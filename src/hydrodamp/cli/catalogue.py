@@ -18,8 +18,8 @@ NO_ACTUATORS = "actuators: []"
 NO_RESTORING_MOMENT = (
     "it has no restoring moment in roll and pitch. Give `center_of_gravity` and "
     "`center_of_buoyancy` if these axes are free. If the log has commands, give `actuators`, "
-    "estimate them with `--log LOG`, or use the model with gains that `hydrodamp probe LOG --draft "
-    "mapping.yaml` writes. All else is estimated."
+    "or estimate them with `--log LOG`; without them, the model `general` has gains of all "
+    "commands. All else is estimated."
 )
 
 
@@ -27,7 +27,7 @@ def add_actuators(text: str, log: hd.Log) -> str:
     """Return the text of a vehicle file with actuators whose gains are estimated from a log."""
     from hydrodamp.basis.term import AXES
     from hydrodamp.ingest.inspection.delay import estimate_delays
-    from hydrodamp.ingest.inspection.draft_files import BASE_MODEL, group_commands
+    from hydrodamp.ingest.inspection.draft_files import group_commands
     from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
     from hydrodamp.report.fit_tables import half_widths
     from hydrodamp.vehicle.file import parse_vehicle
@@ -47,7 +47,7 @@ def add_actuators(text: str, log: hd.Log) -> str:
             f"{log.source or 'log'}: no command moves the vehicle measurably, so no actuator can "
             "be estimated: omit `--log`, or use a log with more manoeuvres."
         )
-    model = hd.catalog[BASE_MODEL].with_terms(terms)
+    model = hd.catalog["fossen"].with_terms(terms)
     fit = hd.identify(model, vehicle, log, hd.WeakForm())
     margins = dict(zip(fit.model.labels, half_widths(fit).tolist(), strict=True))
     lines = ["actuators:  # gains by the weak form, with 95 % intervals; valid with these masses"]

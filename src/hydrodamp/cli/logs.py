@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.cli.inputs import list_models, read_logs, warn_quality_issues
 from hydrodamp.cli.output import check_out_log, collected_warnings, note, print_output
-from hydrodamp.files import save_all
+from hydrodamp.files import save_text
 from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
-    from hydrodamp.ingest.inspection.quality_report import QualityReport
     from hydrodamp.report.table import Table
 
 
@@ -60,22 +59,23 @@ def probe(
     json: bool = False,
 ) -> None:
     """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
+    from hydrodamp.ingest.inspection.draft_files import add_steps
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.report.probe_tables import probe_document, probe_tables
     from hydrodamp.validation.log_requirements import find_requirements
 
     requirements = None if vehicle is None else partial(find_requirements, hd.find_vehicle(vehicle))
-    gains = None if draft is None else draft.with_suffix(f".model{draft.suffix or '.yaml'}")
-    for path in filter(None, (draft, gains)):
-        check_new_file(path, force)
+    if draft is not None:
+        check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     if message := describe_join(recordings):
         note(message)
     with progress("inspecting"):
         result = hd.probe(*recordings)
         judged = inspect(result, recordings, mapping, requirements)
-    if draft is not None and gains is not None:
-        write_drafts(result.draft.text, judged.report, draft, gains)
+    if draft is not None:
+        save_text(add_steps(result.draft.text, judged.report), draft)
+        note(f"written to {draft}; check every line, then use `--mapping {draft}`")
     tables = [*probe_tables(result, judged), *_sensor_tables(vehicle, model, judged.log)]
     print_output(json, probe_document(result, judged), *tables)
     if not json and judged.report is not None and judged.report.is_poorly_excited:
@@ -95,16 +95,3 @@ def _sensor_tables(vehicle: str | None, model: str | None, log: hd.Log | None) -
         return
     craft, models = hd.find_vehicle(vehicle), list_models(model).models
     yield from sensor_tables(hd.prepare(craft, log, models), models[0])
-
-
-def write_drafts(text: str, report: QualityReport | None, draft: Path, model: Path) -> None:
-    """Write the drafts of a mapping and, where commands move the vehicle, of a model."""
-    from hydrodamp.ingest.inspection.draft_files import add_steps, draft_model
-
-    contents = {draft: add_steps(text, report)}
-    if gains := draft_model(report):
-        contents[model] = gains
-    save_all({path: content.encode("utf-8") for path, content in contents.items()})
-    note(f"written to {draft}; check every line, then use `--mapping {draft}`")
-    if gains:
-        note(f"written to {model}: gains of commands; use `--models {model}`")

@@ -1,7 +1,4 @@
-"""Drafts of a mapping with the steps that the quality report recommends, and of a model.
-
-A command that explains the acceleration of one velocity becomes a gain on the axis of it.
-"""
+"""Draft of a mapping with the steps that the quality report recommends, and axes of commands."""
 
 from __future__ import annotations
 
@@ -12,9 +9,6 @@ from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.quality_report import QualityReport
-
-#: Model that gains of commands extend: linear and quadratic damping of each axis.
-BASE_MODEL = "fossen"
 
 _RECOMMENDED_STEP = re.compile(r"add `steps: \[(.+)\]` to the mapping")
 _STEPS_LINE = re.compile(r"(?m)^steps: \[(.*)\]")
@@ -36,24 +30,6 @@ def recommended_step(issue: QualityIssue) -> str:
     """Return the cleaning step that the remedy of an issue names, empty without one."""
     match = _RECOMMENDED_STEP.search(issue.remedy)
     return match.group(1) if match else ""
-
-
-def draft_model(report: QualityReport | None) -> str:
-    """Return a model file with a gain of each command on the axis that it moves; empty for none."""
-    by_axis = {} if report is None else group_commands(report.delays)
-    if not by_axis:
-        return ""
-    lines = [
-        "# Drafted by `hydrodamp probe`: a gain of each command on the axis that it moves.",
-        f"name: {BASE_MODEL}-gains",
-        f"extends: {BASE_MODEL}",
-        "terms:",
-    ]
-    for axis, delays in by_axis.items():
-        names = " ".join(delay.command for delay in delays)
-        evidence = ", ".join(map(_describe, delays))
-        lines.append(f"  {axis}: {names}    # {evidence}")
-    return "\n".join((*lines, ""))
 
 
 def group_commands(delays: Iterable[Delay]) -> dict[str, list[Delay]]:
