@@ -25,7 +25,7 @@ _AXES = {"x": 0, "y": 1, "z": 2} | {str(index): index for index in range(6)}
 _WRENCH_OF = dict(zip("uvwpqrxyzkmn", 2 * WRENCH.columns, strict=True))
 
 #: Words before the unit N, and the unit: an axis of a force, or a force.
-_FORCES = {*"xyz", "fx", "fy", "fz", *_MOTIONS, *_WORDS["force"], "thrust"}
+_FORCES = {*"xyz", "fx", "fy", "fz", *_MOTIONS, *WORDS["force"], "thrust"}
 _NEWTONS = re.compile(r"[^\W_].*[^A-Za-z0-9]N\W*")
 
 _PATH = re.compile(r"[./]")  # separates nested messages
@@ -113,7 +113,7 @@ def guess_role(
     guess = _role_of_words(bare, context, size, is_alone, siblings, field)
     if guess is None and split_unit(field)[1] == "rpm":
         guess = "commands", 80
-    if guess is None and not context & _WORDS["setpoint"]:
+    if guess is None and not context & WORDS["setpoint"]:
         guess = _body_velocity(bare, unit)
     if guess is None:
         setpoint = topic_words & WORDS["setpoint"]
@@ -238,7 +238,7 @@ def _role_of_words(
 
 def _body_velocity(name: tuple[str, ...], unit: str | None) -> Hint | None:
     """Return the role of a speed forward or sideways."""
-    is_speed = unit in UNITS["speed"] or {*name} & _WORDS["velocity"]
+    is_speed = unit in UNITS["speed"] or {*name} & WORDS["velocity"]
     sides = [_TABLES["body_directions"].get(word) for word in name] if is_speed else []
     return next(((f"velocity.{side}", 75) for side in sides if side), None)
 
