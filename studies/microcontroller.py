@@ -50,6 +50,9 @@ SECTIONS {
 CORTEX = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
 
+#: Methods of the library, and their names in its header.
+METHODS = {"ai-composite": "AI_COMPOSITE", "rls": "RLS", "ai": "AI"}
+
 #: Each identifier on 2000 synthetic samples of 0.1 s. Prints mean and maximum instructions a step,
 #: bytes of stack (on ARM), and the bytes of the estimate.
 PROGRAM = """
@@ -79,7 +82,7 @@ static hd_real any(hd_real size)
 typedef int (*step)(hd_real *, hd_real, const hd_real *, const hd_real *, const hd_real *,
                     const hd_real *);
 
-static hd_real state[NAME_RLS_STATE + NAME_AI_STATE], found[NAME_COEFFICIENTS];
+static hd_real state[NAME_AI_COMPOSITE_STATE + NAME_RLS_STATE], found[NAME_COEFFICIENTS];
 
 static void sail(step one)
 {
@@ -120,20 +123,19 @@ static void tell(void)
     printf("\\n");
 }
 
+#define TRY(way)                          \\
+    NAME_##way##_init(state, NAME_start); \\
+    sail(NAME_##way##_step);              \\
+    NAME_##way##_estimate(state, found);  \\
+    tell();
+
 int main(void)
 {
 #ifdef __arm__
     *(volatile uint32_t *)0xE000E014 = 0xffffff; /* SysTick, by the processor's clock */
     *(volatile uint32_t *)0xE000E010 = 5;
 #endif
-    NAME_rls_init(state, NAME_start);
-    sail(NAME_rls_step);
-    NAME_rls_estimate(state, found);
-    tell();
-    NAME_ai_init(state, NAME_start);
-    sail(NAME_ai_step);
-    NAME_ai_estimate(state, found);
-    tell();
+    TRY(ai_composite) TRY(rls) TRY(ai)
     return 0;
 }
 """
@@ -185,9 +187,9 @@ def measure_identifiers(model: str, precision: str) -> list[str]:
         print(model, precision, measure_code_size(folder, form.flags), "bytes of code")
         header = (folder / "auv_vt690_identifier.h").read_text()
     size, rows = 4 if precision == "float" else 8, []
-    for method, line in zip(("rls", "ai"), output.splitlines()[::2], strict=True):
+    for method, line in zip(METHODS, output.splitlines()[::2], strict=True):
         mean, maximum, stack = map(int, line.split()[1:])
-        numbers = int(header.split(f"auv_vt690_{method.upper()}_STATE = ")[1].split(",")[0])
+        numbers = int(header.split(f"auv_vt690_{METHODS[method]}_STATE = ")[1].split(",")[0])
         cells = f"{numbers * size} | {stack} | {mean} | {maximum}"
         rows.append(f"| {model} | `{method}` | {precision} | {cells} |")
     return rows

@@ -16,6 +16,7 @@ import hydrodamp.kernels
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.live.estimator import METHODS
 from hydrodamp.live.readers import LineParser
 from hydrodamp.live.runner import LiveRun
 from microcontroller import TOOLS, run_on_cortex, write_program
@@ -77,15 +78,15 @@ def run_program(program, text="", *, under=()):
 def columns(table):
     """The numbers of a table of coefficients, a row a method."""
     rows = [line.split(",") for line in table.splitlines()]
-    assert rows[0] == ["coefficient", "rls", "ai"]
+    assert rows[0] == ["coefficient", *METHODS]
     return np.array([row[1:] for row in rows[1:]], dtype=float).T
 
 
 def live(text, vehicle, model):
-    """What live runs of both methods tell at last of the lines of a table."""
+    """What live runs of all methods tell at last of the lines of a table."""
     line, told = LineParser(), []
     rows = [row for each in text.splitlines() if (row := line(each.encode())) is not None]
-    for method in ("rls", "ai"):
+    for method in METHODS:
         lines: list = []
         LiveRun(vehicle, model, method, lines.append, print).process_rows(rows)
         told.append([one["value"] for one in lines[-1]["coefficients"].values()])
@@ -108,9 +109,9 @@ def test_estimates_have_the_bits_of_a_live_run(compile_program, dive, campaign, 
     np.testing.assert_array_equal(found, live(text, campaign.vehicle, MODEL))
 
 
-def test_roll_and_pitch_do_as_well(compile_program, dive, campaign):
-    folder, text = dive
-    log, angles = campaign.train, euler_from_quaternion(campaign.train.attitude)
+def test_roll_and_pitch_do_as_well(compile_program, dive, campaign, tmp_path):
+    folder, log = dive[0], campaign.train.between(0.0, 200.0)
+    text, angles = in_text(log, tmp_path), euler_from_quaternion(log.attitude)
     head, *lines = text.splitlines()
     assert head.startswith("time,qw,qx,qy,qz,")
     turned = [
@@ -216,6 +217,7 @@ static const hd_real down[3] = {0, 0, 1}, inputs[3] = {(hd_real)0.1, 0, 2000}, n
 
 int main(void)
 {
+    TRY(ai_composite, auv_vt690_AI_COMPOSITE)
     TRY(rls, auv_vt690_RLS)
     TRY(ai, auv_vt690_AI)
     return 0;
@@ -226,7 +228,7 @@ int main(void)
 def test_a_state_is_taken_up_where_it_was_kept_and_only_whole(compile_program, dive):
     folder, _ = dive
     (folder / "kept.c").write_text(KEPT)
-    assert run_program(compile_program(folder, "kept.c", *CLEAN)) == "11001 11001 "
+    assert run_program(compile_program(folder, "kept.c", *CLEAN)) == "11001 " * 3
 
 
 def test_a_log_without_a_column_is_told(compile_program, dive):
@@ -266,7 +268,7 @@ static hd_real number(double usual, int is_wild)
         static hd_real was[auv_vt690_COEFFICIENTS], is[auv_vt690_COEFFICIENTS];                \\
         long refused = 0, moved = 0, broken = 0, infinite = 0;                                 \\
         auv_vt690_##way##_init(state, auv_vt690_exported);                                     \\
-        for (long k = 0; k < 200000; ++k) {                                                    \\
+        for (long k = 0; k < 100000; ++k) {                                                    \\
             const int part = uniform() < 0.05 ? (int)(4 * uniform()) : -1;                     \\
             hd_real v[6], down[3] = {0, 0, 1}, inputs[auv_vt690_INPUTS], other[6];             \\
             for (int i = 0; i < 6; ++i) {                                                      \\
@@ -291,6 +293,7 @@ static hd_real number(double usual, int is_wild)
 
 int main(void)
 {
+    TRY(ai_composite, auv_vt690_AI_COMPOSITE)
     TRY(rls, auv_vt690_RLS)
     TRY(ai, auv_vt690_AI)
     return 0;
@@ -303,4 +306,4 @@ def test_no_number_makes_a_state_infinite(compile_program, dive, flags):
     """Random magnitudes up to the largest number: refused, or taken with a finite result."""
     folder, _ = dive
     (folder / "wild.c").write_text(WILD)
-    assert run_program(compile_program(folder, "wild.c", *flags)) == "1 1 0 0 1 1 0 0 "
+    assert run_program(compile_program(folder, "wild.c", *flags)) == "1 1 0 0 " * 3

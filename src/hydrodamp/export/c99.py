@@ -1,7 +1,8 @@
 """C99 export: hydrodamp's C core, unchanged, and one header with the constants of a plant.
 
-``c`` is a library of equation 1 and of the embedded estimators (recursive least squares and the
-adaptive identifier); ``fmu`` packs the same functions into a functional mock-up unit.
+``c`` is a library of equation 1 and of the embedded estimators (recursive least squares, the
+adaptive identifier and the composite one); ``fmu`` packs the functions of equation 1 into a
+functional mock-up unit.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ from hydrodamp.files import save_all
 #: C files of equation 1, their headers, and C files of the embedded estimators.
 SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
 HEADERS = ("batch.h", "onboard.h")
-_IDENTIFIERS = "adaptive", "blocks", "identifiers", "instrumental_variables", "recursive", "steps"
-IDENTIFIER_SOURCES = tuple(f"{name}.c" for name in _IDENTIFIERS)
+_IDENTIFIERS = "adaptive blocks composite identifiers instrumental_variables recursive steps"
+IDENTIFIER_SOURCES = tuple(f"{name}.c" for name in _IDENTIFIERS.split())
 
 #: Bit-identical results on every machine: no fused multiply-add, no reordered sums.
 STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

@@ -31,8 +31,9 @@ from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.errors import MethodError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.composite import ONBOARD
 from hydrodamp.identification.recursive import RecursiveLeastSquares
-from hydrodamp.kernels import core
+from hydrodamp.kernels.embedded import buffer_sizes
 from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 from hydrodamp.vehicle.actuators import Limited, Thruster
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
@@ -166,12 +167,13 @@ def identifier_values(plant: ExportedPlant) -> dict[str, object]:
     model, columns = plant.damping.model, plant.columns
     recursive = RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY).bind(columns, model)
     gains, recursion = AdaptiveIdentifier().bind(columns, model).settings, recursive.settings
+    law = ONBOARD.bind(columns, model).settings
     table = columns.plant
     arrays = table.mass_matrix, table.free, table.factors, recursion.known, recursion.unit
     checksum = zlib.crc32(repr(model.labels).encode() + b"".join(map(np.ndarray.tobytes, arrays)))
     return {
         "labels": model.labels,
-        "buffer_sizes": core.buffer_sizes(gains, recursion),
+        "buffer_sizes": buffer_sizes(gains, recursion, law),
         "start": recursive.start.tolist(),
         "exported": plant.damping.coefficients.tolist(),
         "starts": recursion.starts.tolist(),
@@ -182,7 +184,15 @@ def identifier_values(plant: ExportedPlant) -> dict[str, object]:
         "length": recursion.block,
         "a": gains.a.tolist(),
         "gamma": gains.gamma.tolist(),
-        "marks": {"rls": checksum, "ai": checksum ^ 1},
+        "composite": {
+            name: np.asarray(getattr(law, name)).tolist()
+            for name in ("a", "gamma", "unit", "rate", "block", "kappa", "forgetting")
+        },
+        "methods": {
+            "ai_composite": ("The composite adaptive identifier", checksum ^ 2),
+            "rls": ("Recursive least squares", checksum),
+            "ai": ("The adaptive identifier", checksum ^ 1),
+        },
         "holds_speed": plant.uses_propulsion_speed and not plant.needs_propulsion_speed,
         "needs_propulsion_speed": plant.needs_propulsion_speed,
         "has_wrench": not plant.vehicle.actuators,

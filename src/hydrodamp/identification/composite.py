@@ -24,6 +24,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
 from hydrodamp.identification.fit import Fit, empty_fit, make_fit
 from hydrodamp.identification.online import (
+    TYPICAL_TIME,
     Adaptation,
     Entries,
     OnlineIdentifier,
@@ -31,11 +32,12 @@ from hydrodamp.identification.online import (
     check_typical_velocity,
     find_scales,
 )
-from hydrodamp.identification.recursive import RELATIVE_BLOCK, RecursiveLeastSquares
+from hydrodamp.identification.recursive import MEMORY_BLOCKS, RELATIVE_BLOCK, RecursiveLeastSquares
 from hydrodamp.kernels.composite import CompositeLaw, composite_run, composite_step
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import EquationTable, Problem
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 from hydrodamp.status import Status
 
 #: Time constant of the filter over the correlation time of the velocities, the length of a block.
@@ -200,3 +202,9 @@ class CompositeIdentifier(OnlineIdentifier[CompositeLaw, CompositeState]):
         return RecursiveLeastSquares(
             block, self.memory, start=self.start, typical_velocity=self.typical_velocity
         )
+
+
+#: Settings on board: scales from typical velocities, and the memory of recursive least squares.
+ONBOARD = CompositeIdentifier(
+    memory=MEMORY_BLOCKS * RELATIVE_BLOCK * TYPICAL_TIME, typical_velocity=TYPICAL_VELOCITY
+)

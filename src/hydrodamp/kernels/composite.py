@@ -75,7 +75,7 @@ def composite_run(
     plant, rows, entries = law.plant, segment_rows(segments, inputs.n), entries_of(law)
     work_size = C.hd_step_work(plant.n_terms, plant.n_channels) + C.hd_composite_work(entries)
     result, work, system = state.copy(), np.zeros(work_size), plant_of(plant)
-    record, settings = record_of(plant, inputs), _composite(law)
+    record, settings = record_of(plant, inputs), law_of(law)
     call("hd_composite_run", system, entries, settings, result, record, rows, len(rows), work)
     return result
 
@@ -88,7 +88,7 @@ def composite_step(
 
 
 @functools.lru_cache(maxsize=32)
-def _composite(law: CompositeLaw) -> Any:
+def law_of(law: CompositeLaw) -> Any:
     gains = law.a, law.gamma, law.unit
     return struct("hd_composite", *gains, law.rate, law.block, law.kappa, law.forgetting)
 
@@ -96,7 +96,7 @@ def _composite(law: CompositeLaw) -> Any:
 @functools.lru_cache(maxsize=32)
 def _online(law: CompositeLaw) -> OnlineStep:
     plant, entries = law.plant, entries_of(law)
-    settings = struct("hd_online", plant_of(plant), None, None, None, 0.0, entries, _composite(law))
+    settings = struct("hd_online", plant_of(plant), None, None, None, 0.0, entries, law_of(law))
     shape, row = (C.hd_composite_size(entries, plant.n_terms),), C.hd_composite_work(entries)
     work_size = C.hd_step_work(plant.n_terms, plant.n_channels)
     return settings, shape, PACKED + plant.n_channels, work_size, row

@@ -321,20 +321,6 @@ def begin_segment(recursion: Recursion, estimate: Estimate) -> Estimate:
     return result
 
 
-def buffer_sizes(gains: Gains, recursion: Recursion) -> dict[str, int]:
-    """Return the sizes of states and workspaces of ``identifiers.c``, in numbers."""
-    plant, entries = plant_of(gains.plant), entries_of(recursion)
-    ai = struct("hd_ai", plant, entries, gains.a, gains.gamma)
-    settings = recursion.unit, recursion.forgetting, recursion.block
-    methods = {"rls": struct("hd_rls", plant, entries, *settings), "ai": ai}
-    sizes = {"STATE": "size", "LASTING": "lasting", "WORK": "work"}
-    return {
-        f"{method.upper()}_{name}": getattr(C, f"hd_{method}_{size}")(structure)
-        for method, structure in methods.items()
-        for name, size in sizes.items()
-    }
-
-
 def _copy_estimate(estimate: Estimate) -> Estimate:
     return Estimate(*(array.copy() for array in estimate))
 

@@ -23,7 +23,7 @@ from hydrodamp.data.plausibility import MAX_VELOCITY
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, composite, recursive
 from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, grade_coefficients
-from hydrodamp.identification.online import TYPICAL_TIME, OnlineIdentifier
+from hydrodamp.identification.online import OnlineIdentifier
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.sample_validator import (
     ACCEPTED,
@@ -99,10 +99,7 @@ class LiveState(NamedTuple):
 
 #: Methods that run sample by sample, the default first.
 METHODS: dict[str, OnlineIdentifier[Any, Any]] = {
-    "ai-composite": composite.CompositeIdentifier(
-        memory=recursive.MEMORY_BLOCKS * recursive.RELATIVE_BLOCK * TYPICAL_TIME,
-        typical_velocity=TYPICAL_VELOCITY,
-    ),
+    "ai-composite": composite.ONBOARD,
     "rls": recursive.RecursiveLeastSquares(typical_velocity=TYPICAL_VELOCITY),
     "ai": adaptive.AdaptiveIdentifier(),
 }

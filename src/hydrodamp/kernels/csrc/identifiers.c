@@ -2,6 +2,7 @@
  *
  *   the last sample, packed; 0 in place of its length where the next sample begins a run
  *   adaptive identifier: the matrix and the velocity error
+ *   composite adaptive identifier: the state of composite.c
  *   recursive least squares: the block of time, then the arrays that hd_estimate points to
  *   a backup of what a step replaces, restored where its result is not finite
  */
@@ -71,6 +72,24 @@ static void store_sample(const hd_plant *plant, const hd_sample *sample, hd_real
     copy(state + HD_PACKED, sample->channels, plant->n_channels);
 }
 
+/* Whether the new values are finite; otherwise restore the backup, and a run begins. */
+static int accept(hd_real *values, const hd_real *backup, size_t n, hd_real *state)
+{
+    if (are_finite(values, n))
+        return 1;
+    copy(values, backup, n);
+    hd_run_begins(state);
+    return 0;
+}
+
+/* The coefficients of the entries in a matrix. */
+static void gather(const hd_entries *entries, const hd_real *matrix, hd_real *coefficients)
+{
+    for (size_t i = 0; i < 6; ++i)
+        for (int32_t j = entries->starts[i]; j < entries->starts[i + 1]; ++j)
+            coefficients[j] = matrix[6 * (size_t)entries->rows[j] + i];
+}
+
 /* The adaptive identifier. */
 static size_t matrix_size(const hd_ai *ai) /* and the error */
 {
@@ -121,11 +140,8 @@ int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real
         copy(backup, matrix, matrix_size(ai));
         hd_step_between(plant, &last, sample, &step, work);
         hd_adapt(plant, ai->a, ai->gamma, matrix, error, &step);
-        if (!are_finite(matrix, matrix_size(ai))) {
-            copy(matrix, backup, matrix_size(ai));
-            hd_run_begins(state);
+        if (!accept(matrix, backup, matrix_size(ai), state))
             return DISCARDED;
-        }
     }
     store_sample(plant, sample, state);
     return kind;
@@ -133,12 +149,68 @@ int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real
 
 void hd_ai_estimate(const hd_ai *ai, const hd_real *state, hd_real *coefficients)
 {
-    const hd_real *matrix = state + sample_size(ai->plant);
-    const hd_entries *entries = ai->entries;
+    gather(ai->entries, state + sample_size(ai->plant), coefficients);
+}
 
-    for (size_t i = 0; i < 6; ++i)
-        for (int32_t j = entries->starts[i]; j < entries->starts[i + 1]; ++j)
-            coefficients[j] = matrix[6 * (size_t)entries->rows[j] + i];
+/* The composite adaptive identifier. */
+static size_t composite_size(const hd_ai_composite *ai)
+{
+    return hd_composite_size(ai->entries, ai->plant->n_terms);
+}
+
+size_t hd_ai_composite_lasting(const hd_ai_composite *ai)
+{
+    return sample_size(ai->plant) + composite_size(ai);
+}
+
+size_t hd_ai_composite_size(const hd_ai_composite *ai)
+{
+    return hd_ai_composite_lasting(ai) + composite_size(ai);
+}
+
+size_t hd_ai_composite_work(const hd_ai_composite *ai)
+{
+    return hd_step_work(ai->plant->n_terms, ai->plant->n_channels) +
+           hd_composite_work(ai->entries);
+}
+
+void hd_ai_composite_init(const hd_ai_composite *ai, const hd_real *coefficients, hd_real *state)
+{
+    clear(state, hd_ai_composite_size(ai));
+    hd_composite_start(ai->entries, ai->plant->n_terms, coefficients,
+                       state + sample_size(ai->plant));
+}
+
+int hd_ai_composite_step(const hd_ai_composite *ai, const hd_sample *sample, hd_real *state,
+                         hd_real *work)
+{
+    const hd_plant *plant = ai->plant;
+    const hd_sample last = hd_unpacked(state, 0);
+    hd_real *values = state + sample_size(plant);
+    const int kind = classify(plant, sample, state);
+    hd_step step;
+
+    if (kind == DISCARDED)
+        return 0;
+    if (kind == FIRST) {
+        hd_composite_begin_segment(plant->n_terms, values);
+    } else {
+        hd_real *backup = state + hd_ai_composite_lasting(ai);
+        copy(backup, values, composite_size(ai));
+        hd_step_between(plant, &last, sample, &step, work);
+        (void)hd_composite_step(plant, ai->entries, ai->law, &step, values,
+                                work + hd_step_work(plant->n_terms, plant->n_channels));
+        if (!accept(values, backup, composite_size(ai), state))
+            return DISCARDED;
+    }
+    store_sample(plant, sample, state);
+    return kind;
+}
+
+void hd_ai_composite_estimate(const hd_ai_composite *ai, const hd_real *state,
+                              hd_real *coefficients)
+{
+    gather(ai->entries, state + sample_size(ai->plant), coefficients);
 }
 
 /* Recursive least squares. */
@@ -236,11 +308,8 @@ int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_r
         const size_t n = estimate_size(rls->entries);
         copy(backup, current, n);
         hd_absorb(rls->entries, &estimate, plant->n_terms, row, row + plant->n_terms + 6);
-        if (!are_finite(current, n)) {
-            copy(current, backup, n);
-            hd_run_begins(state);
+        if (!accept(current, backup, n, state))
             return DISCARDED;
-        }
     }
     store_sample(plant, sample, state);
     return 1 + updated;

@@ -205,9 +205,9 @@ typedef struct {
     hd_real forgetting;       /* share of the memory that a block replaces; < 1 */
 } hd_composite;
 
-/* The state: matrix (6 n_terms), error (6), filtered terms (n_terms) and target (6), innovation of
- * the block (6) and its time, noise (6), number of blocks; of each axis Q (n), S (n x n), S at the
- * last block, and the factors of I + S. */
+/* The state: matrix (6 n_terms), error (6), filtered terms (n_terms) and target (6), time of the
+ * block, number of blocks; of each axis Q (n), S (n x n), S at the last block, and the factors of
+ * I + S. */
 size_t hd_composite_size(const hd_entries *entries, size_t n_terms);
 void hd_composite_start(const hd_entries *entries, size_t n_terms, const hd_real *coefficients,
                         hd_real *state);
@@ -250,6 +250,12 @@ typedef struct {
 typedef struct {
     const hd_plant *plant;
     const hd_entries *entries;
+    const hd_composite *law;
+} hd_ai_composite;
+
+typedef struct {
+    const hd_plant *plant;
+    const hd_entries *entries;
     const hd_real *unit; /* and forgetting: of hd_estimate */
     hd_real forgetting;
     hd_real length; /* s, of the blocks */
@@ -259,12 +265,16 @@ typedef struct {
 size_t hd_ai_size(const hd_ai *ai);
 size_t hd_ai_lasting(const hd_ai *ai);
 size_t hd_ai_work(const hd_ai *ai);
+size_t hd_ai_composite_size(const hd_ai_composite *ai);
+size_t hd_ai_composite_lasting(const hd_ai_composite *ai);
+size_t hd_ai_composite_work(const hd_ai_composite *ai);
 size_t hd_rls_size(const hd_rls *rls);
 size_t hd_rls_lasting(const hd_rls *rls);
 size_t hd_rls_work(const hd_rls *rls);
 
 /* Start from these coefficients. The first sample begins a run. */
 void hd_ai_init(const hd_ai *ai, const hd_real *coefficients, hd_real *state);
+void hd_ai_composite_init(const hd_ai_composite *ai, const hd_real *coefficients, hd_real *state);
 void hd_rls_init(const hd_rls *rls, const hd_real *coefficients, hd_real *state);
 
 /* Let the next sample begin a run, as after a gap. */
@@ -274,10 +284,14 @@ void hd_run_begins(hd_real *state);
  * would overflow, and the next sample begins a run; or its length is not positive, and the run
  * continues. The estimate is then unchanged. 2 where the sample updated it, else 1. */
 int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real *work);
+int hd_ai_composite_step(const hd_ai_composite *ai, const hd_sample *sample, hd_real *state,
+                         hd_real *work);
 int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_real *work);
 
 /* The present coefficients, in the order of the entries. */
 void hd_ai_estimate(const hd_ai *ai, const hd_real *state, hd_real *coefficients);
+void hd_ai_composite_estimate(const hd_ai_composite *ai, const hd_real *state,
+                              hd_real *coefficients);
 void hd_rls_estimate(const hd_rls *rls, const hd_real *state, hd_real *coefficients);
 
 /* Save a state of n numbers as n * sizeof(hd_real) + 4 bytes, and restore it; 0 where the bytes
