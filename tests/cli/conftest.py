@@ -1,6 +1,9 @@
 """A planar vehicle, its logs and a way to call the command line."""
 
 import itertools
+import os
+import re
+import select
 import shutil
 from dataclasses import replace
 
@@ -90,3 +93,16 @@ def undrawn(monkeypatch):
     """No pictures and no report: they take longer than all the rest."""
     monkeypatch.setattr("hydrodamp.cli.report.draw_diagnostics", lambda *_: ReportContent())
     monkeypatch.setattr("hydrodamp.cli.report.render_report", lambda *_: None)
+
+
+def read_until(stream, pattern):
+    """Return what a terminal shows until it shows a pattern; fail where it ends before."""
+    seen = ""
+    while not re.search(pattern, seen):
+        assert select.select([stream], [], [], 60.0)[0], seen
+        try:
+            seen += os.read(stream, 65536).decode("utf-8", "replace")
+        except OSError:  # the other end is closed
+            pytest.fail(seen)
+        seen = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", seen)
+    return seen

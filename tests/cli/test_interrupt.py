@@ -4,7 +4,6 @@ import json
 import os
 import pty
 import re
-import select
 import signal
 import subprocess
 import sys
@@ -22,7 +21,7 @@ from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.results import MANIFEST
 from hydrodamp.validation import compare as validation
 
-from .conftest import interrupted_at, motion
+from .conftest import interrupted_at, motion, read_until
 
 SOURCE = Path(hd.__file__).resolve().parents[1]
 LINE = (
@@ -162,19 +161,6 @@ def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
     interrupt_drawing(monkeypatch, 1)
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
-
-
-def read_until(stream, pattern):
-    """Return what a terminal shows until it shows a pattern; fail where it ends before."""
-    seen = ""
-    while not re.search(pattern, seen):
-        assert select.select([stream], [], [], 60.0)[0], seen
-        try:
-            seen += os.read(stream, 65536).decode("utf-8", "replace")
-        except OSError:  # the other end is closed
-            pytest.fail(seen)
-        seen = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", seen)
-    return seen
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pty
 import signal
 import subprocess
 import sys
@@ -12,6 +13,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.live.estimator import METHODS
+
+from .conftest import read_until
 
 #: How often a run is killed.
 KILLS = int(os.environ.get("HYDRODAMP_KILLS", "5"))
@@ -183,3 +186,31 @@ def test_a_reader_that_fails_is_status_1(folder, call, monkeypatch):
     monkeypatch.setattr("hydrodamp.live.sources.line_reader", fails)
     said = call(f"{START} --source stdin", status=1).stderr
     assert said == "error: stdin: the source can no longer be read: OSError: the cable is cut\n"
+
+
+def test_a_terminal_shows_a_table_in_place(folder):
+    """The table follows the stream; messages stand above it, and the last estimate remains."""
+    text, (terminal, other_end) = (folder / "b.csv").read_text(), pty.openpty()
+    environment = {**os.environ, "COLUMNS": "100", "LINES": "40", "TERM": "xterm"}
+    with subprocess.Popen(
+        words("--source", "stdin"),
+        stdin=subprocess.PIPE,
+        stdout=other_end,
+        stderr=other_end,
+        env=environment,
+        text=True,
+    ) as run:
+        os.close(other_end)
+        run.stdin.write(text)
+        run.stdin.flush()
+        first = read_until(terminal, r"X_u +-\d")
+        run.stdin.write("noise\n")
+        run.stdin.close()
+        last = r"(?s)unreadable +1 that cannot be read.*Y_r +\d\S* +\d\S* +[a-z]"
+        shown = first + read_until(terminal, last)
+        assert run.wait(60) == 0
+    os.close(terminal)
+    assert "a sample that cannot be read is rejected" in shown
+    assert "alarm armed" in shown
+    assert "ai-composite" in shown
+    assert "{" not in shown

@@ -35,7 +35,8 @@ def live(
     foxglove: int | None = None,
     allow_remote: bool = False,
 ) -> None:
-    """Identify recursively from live samples; print estimates as JSON lines."""
+    """Identify recursively from live samples; print JSON lines, or a table on a terminal."""
+    from hydrodamp.cli.live_table import live_table
     from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.readers import SourceError
     from hydrodamp.live.runner import LiveRun
@@ -47,14 +48,14 @@ def live(
     check_new_file(checkpoint, force=True)
     craft, (damping_model,) = hd.find_vehicle(vehicle), find_model(model).with_terms()
     with ExitStack() as ends:
-        printer, display = Printer(), None
+        display = None
         if foxglove is not None:
             display = Display(foxglove)
             ends.callback(display.close)
             note(f"Foxglove server at {display.address}; layout file {LAYOUT}")
 
         def emit_line(line: dict[str, Any]) -> None:
-            printer.write(line)
+            write(line)
             if display is not None:
                 display.show_estimate(line)
 
@@ -70,6 +71,8 @@ def live(
         intervals = output_interval, checkpoint, checkpoint_interval
         run = LiveRun(craft, damping_model, method, emit_line, report, *intervals)
         run.log, run.source_counts, run.skip_to = samples.log, samples.counts, samples.skip_to
+        is_terminal = sys.stdout.isatty()
+        write = ends.enter_context(live_table()) if is_terminal else Printer().write
         ends.enter_context(_stopped_by_signals(run))
         try:
             run.process_rows(samples.rows)
