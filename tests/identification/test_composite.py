@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.weak_form import step_equations
 
 LINEAR = hd.catalog["linear"]
@@ -121,6 +122,34 @@ def test_one_pass_recovers_true_coefficients_from_exact_data(
     fit = hd.CompositeIdentifier().identify(problem, truth.model)
     assert fit.status is hd.Status.OK
     np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
+
+
+@pytest.mark.slow
+def test_one_pass_replays_within_half_again_of_least_squares():
+    """With sensor noise; a filter of half the correlation time is 1.6 to 1.8 times as far off."""
+    campaign = hd.reenact(seed=2)
+    models = [hd.catalog[key] for key in ("linear", "prestero", "fossen")]
+    problem = hd.prepare(campaign.vehicle, campaign.train, models)
+
+    def errors(method):
+        fits = hd.identify_all(problem, models, method)
+        rows = hd.compare(fits, campaign.vehicle, campaign.test).rows
+        return np.array([np.inf if row.rms is None else row.rms for row in rows])
+
+    one_pass = errors(hd.CompositeIdentifier())
+    assert np.all(np.isfinite(one_pass))
+    assert np.all(one_pass <= 1.5 * errors(hd.LeastSquares()))
+
+
+def test_the_prior_holds_ten_typical_blocks_and_no_more_than_the_memory(prepared):
+    problem = prepared(LINEAR, n=120)
+    law = hd.CompositeIdentifier(block=0.8).bind(problem, LINEAR).settings
+    square = regressor_mean_square(problem)[law.rows - problem.equations.n_known]
+    excited = square > 0.0
+    np.testing.assert_allclose((law.unit**-2.0)[excited], 10.0 * square[excited])
+    short = hd.CompositeIdentifier(block=0.8, memory=1.6).bind(problem, LINEAR).settings
+    np.testing.assert_allclose((short.unit**-2.0)[excited], 2.0 * square[excited])
+    assert law.rate == pytest.approx(8.0 / 0.8)
 
 
 def test_settings_by_term_need_a_log(prepared):
