@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import check_log
+from hydrodamp.cli.log_checks import check_log
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.pipeline import parse_steps
 from hydrodamp.conditioning.quality_checks import annotate_quality, check_quality

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import inputs
+from hydrodamp.cli import inputs, log_checks
 from hydrodamp.cli.output import (
     INTERRUPTED,
     check_out_folder,
@@ -94,8 +94,8 @@ def compare(
         longest = max(run[-1] - run[0] for run in runs)
         bounds = f"positive and at most {longest:.4g} s, the longest segment of the test data"
         demand(0.0 < horizon <= longest, "--horizon", bounds, f"{horizon:g}")
-    inputs.check_training(craft, train_log, listed.candidates(craft, train_log))
-    inputs.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
+    log_checks.check_training(craft, train_log, listed.candidates(craft, train_log))
+    log_checks.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
     for sentence in compare_logs(train_log, test_log, craft.axes).sentences:
         warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
     names = list_parameters(estimate, craft)
@@ -103,7 +103,7 @@ def compare(
     if response := estimate_response(craft, train_log, fitted_models, names):
         train_log, test_log = response.apply(train_log), response.apply(test_log)
     method_list = free_parameters(method_list, names, estimate, "--methods")
-    inputs.warn_wrong_gains(hd.prepare(craft, train_log, fitted_models), fitted_models)
+    log_checks.warn_wrong_gains(hd.prepare(craft, train_log, fitted_models), fitted_models)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
     options = settings, verbose, resume, force, mapping
     task = Task(craft, train_log, test_log, fitted_models, method_list, out, *options)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import hydrodamp as hd
-from hydrodamp.cli import inputs
+from hydrodamp.cli import inputs, log_checks
 from hydrodamp.cli.compare import fit_all
 from hydrodamp.cli.output import (
     INTERRUPTED,
@@ -57,7 +57,7 @@ def simulate(
     if message := foreign_to(numbers, vehicle_stamp(craft)):
         raise ModelError(message)
     log = inputs.read_logs_as_fitted(logs, mapping, fit)
-    inputs.warn_quality_issues(log, estimate_length(craft))
+    log_checks.warn_quality_issues(log, estimate_length(craft))
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
@@ -153,7 +153,7 @@ def validate(
     craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
     method_list, log = inputs.list_methods(methods), inputs.read_logs(logs, mapping)
     selected = (hd.StepwiseSelection(),) if listed.selects_terms else ()
-    inputs.check_training(craft, log, listed.candidates(craft, log))
+    log_checks.check_training(craft, log, listed.candidates(craft, log))
     fitted_models = listed.complete(craft, log)
     replay: dict[str, Any] = {"attitude": attitude, "rate_unit": rate_unit}
     count, tables = len(split_holdout(log, folds)), list[hd.CrossValidation]()

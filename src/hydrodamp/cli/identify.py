@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.cli import inputs
+from hydrodamp.cli import inputs, log_checks
 from hydrodamp.cli.compare import fit_all, predict_missions
 from hydrodamp.cli.output import fail, note, print_output, run_provenance
 from hydrodamp.cli.parameters import GAINS, estimate_response, free_parameters, list_parameters
@@ -51,14 +51,14 @@ def identify(
     craft, listed = hd.find_vehicle(vehicle), inputs.find_model(model)
     estimator, provenance = hd.find_method(method), run_provenance(files)
     log = inputs.training_log(logs, train, mapping)
-    inputs.check_training(craft, log, listed.candidates(craft, log))
+    log_checks.check_training(craft, log, listed.candidates(craft, log))
     names = list_parameters(estimate, craft)
     models = listed.complete(craft, log, estimate_gains or GAINS in names)
     if response := estimate_response(craft, log, models, names):
         log = response.apply(log)
     problem = hd.prepare(craft, log, models)
     (estimator,) = free_parameters((estimator,), names, estimate, "--method")
-    inputs.warn_wrong_gains(problem, models)
+    log_checks.warn_wrong_gains(problem, models)
     (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
     for line in describe_estimates(fit.estimates):
         note(line)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.cli.inputs import check_training
+from hydrodamp.cli.log_checks import check_training
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection.command_signs import contradicted_signs, leading_responses
