@@ -42,8 +42,8 @@ class Status(TextEnum):
         "longer log, more excitation, or more passes."
     )
     STOPPED = (
-        "stopped: the optimiser stopped before it converged; the best iterate is returned. Try a "
-        "longer log or a smaller model."
+        "stopped: the optimiser stopped before it converged; the best iterate is returned. Try "
+        "more iterations, a longer log or a smaller model."
     )
     BY_PRIOR = (
         "by prior: the data do not determine some coefficients; these follow the prior and "

@@ -206,3 +206,19 @@ def test_the_papers_models_have_gains_where_nothing_else_drives_the_vehicle(fold
     keys = [*(f"{key}+inputs" for key in hd.PAPER_MODELS), "general"]
     assert [row["model"] for row in rows] == keys
     assert all("N_turn" in row["coefficients"] for row in rows)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_fit_that_stopped_names_the_option_for_more_iterations(call, monkeypatch):
+    identify, line = hd.OutputError.identify, LINE.replace("--method ls", "--method oe")
+
+    def stop(method, problem, model):
+        assert method.max_iterations == 7
+        fit = identify(method, problem, model)
+        return replace(fit, status=hd.Status.STOPPED, unconverged=("Y",))
+
+    monkeypatch.setattr(hd.OutputError, "identify", stop)
+    done = call(f"{line} --max-iterations 7")
+    assert "stopped before it converged on Y." in done.stdout
+    assert "`--max-iterations 14` of `identify` and `compare`" in done.stderr
+    assert "--max-iterations" in call(f"{LINE} --max-iterations 9", 2).stderr

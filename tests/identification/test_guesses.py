@@ -8,6 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.identifiability import grade_fits
+from hydrodamp.identification.parameter_estimates import describe_changes
 from hydrodamp.identification.parameters import (
     Parameter,
     vehicle_parameters,
@@ -51,13 +52,18 @@ def test_a_wrong_guess_is_estimated_by_default_and_contradicted():
     vehicle = with_sway(60.0)
     problem = hd.prepare(vehicle, sail(1), TRUTH.model)
     fit = hd.OutputError().identify(problem, TRUTH.model)
+    assert (fit.status, fit.unconverged) == (hd.Status.OK, ())
     estimate = fit.estimates["A_Y"]
     assert estimate.is_determined
     assert estimate.is_contradicted
     assert estimate.value == pytest.approx(14.0, rel=0.1)
     assert fit.vehicle.added_mass[1, 1] == pytest.approx(estimate.value, rel=1e-12)
     assert not fit.vehicle.std
-    words = ("sway added mass: ", ", file 60 (formula from the sizes of the hull): contradicted.")
+    assert "sway added mass: " in str(hd.compare((fit,), vehicle, sail(2)).verdict())
+    words = (
+        "sway added mass: ",
+        " instead of the file's 60 (formula from the sizes of the hull): contradicted.",
+    )
     assert any(all(word in remark for word in words) for remark in fit.remarks)
     exact = hd.OutputError(estimate=None).identify(problem, TRUTH.model)
     assert (exact.estimates, exact.vehicle) == ({}, vehicle)
@@ -105,6 +111,22 @@ def test_a_contradiction_allows_for_the_errors_of_prior_and_estimate(theta, erro
     guess = Parameter("B", "N", 0.5, 100.0, origin="assumed")
     assert guess.estimate(theta, error).is_contradicted == is_contradicted
     assert not replace(guess, origin="").estimate(theta, error).is_contradicted
+    assert not guess.estimate(theta, error, "The model lacks terms.").is_contradicted
+
+
+def test_changed_values_are_named_contradicted_ones_first():
+    sway = Parameter("A_Y", "kg", 0.3, 16.0, "logarithm", "formula")
+    estimates = {
+        "A_X": replace(sway, label="A_X").estimate(0.1, 0.1),  # the interval contains the file's
+        "A_Y": sway.estimate(np.log(24.0 / 16.0), 0.05),
+        "A_N": replace(sway, label="A_N").estimate(0.5, 0.05, "Too wide."),
+        "B": Parameter("B", "N", 1.0, 100.0, origin="assumed").estimate(4.0, 0.5),
+    }
+    assert [*describe_changes(estimates)] == [
+        "buoyancy: 104 ± 0.98 N instead of the file's 100 (assumed): contradicted.",
+        "sway added mass: 24 ± 2.4 kg instead of the file's 16 (formula from the sizes of the "
+        "hull): estimated.",
+    ]
 
 
 def test_what_has_no_std_is_exact():

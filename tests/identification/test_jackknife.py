@@ -18,7 +18,7 @@ from hydrodamp.identification.held_out_replay import (
     jackknife_uncertainty,
     split_pieces,
 )
-from hydrodamp.identification.output_error import build_fit
+from hydrodamp.identification.shooting_fit import build_fit
 
 
 @pytest.fixture(scope="module")

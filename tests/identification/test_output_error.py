@@ -132,6 +132,18 @@ def initial(campaign):
     return objective, start
 
 
+def test_a_fit_that_stopped_names_the_axes_that_have_not_converged(campaign):
+    log, method = campaign.train.between(0.0, 20.0), hd.OutputError((2.0,), max_iterations=1)
+    stopped = hd.identify(hd.catalog["fossen"], campaign.vehicle, log, method)
+    assert stopped.status is hd.Status.STOPPED
+    assert stopped.unconverged
+    assert set(stopped.unconverged) <= set(campaign.vehicle.axes)
+    words = f"has not converged on {' '.join(stopped.unconverged)}: "
+    assert any(words in remark for remark in stopped.remarks)
+    with pytest.raises(hd.MethodError, match="max_iterations"):
+        hd.OutputError(max_iterations=0)
+
+
 def test_heavily_damped_steps_do_not_count_as_convergence(initial):
     objective, start = initial
     assert not minimise(objective, replace(start, damping=1e9), FINAL_TOLERANCE).converged

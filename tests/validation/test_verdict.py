@@ -273,7 +273,8 @@ def test_a_cross_validation_states_the_worst_form_of_the_folds_that_count(table)
 
 
 def test_a_selected_fit_that_stopped_is_told(table):
-    rows = tuple(replace(row, fit=replace(row.fit, status=hd.Status.STOPPED)) for row in table.rows)
-    told = "The optimiser stopped before it converged."
+    change = {"status": hd.Status.STOPPED, "unconverged": ("Y", "N")}
+    rows = tuple(replace(row, fit=replace(row.fit, **change)) for row in table.rows)
+    told = "The optimiser stopped before it converged on Y N."
     assert told in replace(table, rows=rows).verdict().reasons
     assert told not in table.verdict().reasons

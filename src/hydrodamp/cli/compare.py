@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import inputs, log_checks
+from hydrodamp.cli import inputs, log_checks, parameters
 from hydrodamp.cli.output import (
     INTERRUPTED,
     check_out_folder,
@@ -24,7 +24,6 @@ from hydrodamp.cli.output import (
     print_results,
     run_provenance,
 )
-from hydrodamp.cli.parameters import GAINS, estimate_response, free_parameters, list_parameters
 from hydrodamp.cli.report import write_results
 from hydrodamp.errors import demand
 from hydrodamp.progress import progress
@@ -71,6 +70,7 @@ def compare(
     mapping: str | None = None,
     estimate_gains: bool = False,
     estimate: str | None = None,
+    max_iterations: int | None = None,
     attitude: Literal["measured", "simulated"] = "measured",
     rate_unit: Literal["deg", "rad"] = "deg",
     horizon: float | None = None,
@@ -98,11 +98,11 @@ def compare(
     log_checks.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
     for sentence in compare_logs(train_log, test_log, craft.axes).sentences:
         warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
-    names = list_parameters(estimate, craft)
-    fitted_models = listed.complete(craft, train_log, estimate_gains or GAINS in names)
-    if response := estimate_response(craft, train_log, fitted_models, names):
+    names = parameters.list_parameters(estimate, craft)
+    fitted_models = listed.complete(craft, train_log, estimate_gains or parameters.GAINS in names)
+    if response := parameters.estimate_response(craft, train_log, fitted_models, names):
         train_log, test_log = response.apply(train_log), response.apply(test_log)
-    method_list = free_parameters(method_list, names, estimate, "--methods")
+    method_list = parameters.set_options(method_list, names, estimate, max_iterations, "--methods")
     log_checks.warn_wrong_gains(hd.prepare(craft, train_log, fitted_models), fitted_models)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
     options = settings, verbose, resume, force, mapping
@@ -149,8 +149,7 @@ def fit_all(
     mapping: str | None = None,
 ) -> tuple[hd.Fit, ...]:
     """Compute the missing fits, with a progress bar per method and the mapping of their log."""
-    fits: tuple[hd.Fit, ...] = ()
-    origin = inputs.mapping_provenance(mapping)
+    fits, origin = tuple[hd.Fit, ...](), inputs.mapping_provenance(mapping)
 
     def trace(fit: hd.Fit) -> hd.Fit:
         return replace(fit, provenance=fit.provenance | origin)
@@ -166,6 +165,7 @@ def fit_all(
 
             done = hd.identify_all(problem, missing, method, record_fit) if missing else ()
             fits += tuple(map(trace, done))
+        parameters.note_stopped(method, done)
     return fits
 
 

@@ -12,7 +12,7 @@ import hydrodamp as hd
 from hydrodamp.cli import inputs, log_checks
 from hydrodamp.cli.compare import fit_all, predict_missions
 from hydrodamp.cli.output import fail, note, print_output, run_provenance
-from hydrodamp.cli.parameters import GAINS, estimate_response, free_parameters, list_parameters
+from hydrodamp.cli.parameters import GAINS, estimate_response, list_parameters, set_options
 from hydrodamp.cli.report import report_paths, write_fit
 from hydrodamp.files import as_json
 from hydrodamp.results import check_new_file, check_results
@@ -30,6 +30,7 @@ def identify(
     mapping: str | None = None,
     estimate_gains: bool = False,
     estimate: str | None = None,
+    max_iterations: int | None = None,
     sensitivity: bool = False,
     out: Path | None = None,
     force: bool = False,
@@ -57,7 +58,7 @@ def identify(
     if response := estimate_response(craft, log, models, names):
         log = response.apply(log)
     problem = hd.prepare(craft, log, models)
-    (estimator,) = free_parameters((estimator,), names, estimate, "--method")
+    (estimator,) = set_options((estimator,), names, estimate, max_iterations, "--method")
     log_checks.warn_wrong_gains(problem, models)
     (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
     for line in describe_estimates(fit.estimates):

@@ -42,6 +42,7 @@ from hydrodamp.identification.dissipativity import PowerRegressor, sample_box, v
 from hydrodamp.identification.gauss_newton import (
     FINAL_TOLERANCE,
     INITIAL_PENALTY_WEIGHT,
+    STAGE_SHARE,
     STAGE_TOLERANCE,
     Iterate,
     ShootingObjective,
@@ -100,8 +101,8 @@ RESIDUALS_PER_COEFFICIENT = 10.0
 INITIAL_STATE_FACTOR, MAX_GROWTH = 2.0, 2.5
 
 #: Decrease of J below which the last stage ends, over p / N: a fifth of the expected decrease of −2
-#: log-likelihood from the true to the estimated coefficients; and its steps at most.
-RELATIVE_TOLERANCE, MAX_FINAL_ITERATIONS = 0.2, 40
+#: log-likelihood from the true to the estimated coefficients.
+RELATIVE_TOLERANCE = 0.2
 
 #: Windows from which the correlation time of residuals is estimated, and bins of their time.
 MAX_EVIDENCE_WINDOWS, MAX_TIME_BINS = 32, 2048
@@ -229,11 +230,13 @@ def fit_windows(
 
 
 def continue_over_lengths(
-    objective: ShootingObjective, iterate: Iterate, lengths: Sequence[float]
+    objective: ShootingObjective, iterate: Iterate, lengths: Sequence[float] = ()
 ) -> Iterate:
     """Minimise over windows of the first length, then with one length more in each stage."""
     for length in lengths[1:]:
-        iterate = minimise(objective, update_prior(objective, iterate), STAGE_TOLERANCE)
+        iterate = minimise(
+            objective, update_prior(objective, iterate), STAGE_TOLERANCE, STAGE_SHARE
+        )
         iterate = objective.add_length(iterate, objective.windows(length))
         # the damping of a stage that failed must not block the next one
         iterate = replace(iterate, damping=min(iterate.damping, 1.0))
@@ -262,7 +265,7 @@ def minimise_finally(
 ) -> Iterate:
     """Minimise to a small part of the expected error of the coefficients."""
     tolerance = relative_tolerance * objective.n_coefficients / iterate.n_free
-    return minimise(objective, iterate, min(FINAL_TOLERANCE, tolerance), MAX_FINAL_ITERATIONS)
+    return minimise(objective, iterate, min(FINAL_TOLERANCE, tolerance))
 
 
 def admissible_lengths(problem: Problem, lengths: Sequence[float]) -> list[float]:

@@ -265,6 +265,8 @@ class Fit:
         Rows of the k free parameters in the joint covariance; None where there are none.
     indirect : tuple of str
         Labels of coefficients that only sensors of other motions determine; weak at best.
+    unconverged : tuple of str
+        Axes on which the optimiser stopped before it converged, such as ``Y``.
     held_out_r_squared : dict of str to float
         R² of the replay of each free velocity by estimates without the replayed part of the log,
         by axis; empty for methods that do not replay.
@@ -291,6 +293,7 @@ class Fit:
     estimates: dict[str, Estimate] = field(default_factory=dict)
     parameter_covariance: FloatArray | None = field(default=None, compare=False)
     indirect: tuple[str, ...] = ()
+    unconverged: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = field(default_factory=dict)
     form_errors: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     adequacy: Adequacy | None = None
@@ -336,9 +339,8 @@ class Fit:
         """Warnings, status, form, remarks and the covariance estimator, in sentences."""
         form = () if self.adequacy is None else (str(self.adequacy),)
         lines = (*self.warnings, self.status.value, *form, *self.remarks)
-        if self.uncertainty is not None:
-            return (*lines, str(self.uncertainty))
-        return lines if self.damping.covariance is None else (*lines, WHITE_NOISE_NOTE)
+        note = str(self.uncertainty or WHITE_NOISE_NOTE)
+        return lines if self.damping.covariance is None else (*lines, note)
 
     def __str__(self) -> str:
         """Return summary and coefficients as text."""

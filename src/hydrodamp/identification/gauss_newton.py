@@ -19,6 +19,7 @@ minimisation: Farina and Piroddi (2010).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -39,8 +40,8 @@ from hydrodamp.simulation.problem import Problem
 #: Shortest window [sampling steps].
 MIN_WINDOW_STEPS = 4
 
-#: Gauss-Newton steps of a stage of the continuation.
-MAX_ITERATIONS = 10
+#: Gauss-Newton steps of the last stage by default, and share of a stage before it.
+MAX_ITERATIONS, STAGE_SHARE = 40, 0.25
 
 #: Decrease of J [1] below which a stage ends: stages before the last, and the last.
 STAGE_TOLERANCE, FINAL_TOLERANCE = 1e-2, 2e-3
@@ -103,7 +104,7 @@ class ShootingObjective:
     ``velocity``; ``scale`` is the coefficient that produces the RMS inertial force of its axis;
     ``power_rows`` holds φ_k; ``time_scale`` [s] is that of the motion. Parameters of sensors
     follow the p coefficients, with their prior standard deviation as scale. ``counts`` are the
-    residuals of each output.
+    residuals of each output. The last stage of a minimisation has at most ``max_iterations``.
     """
 
     problem: Problem
@@ -116,6 +117,7 @@ class ShootingObjective:
     time_scale: float
     outputs: Outputs
     counts: FloatArray
+    max_iterations: int = MAX_ITERATIONS
 
     @property
     def n_coefficients(self) -> int:
@@ -264,12 +266,12 @@ def minimise(
     objective: ShootingObjective,
     iterate: Iterate,
     tolerance: float,
-    max_iterations: int = MAX_ITERATIONS,
+    share: float = 1.0,
 ) -> Iterate:
     """Minimise J by Levenberg-Marquardt steps with Nielsen's damping update (1999)."""
     damping, converged = iterate.damping, False
     cost = objective.cost(iterate)
-    for _ in range(max_iterations):
+    for _ in range(math.ceil(share * objective.max_iterations)):
         x = iterate.coefficients / objective.scale
         hessian, rhs = objective.normal_equations(iterate)
         predicted_decrease = float(rhs @ np.linalg.solve(hessian, rhs))

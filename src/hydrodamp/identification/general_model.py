@@ -82,6 +82,7 @@ def general_model(vehicle: Vehicle, log: Log) -> DampingModel:
 
     Examples
     --------
+    >>> import hydrodamp as hd
     >>> campaign = hd.reenact(duration=20.0)
     >>> model = hd.general_model(campaign.vehicle, campaign.train)
     >>> model.key, "Y_v|v|" in model.labels

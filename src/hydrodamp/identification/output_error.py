@@ -29,22 +29,18 @@ from hydrodamp.identification.continuation import (
     make_objective,
     minimise_finally,
 )
-from hydrodamp.identification.fit import MIN_BLOCKS, Fit, Method, empty_fit, make_fit
-from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective
+from hydrodamp.identification.fit import MIN_BLOCKS, Fit, empty_fit
+from hydrodamp.identification.gauss_newton import (
+    MAX_ITERATIONS,
+    Iterate,
+    ShootingObjective,
+)
 from hydrodamp.identification.held_out_replay import (
     PieceNormals,
-    half_difference_factors,
-    information_covariance,
-    information_uncertainty,
-    jackknife_uncertainty,
 )
-from hydrodamp.identification.information import find_indirect_coefficients
 from hydrodamp.identification.parameter_estimates import (
+    describe_changes,
     describe_estimates,
-    estimate_parameters,
-    parameter_covariance,
-    significant_delays,
-    variance_rows,
 )
 from hydrodamp.identification.parameters import (
     VEHICLE_PARAMETERS,
@@ -60,14 +56,11 @@ from hydrodamp.identification.rebuilt_outputs import (
     free_parameters,
     transfer_iterate,
 )
-from hydrodamp.identification.regression import column_span
 from hydrodamp.identification.score_test import correlate_innovations, score_further_terms
+from hydrodamp.identification.shooting_fit import build_fit
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.status import Status
-
-#: Initial estimates of logs whose velocities are rebuilt from sensors.
-SENSOR_STARTS = "the best of weak-form, published, hull and zero damping"
 
 
 @dataclass(frozen=True)
@@ -95,11 +88,14 @@ class OutputError:
         ``wrench-gain``. None estimates none at all. Those that the log determines become part of
         the vehicle of the fit; the others are held at their priors, with the cause in
         ``Fit.estimates``.
+    max_iterations : int
+        Gauss-Newton steps of the last stage, at most; each stage before it has a quarter.
 
     Raises
     ------
     MethodError
-        If the lengths are not positive and increasing, or a parameter is unknown.
+        If the lengths are not positive and increasing, a parameter is unknown, or there is no
+        step.
 
     Examples
     --------
@@ -109,6 +105,7 @@ class OutputError:
 
     windows: tuple[float, ...] = ()
     estimate: tuple[str, ...] | None = ()
+    max_iterations: int = MAX_ITERATIONS
 
     key = "oe"
     compares_sensors = True
@@ -120,6 +117,7 @@ class OutputError:
             raise MethodError(f"`windows` must be positive and increasing [s]; got {self.windows}")
         known = all(name in VEHICLE_PARAMETERS for name in self.estimate or ())
         demand(known, "estimate", f"from {', '.join(VEHICLE_PARAMETERS)}", self.estimate)
+        demand(self.max_iterations > 0, "max_iterations", "positive", self.max_iterations)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model; the status is ``STOPPED`` if the minimisation did not converge."""
@@ -135,8 +133,13 @@ class OutputError:
         problem = replace(problem, equations=equations)
         if not model.n_coefficients:
             return empty_fit(problem, model, self.key, Status.EMPTY)
-        fit = self._estimate(make_objective(problem, model), model, parameters)
-        remarks = *response_remarks(problem, model), *describe_estimates(fit.estimates)
+        objective = replace(make_objective(problem, model), max_iterations=self.max_iterations)
+        fit = self._estimate(objective, model, parameters)
+        remarks = (
+            *response_remarks(problem, model),
+            *describe_estimates(fit.estimates),
+            *describe_changes(fit.estimates),
+        )
         return replace(fit, remarks=(*fit.remarks, *remarks))
 
     def _estimate(
@@ -160,13 +163,15 @@ class OutputError:
                 return replace(fit, estimates=fit.estimates | undetermined)
             undetermined |= priors
             is_free = np.array([label not in priors for label in fit.estimates])
-            index = np.flatnonzero(np.append(np.ones(objective.n_coefficients, bool), is_free))
+            index = np.append(np.ones(objective.n_coefficients, bool), is_free)
             parameters = tuple(each for each in parameters if each.label not in priors)
             if not parameters:
                 fit = self._estimate(objective, model, ())
                 return replace(fit, estimates=fit.estimates | undetermined)
             joint = _free_vehicle(objective, model, parameters)
-            start, result = (transfer_iterate(joint, each, index) for each in (start, result))
+            start, result = (
+                transfer_iterate(joint, each, each.coefficients[index]) for each in (start, result)
+            )
 
     def _build_fit(
         self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
@@ -194,7 +199,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     Parameters
     ----------
-    windows, estimate : tuple
+    windows, estimate, max_iterations
         As of :class:`OutputError`.
 
     Raises
@@ -238,97 +243,3 @@ def _free_vehicle(
     """Return the objective with free parameters of the vehicle."""
     rebuild = rebuild_plant(objective.problem, model, parameters)
     return free_parameters(objective, parameters, rebuild)
-
-
-def _remark(objective: ShootingObjective, result: Iterate) -> str:
-    """Return a sentence on the window lengths, the errors and the prior of the result."""
-    if isinstance(fix_parameters(objective, result)[0].outputs, FilteredOutputs):
-        return (
-            "The minimisation of prediction errors started from output error; prior strength "
-            f"relative to the innovations: {result.prior_strength:.2g}."
-        )
-    lengths = ", ".join(
-        "entire segments" if np.isinf(length) else f"{length:.3g} s"
-        for length in result.window_lengths
-    )
-    origin = "the weak form" if objective.problem.sensor_log is None else SENSOR_STARTS
-    return (
-        f"The minimisation started from {origin}; window lengths: {lengths}; prior "
-        f"strength relative to the residuals: {result.prior_strength:.2g}."
-    )
-
-
-def build_fit(
-    normals: PieceNormals,
-    model: DampingModel,
-    method: Method,
-    start: FloatArray,
-    adequacy: Adequacy | None = None,
-    sensor_std: FloatArray | float = 0.0,
-) -> Fit:
-    """Build the fit of an iterate, with the intervals of its jackknife replicates.
-
-    They cover the difference of halves and, unless the form is adequate, that to the start; where
-    it is, the covariance is that of the Fisher information in proportion.
-    """
-    objective, result = normals.objective, normals.iterate
-    fixed, at = fix_parameters(objective, result)
-    problem, p = fixed.problem, objective.n_coefficients
-    coefficients = result.coefficients[:p]
-    windows, residual_std, *_ = result.linearisations[0]
-    factor = windows.qr_factor(result.coefficients, residual_std)
-    span = column_span(factor[:p, :p], model.labels)
-    uncertainty = jackknife_uncertainty(objective, result, normals.replicates)
-    is_adequate = adequacy is not None and adequacy.form is Form.ADEQUATE
-    estimates, rows = estimate_parameters(normals, model), None
-    if uncertainty is not None:
-        factors = half_difference_factors(
-            uncertainty, normals.half_difference[:p], objective.entries[1]
-        )
-        uncertainty = uncertainty.rescale(factors)
-        if is_adequate:
-            known = information_covariance(objective, result)
-            uncertainty = information_uncertainty(known[:p, :p], uncertainty)
-            factors = uncertainty.standard_errors / uncertainty.noise_only.standard_errors
-            rows = parameter_covariance(known[p:], estimates, factors) if estimates else None
-        else:
-            if estimates:
-                rows = parameter_covariance(variance_rows(normals), estimates, factors)
-            origin = "weak-form" if problem.sensor_log is None else "initial"
-            allowance = f"the difference of the {origin} to this estimate"
-            uncertainty = uncertainty.inflate(coefficients - start[:p], allowance)
-    idle = {label for group in problem.undetermined(model) for label in group}
-    status = Status.RANK_DEFICIENT if span.aliased else Status.OK
-    sentences: tuple[str, ...] = ()
-    if delays := significant_delays(fixed, at):
-        sentences = (f"The log suggests delays of {'; '.join(delays)}.",)
-    indirect: tuple[str, ...] = ()
-    if uncertainty is not None:
-        half_width = uncertainty.critical_value() * uncertainty.standard_errors
-        is_indirect = find_indirect_coefficients(fixed, at, half_width)
-        indirect = tuple(np.array(model.labels)[is_indirect].tolist())
-    if indirect:
-        sentences += (
-            f"Only sensors of other motions determine {' '.join(indirect)}, through the coupling "
-            "of the mass matrix: these are weak.",
-        )
-    fit = make_fit(
-        problem,
-        model,
-        method,  # exactly zero, not the solver's 1e-17
-        np.where([label in idle for label in model.labels], 0.0, coefficients),
-        uncertainty=uncertainty,
-        rank=span.rank,
-        aliased=span.aliased,
-        status=status if result.converged else Status.STOPPED,
-        remarks=(_remark(objective, result), *sentences),
-    )
-    return replace(
-        fit,
-        estimates=estimates,
-        parameter_covariance=rows,
-        indirect=indirect,
-        adequacy=adequacy,
-        held_out_r_squared=normals.held_out_r_squared,
-        form_errors={} if is_adequate else normals.form_errors(sensor_std),
-    )

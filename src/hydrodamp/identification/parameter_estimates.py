@@ -145,7 +145,6 @@ def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
     """Yield a line for each estimate, then a sentence for each cause."""
     for label, each in estimates.items():
         yield f"{label} {each}"
-    yield from describe_contradictions(estimates)
     causes = {label: (each.is_held, each.cause) for label, each in estimates.items() if each.cause}
     for reason in dict.fromkeys(causes.values()):
         labels = " ".join(label for label, each in causes.items() if each == reason)
@@ -154,16 +153,16 @@ def describe_estimates(estimates: Mapping[str, Estimate]) -> Iterator[str]:
         yield f"The log does not determine {labels}{ending}. {cause}"
 
 
-def describe_contradictions(estimates: Mapping[str, Estimate]) -> Iterator[str]:
-    """Yield a sentence for each value of the vehicle that the log contradicts."""
-    for label, each in estimates.items():
-        if each.is_contradicted:
-            value = each.value if each.joint_estimate is None else each.joint_estimate
-            half, unit = critical_value() * each.standard_error, f" {each.unit}".rstrip()
-            yield (
-                f"{_describe_label(label)}: {value:.3g} ± {half:.2g}{unit}, file {each.prior:.4g} "
-                f"({_ORIGINS[each.origin]}): contradicted."
-            )
+def describe_changes(estimates: Mapping[str, Estimate]) -> Iterator[str]:
+    """Yield a sentence for each value that the log contradicts, then for each that it changes."""
+    moved = {label: each for label, each in estimates.items() if each.is_moved}
+    for label, each in sorted(moved.items(), key=lambda item: not item[1].is_contradicted):
+        half, unit = critical_value() * each.standard_error, f" {each.unit}".rstrip()
+        yield (
+            f"{_describe_label(label)}: {each.value:.3g} ± {half:.2g}{unit} instead of the file's "
+            f"{each.prior:.4g} ({_ORIGINS[each.origin]}): "
+            f"{'contradicted' if each.is_contradicted else 'estimated'}."
+        )
 
 
 def _describe_label(label: str) -> str:

@@ -68,8 +68,8 @@ class Estimate:
     origin : str
         Where the prior of a vehicle comes from, such as ``formula``; empty for sensors.
     is_contradicted : bool
-        Whether the log contradicts the prior of a vehicle: the (joint) estimate is further from it
-        than twice √(std² + standard error²).
+        Whether the log contradicts the prior of a vehicle: it determines the value, which is
+        further from the prior than twice √(std² + standard error²).
 
     Examples
     --------
@@ -92,6 +92,13 @@ class Estimate:
     def is_held(self) -> bool:
         """Whether the fit holds the parameter at its prior."""
         return self.joint_estimate is not None
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether the log determines another value of the vehicle: 95 % exclude the prior."""
+        distance = abs(self.value - self.prior)
+        is_outside = distance > critical_value() * self.standard_error
+        return bool(self.origin) and self.is_determined and is_outside
 
     @property
     def is_determined(self) -> bool:
@@ -138,7 +145,7 @@ class Parameter:
         value, slope = self.prior + theta, 1.0
         if self.transform == "logarithm":
             value = slope = self.prior * float(np.exp(theta))
-        is_contradicted = abs(theta) > MAX_DEVIATION * np.hypot(self.std, error)
+        is_contradicted = abs(theta) > MAX_DEVIATION * np.hypot(self.std, error) and not cause
         return Estimate(
             value,
             slope * error,

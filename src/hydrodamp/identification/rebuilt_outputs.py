@@ -121,13 +121,14 @@ def free_parameters(
     return replace(objective, outputs=outputs, scale=scale)
 
 
-def transfer_iterate(objective: ShootingObjective, iterate: Iterate, index: IntArray) -> Iterate:
-    """Return an iterate with the parameters of some indices, for the objective that has these."""
+def transfer_iterate(
+    objective: ShootingObjective, iterate: Iterate, coefficients: FloatArray
+) -> Iterate:
+    """Return the iterate of an objective with other parameters, at these coefficients."""
     linearisations = tuple(
         each._replace(windows=replace(each.windows, outputs=objective.outputs))
         for each in iterate.linearisations
     )
-    coefficients = iterate.coefficients[index]
     return objective.move(replace(iterate, linearisations=linearisations), coefficients)
 
 

@@ -285,6 +285,7 @@ class FitDocument(BaseModel):
         tuple[tuple[Number, ...], ...] | None, BeforeValidator(_list_rows)
     ] = None
     indirect: tuple[str, ...] = ()
+    unconverged: tuple[str, ...] = ()
     held_out_r_squared: dict[str, float] = {}
     form_errors: dict[str, tuple[float, float, float]] = {}
     adequacy: AdequacyContent | None = None

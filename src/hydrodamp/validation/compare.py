@@ -16,6 +16,7 @@ from hydrodamp.identification.estimated_vehicle import with_estimated_vehicle
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.methods import METHODS
+from hydrodamp.identification.parameter_estimates import describe_changes
 from hydrodamp.models.damping import warn_if_foreign
 from hydrodamp.progress import run_parallel
 from hydrodamp.simulation.block_errors import BlockErrors, block_errors
@@ -246,7 +247,9 @@ class Comparison:
         row = selection.row
         rebuilt = dict.fromkeys(row.rebuilt, "against a velocity rebuilt from sensors")
         if row.fit.status is Status.STOPPED:
-            sentences.append("The optimiser stopped before it converged.")
+            axes = f" on {' '.join(row.fit.unconverged)}" if row.fit.unconverged else ""
+            sentences.append(f"The optimiser stopped before it converged{axes}.")
+        sentences.append(" ".join(describe_changes(row.fit.estimates)))
         if row.adequacy is not None:
             sentences += row.adequacy.describe(row.model)
         sentences.append(" ".join(self.missions))  # one paragraph: few lines on a screen
