@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
@@ -32,11 +33,21 @@ def test_a_command_of_an_actuator_has_no_other_gain(campaign):
 
 
 def test_a_wrench_has_a_gain_by_axis_and_commands_have_none(campaign, bare):
-    wrench = campaign.train.velocity * [1.0, 0.0, 1.0, 0.0, 1.0, 1.0]
+    wrench = np.random.default_rng(0).normal(size=(campaign.train.n, 6)) * [1, 0, 1, 0, 1, 1]
     model = hd.general_model(bare, replace(campaign.train, wrench=wrench))
     gains = {label for label in model.labels if "actuation" in label and "rise" not in label}
     assert gains == {"X_actuation_X", "Z_actuation_Z", "M_actuation_M", "N_actuation_N"}
     assert all("actuation" in name for name in model.commands)
+
+
+def test_a_command_that_only_changes_its_sign_or_not_at_all_leaves_the_drag(campaign, bare):
+    log = campaign.train
+    commands = log.commands.copy()
+    commands[:, log.command_names.index("rudder")] = np.where(log.velocity[:, 5] > 0.0, 0.1, -0.1)
+    commands[:, log.command_names.index("rpm")] = 1500.0
+    labels = hd.general_model(bare, replace(log, commands=commands)).labels
+    assert "X_u|u|" in labels
+    assert not any("rpm" in label for label in labels)
 
 
 def test_terms_of_locked_axes_are_absent(campaign, bare):

@@ -144,3 +144,7 @@ def test_another_vehicle_is_not_replaced_by_that_of_a_fit():
     fit = hd.OutputError().identify(problem, TRUTH.model)
     other = replace(BOAT, name="other")
     assert estimated_vehicle(other, fit) is other
+    heavy = with_sway(60.0)
+    heavy = replace(heavy, mass_matrix=heavy.mass_matrix + np.diag([9.0, 9.0, 0, 0, 0, 0]))
+    assert estimated_vehicle(heavy, fit) is heavy
+    assert estimated_vehicle(with_sway(60.0), fit) is fit.vehicle

@@ -106,6 +106,7 @@ def fit_output(
     """Return the verdict on a fit with the next command, and its coefficients."""
     from hydrodamp.report.fit_tables import brief_fit_table, fit_table
     from hydrodamp.report.verdict_tables import verdict_table
+    from hydrodamp.simulation.checks import CHANNEL_AXES
 
     (row,) = comparison.rows
     if row.blocks is None:
@@ -115,7 +116,8 @@ def fit_output(
         notes.append("The same command with `--out FILE` writes the damping file.")
     else:
         export = f"; `hydrodamp export gz-sim {out} --out exported` exports it."
-        notes.append(f"File: {out}{'.' if row.divergences else export}")
+        is_exported = not row.divergences and CHANNEL_AXES.keys().isdisjoint(row.fit.model.commands)
+        notes.append(f"File: {out}{export if is_exported else '.'}")
     is_complete = verbose or not row.fit.grades
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
     verdict = verdict_table(comparison.verdict(), notes)

@@ -196,16 +196,15 @@ def mapping_provenance(mapping: str | None) -> dict[str, str]:
 
 
 def read_logs_as_fitted(paths: Sequence[str], mapping: str | None, fit: hd.Fit | None) -> hd.Log:
-    """Return logs by a mapping, by default that of the log of the fit; canonical ones as is."""
+    """Return logs by a mapping, by default canonical ones as is and others by that of the fit."""
     fitted = "" if fit is None else fit.provenance.get(MAPPING, "")
     if mapping or not fitted:
         return read_logs(paths, mapping)
-    try:
-        log = read_logs(paths, fitted)
-    except HydrodampError as error:
-        with suppress(HydrodampError):
-            return read_logs(paths, None)
-        raise error
+    with suppress(HydrodampError):
+        log = read_logs(paths, None)
+        note(f"read as canonical; the log of the fit was read by {fitted}: `--mapping` names one.")
+        return log
+    log = read_logs(paths, fitted)
     note(f"read by {fitted}, the mapping of the fit; `--mapping` names another.")
     return log
 

@@ -94,5 +94,5 @@ def _sensor_tables(vehicle: str | None, model: str | None, log: hd.Log | None) -
         yield sensor_table(rebuild_velocities(log, log.velocity_names))
         note("`--vehicle V --model M` predicts the standard errors that these sensors allow.")
         return
-    craft, models = hd.find_vehicle(vehicle), list_models(model).models
+    craft, models = hd.find_vehicle(vehicle), list_models(model).with_terms()
     yield from sensor_tables(hd.prepare(craft, log, models), models[0])

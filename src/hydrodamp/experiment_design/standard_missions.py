@@ -26,6 +26,7 @@ from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.optimise import simulate_candidates
 from hydrodamp.identification.dissipativity import velocity_unit
 from hydrodamp.identification.fit import Fit
+from hydrodamp.simulation.checks import CHANNEL_AXES
 from hydrodamp.simulation.closed_loop import N_STATES
 from hydrodamp.validation.predicted_error import predict_error
 
@@ -82,6 +83,8 @@ def predict_missions(fit: Fit) -> tuple[MissionError, ...]:
     vehicle, (slow, fast) = fit.vehicle, fit.training_range.get("u", (0.0, 0.0))
     if vehicle is None or fit.damping.covariance is None:
         raise MethodError("the fit has no vehicle or no covariance.")
+    if not CHANNEL_AXES.keys().isdisjoint(fit.model.commands):
+        raise MethodError("the log has a wrench, and no commands to steer with.")
     if not slow > 0.0:
         raise MethodError(
             f"surge goes down to {slow:.2g} m/s in the log, and steps need way ahead."

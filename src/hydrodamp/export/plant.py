@@ -22,7 +22,7 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
-from hydrodamp.simulation.checks import CHANNELS
+from hydrodamp.simulation.checks import CHANNEL_AXES
 from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels, vehicle_stamp
 from hydrodamp.vehicle.actuators import Propeller
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
@@ -30,8 +30,6 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 UNIT_BOX = OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
 """Velocities within 1 m/s and 1 rad/s: the default without a log."""
-
-ACTUATOR_GAINS = {name for pair in CHANNELS.values() for name in pair}
 
 
 class States(NamedTuple):
@@ -153,7 +151,7 @@ def _export_faults(values: dict[str, float]) -> Iterator[str]:
     if undetermined:
         labels = ", ".join(undetermined)
         yield f"{labels} could not be determined; identify a model without, or by `ridge`"
-    gains = [label for label in values if ACTUATOR_GAINS & set(read_label(label)[1].commands)]
+    gains = [label for label in values if CHANNEL_AXES.keys() & set(read_label(label)[1].commands)]
     if gains:
         yield (
             f"{', '.join(gains)} are gains of a recorded wrench; scale the vehicle's actuators by "

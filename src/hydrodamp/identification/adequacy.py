@@ -19,6 +19,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from hydrodamp.basis.term import VELOCITY_OF
+from hydrodamp.models.catalog import catalog
 from hydrodamp.status import TextEnum
 
 #: Probability of a rejected form that holds, and share of the variance of the innovations that
@@ -210,12 +211,16 @@ class Adequacy:
             use = "Use it for no motion of these velocities"
         elif self.missing and not self.is_clearly_missing:
             use = f"The missing part is small compared to noise and pushes. {use}"
-        terms = [
-            f'{axis}: "{self.tests[axis].terms[0].partition("_")[2]}"'
+        missing = {
+            axis: label.partition("_")[2]
             for axis in self.missing[:MAX_NAMED_AXES]
-            if self.tests[axis].terms
-        ]
-        if not terms:
+            for label in self.tests[axis].terms[:1]
+            if "actuation_" not in label
+        }
+        if not missing:
             return str(self), f"{use}; for others take another form."
+        terms = [f'{axis}: "{term}"' for axis, term in missing.items()]
+        if model not in catalog:
+            return str(self), f"{use}; for others add {', '.join(terms)} to the model."
         entry = f"{{name: more, extends: {model}, terms: {{{', '.join(terms)}}}}}"
         return str(self), f"{use}; for others add terms in a model file: `{entry}`."

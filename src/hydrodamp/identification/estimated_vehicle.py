@@ -4,17 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.parameters import vehicle_at
 from hydrodamp.simulation.problem import Problem, build_problem
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
 def estimated_vehicle(vehicle: Vehicle, fit: Fit) -> Vehicle:
-    """Return the vehicle of a fit where the fit has estimates for this vehicle, else this."""
-    fitted, estimates = fit.vehicle, fit.estimates.values()
-    if fitted is None or fitted.name != vehicle.name:
+    """Return the vehicle of a fit that has estimated values of this very vehicle, else this."""
+    fitted = fit.vehicle
+    estimates = {label: each for label, each in fit.estimates.items() if each.origin}
+    is_free = any(not each.is_held for each in estimates.values())
+    if fitted is None or fitted.name != vehicle.name or not is_free:
         return vehicle
-    return fitted if any(each.origin and not each.is_held for each in estimates) else vehicle
+    theta = {
+        label: float(np.log(each.value / each.prior))
+        if label.startswith(("A_", "gain_"))
+        else each.value - each.prior
+        for label, each in estimates.items()
+    }
+    estimated = vehicle_at(vehicle, theta)
+    return fitted if np.allclose(estimated.mass_matrix, fitted.mass_matrix) else vehicle
 
 
 def with_estimated_vehicle(problem: Problem, fit: Fit) -> Problem:

@@ -112,7 +112,7 @@ def _input_terms(vehicle: Vehicle, log: Log) -> Iterator[tuple[str, str]]:
         return
     gains = _UNDER_WAY if is_under_way(log.velocity) else _ANY_SPEED
     for name in log.command_names:
-        if name not in vehicle.commands:
+        if name not in vehicle.commands and np.ptp(log.command(name)) > 0.0:
             yield from ((axes, terms.format(name)) for axes, terms in gains.items())
 
 
@@ -132,13 +132,18 @@ def remove_duplicates(problem: Problem, model: DampingModel) -> DampingModel:
     rows = []
     for terms in model.terms:
         distinct: list[Term] = []
-        for term in sorted(terms, key=lambda term: (is_damping_term(term), not _is_odd(term))):
+        for term in sorted(terms, key=_precedence):
             index = column[term]
             earlier = [column[previous] for previous in distinct]
             if size[index] > 0.0 and not duplicate[index, earlier].any():
                 distinct.append(term)
         rows.append(tuple(distinct))
     return replace(model, terms=tuple(rows))
+
+
+def _precedence(term: Term) -> tuple[bool, bool, bool]:
+    """Return the sort key of terms that are proportional: of a constant command, damping stays."""
+    return bool(term.commands), is_damping_term(term), not _is_odd(term)
 
 
 def _is_odd(term: Term) -> bool:

@@ -233,6 +233,8 @@ def _vehicle_parameters(vehicle: Vehicle, names: Sequence[str]) -> Iterator[Para
                 yield Parameter(f"{name}_G", "m", std, prior, origin=origin["center_of_gravity"])
     (share,) = known.get("buoyancy", (BUOYANCY_STD,))
     if "buoyancy" in names and share > 0.0:
+        if not vehicle.weight > 0.0:
+            raise MethodError("buoyancy cannot be estimated: the vehicle file has no weight")
         std = share * vehicle.weight
         yield Parameter("B", "N", std, vehicle.buoyancy, origin=origin["buoyancy"])
 

@@ -23,6 +23,9 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: gain is independent of sample-and-hold, interpolation, and delays of a fraction of a step.
 CHANNELS = {axis: (f"actuation_{axis}", f"actuation_rise_{axis}") for axis in AXES}
 
+#: Axis of each actuation channel.
+CHANNEL_AXES = {name: axis for axis, names in CHANNELS.items() for name in names}
+
 
 def channel_names(vehicle: Vehicle, log: Log) -> tuple[str, ...]:
     """Return the names of the actuation channels that log and vehicle provide."""

@@ -63,7 +63,7 @@ class Vehicle:
         Standard deviations of ``added_mass`` (of the logarithm, X Y Z K M N),
         ``center_of_gravity`` (x y z) [m], ``buoyancy`` (over the weight) and
         ``wrench_gain`` (as added mass): what has one is estimated with the damping, the
-        rest is exact, but a wrench gain is 1 ± 0.3 unless its entry is zero.
+        rest is exact.
     origin : mapping of str to str
         Where such a value comes from: ``measured``, ``published``, ``formula`` (from
         the sizes of the hull) or ``assumed``.

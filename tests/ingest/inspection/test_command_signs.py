@@ -193,3 +193,8 @@ def test_a_fit_warns_of_a_thruster_against_its_geometry_and_of_two_recordings(bo
     messages = [str(each.message) for each in caught]
     assert any("`sign: -1` for `right_force`" in each for each in messages)
     assert any("omit left_pwm from `commands`" in each for each in messages)
+
+
+def test_a_log_without_delays_has_no_contradiction():
+    log = hd.reenact(duration=20.0).train
+    assert not [*contradicted_signs(log, (), {("port", "yaw"): 1.0})]

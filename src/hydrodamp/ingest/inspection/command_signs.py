@@ -99,7 +99,7 @@ def contradicted_signs(
     from_geometry = {} if expected is None else dict(expected)
     signs = from_geometry or _signs_by_side(by_command)
     axis_of = {name: axis for name in by_command if (axis := _named_axis(name))}
-    if not signs and not axis_of:
+    if not by_command or not (signs or axis_of):
         return
     effects = estimate_effects(log, [*by_command.values()])
     basis = "its position and direction" if from_geometry else "its name"
