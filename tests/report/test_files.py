@@ -179,6 +179,7 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         form_errors={"X": (0.1, 3.0, 0.2)},
         adequacy=hd.Adequacy.judge(tests, {"X": 0.01}, {"X": 0.5}),
         command_range={"rudder": (-0.3, 0.2)},
+        unconverged=("N",),
     )
     hd.write_comparison(hd.Comparison((replace(row, fit=fit),)), tmp_path)
     again = hd.read_comparison(tmp_path).rows[0].fit
