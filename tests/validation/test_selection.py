@@ -99,6 +99,16 @@ def test_a_quarter_of_the_least_error_is_equal_for_use(share, selected):
     assert select_row([small, large]).row.model == selected
 
 
+def test_equal_for_use_holds_for_every_velocity_that_is_predicted():
+    """A mean within a quarter hides a yaw rate that is half as wrong again."""
+    large = Several("large", 40, (0.10, 0.10, 0.16))
+    small = Several("small", 10, (0.10, 0.10, 0.24))
+    assert small.blocks.relative_error("uwr") < 1.25 * large.blocks.relative_error("uwr")
+    assert select_row([small, large]).row is large
+    unpredicted = [replace(large, errors=(0.1, 0.1, 1.1)), replace(small, errors=(0.1, 0.1, 1.4))]
+    assert select_row(unpredicted).row.model == "small"
+
+
 def test_of_equal_rows_those_of_adequate_form_count():
     large = Entry("large", 88, (0.5,), adequacy=hd.Adequacy.judge({}, {}, {}))
     small = Entry("small", 30, (0.6,), adequacy=hd.Adequacy.judge({}, {"X": 1.0}, {}))

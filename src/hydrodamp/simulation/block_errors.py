@@ -95,41 +95,42 @@ class BlockErrors:
 
     def relative_error(self, names: Collection[str]) -> float:
         """Return the mean error of velocities relative to their motion, without the noise."""
-        return float(self._relative_error(names)(self.sizes))
+        return float(_mean(self._relative_errors(names)(self.sizes)))
 
     def relative_standard_error(self, names: Collection[str]) -> float | None:
         """Return the standard error of :meth:`relative_error`; None for a single block."""
-        deviation = self._jackknife(self._relative_error(names))
+        errors = self._relative_errors(names)
+        deviation = self._jackknife(lambda weights: _mean(errors(weights)))
         return None if deviation is None else float(deviation[0])
 
     def is_equivalent(self, lowest: BlockErrors, names: Collection[str]) -> bool:
-        """Whether the relative error is within a quarter or a standard error of the lowest.
+        """Whether the relative error of each velocity is within a quarter or a standard error.
 
         Errors are paired by block: L. Breiman et al., Classification and Regression Trees, 1984,
-        section 3.4.3, with the jackknife for the standard error.
+        section 3.4.3, with the jackknife for the standard error. An error above that of the mean
+        of the log counts as that: a velocity that neither row predicts decides nothing.
         """
-        error, least = self._relative_error(names), lowest._relative_error(names)
+        errors, least = self._relative_errors(names), lowest._relative_errors(names)
 
         def difference(weights: FloatArray) -> FloatArray:
-            return np.asarray(error(weights) - least(weights))
+            return np.asarray(np.minimum(errors(weights), 1.0) - np.minimum(least(weights), 1.0))
 
         deviation = self._jackknife(difference)
-        margin = 0.0 if deviation is None else float(deviation[0])
-        limit = max(EQUAL_SHARE * lowest.relative_error(names), margin)
-        return bool(difference(self.sizes) <= limit)
+        margin = 0.0 if deviation is None else deviation
+        limit = np.maximum(EQUAL_SHARE * np.minimum(least(self.sizes), 1.0), margin)
+        return bool(np.all(difference(self.sizes) <= limit))
 
-    def _relative_error(self, names: Collection[str]) -> Callable[[FloatArray], FloatArray]:
-        """Return the relative error as a function of the weights of the blocks."""
+    def _relative_errors(self, names: Collection[str]) -> Callable[[FloatArray], FloatArray]:
+        """Return the relative error of each velocity as a function of the weights of the blocks."""
         is_counted = np.isin(self.names, [*names])
         error, noise = self.error[:, is_counted], self.noise[:, is_counted]
         motion = self.sizes @ self.deviation[:, is_counted] / self.sizes.sum()
 
-        def relative_error(weights: FloatArray) -> FloatArray:
+        def relative_errors(weights: FloatArray) -> FloatArray:
             excess = np.maximum(weights @ (error - noise), weights @ noise)
-            square = excess / weights.sum(axis=-1, keepdims=True) / motion
-            return np.asarray(np.sqrt(square).sum(axis=-1) / max(len(motion), 1))
+            return np.asarray(np.sqrt(excess / weights.sum(axis=-1, keepdims=True) / motion))
 
-        return relative_error
+        return relative_errors
 
     def _log_rms(self, weights: FloatArray) -> FloatArray:
         with np.errstate(divide="ignore"):
@@ -149,6 +150,11 @@ class BlockErrors:
             return None
         without = statistic(self.sizes * (1.0 - np.eye(self.n))).reshape(self.n, -1)
         return np.sqrt(jackknife_covariance(without).diagonal())
+
+
+def _mean(errors: FloatArray) -> FloatArray:
+    """Return the mean over velocities, 0 without one."""
+    return np.asarray(errors.sum(axis=-1) / max(errors.shape[-1], 1))
 
 
 def _by_name(names: tuple[str, ...], values: FloatArray) -> dict[str, float | None]:

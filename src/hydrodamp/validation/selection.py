@@ -1,14 +1,14 @@
 """Selection of a fit from several by their errors on held-out data.
 
 A row with a diverged replay ranks below every row without one, then a row that has not converged
-below those that have. Of the best of these classes the rows whose relative error is within a
-quarter of the least, or within one jackknife standard error of the difference over blocks of the
-held-out data (Breiman et al., 1984), are equal for use; of these the rows of adequate form, if
-there are any, of these the rows that predict the most velocities significantly better than their
-mean, of these the row with the fewest coefficients is selected, then that of least error. The
-relative error is the mean, over the velocities that training and test excite, of the RMS error over
-the standard deviation of the velocity, without the noise: it does not depend on units. Equation 24
-mixes units and decides nothing.
+below those that have. Of the best of these classes the rows are equal for use whose relative error
+of every velocity is within a quarter of that of the row of least mean, or within one jackknife
+standard error of the difference over blocks of the held-out data (Breiman et al., 1984); of these
+the rows of adequate form, if there are any, of these the rows that predict the most velocities
+significantly better than their mean, of these the row with the fewest coefficients is selected,
+then that of least error. The relative error is the mean, over the velocities that training and test
+excite, of the RMS error over the standard deviation of the velocity, without the noise: it does not
+depend on units. Equation 24 mixes units and decides nothing.
 """
 
 from __future__ import annotations
