@@ -98,6 +98,8 @@ def test_impossible_plans_are_refused(boat, known):
     check_refused("`duration` must be from 60 s", boat, model, 5.0)
     check_refused(r"to 86400 s \(24 h\); got 10000000", boat, model, 1e7)
     check_refused("cannot be steered", hd.fleet["bluerov2"], hd.catalog["fossen"], 60.0)
+    gained = hd.Damping.from_dict(None, known.as_dict() | {"X_actuation_X": 0.1})
+    check_refused("has gains of the actuators' wrench", boat, model, 60.0, damping=gained)
     narrow = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 10}})
     check_refused("cannot be reached with `rpm`", boat, model, 60.0, damping=known, envelope=narrow)
     still = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 1e-3}})

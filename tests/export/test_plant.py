@@ -27,12 +27,38 @@ def test_a_zero_coefficient_asks_for_no_input():
     assert ExportedPlant.of(hd.fleet["remus100"], more).inputs[-1] == "u_c"
 
 
+def test_gains_of_a_recorded_wrench_scale_the_wrench_of_the_log():
+    """Equation 1 with gains of the recorded wrench, and without them under the scaled one."""
+    vehicle = hd.Vehicle.from_hull(1.2, 0.17, 17.0)
+    time = 0.02 * np.arange(500)
+    phase = np.outer(time, np.linspace(0.5, 1.0, 6)) + np.arange(6.0)
+    segments = hd.Segment("a", 0, 200), hd.Segment("b", 200, 500)
+    log = hd.Log(
+        time, 0.1 * np.sin(phase), tuple("uvwpqr"), wrench=np.cos(phase), segments=segments
+    )
+    gains = {"X_actuation_X": 0.3, "X_actuation_rise_X": 0.9, "N_actuation_N": -1.4}
+    drag = {"X_u": -3.0, "N_r": -1.0}
+    plant = ExportedPlant.of(vehicle, hd.Damping.from_dict(None, drag | gains), log)
+    assert plant.damping.as_dict() == drag
+    np.testing.assert_allclose(plant.wrench_gain, [1.3, 1.0, 1.0, 1.0, 1.0, -0.4])
+    expected, ungained, scaled = (
+        hd.simulate(vehicle, hd.Damping.from_dict(None, numbers), each).velocity
+        for numbers, each in (
+            (drag | gains, log),
+            (drag, log),
+            (drag, plant.scale_wrench(log)),
+        )
+    )
+    effect, error = np.abs(expected - ungained), np.abs(expected - scaled)
+    assert (error.max(axis=0) <= 2e-3 * effect.max(axis=0)).all()
+
+
 def test_what_cannot_leave_is_told():
     vehicle = hd.fleet["vt690"]
     lost = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_v": np.nan})
     with pytest.raises(hd.ModelError, match="Y_v could not be determined"):
         ExportedPlant.of(vehicle, lost)
-    with pytest.raises(hd.ModelError, match="gains of a recorded wrench"):
+    with pytest.raises(hd.ModelError, match="gains of the actuators' wrench"):
         ExportedPlant.of(vehicle, hd.Damping.from_dict(None, {"X_actuation_X": 0.1}))
     other = hd.Damping.from_dict(None, {"X_u": -1.0}, vehicle=vehicle_stamp(hd.fleet["remus100"]))
     with pytest.raises(hd.ModelError, match="belong to vehicle 'remus100'"):

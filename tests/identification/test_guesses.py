@@ -1,5 +1,6 @@
 """Values of a vehicle that are guesses are estimated with the damping; contradictions are named."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from hydrodamp.identification.parameters import (
     wrench_parameters,
 )
 from hydrodamp.simulation.checks import with_gains
+from hydrodamp.validation.diagnostics import diagnose_comparison
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
 
 TRUTH = hd.Damping.from_dict(None, {"X_u": -8.0, "Y_v": -40.0, "Y_r": 3.0, "N_v": 2.0, "N_r": -6.0})
@@ -73,6 +75,11 @@ def test_a_wrong_guess_is_estimated_by_default_and_contradicted():
     assert first < 0.5 * second
     (graded,) = grade_fits(problem, (fit,))
     assert graded.grades["Y_v"].word == "determined"
+    with warnings.catch_warnings():  # of coefficients that belong to another vehicle
+        warnings.simplefilter("error", hd.HydrodampWarning)
+        assert diagnose_comparison(table, vehicle, sail(1)).problem.vehicle == fit.vehicle
+        bands = [hd.predict_error(each, fit, sail(2)) for each in (vehicle, fit.vehicle)]
+    np.testing.assert_array_equal(bands[0].velocity, bands[1].velocity)
 
 
 def test_a_right_guess_is_not_contradicted():

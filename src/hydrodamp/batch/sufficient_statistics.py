@@ -24,6 +24,7 @@ from hydrodamp.batch.reading import outlier_messages, read_logs
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, suppress_warnings
 from hydrodamp.identification.dissipativity import Ranges, join_ranges, velocity_ranges
+from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.fit import (
     MAX_BLOCKS,
     MIN_BLOCKS,
@@ -253,7 +254,10 @@ def replay_log(
     with suppress_warnings():
         log = read_logs([address], mapping)
         return tuple(
-            None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
+            None
+            if fit is None
+            else score(simulate(estimated_vehicle(vehicle, fit), fit.damping, log)).rms
+            for fit in fits
         )
 
 

@@ -144,6 +144,7 @@ def validate(
     json: bool = False,
 ) -> None:
     """Cross-validate models over the segments of a log; report errors by prediction horizon."""
+    from hydrodamp.identification.estimated_vehicle import estimated_vehicle
     from hydrodamp.report.comparison_tables import fold_table, horizon_table, validation_document
     from hydrodamp.report.narrative import describe_forms
     from hydrodamp.report.verdict_tables import selection_table, verdict_table
@@ -175,7 +176,9 @@ def validate(
             problem = hd.prepare(craft, log, fitted_models)
             fits = fit_all(problem, fitted_models, method_list)
             scores = [
-                hd.horizon_scores(craft, fit.damping, log, **replay) if fit.status.usable else None
+                hd.horizon_scores(estimated_vehicle(craft, fit), fit.damping, log, **replay)
+                if fit.status.usable
+                else None
                 for fit in count_items(fits, "replaying windows", len(fits))
             ]
             full_fit = fits, scores

@@ -19,6 +19,7 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ProblemError, list_faults
 from hydrodamp.experiment_design.envelope import Envelope, Gains, LoopGains
 from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.checks import CHANNEL_AXES
 from hydrodamp.simulation.closed_loop import FIN_LIMIT, Autopilot, EquationOfMotion, Loop, Pid
 from hydrodamp.simulation.ranges import ranges_of
 from hydrodamp.vehicle.actuators import Fin, Matrix
@@ -158,11 +159,17 @@ class _CommandForces:
 
 def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> DesignedAutopilot:
     """Allocate commands to axes, and choose gains, for a vehicle of nominal damping."""
-    names = tuple(dict.fromkeys((*vehicle.commands, *damping.model.commands)))
+    of_terms = (name for name in damping.model.commands if name not in CHANNEL_AXES)
+    names = tuple(dict.fromkeys((*vehicle.commands, *of_terms)))
     if not names:
         raise ProblemError(
             f"vehicle '{vehicle.name}' cannot be steered: it has no actuators, and the model has "
             "no terms of commands. Give the vehicle `actuators`, or a model and a prior with gains."
+        )
+    if len(names) < len({*vehicle.commands, *damping.model.commands}):
+        raise ProblemError(
+            f"'{damping.model.key}' has gains of the actuators' wrench: scale the `actuators` of "
+            f"'{vehicle.name}' by them, and identify a model without"
         )
     envelope.check_commands(names)
     forces = _CommandForces(vehicle, damping, names)

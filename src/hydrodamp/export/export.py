@@ -116,10 +116,10 @@ def export(
     folder = Path(out)
     check_export(folder, force)
     plant, assumed = ExportedPlant.of(vehicle, damping, log), tuple[str, ...]()
-    driven = log
+    driven = None if log is None else plant.scale_wrench(log)
     if form.completes_planar:
         plant, assumed = complete_plant(plant)
-        driven = complete_log(log) if assumed and log is not None else log
+        driven = complete_log(driven) if assumed and driven is not None else driven
     run = None if driven is None else VerificationRun.of(plant, driven)
     default_box = UNIT_BOX if run is None else operating_box(run.problem)
     plant = replace(plant, box=box or default_box)

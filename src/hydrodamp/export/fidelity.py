@@ -107,6 +107,8 @@ class Fidelity:
         Velocities of that replay that leave their range in the training log.
     assumed : tuple of str
         Values on the axes Z, K and M that the vehicle file does not have; the source has them too.
+    wrench_gain : dict of str to float
+        Gain of the wrench that the log of the fit has, by axis; empty where none is estimated.
     """
 
     target: str
@@ -131,6 +133,7 @@ class Fidelity:
     predicted_error: dict[str, float | None] = field(default_factory=dict)
     extrapolated: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    wrench_gain: dict[str, float] = field(default_factory=dict)
 
     @property
     def exact(self) -> bool:
@@ -157,6 +160,9 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
         yield f"Projected terms: {card.description} cannot represent {labels}."
     if card.assumed:
         yield f"Assumed on Z, K and M, which are not identified: {'; '.join(card.assumed)}."
+    if card.wrench_gain:
+        gains = ", ".join(f"{axis} {gain:.3g}" for axis, gain in card.wrench_gain.items())
+        yield f"Multiply a wrench as in the log of the fit by its gain {gains}."
     if any(card.about):
         point = " ".join(f"{x:g}" for x in card.about)
         yield f"Reference point of its coefficients: {point} m in the vehicle's frame."
@@ -257,6 +263,11 @@ def measure_fidelity(
         power={key: max_damping_power(each, plant.box).power for key, each in dampings.items()},
         box=str(plant.box),
         mass_ratio=mass_ratio(plant.vehicle),
+        wrench_gain={
+            axis: gain
+            for axis, gain in zip(AXES, plant.wrench_gain.tolist(), strict=True)
+            if gain != 1.0
+        },
     )
 
 

@@ -7,7 +7,7 @@ Simulators take it as a rigid body with added mass, displaced volume and drag, s
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
-from hydrodamp.simulation.checks import CHANNEL_AXES
+from hydrodamp.simulation.checks import CHANNEL_AXES, CHANNELS
 from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels, vehicle_stamp
 from hydrodamp.vehicle.actuators import Propeller
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
@@ -48,6 +48,8 @@ class ExportedPlant:
     vehicle: Vehicle
     damping: Damping
     box: OperatingBox = UNIT_BOX  # operating range
+    #: Of the wrench of a log: deviation from 1 of its gain, and gain of its increment.
+    gains: FloatArray = field(default_factory=lambda: np.zeros((2, 6)))
 
     @classmethod
     def of(cls, vehicle: Vehicle, damping: Damping, log: Log | None = None) -> ExportedPlant:
@@ -58,6 +60,11 @@ class ExportedPlant:
             vehicle = replace(vehicle, actuators=())
         model = damping.model.restricted_to(vehicle.axes)
         values = dict(zip(model.labels, damping.onto(model).tolist(), strict=True))
+        gains = np.zeros((2, 6))
+        if not vehicle.actuators:  # the wrench of the plant is the true one
+            for column, axis in enumerate(AXES):
+                of_axis = [values.pop(f"{axis}_{name}", 0.0) for name in CHANNELS[axis]]
+                gains[:, column] = of_axis
         if faults := list(_export_faults(values)):
             raise ModelError(f"'{model.key}' cannot be exported: {'; '.join(faults)}.")
         labels = {label: value for label, value in values.items() if value != 0.0}
@@ -69,8 +76,25 @@ class ExportedPlant:
             covariance = covariance[np.ix_(indices, indices)]
         coefficients = damping.coefficients[indices]
         return cls(
-            vehicle, replace(damping, model=model, coefficients=coefficients, covariance=covariance)
+            vehicle,
+            replace(damping, model=model, coefficients=coefficients, covariance=covariance),
+            gains=frozen(gains),
         )
+
+    @property
+    def wrench_gain(self) -> FloatArray:
+        """Gain of the wrench that a log has, shape (6,)."""
+        return np.asarray(self.vehicle.wrench_gain * (1.0 + self.gains[0]))
+
+    def scale_wrench(self, log: Log) -> Log:
+        """Return a log with the wrench that acts: the recorded one times its gains."""
+        if log.wrench is None or not self.gains.any():
+            return log
+        rise, last = np.diff(log.wrench, axis=0, append=log.wrench[-1:]), log.bounds[:, 1] - 1
+        rise[last] = 0.0
+        share, of_rise = self.gains  # a wrench is linear between samples: half its rise on average
+        wrench = log.wrench * (1.0 + share) + rise * (of_rise - 0.5 * share)
+        return replace(log, wrench=wrench)
 
     @cached_property
     def columns(self) -> EquationTable:
@@ -154,8 +178,8 @@ def _export_faults(values: dict[str, float]) -> Iterator[str]:
     gains = [label for label in values if CHANNEL_AXES.keys() & set(read_label(label)[1].commands)]
     if gains:
         yield (
-            f"{', '.join(gains)} are gains of a recorded wrench; scale the vehicle's actuators by "
-            "them instead"
+            f"{', '.join(gains)} are gains of the actuators' wrench; scale the vehicle's actuators "
+            "by them instead"
         )
 
 

@@ -26,6 +26,7 @@ from hydrodamp.identification.dissipativity import (
     range_exceedance_warnings,
     velocity_ranges,
 )
+from hydrodamp.identification.estimated_vehicle import estimated_vehicle, with_estimated_vehicle
 from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.regression import Rows, residuals
@@ -191,7 +192,7 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
     if row is None:
         return Findings()
     fit, failures = row.fit, dict[str, str]()
-    problem = prepare(vehicle, train, fit.model)
+    problem = with_estimated_vehicle(prepare(vehicle, train, fit.model), fit)
 
     def attempt(name: str, compute: Callable[[], T]) -> T | None:
         try:
@@ -233,8 +234,12 @@ def _horizon_errors(
     if run is None:
         return {}
     return {
-        (row.model, row.method): tuple(
-            horizon_scores(vehicle, row.fit.damping, run.log, attitude=run.attitude, rate_unit=unit)
+        (row.model, row.method): horizon_scores(
+            estimated_vehicle(vehicle, row.fit),
+            row.fit.damping,
+            run.log,
+            attitude=run.attitude,
+            rate_unit=unit,
         )
         for row in rows
     }

@@ -27,6 +27,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adequacy import Form
 from hydrodamp.identification.dissipativity import find_exceedances, velocity_ranges
+from hydrodamp.identification.estimated_vehicle import with_estimated_vehicle
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.kernels import core
@@ -220,7 +221,7 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
             damping = replace(damping, covariance=uncertainty.rescale(ratio).covariance)
         elif fit.form_errors:
             damping = replace(damping, covariance=uncertainty.without_bias.covariance)
-    problem = prepare(vehicle, log, fit.model)
+    problem = with_estimated_vehicle(prepare(vehicle, log, fit.model), fit)
     with np.errstate(over="ignore", invalid="ignore"):  # a divergent replay has no band
         band = prediction_band(
             problem, damping, level, degrees_of_freedom=freedom, form_errors=fit.form_errors
