@@ -18,7 +18,11 @@ from hydrodamp.conditioning.vertical_axis import (
     gravity_test,
     surface_test,
 )
-from hydrodamp.data.attitude import down_vectors, quaternion_from_euler, rotation_matrices
+from hydrodamp.data.attitude import (
+    down_vectors,
+    quaternion_from_euler,
+    rotation_matrices,
+)
 from hydrodamp.data.channel_regression import (
     NO_REGRESSION,
     ChannelRegression,
@@ -44,6 +48,7 @@ _MIRROR = np.array([1.0, -1.0, -1.0])  # converts FRD to FLU components and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
 _SCALE_TOLERANCE = 0.25  # relative error of a scale around a unit factor
 _NORM_TOLERANCE = 0.1
+_NED = dict(zip(_POSITIONS[:3], ("position.north", "position.east", "position.down"), strict=True))
 
 #: The series of every role.
 RoleSeries = Mapping[str, Series]
@@ -74,10 +79,10 @@ def infer_units(role_series: RoleSeries) -> dict[str, Series]:
     }
     for role, series in rates.items():
         inferred[role] = replace(series, unit="deg/s" if _array_of(series) in fast else "rad/s")
-    for role in {*_POSITIONS} & inferred.keys():
+    for role in {*_POSITIONS, *_NED.values()} & inferred.keys():
         scale = UNITS["length"].get(inferred[role].unit or "m", 1.0)
         inferred[role] = replace(inferred[role], values=inferred[role].values * scale)
-    return inferred
+    return {new: inferred[old] for new, old in _NED.items() if old in inferred} | inferred
 
 
 def _array_of(series: Series) -> tuple[str, str]:
@@ -104,7 +109,7 @@ class VelocityMatch:
     alternative: ChannelRegression = NO_REGRESSION
 
 
-def _attitude_roles(roles: RoleSeries) -> list[str]:
+def attitude_roles(roles: RoleSeries) -> list[str]:
     """Return the roles of the attitude: the quaternion, or the available angles."""
     quaternion = [f"attitude.{name}" for name in ATTITUDE.columns]
     angles = [f"attitude.{name}" for name in (*EULER, "heading")]
@@ -112,19 +117,19 @@ def _attitude_roles(roles: RoleSeries) -> list[str]:
     return quaternion if has_quaternion else [role for role in angles if role in roles]
 
 
-def _with_attitude(
+def synchronise_with_attitude(
     roles: RoleSeries, series: Sequence[Series]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return elapsed time, columns of the series, and attitudes in the axes of the file."""
-    attitude_roles, n = _attitude_roles(roles), len(series)
-    elapsed, columns = synchronise([*series, *(roles[name] for name in attitude_roles)])
+    names, n = attitude_roles(roles), len(series)
+    elapsed, columns = synchronise([*series, *(roles[name] for name in names)])
     attitude = columns[:, n:]
-    if "attitude.qw" in attitude_roles:
+    if "attitude.qw" in names:
         size = np.linalg.norm(attitude, axis=1, keepdims=True)
         valid = np.abs(size - 1.0) < _NORM_TOLERANCE
         return elapsed, columns[:, :n], attitude / np.where(valid, size, np.nan)
     angles = np.zeros((len(elapsed), 3))
-    for name, column in zip(attitude_roles, attitude.T, strict=True):
+    for name, column in zip(names, attitude.T, strict=True):
         axis = EULER.index(name.removeprefix("attitude.").replace("heading", "yaw"))
         angles[:, axis] = UNITS["angle"][roles[name].unit or "rad"] * column
     return elapsed, columns[:, :n], quaternion_from_euler(angles)
@@ -133,14 +138,14 @@ def _with_attitude(
 def match_rates(roles: RoleSeries) -> RateMatch:
     """Compare body rates with the attitude."""
     names = [name for name in "pqr" if f"velocity.{name}" in roles]
-    if not _attitude_roles(roles) or not names:
+    if not attitude_roles(roles) or not names:
         return RateMatch()
     rates = [roles[f"velocity.{name}"] for name in names]
-    elapsed, columns, attitudes = _with_attitude(roles, rates)
+    elapsed, columns, attitudes = synchronise_with_attitude(roles, rates)
     rotation = integrate_rotation(attitudes, _complete_runs(attitudes))
     rotation[np.isnan(attitudes).any(axis=1)] = np.nan
     results = {
-        name: _regress(elapsed, column[:, np.newaxis], rotation[:, ["pqr".index(name)]])
+        name: regress_complete(elapsed, column[:, np.newaxis], rotation[:, ["pqr".index(name)]])
         for name, column in zip(names, columns.T, strict=True)
     }
     consistent = {name: result for name, result in results.items() if result.is_consistent()}
@@ -165,17 +170,17 @@ def match_velocity(roles: RoleSeries) -> VelocityMatch:
     names = "uvw" if is_body else "xyz"  # x y z: of the world by its words; the motion decides
     pairs = [(f"velocity.{names[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
     axes = [axis for axis, pair in enumerate(pairs) if {*pair} <= roles.keys()]
-    if not _attitude_roles(roles) or len(axes) < 2:
+    if not attitude_roles(roles) or len(axes) < 2:
         return VelocityMatch()
     paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
-    elapsed, columns, attitudes = _with_attitude(roles, paired)
+    elapsed, columns, attitudes = synchronise_with_attitude(roles, paired)
     velocity, position = np.hsplit(columns, 2)
     body = np.zeros((len(elapsed), 3))
     body[:, axes] = velocity
     matrices = rotation_matrices(attitudes)
     rotated = (np.einsum("nij,nj->ni", matrices, vectors) for vectors in (body, body * _MIRROR))
     earth_fixed, plain, mirrored = (
-        _regress(elapsed, candidate[:, axes], position) for candidate in (body, *rotated)
+        regress_complete(elapsed, candidate[:, axes], position) for candidate in (body, *rotated)
     )
     is_mirrored = mirrored.explains_more_than(plain)
     body_fixed = mirrored if is_mirrored else plain
@@ -185,7 +190,7 @@ def match_velocity(roles: RoleSeries) -> VelocityMatch:
     return VelocityMatch(is_earth_fixed, is_mirrored, body_fixed, earth_fixed)
 
 
-def _regress(elapsed: FloatArray, rate: FloatArray, value: FloatArray) -> ChannelRegression:
+def regress_complete(elapsed: FloatArray, rate: FloatArray, value: FloatArray) -> ChannelRegression:
     """Regress where no value is missing."""
     return regress_channel(elapsed, _complete_runs(rate, value), np.nan_to_num(rate), value)
 
@@ -220,17 +225,17 @@ def format_convention(form: str) -> Iterator[AxisEvidence]:
 def _gravity_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
     names = [f"specific_force.{name}" for name in SPECIFIC_FORCE.columns]
     if {*names} <= roles.keys():
-        _, force, attitudes = _with_attitude(roles, [roles[name] for name in names])
+        _, force, attitudes = synchronise_with_attitude(roles, [roles[name] for name in names])
         yield from gravity_test(force, down_vectors(attitudes))
 
 
 def _depth_evidence(roles: RoleSeries) -> Iterator[AxisEvidence]:
     """Compare the change of depth with the vertical velocity."""
     axes = [axis for axis, name in enumerate("uvw") if f"velocity.{name}" in roles]
-    if not _attitude_roles(roles) or "position.depth" not in roles or not {*axes} - {1}:
+    if not attitude_roles(roles) or "position.depth" not in roles or not {*axes} - {1}:
         return
     names = ("position.depth", *(f"velocity.{'uvw'[axis]}" for axis in axes))
-    elapsed, values, attitudes = _with_attitude(roles, [roles[name] for name in names])
+    elapsed, values, attitudes = synchronise_with_attitude(roles, [roles[name] for name in names])
     rise = np.sum(down_vectors(attitudes)[:, axes] * values[:, 1:], axis=1)
     bounds = _complete_runs(rise, values[:, :1])
     yield from depth_test(elapsed, bounds, np.nan_to_num(rise), values[:, 0])

@@ -29,6 +29,7 @@ from hydrodamp.ingest.inspection.frames import (
     match_velocity,
 )
 from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
+from hydrodamp.ingest.inspection.yaw_convention import YawMatch, match_yaw
 from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
 
 _PULSE_RANGE_US = (800.0, 2200.0)  # us, of a servo
@@ -67,6 +68,7 @@ class Guess:
     is_best: bool = True
     topic: str = ""
     is_pulse: bool = False  # a pulse width in microseconds
+    offset: float = 0.0  # added before the sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,16 +108,25 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     guesses = _mark_best(named, series)
     best = {guess.role: series[guess.column] for guess in guesses if guess.is_best}
     role_series = infer_units(best)
+    format_name = _message_format(recording)
+    upright = find_vertical_axis(format_name, role_series)
+    is_compass = upright.body == "FLU" and "attitude.heading" in role_series
+    yaw = match_yaw(role_series) if clocks and not is_compass else YawMatch()
+    role_series = {**yaw.correct(role_series)}
     rates = match_rates(role_series) if clocks else RateMatch()
     velocity = match_velocity(role_series) if clocks else VelocityMatch()
     units = {item.column: item.unit for item in role_series.values()}
-    format_name = _message_format(recording)
-    upright = find_vertical_axis(format_name, role_series)
     is_enu = conventional_axes(format_name).endswith("ENU")
     world = "NED" if upright.body == "FRD" else "ENU" if is_enu else "NWU"
     all_guesses = list(_clock_guesses(clocks))
     for guess in guesses:
         guess = replace(guess, unit=units.get(guess.column, guess.unit))
+        if yaw.exchanges and guess.role in _PLACES[:2]:
+            guess = replace(guess, role=_PLACES[1 - _PLACES.index(guess.role)])
+            guess = _add_evidence(guess, yaw.evidence)
+        elif guess.is_best and guess.role == yaw.role and not yaw.exchanges:
+            offset = yaw.sign * yaw.zero_in(guess.unit)
+            guess = replace(_add_evidence(guess, yaw.evidence), sign=yaw.sign, offset=offset)
         guess = _add_motion_evidence(guess, series[guess.column], rates, velocity)
         all_guesses.append(_name_world_axes(guess, world, velocity))
     flags = _flag_fields(series, guesses)

@@ -1,0 +1,89 @@
+"""Sign and zero of the yaw of a draft, decided by the motion along the position."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.data.attitude import euler_from_quaternion
+
+
+def turns(seed, n=600):
+    """Return time, position north and east, heading, u and v of a vessel that turns at 10 Hz."""
+    rng = np.random.default_rng(seed)
+    time = 0.1 * np.arange(n)
+    phase = rng.uniform(-np.pi, np.pi, 2)
+    rate = 0.2 * np.sin(0.5 * time + phase[0]) + 0.1 * np.sin(0.13 * time + phase[1])
+    heading = np.cumsum(0.1 * rate) + rng.uniform(-3.0, 3.0)
+    u = 2.0 + 0.1 * np.sin(0.3 * time)
+    v = -0.5 * rate
+    north = np.cumsum(0.1 * (u * np.cos(heading) - v * np.sin(heading)))
+    east = np.cumsum(0.1 * (u * np.sin(heading) + v * np.cos(heading)))
+    return time, north, east, heading, u, v
+
+
+def read_draft(tmp_path, columns):
+    path = tmp_path / "log.csv"
+    table = np.column_stack([*columns.values()])
+    np.savetxt(path, table, fmt="%.10g", delimiter=",", header=",".join(columns), comments="")
+    found = hd.probe(hd.read_recording(path))
+    return found, hd.read_log(path, found.mapping())
+
+
+def wrap(angle):
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+CONVENTIONS = {
+    "heading": lambda heading: heading,
+    "of opposite sign": lambda heading: -heading,
+    "counterclockwise from east": lambda heading: np.pi / 2 - heading,
+    "from south": lambda heading: heading + np.pi,
+}
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+@pytest.mark.parametrize(
+    ("convention", "has_speed"),
+    [(name, has_speed) for name in CONVENTIONS for has_speed in (True, False)][:-1],
+)
+def test_named_positions_decide_the_yaw(tmp_path, convention, has_speed, unit):
+    for seed in range(3):
+        time, north, east, heading, u, v = turns(seed)
+        yaw = wrap(CONVENTIONS[convention](heading))
+        yaw = np.degrees(yaw) if unit == "deg" else yaw
+        columns = {"time": time, "x_north": north, "y_east": east, f"yaw_{unit}": yaw}
+        columns |= {"surge_mps": u, "sway_mps": v} if has_speed else {}
+        _, log = read_draft(tmp_path, columns)
+        error = wrap(euler_from_quaternion(log.attitude)[:, 2] - np.interp(log.time, time, heading))
+        assert np.abs(np.degrees(error)).max() < 0.1
+        assert log.velocity[:, 0].mean() == pytest.approx(2.0, abs=0.05)
+        np.testing.assert_allclose(log.velocity[5:-5, 1], v[5:-5], atol=0.06)
+
+
+def test_a_heading_decides_which_of_x_and_y_is_east(tmp_path):
+    time, north, east, heading, u, v = turns(4)
+    columns = {"time": time, "x": east, "y": north, "heading_deg": np.degrees(heading) % 360.0}
+    found, log = read_draft(tmp_path, columns | {"surge": u, "sway": v})
+    roles = {guess.column: guess.role for guess in found.roles.guesses}
+    assert (roles["x"], roles["y"]) == ("position.east", "position.north")
+    np.testing.assert_allclose(np.ptp(log.position[:, 0]), np.ptp(north), rtol=1e-3)
+
+
+def test_a_vehicle_that_moves_astern_keeps_its_yaw(tmp_path):
+    """Without a velocity nothing says which end is the bow."""
+    time, north, east, heading, _, _ = turns(6)
+    columns = {"time": time, "x_north": north, "y_east": east, "yaw_rad": wrap(heading + np.pi)}
+    _, log = read_draft(tmp_path, columns)
+    assert log.velocity[:, 0].mean() == pytest.approx(-2.0, abs=0.05)
+
+
+def test_a_vehicle_that_moves_sideways_keeps_its_yaw(tmp_path):
+    """Crabbing contradicts every yaw of a vehicle that moves ahead: none is sure."""
+    time, north, east, *_ = turns(5)
+    rng = np.random.default_rng(5)
+    yaw = np.cumsum(np.repeat(rng.uniform(-0.05, 0.05, len(time) // 30), 30))
+    columns = {"time": time, "x_north": north, "y_east": east, "yaw_rad": wrap(yaw)}
+    found, _ = read_draft(tmp_path, columns)
+    assert {guess.sign for guess in found.roles.guesses} == {1}
