@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.kernels import core
+from hydrodamp.kernels.plant import PlantSlopes
 
 SEGMENTS = np.array([[0, 7], [8, 16]])
 INSIDE = np.delete(np.arange(16), 7)  # a row of the Jacobian for each sample of a segment
@@ -67,6 +68,38 @@ def test_on_the_initial_velocity(case, component):
 
     expected = centred(plant, changed, attitude)
     np.testing.assert_allclose(jacobian[:, :, 1 + component], expected, rtol=0, atol=TOLERANCE)
+
+
+def random_slopes(rng, plant, n):
+    """Two parameters that change everything on which a replay depends."""
+    mass = rng.standard_normal((2, 6, 6))
+    return PlantSlopes(
+        mass + np.swapaxes(mass, 1, 2),
+        rng.standard_normal((2, 4, 6)),
+        rng.standard_normal((2, n, 6)),
+        rng.standard_normal((2, n, plant.n_channels)),
+    )
+
+
+def test_on_parameters_of_plant_and_inputs(case):
+    plant, matrix, inputs, attitude = case
+    slopes = random_slopes(np.random.default_rng(23), plant, inputs.n)
+    options = {"attitude": attitude, "slopes": slopes}
+    *_, jacobian = core.replay(plant, matrix, inputs, SEGMENTS, ([8], [1]), **options)
+    for k in range(2):
+        ends = []
+        for size in (STEP, -STEP):
+            moved, other = matrix.copy(), plant.mass_matrix + size * slopes.mass_matrix[k]
+            moved[:4] += size * slopes.known[k]
+            changes = {
+                "wrench": inputs.wrench + size * slopes.wrench[k],
+                "channels": inputs.channels + size * slopes.channels[k],
+            }
+            arguments = replace(plant, mass_matrix=other), moved, replace(inputs, **changes)
+            ends.append(core.replay(*arguments, SEGMENTS, attitude=attitude)[0][INSIDE])
+        expected = (ends[0] - ends[1]) / (2 * STEP)
+        tolerance = TOLERANCE * max(np.abs(expected).max(), 1.0)
+        np.testing.assert_allclose(jacobian[:, :, 1 + k], expected, rtol=0, atol=tolerance)
 
 
 def test_condensed_it_is_the_sum_over_blocks_by_the_root_of_their_length(case):

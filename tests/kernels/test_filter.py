@@ -7,6 +7,7 @@ import pytest
 
 from hydrodamp.kernels import core
 from hydrodamp.kernels.kalman import Noise, filter_replay
+from hydrodamp.kernels.plant import PlantSlopes
 
 SEGMENTS = np.array([[0, 12], [13, 25]])
 ENTRIES = np.array([0, 8, 6]), np.array([0, 1, 5])
@@ -93,6 +94,18 @@ def test_it_is_the_extended_kalman_filter(case):
         np.testing.assert_allclose(series[SAMPLE_OF_ROW], each, rtol=1e-9, atol=1e-9)
     columns = slopes[:, free][:, :, np.append(np.arange(p), p + free)]
     np.testing.assert_allclose(columns, [row[2] for row in expected], rtol=1e-9, atol=1e-9)
+
+
+def test_a_parameter_that_is_a_coefficient_has_its_slopes(case):
+    plant, matrix, inputs, measured, noise = case
+    known, n = np.zeros((1, 3, 6)), inputs.n
+    known[0, 2, 1] = 1.0
+    slopes = PlantSlopes(
+        np.zeros((1, 6, 6)), known, np.zeros((1, n, 6)), np.zeros((1, n, plant.n_channels))
+    )
+    arguments = plant, matrix, inputs, measured, SEGMENTS, noise, ([2], [1])
+    *_, columns = filter_replay(*arguments, slopes=slopes)
+    np.testing.assert_allclose(columns[:, :, 1], columns[:, :, 0], rtol=1e-9, atol=1e-12)
 
 
 def test_without_pushes_the_innovations_are_those_of_the_open_loop(case):

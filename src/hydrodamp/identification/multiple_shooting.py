@@ -20,7 +20,7 @@ from hydrodamp.arrays import FloatArray, IntArray, factorisation
 from hydrodamp.identification.parameters import Parameter
 from hydrodamp.identification.regression import update_factor
 from hydrodamp.kernels import core
-from hydrodamp.kernels.plant import Inputs
+from hydrodamp.kernels.plant import Inputs, PlantSlopes
 from hydrodamp.simulation.problem import Problem
 
 #: Longest Runge-Kutta step over the time scale of the motion.
@@ -155,6 +155,7 @@ class Windows:
     initial_state_std: FloatArray
     max_step: float
     outputs: Outputs
+    slopes: PlantSlopes | None = None  # at each sample of the problem
 
     @cached_property
     def spans(self) -> IntArray:
@@ -180,6 +181,11 @@ class Windows:
         velocity[self.spans[:, 0]] = self.initial_states
         return self.problem.inputs.select(self.samples, velocity)
 
+    @property
+    def plant_slopes(self) -> PlantSlopes | None:
+        """Slopes of plant and inputs on further parameters, of the simulation of all windows."""
+        return None if self.slopes is None else self.slopes.select(self.samples)
+
     @cached_property
     def free(self) -> IntArray:
         """Indices of the free axes."""
@@ -203,7 +209,9 @@ class Windows:
         equations = self.problem.equations
         matrix = equations.with_unknown(self.entries, parameters[: len(self.entries[0])])
         arguments = equations.plant, matrix, self.inputs, self.spans, self.entries
-        simulated, _, jacobian = core.replay(*arguments, max_step=self.max_step, block=block)
+        simulated, _, jacobian = core.replay(
+            *arguments, max_step=self.max_step, block=block, slopes=self.plant_slopes
+        )
         return simulated, jacobian
 
     def block_normal_matrices(
@@ -277,10 +285,11 @@ class Windows:
 
         ``deviation`` (m, 6) and ``slopes`` (m, 6, p + 6) are those of the velocity at the ends.
         """
-        p, free = len(self.entries[0]), self.free
+        p, free = slopes.shape[2] - 6, self.free
         bound = DIVERGENCE_FACTOR * np.abs(self.problem.inputs.velocity).max(axis=0)
         change = np.zeros(p + 6)
-        change[:p] = np.abs(COEFFICIENT_CHANGE * coefficients[:p])
+        n = len(self.entries[0])
+        change[:n] = np.abs(COEFFICIENT_CHANGE * coefficients[:n])
         change[p + free] = self.initial_state_std[: len(free)]
         sensitivity = np.max(np.abs(slopes) * change, axis=2)
         regular = np.maximum(np.abs(deviation), sensitivity) <= bound  # False for NaN
@@ -348,9 +357,9 @@ class VelocityOutputs(KnownPlant):
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise averages of the residuals; diverged and too sensitive windows become zero."""
-        p, free, block = len(parameters), windows.free, self._block(windows)
-        f = len(free)
+        free, block = windows.free, self._block(windows)
         simulated, jacobian = windows.linearise_simulation(parameters, block)
+        f, p = len(free), jacobian.shape[2] - 6
         residuals, first = self._average(windows, simulated)
         edges = np.searchsorted(first, np.append(windows.spans[:, 0], len(simulated)))
         end = edges[1:] - 1  # what grows in a window is largest at its end

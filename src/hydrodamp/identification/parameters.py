@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.term import AXES
+from hydrodamp.basis.term import AXES, DOWN, Term
 from hydrodamp.conditioning.sensor_log import Sensor, SensorLog
 from hydrodamp.data.measurement import KIND_UNITS, KINDS
 from hydrodamp.errors import MethodError
@@ -259,14 +260,19 @@ def rebuild_plant(
 ) -> Callable[[FloatArray], Problem]:
     """Return the function that gives the problem of one model with the vehicle at θ."""
     labels = [each.label for each in parameters]
+    moved = vehicle_at(problem.vehicle, {each.label: each.std for each in parameters})
+    pairs = zip(map(Term.parse, DOWN), moved.restoring_matrix.T, strict=True)
+    restoring = [term for term, wrench in pairs if wrench.any()]  # also where it is zero at θ
 
-    def rebuild(theta: FloatArray) -> Problem:
-        vehicle = vehicle_at(problem.vehicle, dict(zip(labels, theta.tolist(), strict=True)))
+    @lru_cache(maxsize=len(parameters) + 1)  # windows of all lengths have the same θ
+    def rebuild(*theta: float) -> Problem:
+        vehicle = vehicle_at(problem.vehicle, dict(zip(labels, theta, strict=True)))
         table = equation_table(
             vehicle,
             (model,),
             actuators=problem.equations.actuators,
             propulsion_known=problem.propulsion_known,
+            zeros=restoring,
         )
         wrench = problem.inputs.wrench * (vehicle.wrench_gain / problem.vehicle.wrench_gain)
         columns = [problem.equations.channels.index(name) for name in table.channels]
@@ -278,7 +284,7 @@ def rebuild_plant(
             inputs=replace(problem.inputs, wrench=wrench, channels=channels),
         )
 
-    return rebuild
+    return lambda theta: rebuild(*theta.tolist())
 
 
 def free_gains(problem: Problem, model: DampingModel) -> list[str]:

@@ -109,9 +109,9 @@ class FilteredOutputs(KnownPlant):
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
         """Linearise the innovations."""
-        p, f = len(parameters), len(windows.free)
-        entries = windows.entries
+        entries, f = windows.entries, len(windows.free)
         innovations, log_std, slopes = filter_windows(windows, parameters, self.noise, entries)
+        p = slopes.shape[2] - f
         unit = mean_factor(log_std)
         weight = unit / residual_std
         columns = np.empty((len(innovations), f, f + p + 1))
@@ -150,7 +150,7 @@ def filter_windows(
 
     After a divergence they are ``DIVERGED``, zero and zero.
     """
-    equations, free, p = windows.problem.equations, windows.free, len(entries[0])
+    equations, free = windows.problem.equations, windows.free
     matrix = equations.with_unknown(windows.entries, parameters[: len(windows.entries[0])])
     measured = windows.problem.inputs.velocity[windows.samples]
     innovations, log_std, slopes = filter_replay(
@@ -162,12 +162,14 @@ def filter_windows(
         noise,
         entries,
         max_step=windows.max_step,
+        slopes=windows.plant_slopes,
     )
     with np.errstate(invalid="ignore"):
         is_small = (np.abs(innovations) < DIVERGED).all(axis=1)
         is_lost = ~(is_small & (np.abs(slopes) < MAX_SLOPE).all(axis=(1, 2)))
     innovations[is_lost], log_std[is_lost], slopes[is_lost] = DIVERGED, 0.0, 0.0
     if len(free) < 6:
+        p = slopes.shape[2] - 6
         columns = np.append(np.arange(p), p + free)
         return innovations[:, free], log_std[:, free], slopes[:, free][:, :, columns]
     return innovations, log_std, slopes

@@ -1,7 +1,7 @@
 """Outputs with parameters θ that change the plant or its inputs: vehicle and commands.
 
-``rebuild(θ)`` returns the problem at θ; the slopes on θ are differences of residuals, one replay of
-the windows for each parameter.
+``rebuild(θ)`` returns the problem at θ; its differences give the slopes on θ of mass matrix, known
+coefficients and inputs, which a replay propagates with those on the coefficients.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from hydrodamp.identification.multiple_shooting import (
     Windows,
 )
 from hydrodamp.identification.parameters import Parameter
+from hydrodamp.kernels.plant import PlantSlopes
 from hydrodamp.simulation.problem import Problem
 
 #: Step of differences over the prior standard deviation.
@@ -96,18 +97,26 @@ class RebuiltOutputs:
     def linearise(
         self, windows: Windows, parameters: FloatArray, residual_std: FloatArray
     ) -> LinearisedResiduals:
-        """Linearise averages of the residuals; a slope is zero where a trial diverges."""
-        result = self.base.linearise(*self.apply_plant(windows, parameters), residual_std)
-        residuals, is_regular = result.columns[:, -1], result.columns.any(axis=1)
-        slopes = np.zeros((len(residuals), len(self.rebuilt)))
-        for k, each in enumerate(self.rebuilt):
-            step = DIFFERENCE_STEP * each.std
-            moved = parameters.copy()
-            moved[k - len(self.rebuilt)] += step
-            change = residuals - self.averages(windows, moved, residual_std)
-            slopes[:, k] = np.where(is_regular, np.nan_to_num(change / step), 0.0)
-        columns = np.hstack([result.columns[:, :-1], slopes, residuals[:, None]])
-        return result._replace(columns=columns)
+        """Linearise averages of the residuals."""
+        at, known = self.apply_plant(windows, parameters)
+        slopes = self._plant_slopes(parameters[len(known) :])
+        return self.base.linearise(replace(at, slopes=slopes), known, residual_std)
+
+    def _plant_slopes(self, theta: FloatArray) -> PlantSlopes:
+        """Return differences of the plant and its inputs at θ."""
+        at, steps = self.rebuild(theta), [DIFFERENCE_STEP * each.std for each in self.rebuilt]
+        moved = [self.rebuild(theta + row) for row in np.diag(steps)]
+
+        def slopes(values: Callable[[Problem], FloatArray]) -> FloatArray:
+            pairs = zip(moved, steps, strict=True)
+            return np.array([(values(each) - values(at)) / step for each, step in pairs])
+
+        return PlantSlopes(
+            slopes(lambda each: each.vehicle.mass_matrix),
+            slopes(lambda each: each.equations.known),
+            slopes(lambda each: each.inputs.wrench),
+            slopes(lambda each: each.inputs.channels),
+        )
 
 
 def free_parameters(

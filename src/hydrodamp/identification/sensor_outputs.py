@@ -220,7 +220,7 @@ class SensorOutputs(KnownPlant):
         for output in self.outputs:
             rows = rows_in_windows(windows.bounds, windows.spans, output.rows)
             prediction = motion.predict(output, rows, theta)
-            columns = _columns(output, rows.number, prediction, windows, len(parameters))
+            columns = _columns(output, rows.number, prediction, windows, theta)
             late, valid = diverged[rows.lower], output.valid[rows.number]
             residuals = np.where(late[:, None], divergence_residual(output), columns[:, :, -1])
             for column in range(len(output.components)):
@@ -246,16 +246,20 @@ def _columns(
     number: IntArray,
     prediction: tuple[FloatArray, FloatArray],
     windows: Windows,
-    q: int,
+    theta: FloatArray,
 ) -> FloatArray:
-    """Return the columns [B A ε] (m, k, f + q + 1) of the values of one sensor."""
+    """Return the columns [B A ε] (m, k, f + q + 1) of the values of one sensor.
+
+    A has the coefficients, the parameters of the sensors, then those of the plant.
+    """
     predicted, slopes = prediction
-    p, free = len(windows.entries[0]), windows.free
-    f = len(windows.initial_state_std)
-    columns = np.zeros((*predicted.shape, f + q + 1))
+    n, free = len(windows.entries[0]), windows.free
+    f, width = len(windows.initial_state_std), slopes.shape[2]
+    p = width - 6 - len(theta)
+    order = [*range(n), *range(p + 6, width), *range(n, p)]
+    columns = np.zeros((*predicted.shape, f + p + len(theta) + 1))
     columns[:, :, : len(free)] = slopes[:, :, p + free]
-    columns[:, :, f : f + p] = slopes[:, :, :p]
-    columns[:, :, f + p : f + q] = slopes[:, :, p + 6 :]
+    columns[:, :, f:-1] = slopes[:, :, order]
     if output.offset is not None:
         start = len(free) + output.offset
         columns[:, :, start : start + 3] = output.components

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray, as_shape, freeze
 from hydrodamp.errors import ProblemError
 from hydrodamp.kernels.library import DOUBLES, C, call, ffi, struct, to_c
-from hydrodamp.kernels.plant import PACKED, Inputs, Plant, Sample
+from hydrodamp.kernels.plant import PACKED, Inputs, Plant, PlantSlopes, Sample
 
 
 def _floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
@@ -75,6 +75,7 @@ def replay(
     max_step: float = 0.05,
     limit: float = 50.0,
     block: int = 1,
+    slopes: PlantSlopes | None = None,
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """Integrate eq. 1 open loop by RK4 from the first sample of every segment, and differentiate.
 
@@ -82,20 +83,23 @@ def replay(
     quaternions (n, 4) in ``attitude`` the attitude is integrated too. No sub-step is longer than
     ``max_step`` [s]. Velocity (n, 6) is NaN outside the segments and from where one passed
     ``limit``; that sample, or -1, is the second result. The third are slopes on coefficients at
-    p ``entries`` (rows, columns) of ``matrix`` and on the initial velocity: a row (6, p + 6) a
-    block of samples, segment by segment, their sum over the root of their number.
+    p ``entries`` (rows, columns) of ``matrix``, on the parameters of ``slopes``, which count in p
+    too, and on the initial velocity: a row (6, p + 6) a block of samples, segment by segment, their
+    sum over the root of their number.
     """
     rows, n, system = segment_rows(segments, inputs.n), inputs.n, plant_of(plant)
     table = _floats(matrix, (plant.n_terms, 6), "matrix")
     poses = None if attitude is None else _floats(attitude, (n, 4), "attitude")
     chosen = np.column_stack(entries or ((), ())).astype(np.int32)
     blocks = 0 if entries is None else int(np.sum(-(-np.diff(rows) // block)))
-    jacobian = np.empty((blocks, 6, len(chosen) + 6))
+    p = len(chosen) + (slopes.n if slopes else 0)
+    jacobian = np.empty((blocks, 6, p + 6))
     velocity, diverged_at = np.empty((n, 6)), np.empty(len(rows), dtype=np.int64)
-    record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, len(chosen)))
-    motion = struct("hd_motion", system, table, record, poses, max_step, limit)
+    record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, p))
+    settings = max_step, limit, slopes_of(slopes)
+    motion = struct("hd_motion", system, table, record, poses, *settings)
     to = velocity, None if entries is None else jacobian, diverged_at, work
-    call("hd_replay", motion, rows, len(rows), chosen, len(chosen), block, None, *to)
+    call("hd_replay", motion, rows, len(rows), chosen, p, block, None, *to)
     return velocity, diverged_at, jacobian
 
 
@@ -114,6 +118,13 @@ def segment_rows(segments: npt.ArrayLike, n: int) -> IntArray:
 def plant_of(plant: Plant) -> Any:
     arrays = plant.factors, np.ascontiguousarray(plant.mass_matrix.T), plant.free
     return struct("hd_plant", plant.n_terms, plant.n_channels, *arrays)
+
+
+def slopes_of(slopes: PlantSlopes | None) -> Any:
+    if slopes is None:
+        return None
+    arrays = slopes.mass_matrix, slopes.known, slopes.wrench, slopes.channels
+    return struct("hd_plant_slopes", slopes.n, slopes.known.shape[1], *arrays)
 
 
 def record_of(plant: Plant, inputs: Inputs) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +85,31 @@ class Inputs:
     def sample(self, k: int) -> Sample:
         """Return sample ``k``, packed for the online step."""
         return Sample.of(**{each.name: getattr(self, each.name)[k] for each in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
+class PlantSlopes:
+    """Derivatives of a plant and its inputs on k parameters, the first axis of each array."""
+
+    mass_matrix: FloatArray  # (k, 6, 6)
+    known: FloatArray  # (k, n_known, 6), of the first rows of a coefficient matrix
+    wrench: FloatArray  # (k, n, 6)
+    channels: FloatArray  # (k, n, m)
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        k, n = self.wrench.shape[:2]
+        freeze(self, mass_matrix=(k, 6, 6), known=(k, None, 6))
+        freeze(self, wrench=(k, n, 6), channels=(k, n, None))
+
+    @property
+    def n(self) -> int:
+        """Return the number of parameters."""
+        return len(self.mass_matrix)
+
+    def select(self, samples: IntArray) -> PlantSlopes:
+        """Return the slopes at some of the samples."""
+        return replace(self, wrench=self.wrench[:, samples], channels=self.channels[:, samples])
 
 
 @dataclass(frozen=True, eq=False, slots=True)

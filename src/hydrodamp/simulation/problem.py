@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.basis import Basis, guarded_speed
-from hydrodamp.basis.term import FIRST_CHANNEL, VELOCITY_OF
+from hydrodamp.basis.term import FIRST_CHANNEL, VELOCITY_OF, Term
 from hydrodamp.conditioning.sensor_log import SensorLog, rebuild_velocities
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampWarning, ModelError, PropulsionWarning
@@ -169,6 +169,7 @@ def equation_table(
     *,
     actuators: bool,
     propulsion_known: bool = True,
+    zeros: Sequence[Term] = (),
 ) -> EquationTable:
     """Build equation 1 of a vehicle with the terms of models.
 
@@ -182,6 +183,8 @@ def equation_table(
         False where the log has a recorded wrench.
     propulsion_known : bool
         False sets terms with (eta-1) to zero at every sample.
+    zeros : sequence of Term
+        Terms that are known ones even where they are zero.
 
     Returns
     -------
@@ -189,7 +192,8 @@ def equation_table(
         Known terms first.
     """
     basis = Basis.union(*(model.restricted_to(vehicle.axes).basis for model in models))
-    known = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
+    columns = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
+    known = dict.fromkeys(zeros, np.zeros(6)) | columns
     names = {name for term in (*known, *basis) for name in term.commands}
     idle = [term.needs_propulsion and not propulsion_known for term in basis]
     channels = (*sorted(names), *((_ZERO,) if any(idle) else ()))
@@ -210,10 +214,8 @@ def held_channels(table: EquationTable, commands: Mapping[str, FloatArray], n: i
     """Return the channels of a table at each sample, shape (n, n_channels)."""
     derived = table.vehicle.channels(commands) if table.actuators else {}
     values = {**commands, **derived, _ZERO: np.zeros(n)}
-    channels = np.empty((n, len(table.channels)))
-    for index, name in enumerate(table.channels):
-        channels[:, index] = values[name]
-    return channels
+    rows = [values[name] for name in table.channels]
+    return np.array(rows, dtype=np.float64, ndmin=2).reshape(-1, n).T.copy()
 
 
 @dataclass(frozen=True)

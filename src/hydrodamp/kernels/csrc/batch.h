@@ -95,6 +95,16 @@ void hd_filter_predict(const hd_filter *filter, const hd_real transition[36],
                        hd_real *rows);
 
 /* replay.c ----------------------------------------------------------------- */
+/* Derivatives of the plant and its inputs on n parameters. */
+typedef struct {
+    size_t n;
+    size_t n_known;          /* terms, the first ones, whose coefficients depend on them */
+    const hd_real *mass;     /* n x 6 x 6 */
+    const hd_real *matrix;   /* n x n_known x 6 */
+    const hd_real *wrench;   /* n x samples x 6 */
+    const hd_real *channels; /* n x samples x n_channels */
+} hd_plant_slopes;
+
 /* The equation of motion and its inputs. Between two samples wrench and down are interpolated
  * linearly; channels and propulsion speed are held. */
 typedef struct {
@@ -104,11 +114,13 @@ typedef struct {
     const hd_real *attitude; /* n x 4, or NULL where the recorded down is to be used */
     hd_real max_step;        /* s; no sub-step is longer */
     hd_real limit;           /* of a velocity component; beyond it a segment has diverged */
+    const hd_plant_slopes *slopes; /* on further parameters, or NULL */
 } hd_motion;
 
 /* Integrate every segment open loop by RK4 from its first recorded sample. Outside the
  * segments and after divergence velocity is NaN. diverged_at[s]: first bad sample or -1.
- * parameters: p x 2 rows (term, axis). Where jacobian is not NULL it becomes the derivative
+ * parameters: rows (term, axis) of the coefficients among p parameters; those of the slopes
+ * follow. Where jacobian is not NULL it becomes the derivative
  * on them and on the initial velocity, a row [6][p + 6] for every block of samples of a segment,
  * segment by segment: their sum over the root of their number (block 1: every sample's own);
  * NaN after divergence. Workspace: hd_replay_work numbers; p is 0 without a jacobian.

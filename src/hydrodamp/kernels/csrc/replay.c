@@ -8,7 +8,8 @@
  *                                                 W_1 = h/6 + h/2 W_2 J_2.
  *
  * B of coefficient (term, axis) is the axis' column of the inverse mass times xi_term: one
- * Phi and four W serve all coefficients. The normalisation is differentiated too.
+ * Phi and four W serve all coefficients. A parameter of the plant has B = M^-1 times the change of
+ * H(M nu) nu + K xi + wrench - M a at the acceleration a. The normalisation is differentiated too.
  */
 #include "batch.h"
 
@@ -20,6 +21,7 @@ static const hd_real slack = (hd_real)1e-6; /* rounding of clocks: 0.1 s is two 
 typedef struct {
     const hd_real *wrench[2], *down[2], *channels;
     hd_real propulsion_speed;
+    size_t sample; /* the first */
     size_t steps; /* equal sub-steps */
     hd_real h;    /* s, of each */
 } interval;
@@ -29,7 +31,8 @@ typedef struct {
     hd_real inverse[36];
     size_t n; /* states */
     const int32_t *parameters;
-    size_t n_parameters;
+    size_t n_coefficients, n_parameters; /* coefficients first */
+    hd_real *forces; /* 4 x 6 x parameters of the plant: changes of the force, by stage */
     hd_real *atoms, *xi, *weights; /* xi: 4 x n_terms, one a stage */
     hd_real *accelerations; /* n_terms x 6: inverse mass times each term's coefficients */
     hd_real coriolis_slopes[6][36]; /* inverse mass times the slope of H at each unit velocity */
@@ -43,7 +46,7 @@ typedef struct {
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
 {
     return 7 * hd_atom_count(plant->n_channels) + 10 * plant->n_terms
-           + 2 * MAX_STATES * (n_parameters + 6);
+           + 2 * MAX_STATES * (n_parameters + 6) + 24 * n_parameters;
 }
 
 static interval interval_after(const hd_motion *motion, size_t k)
@@ -57,6 +60,7 @@ static interval interval_after(const hd_motion *motion, size_t k)
         {record->down + 3 * k, record->down + 3 * (k + 1)},
         record->channels + record->n_channels * k,
         record->propulsion[2 * k],
+        k,
         steps,
         length / (hd_real)steps,
     };
@@ -136,6 +140,41 @@ static void state_slope(const integrator *d, const interval *at, const hd_real *
                                              : by_itself[4 * i + k - 6];
 }
 
+/* The changes of the force with the parameters of the plant, at the state and the rate of a stage,
+ * from what state_slope stored. */
+static void plant_forces(const integrator *d, const interval *at, const hd_real *velocity,
+                         const hd_real *rate, hd_real fraction, const hd_real *xi, hd_real *force)
+{
+    const hd_plant *plant = d->motion->plant;
+    const hd_plant_slopes *slopes = d->motion->slopes;
+    const size_t n = d->motion->record->n, m = plant->n_channels;
+    const hd_real *weights = d->weights + 6 * HD_FIXED_ATOMS; /* of the channels */
+
+    for (size_t k = 0; k < d->n_parameters - d->n_coefficients; ++k, force += 6) {
+        const hd_real *wrench = slopes->wrench + 6 * (n * k + at->sample);
+        const hd_real *ends[2] = {wrench, wrench + 6};
+        const hd_real *channels = slopes->channels + m * (n * k + at->sample);
+        hd_real product[6], moving[6], acceleration[6] = {0};
+
+        interpolate(ends, fraction, 6, force);
+        hd_coriolis(slopes->mass + 36 * k, velocity, moving);
+        hd_momentum(slopes->mass + 36 * k, rate, product);
+        for (size_t i = 0; i < 6; ++i)
+            force[i] += moving[i] - product[i];
+        for (size_t j = 0; j < slopes->n_known; ++j)
+            for (size_t i = 0; i < 6; ++i)
+                force[i] += slopes->matrix[6 * (slopes->n_known * k + j) + i] * xi[j];
+        for (size_t c = 0; c < m; ++c) {
+            const hd_real sign = (hd_real)((at->channels[c] > 0) - (at->channels[c] < 0));
+            for (size_t i = 0; i < 6; ++i)
+                acceleration[i] += channels[c] * (weights[6 * c + i] + sign * weights[6 * (m + c) + i]);
+        }
+        hd_momentum(plant->mass, acceleration, product);
+        for (size_t i = 0; i < 6; ++i)
+            force[i] += product[i];
+    }
+}
+
 /* Rows 6 to 9 of a matrix of m columns: X <- (X - q q'X) / |q|. */
 static void normalise_rows(const hd_real q[4], hd_real length, size_t m, hd_real *matrix)
 {
@@ -153,6 +192,7 @@ static inline void propagate_rows(const integrator *d, size_t n, const hd_real *
                              hd_real gain[4][6 * MAX_STATES])
 {
     const size_t n_terms = d->motion->plant->n_terms;
+    const size_t n_changes = d->n_parameters - d->n_coefficients;
     hd_real columns[MAX_STATES * MAX_STATES], by_axis[6][4][MAX_STATES];
 
     for (size_t i = 0; i < n; ++i) {
@@ -167,12 +207,19 @@ static inline void propagate_rows(const integrator *d, size_t n, const hd_real *
         for (size_t k = 0; k < n; ++k)
             for (size_t i = 0; i < n; ++i)
                 sum[i] += columns[n * k + i] * row[k];
-        if (c < d->n_parameters)
+        if (c < d->n_coefficients)
             for (size_t s = 0; s < 4; ++s) {
                 const hd_real x = d->xi[n_terms * s + (size_t)d->parameters[2 * c]];
                 const hd_real *by = by_axis[d->parameters[2 * c + 1]][s];
                 for (size_t i = 0; i < n; ++i)
                     sum[i] += by[i] * x;
+            }
+        else if (c < d->n_parameters)
+            for (size_t s = 0; s < 4; ++s) {
+                const hd_real *force = d->forces + 6 * (n_changes * s + c - d->n_coefficients);
+                for (size_t axis = 0; axis < 6; ++axis)
+                    for (size_t i = 0; i < n; ++i)
+                        sum[i] += by_axis[axis][s][i] * force[axis];
             }
         for (size_t i = 0; i < n; ++i)
             row[i] = sum[i];
@@ -233,8 +280,11 @@ static void rk4(const integrator *d, const interval *at, size_t index, hd_real *
         for (size_t i = 0; i < n; ++i)
             stage[i] = state[i] + node[s] * h * k[s][i];
         state_rate(d, at, stage, fraction, k[s + 1], d->xi + d->motion->plant->n_terms * s);
-        if (d->rows)
-            state_slope(d, at, stage, slopes[s]);
+        if (!d->rows)
+            continue;
+        state_slope(d, at, stage, slopes[s]);
+        plant_forces(d, at, stage, k[s + 1], fraction, d->xi + d->motion->plant->n_terms * s,
+                     d->forces + 6 * (d->n_parameters - d->n_coefficients) * s);
     }
     for (size_t i = 0; i < n; ++i)
         state[i] += h / 6 * (k[1][i] + 2 * k[2][i] + 2 * k[3][i] + k[4][i]);
@@ -344,12 +394,14 @@ void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segmen
     d.n = motion->attitude ? MAX_STATES : 6;
     d.parameters = parameters;
     d.n_parameters = n_parameters;
+    d.n_coefficients = n_parameters - (motion->slopes ? motion->slopes->n : 0);
     d.atoms = work;
     d.xi = d.atoms + n_atoms;
     d.weights = d.xi + 4 * motion->plant->n_terms;
     d.accelerations = d.weights + 6 * n_atoms;
     d.rows = jacobian ? d.accelerations + 6 * motion->plant->n_terms : NULL;
     d.sum = jacobian ? d.rows + d.n * (n_parameters + 6) : NULL;
+    d.forces = jacobian ? d.sum + d.n * (n_parameters + 6) : NULL;
     d.block = block;
     for (size_t j = 0; jacobian && j < motion->plant->n_terms; ++j)
         hd_momentum(d.inverse, motion->matrix + 6 * j, d.accelerations + 6 * j);
