@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification import output_error
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.identifiability import grade_fits
 from hydrodamp.identification.parameter_estimates import describe_changes
@@ -15,6 +16,7 @@ from hydrodamp.identification.parameters import (
     vehicle_parameters,
     wrench_parameters,
 )
+from hydrodamp.identification.prediction_error import minimise_prediction_errors
 from hydrodamp.simulation.checks import with_gains
 from hydrodamp.validation.diagnostics import diagnose_comparison
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
@@ -155,3 +157,25 @@ def test_another_vehicle_is_not_replaced_by_that_of_a_fit():
     heavy = replace(heavy, mass_matrix=heavy.mass_matrix + np.diag([9.0, 9.0, 0, 0, 0, 0]))
     assert estimated_vehicle(heavy, fit) is heavy
     assert estimated_vehicle(with_sway(60.0), fit) is fit.vehicle
+
+
+@pytest.mark.slow
+def test_terms_that_a_free_vehicle_lacks_are_not_tested_again_with_a_known_vehicle(monkeypatch):
+    """The fit with the values of the file is that of a file without standard deviations."""
+    rounds = []
+
+    def count(*arguments):
+        rounds.append(arguments)
+        return minimise_prediction_errors(*arguments)
+
+    monkeypatch.setattr(output_error, "minimise_prediction_errors", count)
+    model, log = hd.DampingModel.from_table({"X": "u", "N": "r"}, key="few"), sail(4)
+    guess = replace(BOAT, std={"added_mass": (0.3, 0.3, 0, 0, 0, 0.3)})
+    joint = hd.Recommended().identify(hd.prepare(guess, log, model), model)
+    assert all(each.is_held for each in joint.estimates.values())
+    assert len(rounds) == 1
+    known = hd.Recommended().identify(hd.prepare(BOAT, log, model), model)
+    assert len(rounds) == 2
+    assert joint.damping.coefficients == pytest.approx(known.damping.coefficients, rel=1e-12)
+    assert joint.adequacy.form is known.adequacy.form
+    assert joint.adequacy.missing

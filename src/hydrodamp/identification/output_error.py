@@ -62,6 +62,9 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.status import Status
 
+#: What is known of the form, and the standard deviations of the errors of the sensors.
+_FormErrors = tuple[Adequacy | None, FloatArray | float]
+
 
 @dataclass(frozen=True)
 class OutputError:
@@ -147,13 +150,14 @@ class OutputError:
     ) -> Fit:
         """Return the joint fit; a parameter of the vehicle that is not determined is held."""
         if not parameters:
-            return self._build_fit(objective, model, *fit_windows(objective, model, self.windows))
+            windows = fit_windows(objective, model, self.windows)
+            return self._build_fit(objective, model, *windows)[0]
         joint, undetermined = _free_vehicle(objective, model, parameters), dict[str, Estimate]()
         start, result = fit_windows(joint, model, self.windows)
         while True:
             # mass and damping have a narrow valley
             result = minimise_finally(joint, result, RELATIVE_TOLERANCE / joint.n_coefficients)
-            fit = self._build_fit(joint, model, start, result)
+            fit, sensor_std = self._build_fit(joint, model, start, result)
             priors = {
                 each.label: fit.estimates[each.label].hold_at_prior()
                 for each in parameters
@@ -166,7 +170,9 @@ class OutputError:
             index = np.append(np.ones(objective.n_coefficients, bool), is_free)
             parameters = tuple(each for each in parameters if each.label not in priors)
             if not parameters:
-                fit = self._estimate(objective, model, ())
+                windows = fit_windows(objective, model, self.windows)
+                form = fit.adequacy, sensor_std
+                fit, _ = self._build_fit(objective, model, *windows, form)
                 return replace(fit, estimates=fit.estimates | undetermined)
             joint = _free_vehicle(objective, model, parameters)
             start, result = (
@@ -174,11 +180,23 @@ class OutputError:
             )
 
     def _build_fit(
-        self, objective: ShootingObjective, model: DampingModel, start: Iterate, result: Iterate
-    ) -> Fit:
-        windows = PieceNormals.of(objective, result)
-        normals, adequacy, sensor_std = self._refine(windows, model)
-        return build_fit(normals, model, self, start.coefficients, adequacy, sensor_std)
+        self,
+        objective: ShootingObjective,
+        model: DampingModel,
+        start: Iterate,
+        result: Iterate,
+        joint: _FormErrors = (None, 0.0),
+    ) -> tuple[Fit, FloatArray | float]:
+        """Return the fit and the errors of the sensors, from those of a joint fit if it has any."""
+        normals = PieceNormals.of(objective, result)
+        adequacy, sensor_std = joint
+        if adequacy is None or adequacy.form is Form.ADEQUATE:
+            normals, adequacy, sensor_std = self._refine(normals, model)
+        else:  # a known vehicle lacks the terms that a free one lacks
+            tests = adequacy.tests, adequacy.correlations
+            adequacy = Adequacy.judge(*tests, normals.moving_r_squared)
+        fit = build_fit(normals, model, self, start.coefficients, adequacy, sensor_std)
+        return fit, sensor_std
 
     def _refine(
         self, windows: PieceNormals, model: DampingModel
