@@ -7,7 +7,6 @@ from hydrodamp.app.mapping_editor import (
     add_step,
     assign,
     assignments,
-    command_name,
     format_content,
     parse_content,
     roles,
@@ -52,7 +51,7 @@ def test_the_text_reads_back_as_a_mapping():
     mapping = LogMapping.from_dict(parse_content(text, "m"), "m")
     assert mapping.frame == "FLU"
     assert len(mapping.steps) == 1
-    assert "imu_gyro_0" in mapping.commands
+    assert "gyro_0" in mapping.commands
 
 
 def test_the_first_unit_of_a_role_is_its_own():
@@ -60,10 +59,11 @@ def test_the_first_unit_of_a_role_is_its_own():
     assert units_of("commands") == []
 
 
-def test_names_of_commands_are_plain_and_distinct():
-    assert command_name("<script>", {}) == "script"
-    assert command_name("7/thrust", {}) == "c_7_thrust"
-    assert command_name("rpm", {"rpm": 0}) == "rpm_2"
+def test_names_of_commands_are_valid_in_terms_and_distinct():
+    content = {"commands": {"rpm": "a"}}
+    for column, name in (("<script>", "script"), ("7/thrust", "c7_thrust"), ("u", "u_command")):
+        changed = assign(content, Assignment(column, "commands"), {})
+        assert changed["commands"] == {"rpm": "a", name: column}
 
 
 def test_a_text_that_is_no_mapping_is_refused():

@@ -154,6 +154,25 @@ def test_exactly_the_leaps_put_in_are_taken_out(
     assert off.max() < 0.02 + 0.05 * rate**2
 
 
+@pytest.mark.parametrize("length", [1, 3, 8, 12])
+def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length: int) -> None:
+    """Motion capture takes another marker set for a while; the vehicle turns on meanwhile."""
+    yaw = 0.04 * np.arange(300) + 0.5 * np.sin(0.05 * np.arange(300))
+    attitude = quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
+    lost = slice(120, 120 + length)
+    attitude[lost] = quaternion_from_euler(np.array([[0.3, -0.6, yaw[120] + 2.5]]))
+    found = find_attitude_outliers(turning(attitude))
+    assert found[lost].all()
+    assert found.sum() == length
+
+
+def test_an_attitude_that_is_set_anew_is_no_excursion() -> None:
+    yaw = 0.05 * np.arange(300)
+    yaw[150:] += 2.0
+    attitude = quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
+    assert not find_attitude_outliers(turning(attitude)).any()
+
+
 def test_averaged_wraps_are_found_whatever_the_signs(counts) -> None:
     rng = np.random.default_rng(1)
     attitude = tumbling() * rng.choice([-1.0, 1.0], size=(200, 1))

@@ -11,6 +11,7 @@ import yaml
 from hydrodamp.data.channels import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.files import parse_yaml
+from hydrodamp.ingest.inspection.names import command_names
 from hydrodamp.ingest.mapping.channel_schema import (
     CHANNEL_GROUPS,
     RECORDED_TIME,
@@ -148,7 +149,8 @@ def assign(
     if not new.role:
         return changed
     if group == COMMANDS:
-        name = command_name(new.column, _table(inherited.get(COMMANDS, changed.get(COMMANDS))))
+        reserved = _table(inherited.get(COMMANDS, changed.get(COMMANDS)))
+        (name,) = command_names([new.column], reserved)
     changed[group] = {**_table(changed.get(group)), name: entry} if name else entry
     return changed
 
@@ -174,18 +176,6 @@ def _replace_choice(value: Any, slot: Slot, entry: Any) -> Any:
 def _set(table: Content, key: str, value: Any) -> Content:
     """Return a table with a value at a key, without the key where nothing is left."""
     return _without(table, key) if value in (None, {}) else {**table, key: value}
-
-
-def command_name(column: str, taken: Mapping[str, object]) -> str:
-    """Return a name of a command for a column: letters, digits and underscores."""
-    plain = "".join(each if each.isalnum() and each.isascii() else "_" for each in column)
-    name = plain if plain and not plain[0].isdigit() else f"c_{plain}"
-    name, number = name.strip("_") or "command", 1
-    base = name
-    while name in taken:
-        number += 1
-        name = f"{base}_{number}"
-    return name
 
 
 def set_frame(content: Content, frame: str, world: str) -> Content:

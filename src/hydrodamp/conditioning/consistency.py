@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,24 @@ _MIN_SAMPLES = 200  # samples; fewer are dominated by chance and outliers
 _BURST_STEP_SHARE = 0.01  # of the mean step
 
 
+class Fix(NamedTuple):
+    """A change of a mapping that corrects an issue."""
+
+    kind: Literal["step", "unit", "sign"]
+    value: str
+
+    def __str__(self) -> str:
+        """Return the change as advice."""
+        return {
+            "step": f"add `steps: [{self.value}]` to the mapping",
+            "unit": f"write `unit: {self.value}` for it in the mapping"
+            if self.value
+            else "state the units of the file in the mapping, for example `unit: deg` for an angle",
+            "sign": f"write `sign: {self.value}` for it, or other axes under `sensors`, in the "
+            "mapping",
+        }[self.kind]
+
+
 @dataclass(frozen=True)
 class QualityIssue:
     """A quality issue of a channel: problem, evidence and remedy.
@@ -59,9 +78,11 @@ class QualityIssue:
     where : str
         The affected samples; empty if the whole channel is affected.
     remedy : str
-        The cleaning step or the line of a mapping that corrects it, or other advice.
+        Advice, where no change of the mapping corrects it.
     is_minor : bool
         Whether only single samples are affected, which the remedy removes.
+    fix : Fix or None
+        The change of the mapping that corrects it.
 
     Examples
     --------
@@ -75,11 +96,13 @@ class QualityIssue:
     where: str = ""
     remedy: str = ""
     is_minor: bool = False
+    fix: Fix | None = None
 
     def __str__(self) -> str:
         """Return one sentence."""
         evidence = ", ".join(filter(None, (self.evidence, self.where)))
-        details = "; ".join(filter(None, (evidence, self.remedy)))
+        advice = self.remedy if self.fix is None else str(self.fix)
+        details = "; ".join(filter(None, (evidence, advice)))
         return f"quality issue: `{self.channel}` {self.problem}: {details}"
 
 
@@ -119,21 +142,37 @@ _MIN_LENGTH_M, _MAX_LENGTH_M = 0.3, 100.0  # m
 _REFERENCE_LENGTH_M, _NEGLIGIBLE_SPEED, _NEGLIGIBLE_RATE = 2.0, 0.02, 0.01  # m, m/s, rad/s
 
 
-def _unit_confusions(quantity: str, reference: str) -> dict[float, str]:
+#: Problem that a scale of a channel indicates, and what corrects it.
+Confusion = tuple[str, Fix | None]
+NO_CONFUSION: Confusion = ("", None)
+
+OPPOSITE, OTHER_UNIT = Fix("sign", "-1"), Fix("unit", "")
+
+
+def _unit_confusions(quantity: str, reference: str) -> dict[float, Confusion]:
     """Return the unit confusion or sign error that each scale of a channel indicates."""
     unit = si_unit(quantity)
     units = {factor: name for name, factor in reversed(UNITS[quantity].items()) if name != unit}
-    twice = {
-        factor: f"{unit} taken for {name} and converted once too often"
-        for factor, name in units.items()
+    result: dict[float, Confusion] = {
+        -1.0: (f"is of opposite sign to, or in another frame than, the {reference}", OPPOSITE)
     }
-    once = {1 / factor: f"{name} taken for {unit}" for factor, name in units.items()}
-    return {-1.0: f"of opposite sign to, or in another frame than, the {reference}"} | twice | once
+    for factor, name in units.items():
+        result[factor] = f"is {unit} taken for {name} and converted once too often", OTHER_UNIT
+    for factor, name in units.items():
+        result[1 / factor] = f"is {name} taken for {unit}", Fix("unit", name)
+    return result
 
 
 _RATE_CONFUSIONS = _unit_confusions("angular rate", "attitude")
-_RATE_CONFUSIONS[UNITS["angular rate"]["deg/s"]] += ", or its angle is degrees taken for radians"
-_SPEED_CONFUSIONS = _unit_confusions("speed", "position") | {0.001: "m/s with a position in mm"}
+_TWICE = UNITS["angular rate"]["deg/s"]
+_RATE_CONFUSIONS[_TWICE] = (
+    f"{_RATE_CONFUSIONS[_TWICE][0]}, or its angle is degrees taken for radians",
+    OTHER_UNIT,
+)
+_SPEED_CONFUSIONS: dict[float, Confusion] = {
+    **_unit_confusions("speed", "position"),
+    0.001: ("is m/s with a position in mm", OTHER_UNIT),
+}
 
 
 #: By the first of three velocities: unit confusions, reference channel, step that derives them.
@@ -182,7 +221,7 @@ def _velocity_issues(
     }
     largest = max((regression.rms_increment for regression in regressions.values()), default=0.0)
     least = _MIN_COMPONENT_SHARE * largest if first == 0 else 0.0
-    names_by_problem: dict[str, list[str]] = {}
+    names_by_problem: dict[Confusion, list[str]] = {}
     for name, regression in regressions.items():
         noise = noise_std(reference_values[:, columns[name] - first], log.bounds)
         threshold = (
@@ -190,23 +229,16 @@ def _velocity_issues(
             if log.n >= _MIN_SAMPLES
             else np.inf
         )
-        problem = _describe_problem(regression, units, threshold)
-        names_by_problem.setdefault(problem, []).append(name)
-    names_by_problem.pop("", None)
-    for problem, names in names_by_problem.items():
+        confusion = _describe_problem(regression, units, threshold)
+        names_by_problem.setdefault(confusion, []).append(name)
+    names_by_problem.pop(NO_CONFUSION, None)
+    for (problem, fix), names in names_by_problem.items():
         scales = ", ".join(f"{regressions[name].scale:.3g}" for name in names)
         correlations = ", ".join(f"{regressions[name].correlation:.2f}" for name in names)
         comparison = f"{scales} times the {reference} (correlation {correlations})"
         evidence = f"over {regressions[names[0]].window_s:.3g} s it is {comparison}"
         remedy = f"derive it: `steps: [{step}: {{names: [{', '.join(names)}]}}]`"
-        if "too often" in problem:
-            example = "for example `unit: deg` for an angle"
-            remedy = f"state the units of the file in the mapping, {example}"
-        elif " taken for " in problem:
-            remedy = f"write `unit: {problem.split()[1]}` for it in the mapping"
-        elif "sign" in problem:
-            remedy = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
-        yield QualityIssue(" ".join(names), problem, evidence, remedy=remedy)
+        yield QualityIssue(" ".join(names), problem, evidence, remedy=remedy, fix=fix)
 
 
 def _regress(log: Log, columns: list[int], reference: FloatArray) -> ChannelRegression:
@@ -214,29 +246,30 @@ def _regress(log: Log, columns: list[int], reference: FloatArray) -> ChannelRegr
 
 
 def _describe_problem(
-    regression: ChannelRegression, units: dict[float, str], threshold: float
-) -> str:
-    """Return the problem that a regression on the reference channel reveals, or ""."""
+    regression: ChannelRegression, units: dict[float, Confusion], threshold: float
+) -> Confusion:
+    """Return the problem that a regression on the reference channel reveals, and its fix."""
     is_consistent, scale = regression.is_consistent(), regression.scale
     if is_consistent and (unit := _unit_confusion(scale, units)):
-        return f"is {unit}"
+        return unit
     is_moving = regression.rms_increment > threshold
     is_dead = abs(scale) < (_DEAD_SCALE if is_moving else _DEAD_SCALE_ANY_UNIT)
     if is_dead and (is_moving or is_consistent):
-        return "does not measure the motion"
+        return "does not measure the motion", None
     correlation = abs(regression.correlation)
     is_plausible = 1 / _MAX_SCALE_ERROR < scale < _MAX_SCALE_ERROR
     if is_moving and is_consistent and not is_plausible and correlation >= _SURE_CORRELATION:
-        return "has a wrong scale"
+        return "has a wrong scale", None
     is_uncorrelated = is_moving and correlation < _MIN_CORRELATION
-    return "is uncorrelated with the motion of the vehicle" if is_uncorrelated else ""
+    uncorrelated = "is uncorrelated with the motion of the vehicle", None
+    return uncorrelated if is_uncorrelated else NO_CONFUSION
 
 
-def _unit_confusion(ratio: float, units: dict[float, str]) -> str:
-    """Return the unit confusion whose factor a scale matches, or ""."""
+def _unit_confusion(ratio: float, units: dict[float, Confusion]) -> Confusion | None:
+    """Return the unit confusion whose factor a scale matches."""
     unit = min(units, key=lambda unit: abs(ratio / unit - 1))
     allowed = _SCALE_TOLERANCE if unit > 0.0 else _SIGN_TOLERANCE
-    return units[unit] if abs(ratio / unit - 1) < allowed else ""
+    return units[unit] if abs(ratio / unit - 1) < allowed else None
 
 
 def _frame_issue(

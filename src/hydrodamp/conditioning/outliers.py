@@ -24,6 +24,7 @@ _MIN_FLICKER_SHARE = 0.02  # share of nonzero deviations from which a coarse sen
 _NEGLIGIBLE_SHARE = 0.01  # of the 5-95 % range
 _MAX_SPREAD_SAMPLES = 20000  # samples for the typical deviation, about
 _CHUNK_ROWS = 16384
+_USUAL_SHARE = 0.9  # of the rotations from sample to sample
 
 
 def remove_outliers(log: Log, *, names: Sequence[str] | None = None, threshold: float = 6.0) -> Log:
@@ -178,7 +179,7 @@ def remove_attitude_outliers(log: Log, *, threshold: float = 6.0) -> Log:
 
 
 def find_attitude_outliers(log: Log, threshold: float = 6.0) -> BoolArray:
-    """Return which attitude samples jump away and back."""
+    """Return which attitude samples jump away and back, single ones or several in between."""
     candidates = np.zeros(log.n, dtype=np.bool_)
     if log.attitude is None:
         return candidates
@@ -186,7 +187,30 @@ def find_attitude_outliers(log: Log, threshold: float = 6.0) -> BoolArray:
         changes = _rotation_changes(log.attitude[start:stop])
         candidates[start:stop] = changes > _MIN_ATTITUDE_JUMP / 2
     limits = threshold, _MIN_ATTITUDE_JUMP
-    return _outlying(log, log.attitude, candidates, _deviation_from_rotation, limits)
+    outliers = _outlying(log, log.attitude, candidates, _deviation_from_rotation, limits)
+    return outliers | _find_excursions(log, log.attitude, threshold)
+
+
+def _find_excursions(log: Log, attitude: FloatArray, threshold: float) -> BoolArray:
+    """Return the samples between a leap of the attitude and the leaps that bring it back."""
+    mask = np.zeros(log.n, dtype=np.bool_)
+    turns = np.linalg.norm(rotation_vectors(attitude[:-1], attitude[1:]), axis=1)
+    turns[log.bounds[1:, 0] - 1] = 0.0
+    usual = max(float(np.quantile(turns, _USUAL_SHARE)), _MIN_ATTITUDE_JUMP / threshold)
+    leaps = np.flatnonzero(turns > threshold * usual).tolist()
+    first = -1
+    for number, leap in enumerate(leaps):
+        if leap < first:
+            continue
+        for end in leaps[number + 1 :]:
+            if (end - leap) * usual > 1.0:  # longer than a turn by one radian
+                break
+            turn = np.linalg.norm(rotation_vectors(attitude[[leap]], attitude[[end + 1]]))
+            if turn < min(turns[leap], turns[end], 0.5 * threshold * usual * (end + 1 - leap)):
+                mask[leap + 1 : end + 1] = True
+                first = end + 1
+                break
+    return mask
 
 
 def _rotation_changes(attitude: FloatArray) -> FloatArray:

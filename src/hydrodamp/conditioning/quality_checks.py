@@ -11,6 +11,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.conditioning.consistency import (
+    Fix as Fix,
     QualityIssue as QualityIssue,
     VehicleScale,
     find_inconsistencies,
@@ -205,9 +206,9 @@ def _detected_faults(log: Log) -> _LocatedIssues:
         if masks:
             rows = np.logical_or.reduce([*masks.values()])
             evidence = f"{rows.sum()} of {log.n} samples"
-            remedy = f"add `steps: [{step}]` to the mapping"
             is_minor = float(rows.mean()) < _MINOR_SHARE
-            yield QualityIssue(" ".join(masks), problem, evidence, "", remedy, is_minor), rows
+            fix, names = Fix("step", step), " ".join(masks)
+            yield QualityIssue(names, problem, evidence, is_minor=is_minor, fix=fix), rows
 
 
 def _format_times(log: Log, rows: BoolArray) -> str:

@@ -8,10 +8,11 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.outliers import remove_attitude_outliers
-from hydrodamp.conditioning.quality_checks import QualityIssue
+from hydrodamp.conditioning.quality_checks import Fix, QualityIssue
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.ingest.inspection.draft_files import add_steps
 from hydrodamp.ingest.inspection.probe import inspect, omit_applied_steps, probe
 from hydrodamp.ingest.inspection.quality_report import Requirements, report_quality
 from hydrodamp.validation.log_requirements import find_requirements
@@ -121,12 +122,21 @@ def test_what_can_be_derived_is_counted(has: bool) -> None:
 
 def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
     log = report_quality(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
-    one = QualityIssue(
-        "yaw", "leaps", "once", remedy="write `steps: [remove_attitude_outliers]` in the mapping"
-    )
+    one = QualityIssue("yaw", "leaps", "once", fix=Fix("step", "remove_attitude_outliers"))
     found = omit_applied_steps(replace(log, issues=(one,)), (remove_attitude_outliers,))
     assert "`remove_attitude_outliers` of the mapping" in str(found.issues[0])
-    assert "write `steps" not in str(found.issues[0])
+    assert "add `steps" not in str(found.issues[0])
     assert any("`rates_from_attitude`, `velocity" in each for each in log.missing)
     there = omit_applied_steps(log, (rates_from_attitude,))
     assert any("`rates_from_attitude` (already applied)" in each for each in there.missing)
+
+
+def test_a_draft_cleans_a_pose_before_it_derives_rates() -> None:
+    report = report_quality(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
+    steps = ("remove_outliers", "remove_attitude_outliers", "mask_frozen")
+    issues = tuple(QualityIssue("yaw", "leaps", "once", fix=Fix("step", step)) for step in steps)
+    text = add_steps("steps: [rates_from_attitude]    # derived\n", replace(report, issues=issues))
+    assert text == (
+        "steps: [remove_attitude_outliers, mask_frozen, rates_from_attitude, remove_outliers]"
+        "    # derived\n"
+    )

@@ -10,7 +10,9 @@ from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 
-_RECOMMENDED_STEP = re.compile(r"add `steps: \[(.+)\]` to the mapping")
+#: Steps that clean a pose, from which others derive velocities.
+POSE_STEPS = ("mask_mocap_dropouts", "mask_frozen", "remove_attitude_outliers")
+
 _STEPS_LINE = re.compile(r"(?m)^steps: \[(.*)\]")
 
 
@@ -18,18 +20,22 @@ def add_steps(draft: str, report: QualityReport | None) -> str:
     """Return the draft of a mapping with the cleaning steps that a report recommends."""
     if report is None:
         return draft
-    steps = ", ".join(dict.fromkeys(filter(None, map(recommended_step, report.issues))))
+    steps = [*dict.fromkeys(filter(None, map(recommended_step, report.issues)))]
     if not steps:
         return draft
-    if _STEPS_LINE.search(draft):
-        return _STEPS_LINE.sub(lambda line: f"steps: [{line.group(1)}, {steps}]", draft, count=1)
-    return f"{draft.rstrip()}\nsteps: [{steps}]    # recommended by the quality report\n"
+    if line := _STEPS_LINE.search(draft):
+        derived = line.group(1).split(", ")  # from a pose that is cleaned before
+        of_pose = [step for step in steps if step in POSE_STEPS]
+        of_channels = [step for step in steps if step not in POSE_STEPS]
+        return _STEPS_LINE.sub(
+            f"steps: [{', '.join([*of_pose, *derived, *of_channels])}]", draft, count=1
+        )
+    return f"{draft.rstrip()}\nsteps: [{', '.join(steps)}]    # recommended by the quality report\n"
 
 
 def recommended_step(issue: QualityIssue) -> str:
-    """Return the cleaning step that the remedy of an issue names, empty without one."""
-    match = _RECOMMENDED_STEP.search(issue.remedy)
-    return match.group(1) if match else ""
+    """Return the cleaning step that corrects an issue, empty without one."""
+    return issue.fix.value if issue.fix is not None and issue.fix.kind == "step" else ""
 
 
 def group_commands(delays: Iterable[Delay]) -> dict[str, list[Delay]]:

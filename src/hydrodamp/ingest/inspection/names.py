@@ -265,8 +265,8 @@ YAML_KEYWORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", 
 _GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", "channels"])
 
 
-def command_names(columns: Sequence[str]) -> list[str]:
-    """Return short names of commands that are valid in terms."""
+def command_names(columns: Sequence[str], reserved: Collection[str] = ()) -> list[str]:
+    """Return short names of commands that are valid in terms, none of the reserved."""
     names: dict[str, str] = {}
     for column in columns:
         topic, _, last = column.rpartition(".")
@@ -274,7 +274,7 @@ def command_names(columns: Sequence[str]) -> list[str]:
         short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
         short = short.removesuffix(".data") if topic else short
         candidates = map(_valid_name, (short, column, *(f"{column}_{k}" for k in range(2, 99))))
-        names[next(name for name in candidates if name not in names)] = column
+        names[next(name for name in candidates if name not in (*names, *reserved))] = column
     return [*names]
 
 

@@ -16,6 +16,7 @@ from hydrodamp.errors import HydrodampError, suppress_warnings
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.draft import Draft, draft_from_preset, write_draft
+from hydrodamp.ingest.inspection.draft_files import recommended_step
 from hydrodamp.ingest.inspection.frames import format_convention
 from hydrodamp.ingest.inspection.names import NO_ROLE, words
 from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, report_quality
@@ -268,7 +269,7 @@ def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityR
             "accept it"
         )
         issues = tuple(
-            replace(issue, remedy=remedy) if f"steps: [{name}" in issue.remedy else issue
+            replace(issue, remedy=remedy, fix=None) if recommended_step(issue) == name else issue
             for issue in issues
         )
         missing = tuple(
