@@ -167,7 +167,7 @@ BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "
         ({"velocity": {"north": "n", "east": "e"}}, "`velocity.north` needs `attitude`"),
         (
             {"velocity": {"north": "n"}, "attitude": {"yaw": "y"}},
-            "needs both `north` and `east`",
+            "needs `north` and `east`, or `speed` and `course`",
         ),
         (
             {
@@ -176,7 +176,18 @@ BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "
             },
             "needs `down` or `up`",
         ),
+        (
+            {"velocity": {"course": "c"}, "attitude": {"yaw": "y"}},
+            "needs `north` and `east`, or `speed` and `course`",
+        ),
+        ({"velocity": {"u": "u", "speed": "s"}}, "takes `u` or `speed`"),
+        ({"velocity": {"speed": "s", "course": "c"}}, "`velocity.speed` needs `attitude`"),
         ({"position": {"up": "z", "depth": "d"}}, "takes one of `up depth`"),
+        ({"position": {"latitude": "a"}}, "needs both `latitude` and `longitude`"),
+        (
+            {"position": {"north": "n", "latitude": "a", "longitude": "b"}},
+            "takes `north` or `latitude longitude`",
+        ),
         ({"frame": "FLU", "world": "NED"}, "must be NWU or ENU"),
         ({"world": "UTM"}, "`world` must be NED, NWU or ENU; got 'UTM'"),
         ({"clock": 3}, "`clock` must be a topic, or a table of `topic` or `rate`; got 3"),

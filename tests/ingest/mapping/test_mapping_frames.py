@@ -105,6 +105,59 @@ def test_velocities_of_the_world_become_those_of_the_body(motion: np.ndarray) ->
     np.testing.assert_allclose(record.blocks["velocity"][:, :3], motion[:, 3:6], atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("latitude", "north", "east"),
+    [(0.0, 110.574, 111.320), (45.0, 111.132, 78.847), (-60.0, 111.412, 55.800)],
+)
+@pytest.mark.parametrize("unit", ["deg", "rad", "degE7", "ddmm"])
+def test_a_geographic_position_becomes_north_and_east(latitude, north, east, unit) -> None:
+    """The lengths of a degree are those of the tables of WGS 84, in km; 180 degrees is no jump."""
+
+    def write_in_unit(degrees: np.ndarray) -> np.ndarray:
+        whole, rest = np.divmod(np.abs(degrees), 1.0)
+        minutes = np.copysign(100.0 * whole + 60.0 * rest, degrees)
+        return {"deg": degrees, "rad": np.radians(degrees), "degE7": 1e7 * degrees}.get(
+            unit, minutes
+        )
+
+    angles = {
+        "lat": write_in_unit(latitude + np.array([0.0, 0.01, 0.0, -0.01])),
+        "lon": write_in_unit(np.array([179.995, -179.995, 179.985, 179.995])),
+    }
+    position = {"latitude": {"column": "lat", "unit": unit}}
+    position |= {"longitude": {"column": "lon", "unit": unit}}
+    record = make_record({"velocity": {"u": "u"}, "position": position}, u=np.ones(4), **angles)
+    expected = [[0, 0, 0], [north, east, 0], [0, -east, 0], [-north, 0, 0]]
+    np.testing.assert_allclose(record.blocks["position"], 10.0 * np.array(expected), atol=0.02)
+    assert f"latitude {latitude:.7f} and longitude 179.9950000 deg" in record.notes[-1]
+
+
+def test_positions_without_a_fix_are_missing() -> None:
+    columns = {"lat": np.array([0.0, 59.4, 59.4]), "lon": np.array([0.0, 10.5, 10.5])}
+    position = {"latitude": "lat", "longitude": "lon"}
+    record = make_record({"velocity": {"u": "u"}, "position": position}, u=np.ones(3), **columns)
+    assert np.isnan(record.blocks["position"][0, :2]).all()
+    assert record.blocks["position"][1:].tolist() == [[0, 0, 0], [0, 0, 0]]
+
+
+@pytest.mark.parametrize("frame", ["FRD", "FLU"])
+def test_a_speed_over_ground_has_the_axes_of_the_vehicle(frame: str) -> None:
+    """The vehicle drifts to starboard where its course is clockwise from its heading."""
+    course, heading = np.radians([10.0, 350.0, 181.0]), np.radians([350.0, 10.0, 181.0])
+    path = {"speed": {"column": "s", "unit": "kn"}, "course": "c"}
+    content = {"frame": frame, "attitude": {"heading": "h"}, "velocity": path}
+    record = make_record(content, s=np.array([2.0, 2.0, 1.0]) / 0.514444444, c=course, h=heading)
+    drift = np.radians([20.0, -20.0, 0.0])
+    expected = np.array([2.0, 2.0, 1.0])[:, None] * np.column_stack((np.cos(drift), np.sin(drift)))
+    np.testing.assert_allclose(record.blocks["velocity"][:, :2], expected, rtol=1e-8, atol=1e-12)
+
+
+def test_a_speed_without_a_course_is_u() -> None:
+    record = make_record({"velocity": {"speed": "s"}}, s=np.array([1.0, 2.0]))
+    assert record.blocks["velocity"][:, 0].tolist() == [1.0, 2.0]
+    assert "sway is not separated" in record.notes[-1]
+
+
 @settings(deadline=None, max_examples=40)
 @given(MOTIONS)
 def test_a_sensor_turned_and_moved_in_the_vehicle(motion: np.ndarray) -> None:

@@ -34,13 +34,20 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import ClockWarning, LogError, warn
 from hydrodamp.ingest.clock import IrregularityKind, describe_irregularities
 from hydrodamp.ingest.formats.files import SKIPPED
-from hydrodamp.ingest.mapping.channel_schema import RECORDED_TIME, SINGLE_CHANNELS, Entry, Source
+from hydrodamp.ingest.mapping.channel_schema import (
+    GEOGRAPHIC,
+    RECORDED_TIME,
+    SINGLE_CHANNELS,
+    Entry,
+    Source,
+)
 from hydrodamp.ingest.mapping.columns import (
     find_columns,
     locate_column,
     rename_topic,
     resolve_topics,
 )
+from hydrodamp.ingest.mapping.geodesy import tangent_plane
 from hydrodamp.ingest.mapping.resampling import Resampler, build_streams
 from hydrodamp.ingest.mapping.schema import MappingFile
 
@@ -79,7 +86,7 @@ def build_record(
     if warnings := [sentence for kind, sentence in irregularities if kind not in _NOTE_ONLY]:
         warn(f"{recording.source}: {'; '.join(warnings)}", ClockWarning, stacklevel=3)
     notes = [*recording.notes, *_describe_resampling(mapping, resampler)]
-    notes += [sentence for _, sentence in irregularities]
+    notes += [*assembly.notes, *(sentence for _, sentence in irregularities)]
     return dataclasses.replace(record, notes=tuple(notes))
 
 
@@ -123,11 +130,14 @@ class Assembly:
         self.mapping, self.resampler = mapping, resampler
         self.numbers: dict[str, FloatArray] = {"time": resampler.ticks.time}
         self.faults: list[str] = []
+        self.notes: list[str] = []
         self._add_attitude()
         self._add_vectors()
         for block in (ACCELERATION, WRENCH, POSITION):
             axes = "FRD" if block is POSITION else mapping.frame
             self._add_components(block.name, block.columns, axes)
+        if resampler.has("position.latitude"):
+            self._add_geographic_position()
         for block in (POSITION, SPECIFIC_FORCE):
             if any(name in self.numbers for name in block.columns):  # missing components are zero
                 self._set_columns(block.columns, self._stack_columns(block.columns))
@@ -227,8 +237,11 @@ class Assembly:
             if rotation is not None and all(name in self.numbers for name in names):
                 rotated = self._stack_columns(names) @ rotation_matrices(rotation)[0].T
                 self._set_columns(names, rotated)
-        if self.resampler.has("velocity.north"):
+        if self.resampler.has("velocity.north") or self.resampler.has("velocity.course"):
             self._rotate_from_world()
+        elif self.resampler.has("velocity.speed"):
+            self.numbers["u"] = self.resampler.number("velocity.speed")
+            self.notes.append("the speed along the path is used as u: sway is not separated")
         names_present = [name for name in _LINEAR if name in self.numbers]
         if any(sensors.velocity.position) and names_present:
             sign = _FLU_TO_FRD if frame == "FLU" else 1.0
@@ -246,7 +259,22 @@ class Assembly:
             if not self.faults:
                 self.faults = ["a velocity along north and east needs a heading; map `attitude`"]
             return
-        n_known = 3 if self.resampler.has("velocity.down") else 2
-        channels = (f"velocity.{name}" for name in POSITION.columns[:n_known])
-        body = rotate_to_body(attitude, np.column_stack([*map(self.resampler.number, channels)]))
-        self._set_columns(_LINEAR[:n_known], body[:, :n_known])
+        if self.resampler.has("velocity.course"):
+            course = self.resampler.angle("velocity.course")
+            speed = self.resampler.number("velocity.speed")
+            components = [speed * np.cos(course), speed * np.sin(course)]
+        else:
+            components = [self.resampler.number(f"velocity.{name}") for name in ("north", "east")]
+        if self.resampler.has("velocity.down"):
+            components.append(self.resampler.number("velocity.down"))
+        body = rotate_to_body(attitude, np.column_stack(components))
+        self._set_columns(_LINEAR[: len(components)], body[:, : len(components)])
+
+    def _add_geographic_position(self) -> None:
+        """Add north and east of the first position."""
+        angles = (self.resampler.angle(f"position.{name}") for name in GEOGRAPHIC)
+        north, east, (latitude, longitude) = tangent_plane(*angles)
+        self.numbers |= {"north": north, "east": east}
+        self.notes.append(
+            f"north and east count from latitude {latitude:.7f} and longitude {longitude:.7f} deg"
+        )

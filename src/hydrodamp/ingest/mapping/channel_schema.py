@@ -24,13 +24,22 @@ RECORDED_TIME = "recorded"
 #: Velocity components in world axes; rotation to body axes needs the attitude.
 WORLD_DIRECTIONS = ("north", "east", "down", "up")
 
+#: Speed along the path and its direction over ground, clockwise from north.
+PATH_VELOCITY = ("speed", "course")
+
+#: Position on the ellipsoid, in degrees unless a unit is stated.
+GEOGRAPHIC = ("latitude", "longitude")
+
 #: Aliases of the down component, and their sign.
 VERTICAL_ALIASES = {"up": ("down", -1.0), "depth": ("down", 1.0)}
 
 _EXTRA_CHANNELS = {
     ATTITUDE.name: dict.fromkeys((*EULER, "heading"), "angle"),
-    VELOCITY.name: dict.fromkeys(WORLD_DIRECTIONS, "speed"),
-    POSITION.name: dict.fromkeys(VERTICAL_ALIASES, "length"),
+    VELOCITY.name: {**dict.fromkeys((*WORLD_DIRECTIONS, "speed"), "speed"), "course": "angle"},
+    POSITION.name: {
+        **dict.fromkeys(VERTICAL_ALIASES, "length"),
+        **dict.fromkeys(GEOGRAPHIC, "geographic angle"),
+    },
 }
 
 #: Channels of each group and their quantities; commands are named by the user.
@@ -142,6 +151,11 @@ class Entry(NamedTuple):
     def column(self) -> str:
         """Column of the first choice."""
         return self.choices[0].column
+
+    @property
+    def default_unit(self) -> str:
+        """Unit of numbers whose unit neither file nor mapping states; empty for SI."""
+        return "deg" if self.name in GEOGRAPHIC else ""
 
     @property
     def channel(self) -> str:

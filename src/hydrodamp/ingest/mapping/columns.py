@@ -14,6 +14,7 @@ from hydrodamp.errors import LogError, did_you_mean, first_few
 from hydrodamp.ingest.clock import COARSE_SHARE
 from hydrodamp.ingest.formats.cells import invalid_cells, parse_number
 from hydrodamp.ingest.mapping.channel_schema import RECORDED_TIME, Entry, Source
+from hydrodamp.ingest.mapping.geodesy import unfold_minutes
 
 # Words found in place of a unit: time scales, frames, sensors, processing.
 _NON_UNIT_TEXT = """
@@ -51,7 +52,9 @@ class FoundColumn:
                 values = values * source.scale + source.offset
             for name, weight in source.plus.items():
                 values = values + weight * topic.fields[find_numeric_field(topic, name) or name]
-        unit = source.unit or self.stated_unit()
+        unit = source.unit or self.stated_unit() or self.entry.default_unit
+        if unit == "ddmm":
+            values = unfold_minutes(values)
         scale = source.sign * self.entry.sign * (unit_factor(unit) if unit else 1.0)
         return values if scale == 1.0 else values * scale
 

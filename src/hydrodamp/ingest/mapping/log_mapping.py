@@ -20,11 +20,16 @@ from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
 from hydrodamp.files import PackageData, load_yaml, nearest_file, wrong_kind_message
 from hydrodamp.ingest.mapping.assemble import build_record, build_resampler
-from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
+from hydrodamp.ingest.mapping.channel_schema import (
+    GEOGRAPHIC,
+    PATH_VELOCITY,
+    WORLD_DIRECTIONS,
+)
 from hydrodamp.ingest.mapping.schema import MappingFile, commands_by_name
 from hydrodamp.ingest.mapping.sensor_channels import build_measurements
 
 _WORLDS_BY_FRAME = {"FRD": ("NED",), "FLU": ("NWU", "ENU")}
+_WORLD_AXES = (*WORLD_DIRECTIONS, *PATH_VELOCITY)
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 
 
@@ -52,8 +57,14 @@ def find_contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
         yield f"`attitude` must be given once; got both {listed}. Set one of them to null"
     if {"yaw", "heading"} <= set(attitude):
         yield "`attitude` takes `yaw` or `heading`, not both. Set one of them to null"
-    if world := _names_in(velocity, WORLD_DIRECTIONS):
+    if world := _names_in(velocity, _WORLD_AXES):
         yield from _check_world_velocity(world, _names_in(velocity, _LINEAR), attitude)
+    geographic = _names_in(_subtable(content, "position"), GEOGRAPHIC)
+    if horizontal := _names_in(_subtable(content, "position"), ("north", "east")):
+        if geographic:
+            yield f"`position` takes `{horizontal}` or `{geographic}`; set one of them to null"
+    elif geographic and " " not in geographic:
+        yield f"`position` needs both `latitude` and `longitude`; got only `{geographic}`"
     for group in ("velocity", "position"):
         vertical = _names_in(_subtable(content, group), ("down", "up", "depth"))
         if " " in vertical:
@@ -89,6 +100,10 @@ def _subtable(content: Mapping[Any, Any], key: str) -> dict[Any, Any]:
 
 def _check_world_velocity(world: str, body: str, attitude: Mapping[Any, Any]) -> Iterator[str]:
     names = world.split()
+    if names == ["speed"]:
+        if "u" in body:
+            yield "`velocity` takes `u` or `speed`, which becomes u; set one of them to null"
+        return
     if body:
         yield (
             f"`velocity` must be in body axes or in world axes; got both `{body}` and `{world}`."
@@ -96,11 +111,15 @@ def _check_world_velocity(world: str, body: str, attitude: Mapping[Any, Any]) ->
         )
     if not attitude:
         yield f"`velocity.{names[0]}` needs `attitude` for the rotation to body axes"
-    if not {"north", "east"} <= set(names):
-        yield "`velocity` in world axes needs both `north` and `east`"
+    horizontal = {*names} & {"north", "east", *PATH_VELOCITY}
+    if horizontal not in ({"north", "east"}, {*PATH_VELOCITY}):
+        yield "`velocity` in world axes needs `north` and `east`, or `speed` and `course`"
     tilts = {"roll", "pitch", *ATTITUDE.columns, "quaternion"} & set(attitude)
     if tilts and not {"down", "up"} & set(names):
-        yield "`velocity` needs `down` or `up` with north and east, since roll or pitch is mapped"
+        yield (
+            f"`velocity` needs `down` or `up` with {' and '.join(names)}, since roll or pitch is"
+            " mapped"
+        )
 
 
 def _check_sensors(
@@ -251,7 +270,7 @@ class LogMapping(MappingFile):
         entries = [entry for entry in self.entries if entry.name == name]
         if not entries and name in _LINEAR:
             velocities = (entry for entry in self.entries if entry.group == "velocity")
-            entries = [entry for entry in velocities if entry.name in WORLD_DIRECTIONS]
+            entries = [entry for entry in velocities if entry.name in _WORLD_AXES]
         columns = [entry.column for entry in entries if entry.column not in ("", name)]
         if not columns or not predicate.startswith(" must"):
             return fault
