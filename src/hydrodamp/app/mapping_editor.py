@@ -11,7 +11,7 @@ import yaml
 from hydrodamp.data.channels import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.files import parse_yaml
-from hydrodamp.ingest.inspection.names import command_names
+from hydrodamp.ingest.inspection.draft_names import command_names
 from hydrodamp.ingest.mapping.channel_schema import (
     CHANNEL_GROUPS,
     RECORDED_TIME,

@@ -11,7 +11,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection import columns
 from hydrodamp.ingest.inspection.columns import find_clock
 from hydrodamp.ingest.inspection.delay import estimate_delays
-from hydrodamp.ingest.inspection.names import command_names
+from hydrodamp.ingest.inspection.draft_names import command_names
 from hydrodamp.ingest.inspection.probe import describe_join, probe
 from hydrodamp.ingest.mapping import LogMapping
 

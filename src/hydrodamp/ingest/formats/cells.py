@@ -31,6 +31,12 @@ _DATE = re.compile(
     r"(?:(\d\d?):(\d\d)(?::(\d\d(?:[.,]\d*)?))?\s*([ap]m)?)?\s*(?:z|utc|([+-]\d\d):?(\d\d))?\s*$",
     re.IGNORECASE,
 )
+# A latitude or longitude with the letter of its hemisphere: 59.4N, 5924.00 N, 59°24.0'N.
+_COORDINATE = re.compile(
+    r"(?=[^NSEW]*[NSEW][^NSEW]*$)(?=.*\d\D+\d)[NSEW]? *(\d+(?:[.,]\d+)?)"
+    r"(?:[°: ]+(\d+(?:[.,]\d+)?)(?:[': ]+(\d+(?:[.,]\d+)?))?)?[°'\" ]*[NSEW]?",
+    re.IGNORECASE,
+)
 _DAY_SECONDS = 86400.0  # s
 _UNNAMED_SEGMENT = "unnamed"  # label of rows with an empty cell
 _NAN = float("nan")
@@ -150,9 +156,23 @@ def parse_column(cells: Sequence[str], decimal: str = ".", name: str = "") -> Co
         with suppress(ValueError):
             return Column(_parse_dates(cells), unit="s")
     column = parse_numbers(cells, decimal)
+    if column.invalid and all(map(_COORDINATE.fullmatch, map(str.strip, present))):
+        return _parse_coordinates(cells)
     if 2 * len(column.invalid) <= sum(lowered[cell] not in MISSING for cell in cells):
         return column
     return Column(None, tuple(map(str.strip, cells)))
+
+
+def _parse_coordinates(cells: Sequence[str]) -> Column:
+    """Return latitudes or longitudes, negative in the south and west."""
+    values, unit = np.full(len(cells), _NAN), ""
+    for row, cell in enumerate(cells):
+        if match := _COORDINATE.fullmatch(cell.strip()):
+            numbers = [float(text.replace(",", ".")) for text in match.groups() if text]
+            sign = -1.0 if {*match[0].upper()} & {*"SW"} else 1.0
+            values[row] = sign * sum(number / 60.0**k for k, number in enumerate(numbers))
+            unit = "deg" if len(numbers) > 1 else unit
+    return Column(values, unit=unit)
 
 
 def _parse_dates(cells: Sequence[str]) -> FloatArray:

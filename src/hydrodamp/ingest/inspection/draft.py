@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import textwrap
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -12,10 +11,11 @@ from pathlib import Path
 from hydrodamp.data.channels import ATTITUDE, EULER, WRENCH
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
+from hydrodamp.ingest.inspection.draft_names import command_names, quote_name
 from hydrodamp.ingest.inspection.equivalent_commands import find_equivalent_columns
-from hydrodamp.ingest.inspection.names import YAML_KEYWORDS, command_names
-from hydrodamp.ingest.inspection.roles import Guess, Roles
-from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
+from hydrodamp.ingest.inspection.guess import Guess
+from hydrodamp.ingest.inspection.roles import Roles
+from hydrodamp.ingest.mapping.channel_schema import GEOGRAPHIC, PATH_VELOCITY, WORLD_DIRECTIONS
 
 #: Confidence [%] below which a guess is omitted, and from which it is preferred.
 MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70
@@ -29,6 +29,9 @@ _QUATERNION, _ANGLES = (
     frozenset(f"attitude.{name}" for name in names)
     for names in (ATTITUDE.columns, (*EULER, "heading"))
 )
+_PATH = frozenset(f"velocity.{name}" for name in PATH_VELOCITY)
+_GEOGRAPHIC = frozenset(f"position.{name}" for name in GEOGRAPHIC)
+_TILTS = ("attitude.roll", "attitude.pitch", "attitude.qw")
 _LEVEL = "not recorded: assumed level"
 _HORIZONTAL = frozenset(("position.north", "position.east"))
 _VERTICAL = frozenset(("position.up", "position.down", "position.depth"))
@@ -39,7 +42,6 @@ _NO_VELOCITY = (
 )
 _MAX_COMMANDS = 24  # more are not listed
 _COMMENT_WIDTH = 86
-_PLAIN_SCALAR = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,11 @@ def select_channels(roles: Roles) -> list[Guess]:
     omitted |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
     has_world = {"velocity.north", "velocity.east"} <= names
     omitted |= _roles_to_omit(candidates, _BODY, _WORLD) if has_world else _WORLD
+    if has_world or "velocity.u" in names or "velocity.speed" not in names:
+        omitted |= _PATH
+    else:  # without a course the speed is u
+        omitted |= _BODY if "velocity.course" in names else set()
+    omitted |= _GEOGRAPHIC if names >= _HORIZONTAL or not names >= _GEOGRAPHIC else _HORIZONTAL
     if len(names & _HORIZONTAL) == 1:
         omitted |= _HORIZONTAL
     if names & {"position.up", "position.down"}:
@@ -138,7 +145,9 @@ def _file_lines(recording: Recording) -> Iterator[str]:
     """Yield the names of the files of a recording."""
     if recording.files:
         yield "files:    # read together; * is the name of the run"
-        yield from (f"  {_quote(name)}: {_quote(file)}" for name, file in recording.files.items())
+        yield from (
+            f"  {quote_name(name)}: {quote_name(file)}" for name, file in recording.files.items()
+        )
 
 
 def _frame_lines(roles: Roles) -> Iterator[str]:
@@ -180,9 +189,9 @@ def _format_clock(topic: str, clock: TopicClock) -> str:
     if clock.column is None:
         return "recorded"
     stem = f"{topic}." if topic else ""
-    column = _quote(stem + clock.column)
+    column = quote_name(stem + clock.column)
     if clock.fraction:
-        return f"{{column: {column}, plus: {{{_quote(stem + clock.fraction)}: 1.0e-9}}}}"
+        return f"{{column: {column}, plus: {{{quote_name(stem + clock.fraction)}: 1.0e-9}}}}"
     return column if clock.unit == "s" else f"{{column: {column}, unit: {clock.unit}}}"
 
 
@@ -202,7 +211,8 @@ def _group_lines(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[st
     if {"roll", "pitch"} & {*guesses} or (is_level and "qw" not in guesses):
         angles = EULER[:2] if "heading" in guesses else EULER
         absent = dict.fromkeys(angles if group == "attitude" else (), _LEVEL)
-    if group == "velocity" and "north" in guesses and "up" not in guesses:
+    is_horizontal = group == "velocity" and {*guesses} & {"north", "course"}
+    if is_horizontal and "up" not in guesses and not roles_used.isdisjoint(_TILTS):
         absent = {"down": _LEVEL}
     for name in WRENCH.columns if group == WRENCH.name else ():
         similar = [item for item in roles.without_role if re.search(rf"(^|[^A-Za-z]){name}$", item)]
@@ -219,9 +229,9 @@ def _format_entry(guess: Guess, flag: str | None = None) -> str:
         items |= {"scale": "0.0025", "offset": "-3.75"}
     if guess.offset:
         items["offset"] = f"{guess.offset:.10g}"
-    items["where"] = None if flag is None else _quote(flag)
+    items["where"] = None if flag is None else quote_name(flag)
     settings = "".join(f", {key}: {text}" for key, text in items.items() if text is not None)
-    column = _quote(guess.column)
+    column = quote_name(guess.column)
     return f"{{column: {column}{settings}}}" if settings else column
 
 
@@ -244,8 +254,8 @@ def _sensor_lines(roles: Roles) -> Iterator[str]:
 def _step_line(used: Sequence[Guess]) -> Iterator[str]:
     """Yield the steps that derive velocities and rates from the pose."""
     names, steps = {guess.role for guess in used}, list[str]()
-    has_position = names >= _HORIZONTAL or names & _VERTICAL
-    if has_position and not names & (_BODY | _WORLD):
+    has_position = names >= _HORIZONTAL or names >= _GEOGRAPHIC or names & _VERTICAL
+    if has_position and not names & (_BODY | _WORLD | {"velocity.course"}):
         steps.append("velocity_from_position")
     rates = "pqr" if names & {"attitude.roll", "attitude.pitch", "attitude.qw"} else "r"
     has_attitude = any(name.startswith("attitude.") for name in names)
@@ -298,9 +308,3 @@ def _omission_reason(guess: Guess, roles: Roles) -> str:
     best = roles.best(guess.role)
     is_other = best is not None and best.column != guess.column
     return f"{guess.role} is {best.column if best and is_other else 'given by other columns'}"
-
-
-def _quote(text: str) -> str:
-    """Return the text as a YAML scalar."""
-    plain = _PLAIN_SCALAR.fullmatch(text) and text.lower() not in YAML_KEYWORDS
-    return text if plain else json.dumps(text, ensure_ascii=False)

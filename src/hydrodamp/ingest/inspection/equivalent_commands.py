@@ -128,11 +128,12 @@ def _choose(
 ) -> EquivalentCommands:
     """Return the group with the command closest to a force, else the latest in the chain."""
     delays = {group[0]: 0.0} | {each.second: each.lag for each in relations}
-    ranks = {index: _rank(names[index]) for index in group}
+    ranks = {index: rank_actuation(names[index]) for index in group}
     best = max(group, key=lambda index: (ranks[index], round(delays[index] / _LATER_SAMPLES)))
     if ranks[best] > min(ranks.values()):
-        kinds = {2: "a force", 1: "a feedback", 0: "not only a demand"}
-        reason = f"{names[best]} is {kinds[ranks[best]]} by its name"
+        rank = ranks[best]
+        kind = "a force" if rank > 1 else "a feedback" if rank > 0 else "not only a demand"
+        reason = f"{names[best]} is {kind} by its name"
     elif delays[best] - min(delays.values()) >= _LATER_SAMPLES:
         reason = f"{names[best]} is the later in the chain"
     else:
@@ -145,18 +146,15 @@ def _choose(
     return EquivalentCommands(names[best], omitted, evidence, reason)
 
 
-def _rank(name: str) -> int:
-    """Return how close a command is to a force: 2 a force, 1 a feedback, -1 a demand."""
+def rank_actuation(name: str) -> float:
+    """Return how close a command is to what acts: near 2 a force, 1 a feedback, -1 a demand."""
     name_words = {*_representation(name)[1]}
-    if name_words & WORDS["actuator_force"]:
-        return 2
-    return (
-        1
-        if name_words & WORDS["actuator_feedback"]
-        else -1
-        if name_words & WORDS["actuator_demand"]
-        else 0
+    is_feedback, is_demand = (
+        bool(name_words & WORDS[kind]) for kind in ("actuator_feedback", "actuator_demand")
     )
+    if name_words & WORDS["actuator_force"]:
+        return 2.0 + 0.25 * (is_feedback - is_demand)
+    return 1.0 if is_feedback else -1.0 if is_demand else 0.0
 
 
 def _representation(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import yaml
 
-from hydrodamp.basis.term import check_command_name
-from hydrodamp.data.channels import EULER, RESERVED, UNITS, WRENCH, parse_unit, trailing_unit
+from hydrodamp.data.channels import EULER, UNITS, WRENCH, parse_unit, trailing_unit
 from hydrodamp.data.recording import Topic
-from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.mapping.channel_schema import quantity_of
 from hydrodamp.ingest.mapping.columns import NON_UNIT_WORDS
 
@@ -21,6 +19,8 @@ WORDS = {meaning: frozenset(text.split()) for meaning, text in _TABLES["words"].
 _LOADS = WORDS["wrench"] | WORDS["force"] | WORDS["moment"]
 _ANGLES, _MOTIONS, _DIRECTIONS = (_TABLES[name] for name in ("angles", "motions", "directions"))
 _COMPOUNDS = {word: role for role, text in _TABLES["compounds"].items() for word in text.split()}
+_PHRASES = {phrase: role for role, names in _TABLES["phrases"].items() for phrase in names}
+_GENERIC_FIELDS = ("data", "value")  # of topics of one number, named by the topic
 _AXES = {"x": 0, "y": 1, "z": 2} | {str(index): index for index in range(6)}
 _WRENCH_OF = dict(zip("uvwpqrxyzkmn", 2 * WRENCH.columns, strict=True))
 
@@ -83,18 +83,44 @@ def split_unit(name: str) -> tuple[tuple[str, ...], str | None]:
 
 
 def unit_of(topic: Topic, field: str) -> str | None:
-    """Return the unit of a field, from the file or from its name."""
-    return parse_unit(topic.units.get(field, "")) or split_unit(field)[1]
+    """Return the unit of a field, from the file, from its name, or of one number from its topic."""
+    name = next(_names_of_field(topic.name, field))
+    unit = parse_unit(topic.units.get(field, "")) or split_unit(name)[1]
+    of_topic = split_unit(topic.name)[1]
+    is_angle = of_topic in UNITS["angle"] and "linear" not in words(field)
+    return of_topic if unit is None and is_angle else unit
+
+
+def _names_of_field(topic: str, field: str) -> Iterator[str]:
+    """Yield the name of a field; of a topic of one number its last part, then its last two."""
+    levels = [level for level in _PATH.split(topic) if level]
+    if field.lower() in _GENERIC_FIELDS and levels:
+        yield from dict.fromkeys((levels[-1], "_".join(levels[-2:])))
+    else:
+        yield field
 
 
 def guess_role(
     topic: str, field: str, unit: str | None, siblings: Collection[str] = (), stated: str = ""
 ) -> Hint:
     """Return the role that name and unit suggest, or the reason why none."""
+    hints = [
+        _guess_role(topic, name, unit, siblings if name == field else (name,), stated)
+        for name in _names_of_field(topic, field)
+    ]
+    return next((hint for hint in hints if hint[1]), hints[0])
+
+
+def _guess_role(
+    topic: str, field: str, unit: str | None, siblings: Collection[str], stated: str
+) -> Hint:
     name, topic_words = split_unit(field)[0], {*words(topic)}
     context = {*topic_words, *name}
     if excluded := context & WORDS["not_measured"] | {*name} & WORDS["not_measured_in_field"]:
         return f"not a measurement: {min(excluded)}", 0
+    other_words = topic_words - WORDS["weather"] - WORDS["platform"] - WORDS["velocity"]
+    if weather := ({*name} if other_words else context) & WORDS["weather"]:
+        return f"of the weather or the sea: {min(weather)}", 0
     is_wrench = {"K", "M", "N"} <= {*siblings} or {"X", "Y", "N"} <= {*siblings}
     if field in WRENCH.columns and is_wrench:
         return f"wrench.{field}", 85
@@ -167,7 +193,7 @@ def quantity_of_role(role: str) -> str | None:
     """Return the quantity of a role; None if any is possible."""
     group, _, channel = role.partition(".")
     if group == "position":
-        return "length"
+        return quantity_of(group, channel) or "length"
     if group == "velocity" and channel in tuple("xyz"):
         return "speed"
     return quantity_of(group, channel) if channel else None
@@ -185,29 +211,35 @@ def _role_of_words(
     name_words, last = set(name), name[-1] if name else ""
     numbered = name_words | {word.rstrip("0123456789") for word in name}
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
+    is_command = bool(numbered & WORDS["commands"])
     if name_words & WORDS["flag"] and angle is None:
-        return "flag", 80
+        return ("commands" if is_command and name_words & WORDS["status"] else "flag"), 80
     if name_words & WORDS["wrench"] and (component := _wrench_component(name)):
         return f"wrench.{component}", 85
     loading = context if last in tuple("xyz") else name_words | context & WORDS["wrench"]
     is_load = last in _AXES and not context & WORDS["setpoint"] and loading & _LOADS
     if is_load and (guess := _vector_component(context - WORDS["velocity"], _AXES[last], size)):
         return guess
-    if numbered & WORDS["commands"]:
+    if is_command:
         return "commands", 85
     is_setpoint = name_words & WORDS["setpoint"]
     if context & (WORDS["commands"] - {"control"}) and angle is None and not is_setpoint:
         return "commands", 75
     if context & WORDS["setpoint"]:
         return None
+    if role := _role_of_phrase(name):
+        return role, 80
     if angle is not None:
+        if angle == "pitch" and _is_planar_pose(siblings):
+            angle = "yaw"
         if name_words & WORDS["specific_force"]:
             return None  # an angular acceleration
-        is_rate = name_words & (WORDS["angular_rate"] | {"speed"})
+        is_rate = name_words & (WORDS["angular_rate"] | WORDS["rate_of_angle"])
         return (f"velocity.{_TABLES['rates'][angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
-    is_angle = name_words & WORDS["angle_vector"] and not name_words & WORDS["rate_of_angle"]
-    if is_angle and last in tuple("xyz012") and size in (0, 3):
-        return f"attitude.{EULER[_AXES[last]]}", 80
+    is_angle = context & WORDS["angle_vector"] - {"ang"} or "ang" in name_words
+    is_triple = last in tuple("xyz012") and size in (0, 3)
+    if is_angle and is_triple and not context & WORDS["rate_of_angle"]:
+        return None if "linear" in name_words else (f"attitude.{EULER[_AXES[last]]}", 80)
     if name_words & _MOTIONS.keys() and not name_words & WORDS["position"]:
         return f"velocity.{next(_MOTIONS[word] for word in name if word in _MOTIONS)}", 80
     if "rate" in context and is_alone and last in "rpy" and f"{field[:-1]}x" not in siblings:
@@ -225,6 +257,10 @@ def _role_of_words(
         return f"{group}.{_DIRECTIONS[last]}", 80
     if "depth" in name_words and not name_words & (WORDS["angular_rate"] | WORDS["velocity"]):
         return "position.depth", 75 if name_words & {"raw", "sensor"} else 85
+    letters = [word for word in name if word in tuple("uvwpqr")]
+    rate_words = WORDS["rate_of_angle"] if {*letters} <= {*"pqr"} else {"speed", "vel", "velocity"}
+    if len(letters) == 1 < len(name) and name_words - {*letters} <= rate_words - {"dot"}:
+        return f"velocity.{letters[0]}", 80
     if is_alone and last in "uvwpqr" and not context & WORDS["quaternion"] - {"q"}:
         return f"velocity.{last}", 85
     if last in _COMPOUNDS and not (last[0] == "a" and context & WORDS["position"]):
@@ -234,6 +270,18 @@ def _role_of_words(
     if is_alone and last == "n":  # propeller speed of ships
         return "commands", 60
     return (f"position.{last}", 75) if last in ("north", "east") else None
+
+
+def _role_of_phrase(name: tuple[str, ...]) -> str | None:
+    """Return the role of a whole name, with or without words of the vehicle and its receivers."""
+    bare = [word for word in name if word.rstrip("0123456789") not in WORDS["platform"]]
+    return _PHRASES.get(" ".join(name)) or _PHRASES.get(" ".join(bare))
+
+
+def _is_planar_pose(siblings: Collection[str]) -> bool:
+    """Return whether theta is the only angle beside x and y, and so a yaw."""
+    sibling_words = {word for name in siblings for word in words(name)}
+    return {"x", "y"} <= sibling_words and not sibling_words & (_ANGLES.keys() - {"theta"})
 
 
 def _body_velocity(name: tuple[str, ...], unit: str | None) -> Hint | None:
@@ -259,31 +307,3 @@ def _vector_component(context: set[str], index: int, size: int) -> Hint | None:
             is_component = index < min(len(roles), size or 3)
             return (roles[index], confidence) if is_component and size in (0, 2, 3, 6) else None
     return None
-
-
-YAML_KEYWORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", "null", "none"))
-_GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", "channels"])
-
-
-def command_names(columns: Sequence[str], reserved: Collection[str] = ()) -> list[str]:
-    """Return short names of commands that are valid in terms, none of the reserved."""
-    names: dict[str, str] = {}
-    for column in columns:
-        topic, _, last = column.rpartition(".")
-        is_generic = last.partition("[")[0].lower() in _GENERIC
-        short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
-        short = short.removesuffix(".data") if topic else short
-        candidates = map(_valid_name, (short, column, *(f"{column}_{k}" for k in range(2, 99))))
-        names[next(name for name in candidates if name not in (*names, *reserved))] = column
-    return [*names]
-
-
-def _valid_name(text: str) -> str:
-    """Return a name that is valid in terms."""
-    name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "command"
-    name = f"c{name}" if name[0].isdigit() else name
-    try:
-        check_command_name(name)
-    except HydrodampError:
-        return f"{name}_command"
-    return f"{name}_command" if name in RESERVED or name.lower() in YAML_KEYWORDS else name

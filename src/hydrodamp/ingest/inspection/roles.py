@@ -19,14 +19,21 @@ from hydrodamp.ingest.inspection.columns import (
     find_clocks,
     topic_series,
 )
+from hydrodamp.ingest.inspection.equivalent_commands import rank_actuation
 from hydrodamp.ingest.inspection.frames import (
     MAX_ANGLE_RAD,
     RateMatch,
     VelocityMatch,
     find_vertical_axis,
     infer_units,
-    match_rates,
     match_velocity,
+)
+from hydrodamp.ingest.inspection.guess import Guess
+from hydrodamp.ingest.inspection.magnitudes import (
+    check_specific_forces,
+    match_turn_rate,
+    read_coordinates,
+    read_speeds,
 )
 from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
 from hydrodamp.ingest.inspection.yaw_convention import YawMatch, match_yaw
@@ -38,6 +45,7 @@ _SHARED_ROLES = ("commands", "flag")  # of several columns each
 _UNIT_FROM_SIZE_CONFIDENCE = 68  # %, if only the magnitude indicates the unit
 _IDLE_VALUES = (0.0, 1500.0, 65535.0)  # of a servo that is absent or unused
 _GYRO_RESOLUTION = 1e-5  # rad/s or deg/s; less than the noise of any gyro
+_ROS_VECTOR = re.compile(r"[./]z$")
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
 _SPEEDS, _RATES, _EARTH_FIXED = (
@@ -47,28 +55,13 @@ _PLACES = tuple(f"position.{name}" for name in "xyz")
 _DIRECTIONS = tuple(f"velocity.{name}" for name in WORLD_DIRECTIONS)
 #: Range up to which a column is constant; that of other roles may be.
 _CONSTANT_RANGE = dict.fromkeys(("commands", "flag", *_SPEEDS, *_EARTH_FIXED, *_DIRECTIONS), 0.0)
+_CONSTANT_RANGE |= dict.fromkeys(("position.latitude", "position.longitude", "position.up"), 0.0)
 _CONSTANT_RANGE |= dict.fromkeys(_RATES, _GYRO_RESOLUTION)
 _AXES_OF = {
     "NED": (("north", 1), ("east", 1), ("down", 1)),
     "NWU": (("north", 1), ("east", -1), ("up", 1)),
     "ENU": (("east", 1), ("north", 1), ("up", 1)),
 }
-
-
-@dataclass(frozen=True)
-class Guess:
-    """A guessed role of a column."""
-
-    column: str
-    role: str
-    confidence: int
-    unit: str | None = None
-    sign: int = 1
-    evidence: tuple[str, ...] = ()
-    is_best: bool = True
-    topic: str = ""
-    is_pulse: bool = False  # a pulse width in microseconds
-    offset: float = 0.0  # added before the sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,15 +98,23 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
         for item in topic_series(topic, clock)
     }
     named, without_role = _guess_from_names(recording, series, others)
+    named, no_forces = check_specific_forces(named, series)
+    named, no_coordinates = read_coordinates(named, series, recording)
+    without_role |= no_forces | no_coordinates
     guesses = _mark_best(named, series)
-    best = {guess.role: series[guess.column] for guess in guesses if guess.is_best}
+    guesses = read_speeds(guesses, series) if clocks else guesses
+    best = {
+        guess.role: replace(series[guess.column], unit=guess.unit)
+        for guess in guesses
+        if guess.is_best
+    }
     role_series = infer_units(best)
-    format_name = _message_format(recording)
+    format_name = _message_format(recording, [guess.column for guess in guesses])
     upright = find_vertical_axis(format_name, role_series)
     is_compass = upright.body == "FLU" and "attitude.heading" in role_series
     yaw = match_yaw(role_series) if clocks and not is_compass else YawMatch()
     role_series = {**yaw.correct(role_series)}
-    rates = match_rates(role_series) if clocks else RateMatch()
+    rates = match_turn_rate(role_series) if clocks else RateMatch()
     velocity = match_velocity(role_series) if clocks else VelocityMatch()
     units = {item.column: item.unit for item in role_series.values()}
     is_enu = conventional_axes(format_name).endswith("ENU")
@@ -133,12 +134,16 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     return Roles(tuple(all_guesses), clocks, flags, rates, velocity, upright, world, without_role)
 
 
-def _message_format(recording: Recording) -> str:
-    """Return the format of a recording; for tables of ROS messages with this remark."""
+def _message_format(recording: Recording, columns: Sequence[str]) -> str:
+    """Return the format whose axes count: for tables of ROS messages with this remark.
+
+    Axes by REP 103 are those of messages of vectors; other numbers in a bag have no convention.
+    """
     names = (name for topic in recording.topics for name in topic.fields)
     if "ROS" not in recording.format and any(map(_ROS_FIELD.search, names)):
         return f"{recording.format} of ROS messages"
-    return recording.format
+    has_vectors = any(map(_ROS_VECTOR.search, columns))
+    return recording.format if has_vectors or "ROS" not in recording.format else ""
 
 
 def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess:
@@ -185,7 +190,9 @@ def _guess_from_names(
         role, confidence = guess_role(topic.name, item.field, item.unit, topic.fields, unit_text)
         values = np.concatenate([item.values, *values_by_column.get(column, ())])
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
-        is_pulse = item.unit is None and _PULSE_RANGE_US[0] <= low and high <= _PULSE_RANGE_US[1]
+        is_pulse = (
+            item.unit in (None, "us") and _PULSE_RANGE_US[0] <= low and high <= _PULSE_RANGE_US[1]
+        )
         if is_stick := is_pulse and low < high and role in MAX_ANGLE_RAD:
             role, confidence = "commands", 60
         if confidence == 0:
@@ -238,10 +245,13 @@ def _quaternion_order(column: str, series: Mapping[str, Series]) -> str:
 
 
 def _mark_best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
-    """Mark the best guess of each role; among equals that of the fastest topic."""
+    """Mark the best guess of each role; a wrench that acts, else that of the fastest topic."""
 
-    def merit(guess: Guess) -> tuple[int, int]:
-        return guess.confidence, len(series[guess.column].seconds)
+    def merit(guess: Guess) -> tuple[float, int, int, bool]:
+        is_wrench = guess.role.startswith("wrench.")
+        acts = rank_actuation(guess.column) if is_wrench else 0.0
+        is_heading = guess.role == "attitude.heading"  # a yaw may have another sign
+        return acts, guess.confidence, len(series[guess.column].seconds), is_heading
 
     best: dict[str, Guess] = {}
     for guess in sorted(guesses, key=merit, reverse=True):
@@ -276,7 +286,8 @@ def _add_motion_evidence(
         comparison = f"consistent with the attitude ({correlation:.2f})"
         message = f"{comparison if correlation else 'as the other rates'}, in {rates.unit}"
         return _raise_confidence(_add_evidence(guess, message, rates.unit), correlation)
-    if guess.role in _RATES and series.unit is None:
+    is_assumed = guess.confidence > _UNIT_FROM_SIZE_CONFIDENCE
+    if guess.role in _RATES and series.unit is None and is_assumed:
         guess = _add_evidence(guess, f"{guess.unit} by the magnitude of its array")
         return replace(guess, confidence=_UNIT_FROM_SIZE_CONFIDENCE)
     if velocity.regression.is_consistent() and guess.role in (*_SPEEDS, *_EARTH_FIXED, *_PLACES):

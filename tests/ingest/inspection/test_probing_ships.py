@@ -1,0 +1,246 @@
+"""Drafts of the logs of ships and boats, and of topics of one number, against one motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.data.log import Log
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.ingest.formats.cells import parse_column
+from hydrodamp.ingest.inspection.names import guess_role
+from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
+
+TIME = np.arange(0.0, 60.0, 0.1)
+R = 0.2 * np.sin(0.25 * TIME) + 0.05 * np.sin(0.9 * TIME)
+PSI = 0.3 + np.cumsum(R) * 0.1
+U, V = 2.0 + 0.3 * np.sin(0.2 * TIME), -0.5 * R
+NORTH = np.cumsum(U * np.cos(PSI) - V * np.sin(PSI)) * 0.1
+EAST = np.cumsum(U * np.sin(PSI) + V * np.cos(PSI)) * 0.1
+SOG, COG = np.hypot(U, V), np.degrees(PSI + np.arctan2(V, U)) % 360.0
+HDG = np.degrees(PSI) % 360.0
+LATITUDE, LONGITUDE = -33.5 + NORTH / 110_915.0, -70.2 + EAST / 92_930.0  # by the tables of WGS 84
+RUDDER = np.degrees(-0.3 * R)
+KNOT = 1852.0 / 3600.0
+
+
+def read_by_draft(columns: dict[str, np.ndarray], texts: dict[str, tuple[str, ...]] | None = None):
+    """Return the log that the draft of one table reads."""
+    topic = Topic("", None, {"t": TIME, **columns}, texts or {})
+    recording = Recording((topic,), "a.csv", "text in columns")
+    return probe(recording).mapping().log(recording)
+
+
+def read_topics(columns: dict[str, np.ndarray], field: str, form: str) -> Log:
+    """Return the log that the draft of topics of one number reads."""
+    topics = (Topic(name, TIME, {field: values}) for name, values in columns.items())
+    recording = Recording(tuple(topics), "a", form)
+    return probe(recording).mapping().log(recording)
+
+
+def assert_motion(log: Log, tolerance: float = 0.03) -> None:
+    for name, true in (("u", U), ("v", V), ("r", R)):
+        error = log.velocity[:, "uvwpqr".index(name)] - true
+        assert np.sqrt(np.mean(error[5:-5] ** 2)) < tolerance, name
+
+
+def fold_minutes(degrees: np.ndarray) -> np.ndarray:
+    whole, rest = np.divmod(np.abs(degrees), 1.0)
+    return 100.0 * whole + 60.0 * rest
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"lat": LATITUDE, "lon": LONGITUDE, "SOG": SOG / KNOT, "COG": COG, "HDG": HDG},
+        {"gps_lat": 1e7 * LATITUDE, "gps_lng": 1e7 * LONGITUDE, "heading_deg": HDG},
+        {
+            "Latitude": np.radians(LATITUDE),
+            "Longitude": np.radians(LONGITUDE),
+            "SpeedOverGround": 3.6 * SOG,
+            "CourseOverGround": np.radians(COG),
+            "Heading": np.radians(HDG),
+            "RateOfTurn": 60.0 * np.degrees(R),
+        },
+    ],
+    ids=["degrees", "receiver", "radians"],
+)
+def test_a_position_on_the_ellipsoid(columns: dict[str, np.ndarray]) -> None:
+    log = read_by_draft({**columns, "rudder": RUDDER})
+    assert_motion(log)
+    travelled = np.column_stack((NORTH - NORTH[0], EAST - EAST[0]))
+    np.testing.assert_allclose(log.position[:, :2], travelled, atol=0.1)
+    assert log.command_names == ("rudder",)
+
+
+def test_degrees_and_minutes_with_a_column_of_the_hemisphere() -> None:
+    columns = {"lat": fold_minutes(LATITUDE), "lon": fold_minutes(LONGITUDE), "hdt": HDG}
+    letters = {"ns": ("S",) * len(TIME), "ew": ("W",) * len(TIME)}
+    log = read_by_draft({**columns, "sog_kn": SOG / KNOT, "cog": COG}, letters)
+    assert_motion(log)
+    assert any("latitude -33.4999" in note for note in log.notes)
+    both = {**letters, "ew": ("W", "E") * (len(TIME) // 2)}
+    recording = Recording((Topic("", None, {"t": TIME, **columns}, both),), "a.csv", "text")
+    assert "in two hemispheres" in probe(recording).draft.text
+
+
+def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:
+    rows = zip(TIME, fold_minutes(LATITUDE), fold_minutes(LONGITUDE), SOG, COG, HDG, strict=True)
+    lines = [f"{t:.1f},{a:.6f}S,0{b:.6f} W,{s},{c},{h}" for t, a, b, s, c, h in rows]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["time,lat,lon,sog,cog,hdg", *lines]), "utf-8")
+    recording = hd.read_recording(path)
+    log = probe(recording).mapping().log(recording)
+    assert_motion(log)
+    assert np.ptp(log.position[:, 0]) == pytest.approx(np.ptp(NORTH), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("cell", "degrees"),
+    [("59.5N", 59.5), ("0.5 w", -0.5), ("59°30.0'S", -59.5), ("E 010 30 36.0", 10.51)],
+)
+def test_cells_of_latitude_and_longitude(cell: str, degrees: float) -> None:
+    assert parse_column([cell, ""]).numbers[0] == pytest.approx(degrees)
+
+
+def test_labels_are_no_coordinates() -> None:
+    assert parse_column(["N1", "S2"]).numbers is None
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "factor"),
+    [
+        ("ROT", "deg/min", 60.0 * np.degrees(1.0)),
+        ("rot", "deg/s", np.degrees(1.0)),
+        ("rate_of_turn", "rad/s", 1.0),
+        ("turn_rate_dpm", "deg/min", 60.0 * np.degrees(1.0)),
+    ],
+)
+def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit, factor) -> None:
+    columns = {"t": TIME, "u": U, "v": V, "heading": HDG, name: factor * R}
+    recording = Recording((Topic("", None, columns),), "a.csv", "text in columns")
+    found = probe(recording)
+    assert found.roles.best("velocity.r").unit == unit
+    assert_motion(found.mapping().log(recording), tolerance=1e-6)
+
+
+def test_a_unit_by_convention_alone_makes_no_log() -> None:
+    columns = {"t": TIME, "SOG": SOG / KNOT, "COG": COG, "HDG": HDG, "rudder": RUDDER}
+    draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
+    assert "unit: kn}    # 55 %: kn by convention" in draft.text
+    assert draft.confidence < MIN_DRAFT_CONFIDENCE
+
+
+@pytest.mark.parametrize(("name", "factor"), [("v", 1.0), ("speed", 1.0), ("V", 1 / KNOT)])
+def test_a_speed_of_the_length_of_the_path_is_no_sway(name: str, factor: float) -> None:
+    columns = {"x": NORTH, "y": EAST, "yaw": PSI, name: factor * SOG}
+    assert_motion(read_by_draft(columns))
+
+
+def test_a_sway_of_one_sign_stays_a_sway() -> None:
+    columns = {"t": TIME, "x": NORTH, "y": EAST, "yaw": PSI, "v": V - V.min()}
+    roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
+    assert roles.best("velocity.v").column == "v"
+
+
+def test_a_moos_log_has_x_east_and_a_heading() -> None:
+    columns = {"NAV_YAW": -PSI, "NAV_X": EAST, "NAV_Y": NORTH, "NAV_HEADING": HDG}
+    columns |= {"NAV_SPEED": SOG, "DESIRED_HEADING": HDG, "DESIRED_RUDDER": RUDDER}
+    log = read_topics(columns, "value", "MOOS log")
+    assert_motion(log)
+    assert log.command_names == ("DESIRED_RUDDER",)
+
+
+@pytest.mark.parametrize("names", ["u_speed v_speed r_speed", "surge_vel sway_vel yaw_rate"])
+def test_topics_of_one_number_have_the_role_of_their_names(names: str) -> None:
+    speeds = dict(zip(names.split(), (U, V, R), strict=True))
+    topics = {f"/boat/{name}": values for name, values in speeds.items()}
+    log = read_topics(
+        {**topics, "/boat/heading_deg": HDG, "/wind/speed": 5 + R}, "data", "ROS 1 bag"
+    )
+    assert_motion(log)
+    assert log.command_names == ()
+
+
+def test_theta_beside_x_and_y_alone_is_a_yaw() -> None:
+    turned = (PSI + np.pi) % (2.0 * np.pi) - np.pi
+    pose = Topic("/pose", TIME, {"x": NORTH, "y": EAST, "theta": turned})
+    rudder = Topic("/rudder", TIME, {"data": RUDDER})
+    recording = Recording((pose, rudder), "a.bag", "ROS 1 bag")
+    assert_motion(probe(recording).mapping().log(recording))
+    assert guess_role("", "theta", None, ("x", "y", "theta", "phi"))[0] == "attitude.pitch"
+
+
+@pytest.mark.parametrize("factor", [1.0, 180.0 / np.pi])
+def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor: float) -> None:
+    angles = np.column_stack((0.1 * np.sin(TIME), 0.05 * np.cos(TIME), np.sin(0.3 * TIME)))
+    unit = "radian" if factor == 1.0 else "degrees"
+    fields = {f"angular.{axis}": factor * angles[:, k] for k, axis in enumerate("xyz")}
+    twist = Topic(f"/rov/angle_{unit}", TIME, {**fields, "linear.x": U})
+    altitude = Topic("/rov/rel_alt", TIME, {"data": -3.0 + 0.1 * np.sin(0.1 * TIME)})
+    recording = Recording((twist, altitude), "a.bag", "ROS 1 bag")
+    found = probe(recording)
+    assert found.roles.best("position.up").column == "/rov/rel_alt.data"
+    assert found.roles.best("velocity.p") is None
+    assert found.roles.best("velocity.u") is None
+    # r of the body from the Euler angles, forward-port-up turned to forward-starboard-down
+    log = found.mapping().log(recording)
+    slopes = np.gradient(angles, TIME, axis=0)
+    roll, pitch = angles[:, 0], angles[:, 1]
+    r = np.cos(pitch) * np.cos(roll) * slopes[:, 2] - np.sin(roll) * slopes[:, 1]
+    np.testing.assert_allclose(log.velocity[5:-5, 5], -r[5:-5], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "role"),
+    [
+        ("", "roll_vel", "velocity.p"),
+        ("", "pitch_velocity", "velocity.q"),
+        ("", "AsZ", "velocity.r"),
+        ("", "ang_vel_z", "velocity.r"),
+        ("", "AngX", "attitude.roll"),
+        ("RAW_IMU", "zacc", "specific_force.fz"),
+        ("SENSOR_OFFSETS", "accel_cal_x", None),
+        ("NAV_CONTROLLER_OUTPUT", "nav_bearing", None),
+        ("NAV_CONTROLLER_OUTPUT", "nav_roll", None),
+        ("NAV_CONTROLLER_OUTPUT", "wp_dist", None),
+        ("COMMAND_ACK", "result", None),
+        ("/wind", "vector.x", None),
+        ("", "wave_height", None),
+        ("", "TWS", None),
+        ("", "engine_speed", "commands"),
+        ("", "target_lat", None),
+    ],
+)
+def test_names_of_rates_and_of_what_is_no_sensor(topic: str, field: str, role: str | None) -> None:
+    hint, confidence = guess_role(topic, field, None, {field})
+    assert (hint if confidence else None) == role
+
+
+@pytest.mark.parametrize("name", ["sat", "delivered", "measured"])
+def test_a_wrench_that_acts_precedes_the_commanded(name: str) -> None:
+    columns = {"u": U, "v": V, "r": R, "psi": PSI}
+    for axis, values in zip("XYN", (U, V, R), strict=True):
+        columns |= {f"tau_cmd_{axis}": 1000 * values, f"tau_{name}_{axis}": np.tanh(values)}
+    wrench = read_by_draft(columns).wrench
+    np.testing.assert_allclose(wrench[:, [0, 1, 5]], np.tanh(np.column_stack((U, V, R))))
+
+
+def test_a_saturated_command_precedes_the_commanded() -> None:
+    columns = {"u": U, "v": V, "r": R, "psi": PSI, "thrust_cmd": RUDDER}
+    log = read_by_draft({**columns, "thrust_delivered": np.clip(RUDDER, -3.0, 3.0)})
+    assert log.command_names == ("thrust_delivered",)
+
+
+@pytest.mark.parametrize(("norm", "gravity"), [(1.0, True), (1000.0, True), (0.02, False)])
+def test_a_specific_force_has_the_norm_of_gravity(norm: float, gravity: bool) -> None:
+    force = norm * np.column_stack((0.01 * np.sin(TIME), 0.02 * np.cos(TIME), -1 + 0 * TIME))
+    columns = {f"Acc{axis}": force[:, k] for k, axis in enumerate("XYZ")}
+    angles = {"roll": 0.1 * np.sin(TIME), "pitch": 0.1 * np.sin(TIME), "yaw": PSI}
+    log = read_by_draft({**columns, **angles, "u": U, "v": V, "w": 0.1 * V})
+    assert (log.specific_force is not None) == gravity
+    if log.specific_force is not None:
+        assert log.specific_force[:, 2] == pytest.approx(-9.80665)
