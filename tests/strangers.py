@@ -678,7 +678,7 @@ def csv_of_pandas_with_an_index_alone(folder: Path, it: Truth) -> Path:
     return write(folder / "a.csv", it.table("") | {"": np.arange(900.0)})
 
 
-@case(holds="u r", apart="velocity.speed")
+@case(holds="", loads=False, says="velocity")
 def moos_log_of_speed_alone(folder: Path, it: Truth) -> Path:
     lines = ["%% LOGSTART 1716912000"]
     for k, time in enumerate(it.time.tolist()):

@@ -127,6 +127,11 @@ def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit, factor) -
     assert_motion(found.mapping().log(recording), tolerance=1e-6)
 
 
+def test_a_course_over_ground_goes_with_the_speed_over_ground() -> None:
+    columns = {"STW": 0.5 * SOG, "lat": LATITUDE, "lon": LONGITUDE, "COG": COG, "HDG": HDG}
+    assert_motion(read_by_draft({**columns, "SOG": SOG}))
+
+
 def test_a_unit_by_convention_alone_makes_no_log() -> None:
     columns = {"t": TIME, "SOG": SOG / KNOT, "COG": COG, "HDG": HDG, "rudder": RUDDER}
     draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
@@ -138,6 +143,17 @@ def test_a_unit_by_convention_alone_makes_no_log() -> None:
 def test_a_speed_of_the_length_of_the_path_is_no_sway(name: str, factor: float) -> None:
     columns = {"x": NORTH, "y": EAST, "yaw": PSI, name: factor * SOG}
     assert_motion(read_by_draft(columns))
+
+
+@pytest.mark.parametrize("name", ["speed", "v", "groundspeed"])
+def test_a_speed_alone_makes_no_log(name: str) -> None:
+    """Nothing says that the vehicle neither drifts nor moves astern."""
+    columns = {"t": TIME, "yaw": PSI, name: SOG, "rudder": RUDDER}
+    found = probe(Recording((Topic("", None, columns),), "a.csv", "text"))
+    assert f"speed: {name}    # 55 %: " in found.draft.text
+    assert found.draft.confidence < MIN_DRAFT_CONFIDENCE
+    log = found.mapping().log(Recording((Topic("", None, columns),), "a.csv", "text"))
+    assert log.velocity[:, 0] == pytest.approx(SOG)
 
 
 def test_a_sway_of_one_sign_stays_a_sway() -> None:
@@ -213,6 +229,8 @@ def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor: float) -> None:
         ("", "TWS", None),
         ("", "engine_speed", "commands"),
         ("", "target_lat", None),
+        ("", "northing", "position.north"),
+        ("/rov/attitude", "twist.angular.z", "attitude.yaw"),
     ],
 )
 def test_names_of_rates_and_of_what_is_no_sensor(topic: str, field: str, role: str | None) -> None:

@@ -65,8 +65,11 @@ def _unit_of_gravity(columns: Sequence[Series]) -> tuple[str | None, float]:
     """Return the unit in which the median norm is near gravity, or None; and the median norm."""
     stated = columns[0].unit
     if len({len(item.values) for item in columns}) > 1:
+        return stated or "m/s^2", _GRAVITY  # of several clocks: not tested
+    norms = np.linalg.norm([item.values for item in columns], axis=0)
+    if not np.isfinite(norms).any():
         return stated or "m/s^2", _GRAVITY
-    norm = float(np.nanmedian(np.linalg.norm([item.values for item in columns], axis=0)))
+    norm = float(np.nanmedian(norms))
     known = {unit: norm * factor / _GRAVITY for unit, factor in UNITS["acceleration"].items()}
     limit = np.log(_MAX_GRAVITY_RATIO)
     near = [unit for unit, ratio in known.items() if ratio and abs(np.log(ratio)) < limit]
@@ -166,7 +169,8 @@ def _as_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn) -
     """Return a sway as the speed along the path, unless the position contradicts."""
     speed = _add_evidence(guess, "never negative: the speed along the path", "velocity.speed")
     scaled = _scale_speed(speed, best, series)
-    return guess if scaled.confidence < guess.confidence else scaled
+    is_contradicted = _horizontal_roles(best) and scaled.confidence < guess.confidence
+    return guess if is_contradicted else scaled
 
 
 def _add_evidence(guess: Guess, message: str, role: str) -> Guess:
@@ -174,22 +178,36 @@ def _add_evidence(guess: Guess, message: str, role: str) -> Guess:
 
 
 def _scale_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn) -> Guess:
-    """Return a speed with the unit in which its integral is the length of the path."""
-    names = next((pair for pair in (*_HORIZONTAL, _COORDINATES) if {*pair} <= best.keys()), None)
+    """Return a speed with the unit in which its integral is the length of the path.
+
+    A speed without a course and a position is u only if the vehicle keeps to its heading.
+    """
+    names = _horizontal_roles(best)
+    if not names and guess.role == "velocity.speed" and "velocity.course" not in best:
+        guess = _add_evidence(guess, "u, unless it drifts or moves astern", guess.role)
+        guess = replace(guess, confidence=_UNCONFIRMED)
     if guess.unit is not None:
         return guess
-    if names is None:
+    if not names:
         return _unit_by_convention(guess)
     position = [best[name] for name in names]
     items = [series[guess.column], *(series[item.column] for item in position)]
     elapsed, columns = synchronise(items)
-    speed = float(np.nanmean(np.abs(columns[:, 0])))
+    is_complete = np.isfinite(columns).all(axis=1)
+    speed = float(np.abs(columns[is_complete, 0]).mean()) if is_complete.sum() > 1 else 0.0
+    if speed == 0.0:
+        return _unit_by_convention(guess)
     ratio = _mean_speed(elapsed, _metres(columns[:, 1:], position)) / speed
     for unit, factor in UNITS["speed"].items():
         if abs(ratio / factor - 1.0) < _SCALE_TOLERANCE:
             return _with_unit(guess, unit, "by the length of the path")
-    evidence = (*guess.evidence, f"{ratio:.2g} times as long as the path")
+    evidence = (*guess.evidence, f"the path is {ratio:.2g} times its integral")
     return replace(_unit_by_convention(guess), confidence=_UNCONFIRMED, evidence=evidence)
+
+
+def _horizontal_roles(best: Mapping[str, Guess]) -> tuple[str, ...]:
+    """Return the roles of the horizontal position, if there is any."""
+    return next((pair for pair in (*_HORIZONTAL, _COORDINATES) if {*pair} <= best.keys()), ())
 
 
 def _unit_by_convention(guess: Guess) -> Guess:

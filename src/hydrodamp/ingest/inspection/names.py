@@ -228,7 +228,7 @@ def _role_of_words(
     if context & WORDS["setpoint"]:
         return None
     if role := _role_of_phrase(name):
-        return role, 80
+        return role, 75 if name_words & {"stw", "water"} else 80  # the course is over ground
     if angle is not None:
         if angle == "pitch" and _is_planar_pose(siblings):
             angle = "yaw"
@@ -237,6 +237,8 @@ def _role_of_words(
         is_rate = name_words & (WORDS["angular_rate"] | WORDS["rate_of_angle"])
         return (f"velocity.{_TABLES['rates'][angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
     is_angle = context & WORDS["angle_vector"] - {"ang"} or "ang" in name_words
+    if "attitude" in context and "angular" in name_words:
+        is_angle = not any("orientation" in sibling for sibling in siblings)
     is_triple = last in tuple("xyz012") and size in (0, 3)
     if is_angle and is_triple and not context & WORDS["rate_of_angle"]:
         return None if "linear" in name_words else (f"attitude.{EULER[_AXES[last]]}", 80)

@@ -56,6 +56,7 @@ _DIRECTIONS = tuple(f"velocity.{name}" for name in WORLD_DIRECTIONS)
 #: Range up to which a column is constant; that of other roles may be.
 _CONSTANT_RANGE = dict.fromkeys(("commands", "flag", *_SPEEDS, *_EARTH_FIXED, *_DIRECTIONS), 0.0)
 _CONSTANT_RANGE |= dict.fromkeys(("position.latitude", "position.longitude", "position.up"), 0.0)
+_CONSTANT_RANGE |= dict.fromkeys(("velocity.speed", "velocity.course"), 0.0)
 _CONSTANT_RANGE |= dict.fromkeys(_RATES, _GYRO_RESOLUTION)
 _AXES_OF = {
     "NED": (("north", 1), ("east", 1), ("down", 1)),
