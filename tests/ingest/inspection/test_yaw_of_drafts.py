@@ -87,3 +87,15 @@ def test_a_vehicle_that_moves_sideways_keeps_its_yaw(tmp_path):
     columns = {"time": time, "x_north": north, "y_east": east, "yaw_rad": wrap(yaw)}
     found, _ = read_draft(tmp_path, columns)
     assert {guess.sign for guess in found.roles.guesses} == {1}
+
+
+@pytest.mark.parametrize("convention", ["of opposite sign", "counterclockwise from east"])
+def test_latitude_and_longitude_decide_the_yaw(tmp_path, convention):
+    time, north, east, heading, *_ = turns(7)
+    yaw = np.degrees(wrap(CONVENTIONS[convention](heading)))
+    latitude = -33.0 + np.degrees(north / 6.37e6)
+    longitude = 151.0 + np.degrees(east / 6.37e6 / np.cos(np.radians(33.0)))
+    _, log = read_draft(tmp_path, {"time": time, "lat": latitude, "lon": longitude, "yaw_deg": yaw})
+    error = wrap(euler_from_quaternion(log.attitude)[:, 2] - np.interp(log.time, time, heading))
+    assert np.abs(np.degrees(error)).max() < 0.1
+    assert log.velocity[:, 0].mean() == pytest.approx(2.0, abs=0.05)

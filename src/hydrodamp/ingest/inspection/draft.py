@@ -227,8 +227,7 @@ def _format_entry(guess: Guess, flag: str | None = None) -> str:
     items = {"unit": guess.unit, "sign": "-1" if guess.sign < 0 else None}
     if guess.is_pulse:
         items |= {"scale": "0.0025", "offset": "-3.75"}
-    if guess.offset:
-        items["offset"] = f"{guess.offset:.10g}"
+    items |= {"offset": f"{guess.offset:.10g}"} if guess.offset else {}
     items["where"] = None if flag is None else quote_name(flag)
     settings = "".join(f", {key}: {text}" for key, text in items.items() if text is not None)
     column = quote_name(guess.column)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -169,7 +169,7 @@ def _as_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn) -
     """Return a sway as the speed along the path, unless the position contradicts."""
     speed = _add_evidence(guess, "never negative: the speed along the path", "velocity.speed")
     scaled = _scale_speed(speed, best, series)
-    is_contradicted = _horizontal_roles(best) and scaled.confidence < guess.confidence
+    is_contradicted = horizontal_roles(best) and scaled.confidence < guess.confidence
     return guess if is_contradicted else scaled
 
 
@@ -182,7 +182,7 @@ def _scale_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn
 
     A speed without a course and a position is u only if the vehicle keeps to its heading.
     """
-    names = _horizontal_roles(best)
+    names = horizontal_roles(best)
     if not names and guess.role == "velocity.speed" and "velocity.course" not in best:
         guess = _add_evidence(guess, "u, unless it drifts or moves astern", guess.role)
         guess = replace(guess, confidence=_UNCONFIRMED)
@@ -190,14 +190,14 @@ def _scale_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn
         return guess
     if not names:
         return _unit_by_convention(guess)
-    position = [best[name] for name in names]
-    items = [series[guess.column], *(series[item.column] for item in position)]
+    units = [best[name].unit for name in names]
+    items = [series[guess.column], *(series[best[name].column] for name in names)]
     elapsed, columns = synchronise(items)
     is_complete = np.isfinite(columns).all(axis=1)
     speed = float(np.abs(columns[is_complete, 0]).mean()) if is_complete.sum() > 1 else 0.0
     if speed == 0.0:
         return _unit_by_convention(guess)
-    ratio = _mean_speed(elapsed, _metres(columns[:, 1:], position)) / speed
+    ratio = _mean_speed(elapsed, to_metres(columns[:, 1:], names, units)) / speed
     for unit, factor in UNITS["speed"].items():
         if abs(ratio / factor - 1.0) < _SCALE_TOLERANCE:
             return _with_unit(guess, unit, "by the length of the path")
@@ -205,9 +205,9 @@ def _scale_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn
     return replace(_unit_by_convention(guess), confidence=_UNCONFIRMED, evidence=evidence)
 
 
-def _horizontal_roles(best: Mapping[str, Guess]) -> tuple[str, ...]:
+def horizontal_roles(best: Collection[str]) -> tuple[str, ...]:
     """Return the roles of the horizontal position, if there is any."""
-    return next((pair for pair in (*_HORIZONTAL, _COORDINATES) if {*pair} <= best.keys()), ())
+    return next((pair for pair in (*_HORIZONTAL, _COORDINATES) if {*pair} <= {*best}), ())
 
 
 def _unit_by_convention(guess: Guess) -> Guess:
@@ -219,12 +219,12 @@ def _unit_by_convention(guess: Guess) -> Guess:
     return replace(_with_unit(guess, unit, "by convention"), confidence=_UNCONFIRMED)
 
 
-def _metres(columns: FloatArray, position: Sequence[Guess]) -> FloatArray:
+def to_metres(columns: FloatArray, roles: Sequence[str], units: Sequence[str | None]) -> FloatArray:
     """Return a horizontal position [m] from its columns."""
-    factors = [unit_factor(guess.unit) if guess.unit else 1.0 for guess in position]
-    if position[0].role not in _COORDINATES:
+    factors = [unit_factor(unit) if unit else 1.0 for unit in units]
+    if roles[0] not in _COORDINATES:
         return columns * factors
-    angles = unfold_minutes(columns) if position[0].unit == "ddmm" else columns
+    angles = unfold_minutes(columns) if units[0] == "ddmm" else columns
     return np.column_stack(tangent_plane(*(angles * factors).T)[:2])
 
 

@@ -105,15 +105,15 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     guesses = _mark_best(named, series)
     guesses = read_speeds(guesses, series) if clocks else guesses
     best = {
-        guess.role: replace(series[guess.column], unit=guess.unit)
+        guess.role: replace(item, unit=guess.unit, values=guess.sign * item.values)
         for guess in guesses
-        if guess.is_best
+        if guess.is_best and (item := series[guess.column])
     }
     role_series = infer_units(best)
     format_name = _message_format(recording, [guess.column for guess in guesses])
     upright = find_vertical_axis(format_name, role_series)
-    is_compass = upright.body == "FLU" and "attitude.heading" in role_series
-    yaw = match_yaw(role_series) if clocks and not is_compass else YawMatch()
+    is_matched = clocks and not (upright.body == "FLU" and "attitude.heading" in role_series)
+    yaw = match_yaw(role_series) if is_matched else YawMatch()
     role_series = {**yaw.correct(role_series)}
     rates = match_turn_rate(role_series) if clocks else RateMatch()
     velocity = match_velocity(role_series) if clocks else VelocityMatch()
@@ -124,8 +124,8 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     for guess in guesses:
         guess = replace(guess, unit=units.get(guess.column, guess.unit))
         if yaw.exchanges and guess.role in _PLACES[:2]:
-            guess = replace(guess, role=_PLACES[1 - _PLACES.index(guess.role)])
-            guess = _add_evidence(guess, yaw.evidence)
+            role = _PLACES[1 - _PLACES.index(guess.role)]
+            guess = replace(_add_evidence(guess, yaw.evidence), role=role)
         elif guess.is_best and guess.role == yaw.role and not yaw.exchanges:
             offset = yaw.sign * yaw.zero_in(guess.unit)
             guess = replace(_add_evidence(guess, yaw.evidence), sign=yaw.sign, offset=offset)

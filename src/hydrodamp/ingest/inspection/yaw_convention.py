@@ -19,7 +19,9 @@ from hydrodamp.ingest.inspection.frames import (
     regress_complete,
     synchronise_with_attitude,
 )
+from hydrodamp.ingest.inspection.magnitudes import horizontal_roles, to_metres
 
+_COORDINATES = ("position.latitude", "position.longitude")
 _PLANE = ("position.x", "position.y")
 _SURE_CORRELATION = 0.95  # of a velocity and a position, from which another yaw is taken
 
@@ -70,14 +72,18 @@ def match_yaw(roles: RoleSeries) -> YawMatch:
     Without a recorded velocity it is assumed to move ahead.
     """
     name = next((role for role in ("attitude.yaw", "attitude.heading") if role in roles), "")
-    if not name or attitude_roles(roles)[0] == "attitude.qw" or not roles.keys() >= {*_PLANE}:
+    plane = horizontal_roles(roles)
+    if not name or attitude_roles(roles)[0] == "attitude.qw" or not plane:
         return YawMatch()
+    if plane != _COORDINATES:
+        plane = _PLANE
     speeds = [f"velocity.{axis}" for axis in "uv" if f"velocity.{axis}" in roles]
-    used = [*_PLANE, *(speeds if "velocity.u" in speeds else ())]
+    used = [*plane, *(speeds if "velocity.u" in speeds else ())]
     elapsed, columns, attitudes = synchronise_with_attitude(roles, [roles[each] for each in used])
     if len(elapsed) < 2:
         return YawMatch()
-    position, body = columns[:, :2], np.zeros((len(elapsed), 2))
+    units = [roles[each].unit if plane == _COORDINATES else None for each in plane]
+    position, body = to_metres(columns[:, :2], plane, units), np.zeros((len(elapsed), 2))
     body[:, : len(used) - 2] = columns[:, 2:]
     if len(used) == 2:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -101,7 +107,7 @@ def match_yaw(roles: RoleSeries) -> YawMatch:
     (sign, zero), best = max(results.items(), key=lambda item: _correlation(item[1]))
     is_sure = best.correlation > max(_SURE_CORRELATION, _correlation(earth_fixed))
     is_sure &= best.explains_more_than(recorded)
-    is_named = "position.north" in roles
+    is_named = plane == _COORDINATES or "position.north" in roles
     return YawMatch(name, sign, zero, best, recorded, is_named) if is_sure else YawMatch()
 
 
