@@ -24,7 +24,7 @@ from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends
-from hydrodamp.ingest.read import combine_recordings, is_canonical_recording, read_recording
+from hydrodamp.ingest.read import combine_recordings, is_canonical_recording, read_recordings
 from hydrodamp.models.files import read_models
 from hydrodamp.models.model import DampingModel
 from hydrodamp.validation.log_requirements import find_requirements
@@ -159,7 +159,7 @@ def read_files(project: Project) -> Files:
 
     def read() -> Files:
         with suppress_warnings():
-            return Files(tuple(read_recording(path) for path in logs))
+            return Files(tuple(read_recordings(logs)))
 
     return _files.get(_stamp(project), read)
 

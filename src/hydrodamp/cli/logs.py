@@ -62,13 +62,14 @@ def probe(
     """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
     from hydrodamp.ingest.inspection.draft_files import add_steps
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
+    from hydrodamp.ingest.read import read_recordings
     from hydrodamp.report.probe_tables import probe_document, probe_tables
     from hydrodamp.validation.log_requirements import find_requirements
 
     requirements = None if vehicle is None else partial(find_requirements, hd.find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
-    recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
+    recordings = read_recordings(dict.fromkeys(logs), mapping)
     if message := describe_join(recordings):
         note(message)
     with progress("inspecting"):

@@ -24,6 +24,9 @@ _SPELLINGS: dict[str, str] = {
 _WITHOUT_FACTOR, _NOT_IN_NAMES = (
     frozenset(_TABLES["names"][name].split()) for name in ("without_factor", "not_in_names")
 )
+#: A negative power at the end of a product, as in `m s-1` or `rad.s**-2`.
+_INVERSE = re.compile(r"[\s.*·]*(s|sec|second|min|h|hr)(?:\^|\*\*)?-([12])$")
+_SUPERSCRIPTS = str.maketrans("⁻¹²", "-12")
 
 
 def si_unit(quantity: str) -> str:
@@ -49,7 +52,9 @@ def parse_unit(text: str, quantity: str | None = None) -> str | None:
         return plain
     if len(plain) == 1 and plain != "°":  # single letters are case-sensitive: v is not volt
         return None
-    terms = re.split("/| per ", _canonical_spelling(plain.casefold()))
+    quotient = _INVERSE.sub(r"/\1^\2", plain.casefold().translate(_SUPERSCRIPTS))
+    quotient = f"1{quotient}" if quotient.startswith("/") else quotient
+    terms = re.split("/| per ", _canonical_spelling(quotient.removesuffix("^1")))
     squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", "/".join(map(_canonical_spelling, terms)))
     return {name.casefold(): name for name in reversed(known)}.get(squared.casefold())
 

@@ -5,11 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import LogError, no_such
+
+
+class Dates(NamedTuple):
+    """Order of day and month in a column of dates; its seconds in the other order if possible.
+
+    A column of times of day has no order.
+    """
+
+    order: str
+    alternative: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +46,10 @@ class Topic:
         not refuse the log.
     lines : sequence of int
         The line of the file of each row; empty where the file has no lines.
+    dates : mapping of str to Dates
+        The order of day and month of columns of dates where it matters, and times of day.
+    standard_names : mapping of str to str
+        Names of quantities by the CF conventions.
 
     Raises
     ------
@@ -54,6 +69,8 @@ class Topic:
     units: Mapping[str, str] = field(default_factory=dict)
     faults: Mapping[str, str] = field(default_factory=dict)
     lines: Sequence[int] = ()
+    dates: Mapping[str, Dates] = field(default_factory=dict)
+    standard_names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Copy writable arrays."""
@@ -61,7 +78,7 @@ class Topic:
             object.__setattr__(self, "time", _read_only(self.time))
         numbers = {name: _read_only(values) for name, values in self.fields.items()}
         object.__setattr__(self, "fields", MappingProxyType(numbers))
-        for name in ("texts", "units", "faults"):
+        for name in ("texts", "units", "faults", "dates", "standard_names"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
         columns: dict[str, Sequence[object] | FloatArray] = {**self.fields, **self.texts}
         if odd := [f"`{key}` {len(it)}" for key, it in columns.items() if len(it) != self.n]:

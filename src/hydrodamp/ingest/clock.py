@@ -20,6 +20,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import slerp
 from hydrodamp.data.record import EPOCH_GAP_S, label_changes, max_step
 from hydrodamp.errors import LogError, format_time
+from hydrodamp.ingest.wrapped_counters import unwrap_counter
 
 #: Share of rows with the timestamp of the previous row above which the clock is coarse.
 COARSE_SHARE = 0.25
@@ -43,6 +44,7 @@ class IrregularityKind(Enum):
     )
     OUT_OF_ORDER = "{count} out of order, dropped (first at {first})"
     RESET = "the clock was reset or changed its epoch {times}; a segment begins (first at {first})"
+    WRAPPED = "the counter of the clock wrapped {times}; the time continues (first at {first})"
     DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {first})"
     INVALID = "{count} without a value of {channel}, dropped (first at {first})"
 
@@ -141,6 +143,11 @@ class _TimestampCleaner:
         if clock.run is not None:
             self.is_segment_start |= np.diff(clock.run, prepend=clock.run[:1]) != 0
         self._drop_unless(np.isfinite(clock.time), IrregularityKind.MISSING)
+        continued = unwrap_counter(self.time)
+        if len(wraps := np.flatnonzero(np.diff(continued - self.time))):
+            kind, first = IrregularityKind.WRAPPED, float(continued[wraps[0] + 1])
+            self.irregularities.append(Irregularity(self.topic, kind, len(wraps), first))
+        self.time = continued
         steps = np.abs(np.diff(self.time))[~self.is_segment_start[1:]]
         self.max_step = max_step(steps[steps > 0.0])  # s; a larger step back is a reset
         self._spread_coarse(clock.is_new)

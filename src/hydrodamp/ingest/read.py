@@ -20,6 +20,7 @@ from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, first_few
 from hydrodamp.ingest.formats import files
+from hydrodamp.ingest.formats.dates import settle_dates
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.channel_schema import Entry, Source
 from hydrodamp.ingest.mapping.columns import FoundColumn, read_labels
@@ -97,8 +98,17 @@ def read_recording(
     LogError
         With all faults of the file.
     """
+    return read_recordings([path], mapping)[0]
+
+
+def read_recordings(
+    paths: Iterable[LogPath | Sequence[LogPath]], mapping: LogMapping | str | Path | None = None
+) -> list[Recording]:
+    """Read recordings with one order of day and month in their dates; raise all faults."""
     log_mapping = _load_mapping(mapping)
-    return files.read_files(path, None if log_mapping is None else log_mapping.files)
+    patterns = None if log_mapping is None else log_mapping.files
+    read = partial(files.read_files, patterns=patterns)
+    return settle_dates(files.map_reporting_all_faults(paths, read))
 
 
 def read_logs(
@@ -127,8 +137,7 @@ def read_logs(
     """
     path_list = [paths] if isinstance(paths, (str, Path)) else list(paths)
     log_mapping = _load_mapping(mapping)
-    read = partial(read_log, mapping=log_mapping)
-    return concatenate(files.map_reporting_all_faults(path_list, read))
+    return combine_recordings(read_recordings(path_list, log_mapping), log_mapping)
 
 
 def combine_recordings(

@@ -178,3 +178,23 @@ def test_broken_messages_are_noted_and_left_out(tmp_path: Path, bag: Any, monkey
     assert "2 messages are truncated" in recording.notes[0]
     with pytest.raises(ValueError, match="1 messages are truncated"):
         rosbag.read_file(bag.ros2(tmp_path / "other", bag.twists(1)))
+
+
+@pytest.mark.parametrize("kind", ["MCAP", "ROS1"])
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_whole_messages_before_a_cut(tmp_path: Path, bag: Any, kind: str, share: float) -> None:
+    if kind == "ROS1":
+        path = bag.ros1(tmp_path / "dive.bag", bag.twists(300, old=True))
+    else:
+        path = next(bag.ros2(tmp_path / "dive", bag.twists(300), kind).glob("*.mcap"))
+    whole = rosbag.read_file(path).topic("/dvl")
+    cut = tmp_path / f"cut{path.suffix}"
+    cut.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    recording = rosbag.read_file(cut)
+    topic = recording.topic("/dvl")
+    assert 0.5 * share * whole.n < topic.n <= whole.n
+    assert "the whole messages before the cut were read" in recording.notes[0]
+    assert whole.time is not None
+    np.testing.assert_array_equal(topic.time, whole.time[: topic.n])
+    for name, values in topic.fields.items():
+        np.testing.assert_array_equal(values, whole.fields[name][: topic.n])

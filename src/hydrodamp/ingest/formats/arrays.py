@@ -1,4 +1,4 @@
-"""Named arrays of NumPy (``.npz``), MATLAB (``.mat``) and HDF5 files, grouped into topics."""
+"""Named arrays of NumPy, MATLAB, HDF5 and netCDF files, grouped into topics."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import LogError, first_few
-from hydrodamp.files import MAX_DEPTH
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import Column, ColumnNames, make_topic, parse_column
 from hydrodamp.ingest.formats.content import (
     check_cells,
@@ -28,6 +27,14 @@ from hydrodamp.ingest.formats.content import (
     open_log,
     open_seekable,
     read_head,
+)
+from hydrodamp.ingest.formats.hdf5 import read_hdf5
+from hydrodamp.ingest.formats.netcdf import (
+    Attributes,
+    Variable,
+    decode_variable,
+    is_netcdf,
+    read_classic,
 )
 
 _MAX_COLUMNS = 64  # columns; wider arrays are no samples
@@ -44,13 +51,22 @@ def read_file(path: str | Path) -> Recording:
     """Read a file of NumPy, MATLAB or HDF5 arrays."""
     start = read_head(path, 520)
     notes: list[str] = []
+    attributes: Attributes = {}
     if start.startswith((b"\x93NUMPY", b"PK")):
-        form, read_arrays = "NumPy arrays", _read_numpy
+        form, arrays = "NumPy arrays", dict(_read_numpy(path, notes))
+    elif start.startswith(b"CDF"):
+        form, arrays = "netCDF", dict(read_classic(path, attributes))
+    elif _HDF5_SIGNATURE in (start[:8], start[512:]):
+        arrays = dict(read_hdf5(path, notes, attributes))
+        form = "netCDF" if is_netcdf(path, attributes.pop("", {})) else "MATLAB file"
     else:
-        hdf5 = _HDF5_SIGNATURE in (start[:8], start[512:])
-        form, read_arrays = "MATLAB file", _read_hdf5 if hdf5 else _read_matlab
-    arrays = dict(read_arrays(path, notes))
-    columns = _split_columns(arrays, notes)
+        form, arrays = "MATLAB file", dict(_read_matlab(path, notes))
+    variables = {name: decode_variable(it, attributes.get(name, {})) for name, it in arrays.items()}
+    columns = _split_columns({name: it.values for name, it in variables.items()}, notes)
+    stated = {
+        id(column): variables.get(name) or variables[name.rpartition("[")[0]]
+        for name, column in columns.items()
+    }
     check_columns(len(columns), path)
     is_text = [column.dtype.kind in "US" for column in columns.values()]
     n_cells = [*map(len, columns.values())]
@@ -61,7 +77,7 @@ def read_file(path: str | Path) -> Recording:
         raise LogError([fault, *notes], source=str(path))
     is_table = len({len(column) for column in columns.values()}) == 1
     groups = {"": columns} if is_table else _group_by_clock(columns)
-    topics = tuple(_make_topic(name, group, notes) for name, group in groups.items())
+    topics = tuple(_make_topic(name, group, stated, notes) for name, group in groups.items())
     return Recording(topics, str(path), form, tuple(notes))
 
 
@@ -174,65 +190,6 @@ def _flatten_structure(
             yield path, value
 
 
-def _read_hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
-    """Read HDF5; MATLAB 7.3 files are HDF5 with transposed arrays."""
-    import h5py
-
-    nodes: dict[str, Any] = {}
-    with open_seekable(path) as content, h5py.File(content, "r") as file:
-
-        def collect(name: str, node: Any) -> bool | None:
-            nodes[name] = node
-            return name.count("/") >= MAX_DEPTH or None  # a value ends the visit
-
-        if file.visititems(collect):
-            raise LogError(
-                f"groups are nested more than {MAX_DEPTH} deep, which is implausible for a log."
-                " Move the arrays to groups nearer to the root",
-                source=str(path),
-            )
-        _check_storage(file, nodes, path)
-        for key, node in nodes.items():
-            name, kind = key.replace("/", "."), node.attrs.get("MATLAB_class", b"")
-            skipped = name.startswith("#") or not isinstance(node, h5py.Dataset)
-            if skipped or kind in (b"char", b"cell") or "MATLAB_empty" in node.attrs:
-                continue
-            if node.dtype.kind in "buif":
-                yield name, node[()].T if kind else node[()]
-            else:
-                notes.append(f"`{name}` of type {node.dtype} holds no numbers; it was skipped")
-
-
-def _check_storage(file: Any, nodes: Mapping[str, Any], path: str | Path) -> None:
-    """Refuse links to other files and implausible compression ratios."""
-    import h5py
-
-    arrays = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
-    groups = [file, *(node for node in nodes.values() if isinstance(node, h5py.Group))]
-    external = [
-        f"`{f'{group.name}/{key}'.strip('/')}`"
-        for group in groups
-        for key in group
-        if isinstance(group.get(key, getlink=True), h5py.ExternalLink)
-    ]
-    external += [f"`{name}`" for name, node in arrays.items() if _is_external(node)]
-    if external:
-        raise LogError(
-            f"the values of {', '.join(first_few(external, 3, 'names'))} are stored in other"
-            " files, which are never opened: a link can name any file of this computer. Store them"
-            " in this file (`h5repack`, or copy the arrays)",
-            source=str(path),
-        )
-    check_unpacked(sum(node.nbytes for node in arrays.values()), path)
-    check_cells(sum(node.size for node in arrays.values() if node.ndim in (1, 2)), path)
-
-
-def _is_external(node: Any) -> bool:
-    """Return whether a dataset is stored in another file."""
-    virtual = node.virtual_sources() if node.is_virtual else ()
-    return bool(node.external) or any(source.file_name != "." for source in virtual)
-
-
 def _split_columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
     """Return the columns of arrays with one row per sample; note the others."""
     columns: dict[str, Any] = {}
@@ -289,7 +246,9 @@ def _is_increasing(column: Any) -> bool:
     return column.dtype.kind in "iuf" and bool((np.diff(column.astype(np.float64)) > 0).all())
 
 
-def _make_topic(name: str, columns: Mapping[str, Any], notes: list[str]) -> Topic:
+def _make_topic(
+    name: str, columns: Mapping[str, Any], stated: Mapping[int, Variable], notes: list[str]
+) -> Topic:
     n = _common_length(columns)
     clock = next((clock for clock in _CLOCK_NAMES if clock in columns), "")
     comparison = f"but `{clock}` has {n}" if clock else f"but most have {n}"
@@ -303,7 +262,10 @@ def _make_topic(name: str, columns: Mapping[str, Any], notes: list[str]) -> Topi
             samples[field] = parse_column(np.asarray(column, dtype=str).tolist(), name=field)
         else:
             samples[field] = Column(np.asarray(column, dtype=np.float64))
-    topic = make_topic(name, samples, units=header.units)
+    variables = [*zip(header.names, map(stated.get, map(id, columns.values())), strict=True)]
+    units = {field: it.unit for field, it in variables if it and it.unit}
+    names = {field: it.standard_name for field, it in variables if it and it.standard_name}
+    topic = make_topic(name, samples, units={**header.units, **units})
     faults |= topic.faults
     notes.extend(faults.values())
-    return replace(topic, faults=faults)
+    return replace(topic, faults=faults, standard_names=names)

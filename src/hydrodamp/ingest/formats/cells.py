@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from itertools import chain, count
 from typing import NamedTuple
 
@@ -15,33 +14,30 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.channels import SEGMENT, is_unit
-from hydrodamp.data.recording import Topic
+from hydrodamp.data.recording import Dates, Topic
+from hydrodamp.ingest.formats.dates import MISSING, is_date, is_missing, parse_dates
 
 #: First characters of comment lines.
 COMMENTS = ("#", "%", "//")
 
-#: Cells without a value, in lower case.
-MISSING = frozenset(
-    {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none", "nat", "-", "1.#qnan", "-1.#ind"}
-)
-
 _BOOLEANS = {"true": 1.0, "false": 0.0}
-_DATE = re.compile(
-    r"\s*(?:(\d{4})[-/.](\d\d?)[-/.](\d\d?)|(\d\d?)[-/.](\d\d?)[-/.](\d{4}))?(?:^|[T ]+|$)"
-    r"(?:(\d\d?):(\d\d)(?::(\d\d(?:[.,]\d*)?))?\s*([ap]m)?)?\s*(?:z|utc|([+-]\d\d):?(\d\d))?\s*$",
-    re.IGNORECASE,
-)
 # A latitude or longitude with the letter of its hemisphere: 59.4N, 5924.00 N, 59°24.0'N.
 _COORDINATE = re.compile(
     r"(?=[^NSEW]*[NSEW][^NSEW]*$)(?=.*\d\D+\d)[NSEW]? *(\d+(?:[.,]\d+)?)"
     r"(?:[°: ]+(\d+(?:[.,]\d+)?)(?:[': ]+(\d+(?:[.,]\d+)?))?)?[°'\" ]*[NSEW]?",
     re.IGNORECASE,
 )
-_DAY_SECONDS = 86400.0  # s
 _UNNAMED_SEGMENT = "unnamed"  # label of rows with an empty cell
 _NAN = float("nan")
 _MAX_LISTED = 3
 _BRACKETED = re.compile(r"(.*?\S)[ _]*(?:\[([^\[\]]*)\]|\(([^()]*)\))$")
+# A number with a mark between groups of three digits. With a decimal point, a lone comma is no such
+# mark: `1,039` may be a number with a decimal comma.
+_GROUPED = r"\s*[+-]?[1-9]\d?\d?(?:([%s'\u2019\xa0\u202f ])\d{3})(?:\1\d{3})*(?:%s\d*)?\s*"
+_THOUSANDS = {
+    ".": re.compile(r"(?![^,]*,\d*\s*$)" + _GROUPED % (",", r"\.")),
+    ",": re.compile(_GROUPED % (".", ",")),
+}
 _ELEMENT = re.compile(r"\d+")
 
 
@@ -53,6 +49,7 @@ class Column:
     texts: tuple[str, ...] = ()
     invalid: tuple[tuple[int, str], ...] = ()
     unit: str = ""
+    dates: Dates | None = None
 
 
 def make_topic(
@@ -73,7 +70,8 @@ def make_topic(
     fields = {key: it.numbers for key, it in valid.items() if it.numbers is not None}
     texts = {key: it.texts for key, it in columns.items() if it.numbers is None or it.texts}
     date_units = {key: column.unit for key, column in columns.items() if column.unit}
-    return Topic(name, time, fields, texts, {**(units or {}), **date_units}, faults, lines)
+    dates = {key: column.dates for key, column in columns.items() if column.dates}
+    return Topic(name, time, fields, texts, {**(units or {}), **date_units}, faults, lines, dates)
 
 
 def invalid_cells(
@@ -96,6 +94,8 @@ def parse_number(cell: str, decimal: str = ".") -> float | None:
     with suppress(ValueError):
         if "_" not in text:
             return float(text)
+    if match := _THOUSANDS[decimal].fullmatch(cell):
+        return parse_number(cell.replace(match[1], ""), decimal)
     return _NAN if is_missing(cell) else None
 
 
@@ -104,17 +104,6 @@ def is_number(cell: str, decimal: str = ".") -> bool:
     if is_missing(cell):
         return False
     return parse_number(cell, decimal) is not None or is_date(cell)
-
-
-def is_date(cell: str) -> bool:
-    """Return whether a cell holds a date, or a time of day with seconds."""
-    match = _DATE.match(cell)
-    return match is not None and (match[1] or match[6] or match[9]) is not None
-
-
-def is_missing(cell: str) -> bool:
-    """Return whether a cell marks a missing value."""
-    return cell.strip().lower() in MISSING
 
 
 def parse_numbers(cells: Sequence[str], decimal: str = ".") -> Column:
@@ -154,7 +143,8 @@ def parse_column(cells: Sequence[str], decimal: str = ".", name: str = "") -> Co
         return Column(np.array([_BOOLEANS.get(lowered[cell], _NAN) for cell in cells]))
     if present and all(map(is_date, present)):
         with suppress(ValueError):
-            return Column(_parse_dates(cells), unit="s")
+            seconds, dates = parse_dates(cells)
+            return Column(seconds, unit="s", dates=dates)
     column = parse_numbers(cells, decimal)
     if column.invalid and all(map(_COORDINATE.fullmatch, map(str.strip, present))):
         return _parse_coordinates(cells)
@@ -173,33 +163,6 @@ def _parse_coordinates(cells: Sequence[str]) -> Column:
             values[row] = sign * sum(number / 60.0**k for k, number in enumerate(numbers))
             unit = "deg" if len(numbers) > 1 else unit
     return Column(values, unit=unit)
-
-
-def _parse_dates(cells: Sequence[str]) -> FloatArray:
-    """Return dates as seconds since 1970, times of day as unwrapped seconds since midnight [s]."""
-    texts = [cell for cell in dict.fromkeys(cells) if not is_missing(cell)]
-    dates = filter(None, map(_DATE.match, texts))
-    is_day_first = any(int(match[4]) > 12 for match in dates if match[4])
-    days: dict[tuple[str | None, ...], float] = {(None,) * 6: 0.0}
-    seconds = np.full(len(cells), _NAN)
-    for row, cell in enumerate(cells):
-        match = None if is_missing(cell) else _DATE.match(cell)
-        if match is None:
-            continue
-        if (date := match.groups()[:6]) not in days:
-            day, month = (3, 2) if match[1] else (4, 5) if is_day_first else (5, 4)
-            year_month_day = (int(match[1] or match[6]), int(match[month]), int(match[day]))
-            days[date] = datetime(*year_month_day, tzinfo=UTC).timestamp()
-        hour = int(match[7] or 0)
-        if match[10]:
-            hour = hour % 12 + 12 * (match[10].lower() == "pm")
-        zone = (int(match[11]) * 60 + int(match[11][0] + match[12])) * 60 if match[11] else 0
-        second_of_minute = float((match[9] or "0").replace(",", "."))
-        seconds[row] = days[date] + hour * 3600 + int(match[8] or 0) * 60 + second_of_minute - zone
-    known = ~np.isnan(seconds)
-    if seconds[known].max(initial=0.0) <= _DAY_SECONDS:
-        seconds[known] = np.unwrap(seconds[known], period=_DAY_SECONDS)
-    return seconds
 
 
 class ColumnNames:

@@ -28,7 +28,6 @@ from hydrodamp.ingest.formats.cells import (
     Dialect,
     Header,
     Row,
-    is_missing,
     is_number,
     join_blocks,
     make_topic,
@@ -44,6 +43,8 @@ from hydrodamp.ingest.formats.content import (
     open_log,
     read_head,
 )
+from hydrodamp.ingest.formats.dates import is_missing
+from hydrodamp.ingest.formats.long_form import pivot_long_form
 
 _HEAD_BYTES = 1 << 18  # bytes
 _LINE = re.compile("\r\n|\n|\r")
@@ -73,7 +74,7 @@ def read_file(path: str | Path) -> Recording:
         if column.unit
     ]
     topic = replace(topic, faults={**topic.faults, **header.faults})
-    return Recording((topic,), str(path), "text in columns", tuple(notes))
+    return pivot_long_form(Recording((topic,), str(path), "text in columns", tuple(notes)))
 
 
 def _read_by_row(

@@ -18,6 +18,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, HydrodampError, LogError, first_few
 from hydrodamp.files import load_yaml, missing_file_message, wrong_kind_message
 from hydrodamp.ingest.formats.content import read_head
+from hydrodamp.ingest.formats.time_columns import read_times
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -66,7 +67,7 @@ def _read_file(path: str | Path) -> Recording:
     form = format_of(path)
     with _report_failures(form, path):
         recording: Recording = form.reader.read_file(path)
-    return recording
+    return read_times(recording)
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from __future__ import annotations
 import struct
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import compress
 from pathlib import Path
@@ -21,6 +22,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats.cut_bags import repaired_copy
 from hydrodamp.progress import Step, progress
 
 #: Longer arrays are no samples of one instant; they are skipped.
@@ -56,8 +58,6 @@ _PROGRESS_STEP = 1000  # messages between updates of the progress bar
 
 def read_file(path: str | Path) -> Recording:
     """Read a ROS bag."""
-    from rosbags import highlevel, typesys
-
     path = Path(path)
     if path.suffix == ".gz":
         raise LogError(
@@ -65,21 +65,35 @@ def read_file(path: str | Path) -> Recording:
             " with `gunzip FILE`",
             source=str(path),
         )
-    default_types = typesys.get_typestore(typesys.Stores.LATEST)
     mcap = path.suffix == ".mcap" or any(path.glob("*.mcap*"))
-    form = "ROS 2 bag (MCAP)" if mcap else "ROS 2 bag (SQLite)"
-    form = "ROS 1 bag" if path.suffix == ".bag" else form
+    form = "ROS 1 bag" if path.suffix == ".bag" else f"ROS 2 bag ({'MCAP' if mcap else 'SQLite'})"
     notes: list[str] = []
+    try:
+        messages, definitions = _read_bag(path, notes)
+    except Exception:  # the exceptions of damaged bags are undocumented
+        messages = {}
+        with suppress(Exception), repaired_copy(path) as copy:
+            messages, definitions = _read_bag(copy, [])
+        if not messages:
+            raise
+        notes = ["the bag is cut off; the whole messages before the cut were read"]
+    topics = tuple(_make_topics(messages, definitions, form != "ROS 1 bag", notes))
+    if not topics:
+        raise LogError(["the bag holds no readable message", *notes], source=str(path))
+    return Recording(topics, str(path), form, tuple(notes))
+
+
+def _read_bag(path: Path, notes: list[str]) -> tuple[_Messages, Any]:
+    """Return the messages of a bag and the definitions of their types."""
+    from rosbags import highlevel, typesys
+
+    default_types = typesys.get_typestore(typesys.Stores.LATEST)
     with (
         highlevel.AnyReader([path], default_typestore=default_types) as reader,
         progress(f"reading {path.name}", reader.message_count) as step,
     ):
         messages = _read_messages(reader, step, notes)
-        definitions = {**default_types.fielddefs, **reader.typestore.fielddefs}
-    topics = tuple(_make_topics(messages, definitions, form != "ROS 1 bag", notes))
-    if not topics:
-        raise LogError(["the bag holds no readable message", *notes], source=str(path))
-    return Recording(topics, str(path), form, tuple(notes))
+        return messages, {**default_types.fielddefs, **reader.typestore.fielddefs}
 
 
 def _read_messages(reader: Any, step: Step, notes: list[str]) -> _Messages:
@@ -129,8 +143,7 @@ def _make_topics(
             notes.append(f"topic `{name}` was skipped: {fault}")
             continue
         label = name if names.count(name) == 1 else f"{name} ({kind})"
-        truncated = columns.truncated
-        if truncated:
+        if truncated := columns.truncated:
             notes.append(
                 f"topic `{label}`: {len(truncated)} messages are truncated and were skipped;"
                 f" the first is number {truncated[0] + 1}"

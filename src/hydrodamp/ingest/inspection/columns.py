@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,16 +21,27 @@ from hydrodamp.ingest.clock import (
     interpolate,
 )
 from hydrodamp.ingest.inspection.names import NO_ROLE, guess_role, split_unit, unit_of, words
+from hydrodamp.ingest.wrapped_counters import unwrap_counter
 
 _TIME_WORDS = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
+_TIME_WORDS |= {"zeit", "zeitstempel", "temps", "tiempo", "tempo", "utc", "tow"}
 _SECOND_WORDS = {"sec", "secs", "s"}
 _NANOSECOND_WORDS = {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"}
 _MIN_INCREASING_SHARE = 0.98  # share of increasing steps; the others are joins
 _MIN_STOPPED_ROWS = 20  # rows (and times the usual number) with the last stamp of a stopped clock
 _MAX_JITTER = 0.05  # jitter up to which a constant rate replaces the clock
 _MIN_EPOCHS = {"ns": 1e17, "us": 1e14, "ms": 1e11}  # 1973 and later, since 1970
+_EPOCH_SECONDS = (6e8, 2.1e9)  # s since 1970: 1989 to 2036
+_EPOCH_DAYS = (9131.0, 23741.0)  # d since 1970: 1995 to 2034
+# Day numbers of 1970-01-01: Unix, spreadsheets, MJD, MATLAB, Julian
+_EPOCHS_OF_DAYS = (0.0, 25569.0, 40587.0, 719529.0, 2440587.5)
+_GPS_EPOCH_S = 315964800.0  # s; 1980-01-06 since 1970
+_WEEK_S = 604800.0  # s
+_WEEK_WORDS = {"week", "weeks", "wk", "gwk", "wn", "wno", "weekno", "gpsweek"}
+_TIME_OF_WEEK_WORDS = {"tow", "itow", "sow", "gms", "gpst", "gps", "week", "sec", "secs", "seconds"}
 _MAX_MAGNITUDE = 1e30  # of any unit; larger values are invalid
-_MAX_STEP_S = 5.0  # s; longer median steps indicate another unit
+_MIN_STEP_S, _MAX_STEP_S = 1e-3, 5.0  # s; other median steps indicate another unit
+_MAX_EPOCH_STEP_S = 120.0  # s; of a clock since 1970 in seconds
 _MAX_SAMPLES = 60_000  # samples; longer clocks are decimated
 
 
@@ -43,8 +54,28 @@ class TopicClock:
     unit: str
     confidence: int
     evidence: str
-    fraction: str = ""  # the column of nanoseconds that belongs to that of seconds
+    plus: Mapping[str, float] = field(default_factory=dict)  # columns that belong to it
     rate: float | None = None  # constant rate of rows, if no column is a clock
+    offset: float = 0.0  # added to the column, in its unit
+    stated: str = ""  # unit by the file
+    is_certain: bool = True  # its unit needs no confirmation by the motion
+
+    @property
+    def alternatives(self) -> list[TopicClock]:
+        """The clocks in the units that its steps allow, in order of preference."""
+        if self.is_certain:
+            return [self]
+        factors = UNITS["time"]
+        units = dict.fromkeys((self.unit, self.stated, "s", "ms", "us", "ns"))
+        return [self.in_unit(unit) for unit in units if unit in factors]
+
+    def in_unit(self, unit: str) -> TopicClock:
+        """Return the clock in another unit."""
+        if unit == self.unit:
+            return self
+        seconds = self.seconds / UNITS["time"][self.unit] * UNITS["time"][unit]
+        evidence = f"{unit} by the rates, which agree with the attitude"
+        return replace(self, seconds=seconds, unit=unit, evidence=evidence)
 
 
 def find_clock(topic: Topic) -> TopicClock | None:
@@ -65,15 +96,34 @@ def find_clock(topic: Topic) -> TopicClock | None:
     confidence, reason = (95, "its name, and it increases") if named else (70, "it increases")
     reason = "sensor time stamp, preferred to the arrival time" if is_recorded else reason
     stated = "s" if name in halves else unit_of(topic, name)
-    unit = stated if stated in UNITS["time"] else _unit_by_size(fields[name])
-    seconds = fields[name] * UNITS["time"][unit]
-    if name in halves:
-        seconds = seconds + 1e-9 * fields[halves[name]]
-    evidence = f"{reason}; {unit} by {'file or name' if unit == stated else 'magnitude'}"
+    stated = stated if stated in UNITS["time"] else ""
+    unit, offset, is_certain = _unit_by_size(fields[name])
+    evidence = f"{reason}; {unit} by magnitude"
+    if stated:
+        step = UNITS["time"][stated] * _typical_step(fields[name])
+        is_certain = _MIN_STEP_S <= step <= _MAX_STEP_S or stated == unit
+        if step < _MIN_STEP_S and stated != unit:
+            evidence = (
+                f"{evidence}: {stated}, as the file states, would give a step of {step:.2g} s"
+            )
+            confidence = 70
+        else:
+            unit, evidence = stated, f"{reason}; {stated} by file or name"
+    factor = UNITS["time"][unit]
+    plus = {halves[name]: 1e-9} if name in halves else {}
+    if week := _find_week(topic, name, fields[name] * factor):
+        plus, offset = {week: _WEEK_S / factor}, _GPS_EPOCH_S / factor
+        evidence += f"; time of the GPS week in `{week}`"
+    seconds = fields[name] + offset
+    for added, weight in plus.items():
+        seconds = seconds + weight * fields[added]
+    seconds = unwrap_counter(seconds * factor)
     if rate := _rate_before_stop(seconds):
         evidence = f"`{name}` stops before the last row: its rate is used for all rows"
         seconds = np.arange(len(seconds)) / rate
-    return TopicClock(name, seconds, unit, confidence, evidence, halves.get(name, ""), rate)
+    return TopicClock(
+        name, seconds, unit, confidence, evidence, plus, rate, offset, stated, is_certain
+    )
 
 
 def _has_no_role(topic: Topic, name: str) -> bool:
@@ -140,15 +190,34 @@ def _mask_implausible(values: FloatArray) -> FloatArray:
     return np.where(np.abs(values) < _MAX_MAGNITUDE, values, np.nan)
 
 
-def _unit_by_size(values: FloatArray) -> str:
-    """Return the unit that makes the epoch or the step plausible."""
-    finite = values[np.isfinite(values)]
+def _find_week(topic: Topic, name: str, seconds: FloatArray) -> str:
+    """Return the column of GPS weeks that a time of the week belongs to; empty for none."""
+    if not _TIME_OF_WEEK_WORDS & {*words(name)} or not 0.0 <= np.nanmin(seconds) <= _WEEK_S:
+        return ""
+    weeks = (key for key in topic.fields if key != name and _WEEK_WORDS & {*words(key)})
+    return next((key for key in weeks if 0.0 < np.nanmin(topic.fields[key]) < 1e4), "")
+
+
+def _typical_step(values: FloatArray) -> float:
+    """Return the median step of a clock, per row of a coarse one."""
+    steps = np.diff(values[np.isfinite(values)])
+    moving = steps[steps > 0.0]
+    return float(np.median(moving)) * len(moving) / len(steps)
+
+
+def _unit_by_size(values: FloatArray) -> tuple[str, float, bool]:
+    """Return the unit, and the offset, that make epoch or step plausible; whether by the epoch."""
+    size, step = float(np.nanmedian(values)), _typical_step(values)
     for unit, least in _MIN_EPOCHS.items():
-        if float(np.median(finite)) > least:
-            return unit
-    step = float(np.median(np.diff(finite)))
+        if size > least:
+            return unit, 0.0, True
+    if _EPOCH_SECONDS[0] < size < _EPOCH_SECONDS[1] and step < _MAX_EPOCH_STEP_S:
+        return "s", 0.0, step >= _MIN_STEP_S
+    for epoch in _EPOCHS_OF_DAYS if step < _MIN_STEP_S else ():
+        if _EPOCH_DAYS[0] < size - epoch < _EPOCH_DAYS[1]:
+            return "d", -epoch, True
     units = {"s": _MAX_STEP_S, "ms": _MAX_STEP_S * 1e3, "us": _MAX_STEP_S * 1e6}
-    return next((unit for unit, most in units.items() if step < most), "ns")
+    return next((unit for unit, most in units.items() if step < most), "ns"), 0.0, False
 
 
 def _is_increasing(values: FloatArray) -> bool:

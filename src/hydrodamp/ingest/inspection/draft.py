@@ -10,8 +10,9 @@ from pathlib import Path
 
 from hydrodamp.data.channels import ATTITUDE, EULER, WRENCH
 from hydrodamp.data.recording import Recording
-from hydrodamp.ingest.inspection.columns import TopicClock, is_stamp
-from hydrodamp.ingest.inspection.draft_names import command_names, quote_name
+from hydrodamp.ingest.inspection.columns import is_stamp
+from hydrodamp.ingest.inspection.draft_clock import time_line
+from hydrodamp.ingest.inspection.draft_names import command_names, format_source, quote_name
 from hydrodamp.ingest.inspection.equivalent_commands import find_equivalent_columns
 from hydrodamp.ingest.inspection.guess import Guess
 from hydrodamp.ingest.inspection.roles import Roles
@@ -66,7 +67,7 @@ def write_draft(recording: Recording, roles: Roles) -> Draft:
         *_header(recording),
         *_file_lines(recording),
         *_frame_lines(roles),
-        _time_line(recording, roles, (*used, *commands)),
+        time_line(recording, roles, (*used, *commands)),
         *(line for group in _GROUPS for line in _group_lines(used, group, roles)),
         *_command_lines(commands),
         *_sensor_lines(roles),
@@ -159,42 +160,6 @@ def _frame_lines(roles: Roles) -> Iterator[str]:
         yield f"world: {roles.world}"
 
 
-def _time_line(recording: Recording, roles: Roles, used: Sequence[Guess]) -> str:
-    """Return the clocks of the topics in use, sensor stamps before arrival times."""
-    if not roles.clocks:
-        return "time: {rate: HERTZ}    # no column is a clock: enter the sampling rate"
-    topics = [guess.topic for guess in used if guess.topic in roles.clocks] or roles.clocks
-    clocks = {name: roles.clocks[name] for name in topics}
-    choices: dict[str, str] = {}
-    for topic, clock in sorted(clocks.items(), key=lambda pair: pair[1].column is None):
-        is_shared = any(
-            clock.column in recording.topic(name).fields and candidate.column != clock.column
-            for name, candidate in clocks.items()
-        )
-        is_stated = clock.column is not None or clock.rate is not None
-        remark = f"    # {clock.confidence} %: {clock.evidence}" if is_stated else ""
-        choices.setdefault(_format_clock(topic if is_shared else "", clock), remark)
-    stamped = [name for name, clock in clocks.items() if clock.column]
-    if any(recording.topic(name).time is not None for name in stamped):
-        choices.setdefault("recorded", "")
-    first, *alternatives = choices
-    text = f"[{', '.join(choices)}]" if alternatives else first
-    return f"time: {text}{choices[first]}"
-
-
-def _format_clock(topic: str, clock: TopicClock) -> str:
-    """Return a clock in the syntax of mappings."""
-    if clock.rate is not None:
-        return f"{{rate: {clock.rate:g}}}"
-    if clock.column is None:
-        return "recorded"
-    stem = f"{topic}." if topic else ""
-    column = quote_name(stem + clock.column)
-    if clock.fraction:
-        return f"{{column: {column}, plus: {{{quote_name(stem + clock.fraction)}: 1.0e-9}}}}"
-    return column if clock.unit == "s" else f"{{column: {column}, unit: {clock.unit}}}"
-
-
 def _group_lines(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
     guesses = {
         guess.role.partition(".")[2]: guess for guess in used if guess.role.startswith(f"{group}.")
@@ -229,9 +194,7 @@ def _format_entry(guess: Guess, flag: str | None = None) -> str:
         items |= {"scale": "0.0025", "offset": "-3.75"}
     items |= {"offset": f"{guess.offset:.10g}"} if guess.offset else {}
     items["where"] = None if flag is None else quote_name(flag)
-    settings = "".join(f", {key}: {text}" for key, text in items.items() if text is not None)
-    column = quote_name(guess.column)
-    return f"{{column: {column}{settings}}}" if settings else column
+    return format_source(quote_name(guess.column), items)
 
 
 def _command_lines(guesses: Sequence[Guess]) -> Iterator[str]:
@@ -275,7 +238,7 @@ def _omitted_columns(
     for topic in recording.topics:
         stem = f"{topic.name}." if topic.name else ""
         clock = roles.clocks.get(topic.name)
-        clock_fields = (clock.column, clock.fraction) if clock else ()
+        clock_fields = (clock.column, *clock.plus) if clock else ()
         for field in {**topic.fields, **topic.texts, **topic.faults}:
             column = f"{stem}{field}"
             if column in used or field in clock_fields:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from hydrodamp.basis.term import check_command_name
 from hydrodamp.data.channels import RESERVED
@@ -43,3 +43,9 @@ def quote_name(text: str) -> str:
     """Return the text as a YAML scalar."""
     plain = _PLAIN_SCALAR.fullmatch(text) and text.lower() not in _YAML_KEYWORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
+
+
+def format_source(column: str, items: Mapping[str, str | None]) -> str:
+    """Return a column with its settings in the syntax of mappings."""
+    settings = "".join(f", {key}: {text}" for key, text in items.items() if text is not None)
+    return f"{{column: {column}{settings}}}" if settings else column

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -256,3 +257,26 @@ def match_turn_rate(roles: RoleSeries) -> RateMatch:
     }
     match = match_rates({**planar, "velocity.r": replace(turn, values=values)})
     return replace(match, unit="deg/min") if match.unit == "rad/s" else match_rates(roles)
+
+
+def reclassify_normalised_wrench(guesses: list[Guess], series: SeriesByColumn) -> list[Guess]:
+    """Reclassify as commands a wrench no component of which exceeds one."""
+    wrench = [guess for guess in guesses if guess.role.startswith("wrench.")]
+    large = {
+        guess.topic
+        for guess in wrench
+        if guess.unit is not None or float(np.nanmax(np.abs(series[guess.column].values))) > 1.0
+    }
+    normalised = [guess for guess in wrench if guess.topic not in large]
+    evidence = "at most one: normalised, not newtons"
+    return [
+        _add_evidence(guess, evidence, "commands") if guess in normalised else guess
+        for guess in guesses
+    ]
+
+
+def quaternion_order(column: str, series: SeriesByColumn) -> str:
+    """Return the order of a quaternion: tilts are small, so x and y are small."""
+    elements = [series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02"]
+    first, third = (0.0 if item is None else np.nanmean(item.values**2) for item in elements)
+    return "xyzw" if first < third else "wxyz"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -248,7 +249,8 @@ def inspect(
         name = mapping if isinstance(mapping, str) else mapping.name
         return make_report(f"by the mapping {name}", mapping)
     if all(map(is_canonical_recording, recordings)):
-        return make_report("")
+        with suppress(HydrodampError):  # the draft omits columns of text and converts units
+            return make_report("")
     reason = "the confidence in the roles of its columns is too low"
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
         try:

@@ -12,6 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.vertical_axis import VerticalAxis
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats.files import conventional_axes
+from hydrodamp.ingest.inspection.clock_units import confirm_clocks, with_clock
 from hydrodamp.ingest.inspection.columns import (
     Series,
     TopicClock,
@@ -32,10 +33,12 @@ from hydrodamp.ingest.inspection.guess import Guess
 from hydrodamp.ingest.inspection.magnitudes import (
     check_specific_forces,
     match_turn_rate,
+    quaternion_order,
     read_coordinates,
     read_speeds,
+    reclassify_normalised_wrench,
 )
-from hydrodamp.ingest.inspection.names import guess_role, quantity_of_role, words
+from hydrodamp.ingest.inspection.names import NO_ROLE, guess_role, quantity_of_role, words
 from hydrodamp.ingest.inspection.yaw_convention import YawMatch, match_yaw
 from hydrodamp.ingest.mapping.channel_schema import WORLD_DIRECTIONS
 
@@ -110,6 +113,9 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
         if guess.is_best and (item := series[guess.column])
     }
     role_series = infer_units(best)
+    if clocks and match_turn_rate(role_series).unit is None:
+        clocks, role_series = confirm_clocks(clocks, role_series)
+        series = {key: with_clock(item, clocks) for key, item in series.items()}
     format_name = _message_format(recording, [guess.column for guess in guesses])
     upright = find_vertical_axis(format_name, role_series)
     is_matched = clocks and not (upright.body == "FLU" and "attitude.heading" in role_series)
@@ -189,6 +195,10 @@ def _guess_from_names(
         topic = recording.topic(item.topic)
         unit_text = topic.units.get(item.field, "")
         role, confidence = guess_role(topic.name, item.field, item.unit, topic.fields, unit_text)
+        if standard := topic.standard_names.get(item.field):
+            hint = guess_role("", standard, item.unit, (), unit_text)
+            is_excluded = not hint[1] and hint[0] != NO_ROLE
+            role, confidence = hint if is_excluded or not confidence else (role, confidence)
         values = np.concatenate([item.values, *values_by_column.get(column, ())])
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         is_pulse = (
@@ -207,7 +217,7 @@ def _guess_from_names(
             continue
         evidence = ["name and unit" if item.unit and quantity_of_role(role) else "name"]
         if role.startswith("attitude.q["):  # an element of an array
-            order = _quaternion_order(column, series)
+            order = quaternion_order(column, series)
             role = f"attitude.q{order[int(role[-2])]}"
             evidence.append(f"{order[0]} first, by magnitude")
         if is_constant:
@@ -217,32 +227,7 @@ def _guess_from_names(
         guesses.append(
             Guess(column, role, confidence, item.unit, 1, (*evidence,), True, topic.name, is_pulse)
         )
-    return _reclassify_normalised_wrench(guesses, series), without_role
-
-
-def _reclassify_normalised_wrench(
-    guesses: list[Guess], series: Mapping[str, Series]
-) -> list[Guess]:
-    """Reclassify as commands a wrench no component of which exceeds one."""
-    wrench = [guess for guess in guesses if guess.role.startswith("wrench.")]
-    large = {
-        guess.topic
-        for guess in wrench
-        if guess.unit is not None or float(np.nanmax(np.abs(series[guess.column].values))) > 1.0
-    }
-    normalised = [guess for guess in wrench if guess.topic not in large]
-    evidence = "at most one: normalised, not newtons"
-    return [
-        replace(_add_evidence(guess, evidence), role="commands") if guess in normalised else guess
-        for guess in guesses
-    ]
-
-
-def _quaternion_order(column: str, series: Mapping[str, Series]) -> str:
-    """Return the order of a quaternion: tilts are small, so x and y are small."""
-    elements = [series.get(re.sub(r"\d(?=]?$)", index, column)) for index in "02"]
-    first, third = (0.0 if item is None else np.nanmean(item.values**2) for item in elements)
-    return "xyzw" if first < third else "wxyz"
+    return reclassify_normalised_wrench(guesses, series), without_role
 
 
 def _mark_best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:

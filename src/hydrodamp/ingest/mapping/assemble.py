@@ -61,7 +61,7 @@ _SENSOR_VECTORS = (
 )
 _ENU_TO_NED = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])  # quaternion: yaw by 90 deg
 # Occur in any log: a note, no warning.
-_NOTE_ONLY = (IrregularityKind.DROPOUT, IrregularityKind.INVALID)
+_NOTE_ONLY = (IrregularityKind.WRAPPED, IrregularityKind.DROPOUT, IrregularityKind.INVALID)
 
 
 def build_record(

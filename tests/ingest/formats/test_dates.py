@@ -1,0 +1,63 @@
+"""Dates as day/month or month/day: one order for all files of a call."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.ingest.read import read_recordings
+
+
+def write_dive(path: Path, *dates: str, suffix: str = "") -> str:
+    rows = [f"{date} 11:45:{k:02}{suffix},{0.1 * k}" for date in dates for k in range(20)]
+    path.write_text("\n".join(["when,u", *rows]), encoding="utf-8")
+    return str(path)
+
+
+def start_day(recording: hd.Recording) -> str:
+    return f"{datetime.fromtimestamp(recording.topics[0].fields['when'][0], tz=UTC):%m-%d}"
+
+
+@pytest.mark.parametrize(
+    ("dates", "days", "note"),
+    [
+        (("12/09/2020", "13/09/2020"), ("09-12", "09-13"), "day first, as"),
+        (("09/12/2020", "09/13/2020"), ("09-12", "09-13"), "month first, as"),
+        (("12.09.2020", "13.01.2021"), ("09-12", "01-13"), "day first, as"),
+        (("09/11/2020", "09/12/2020"), ("09-11", "09-12"), "month first, which gives the short"),
+        (("09-11-2020", "10-11-2020"), ("11-09", "11-10"), "day first, which gives the short"),
+    ],
+)
+def test_all_files_of_a_call_have_one_order(
+    tmp_path: Path, dates: tuple[str, ...], days: tuple[str, ...], note: str
+) -> None:
+    paths = [write_dive(tmp_path / f"{k}.csv", date) for k, date in enumerate(dates)]
+    for order in (1, -1):
+        recordings = read_recordings(paths[::order])[::order]
+        assert tuple(map(start_day, recordings)) == days
+        assert any(f"are read {note}" in text for text in recordings[0].notes)
+
+
+def test_a_log_over_midnight_and_a_lone_ambiguous_day(tmp_path: Path) -> None:
+    over_midnight = hd.read_recording(write_dive(tmp_path / "a.csv", "09/11/2020", "09/12/2020"))
+    alone = hd.read_recording(write_dive(tmp_path / "b.csv", "12/09/2020"))
+    american = hd.read_recording(write_dive(tmp_path / "c.csv", "12/09/2020", suffix=" AM"))
+    assert [start_day(it) for it in (over_midnight, alone, american)] == ["09-11", "09-12", "12-09"]
+    assert "day first, as both orders fit" in alone.notes[-1]
+    assert "month first, as both orders fit" in american.notes[-1]
+    same = hd.read_recording(write_dive(tmp_path / "d.csv", "09/09/2020"))
+    assert not any("order" in note for note in same.notes)
+
+
+def test_read_logs_joins_days_in_order(tmp_path: Path) -> None:
+    mapping = tmp_path / "m.yaml"
+    mapping.write_text("frame: FRD\ntime: when\nvelocity: {u: u}\n", encoding="utf-8")
+    paths = [
+        write_dive(tmp_path / f"{day}.csv", date)
+        for day, date in (("a", "09/12/2020"), ("b", "09/13/2020"))
+    ]
+    log = hd.read_logs(paths, mapping)
+    assert log.time[20] - log.time[0] == 86400.0
