@@ -281,7 +281,7 @@ def _role_of_phrase(name: tuple[str, ...]) -> str | None:
 
 
 def _is_planar_pose(siblings: Collection[str]) -> bool:
-    """Return whether theta is the only angle beside x and y, and so a yaw."""
+    """Return whether theta is the only angle with x and y, and so a yaw."""
     sibling_words = {word for name in siblings for word in words(name)}
     return {"x", "y"} <= sibling_words and not sibling_words & (_ANGLES.keys() - {"theta"})
 
