@@ -26,12 +26,12 @@ def test_tells_segments_columns_and_verdict(folder, call):
     assert "righting" not in done.output
 
 
-def test_without_a_vehicle_names_what_is_missing(folder, call):
+def test_without_a_vehicle_a_planar_log_is_judged_as_that_of_a_boat(folder, call):
     document = asked(call, "a.csv b.csv")
     assert (document["log"], document["format"]) == ("canonical", "text in columns")
-    assert not document["fit"]
-    assert any("velocities w p q" in each for each in document["missing"])
-    assert any("attitude" in each for each in document["missing"])
+    assert document["fit"]
+    assert not document["missing"]
+    assert any("also needs w p q and the attitude" in each for each in document["remarks"])
     assert len(document["segments"]) == 2
 
 

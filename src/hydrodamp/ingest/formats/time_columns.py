@@ -1,4 +1,4 @@
-"""Columns of times that need another reading: digits such as `hhmmss`, and a date next to a time."""
+"""Columns of times that need another reading: digits such as `hhmmss`, dates next to times."""
 
 from __future__ import annotations
 

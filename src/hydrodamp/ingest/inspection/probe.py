@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
 from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
@@ -31,6 +32,12 @@ DRAFT_NAME = "the draft"
 
 #: Confidence [%] from which a log is made by the draft.
 MIN_DRAFT_CONFIDENCE = 60
+
+#: Remark on a table of canonical names that the draft reads otherwise.
+WITHOUT_MAPPING = (
+    "without a mapping the columns are taken in SI units and in forward-starboard-down axes, which "
+    "gives another log: save the draft and pass it by `--mapping`."
+)
 
 _SCALE_TOLERANCE = 0.1  # relative error of the integrated velocity
 
@@ -228,8 +235,7 @@ def inspect(
 ) -> Inspection:
     """Make a log of probed recordings and report its quality."""
 
-    def make_report(origin: str, mapping: LogMapping | str | None = None) -> Inspection:
-        log = combine_recordings(recordings, mapping)
+    def make_report(log: Log, origin: str, mapping: LogMapping | str | None = None) -> Inspection:
         read = read_mapping(mapping) if isinstance(mapping, str) else mapping
         roles, measured = found.roles, dict[str, str]()
         upright = _vertical_axis(log, roles, recordings[0].format, read)
@@ -240,25 +246,53 @@ def inspect(
             }
         report = report_quality(log, None if needs is None else needs(log), upright, measured)
         is_draft = read is not None and read.name == DRAFT_NAME
-        unsure = roles.vertical_axis.warnings if is_draft else ()
+        unsure = roles.vertical_axis.warnings if is_draft and not report.is_planar else ()
+        if is_draft and canonical is not None:
+            unsure = (WITHOUT_MAPPING, *unsure)
         report = replace(report, remarks=(*unsure, *report.remarks))
         report = omit_applied_steps(report, () if read is None else read.steps)
-        return Inspection(origin, report, log.notes, log=log)
+        return Inspection(origin, report, log.notes, is_draft, log=log)
 
+    canonical: Log | None = None
+    drafted: Log | None = None
     if mapping is not None:
         name = mapping if isinstance(mapping, str) else mapping.name
-        return make_report(f"by the mapping {name}", mapping)
+        return make_report(
+            combine_recordings(recordings, mapping), f"by the mapping {name}", mapping
+        )
     if all(map(is_canonical_recording, recordings)):
         with suppress(HydrodampError):  # the draft omits columns of text and converts units
-            return make_report("")
+            canonical = combine_recordings(recordings)
     reason = "the confidence in the roles of its columns is too low"
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
         try:
             with suppress_warnings():
-                return replace(make_report("by the draft", found.mapping()), is_drafted=True)
+                drafted = combine_recordings(recordings, found.mapping())
         except HydrodampError as error:
             reason = f"by the draft: {error}"
-    return Inspection("", None, is_drafted=True, reason=reason)
+    if canonical is not None and (drafted is None or not _differ(canonical, drafted)):
+        return make_report(canonical, "")
+    if drafted is None:
+        return Inspection("", None, is_drafted=True, reason=reason)
+    with suppress_warnings():
+        return make_report(drafted, "by the draft", found.mapping())
+
+
+def _differ(canonical: Log, drafted: Log) -> bool:
+    """Whether a draft reads other velocities, another attitude or another clock."""
+    if drafted.attitude is not None and canonical.attitude is None:
+        return True
+    common = [name for name in canonical.velocity_names if name in drafted.velocity_names]
+    if len(common) < len(canonical.velocity_names):
+        return True
+    if drafted.n != canonical.n:
+        return False  # samples that a step of the draft removes
+    columns = [VELOCITIES.index(name) for name in common]
+    pairs = [(canonical.elapsed, drafted.elapsed)]
+    pairs += [(canonical.velocity[:, columns], drafted.velocity[:, columns])]
+    if canonical.attitude is not None and drafted.attitude is not None:
+        pairs.append((canonical.down, drafted.down))
+    return not all(np.allclose(first, second, rtol=1e-6, atol=1e-9) for first, second in pairs)
 
 
 def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityReport:

@@ -28,6 +28,7 @@ from hydrodamp.ingest.inspection.delay import (
 )
 from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
 from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
+from hydrodamp.ingest.inspection.missing_channels import BOAT, missing_channels
 
 #: Verdict on a log that lacks a required channel.
 UNUSABLE = "Not suitable for identification: see what is missing."
@@ -164,7 +165,9 @@ def report_quality(
     ``upright`` is prior knowledge of its axes; ``measured`` gives the roles of columns
     that were read as commands but have names of measurements.
     """
-    needs = needs or Requirements(VELOCITIES, tuple(_missing_channels(log)))
+    is_boat = needs is None and {*log.velocity_names} == _PLANAR_VELOCITIES
+    required_names = tuple("uvr") if is_boat else VELOCITIES
+    needs = needs or Requirements(required_names, tuple(missing_channels(log, is_boat)))
     log_with_rates = log if log.attitude is None else rates_from_attitude(log)
     size = VehicleScale.from_log(log) if needs.length is None else VehicleScale(needs.length)
     equivalent = equivalent_commands(log)
@@ -184,6 +187,7 @@ def report_quality(
     required = [channel for channel in channels if channel.name in needs.velocities]
     remarks = [
         *(() if any(issue.channel == "time" for issue in issues) else _jitter_remark(log)),
+        *([BOAT] if is_boat else []),
         *_remarks(log, size, segments, required, commands),
         *wrench_remark(log, delays),
         *needs.reservations,
@@ -249,21 +253,6 @@ def _identifiable(
     if effective := [channel for channel in delays if channel.share >= MIN_RESPONSE_SHARE]:
         names = ", ".join(f"{delay.command} ({MOTIONS[delay.velocity]})" for delay in effective)
         yield f"actuator gains can be estimated for {names}."
-    if set(known) == _PLANAR_VELOCITIES and set(required) == set(VELOCITIES):
-        yield "for a vehicle of `axes: [X, Y, N]`, no velocity is missing."
-
-
-def _missing_channels(log: Log) -> Iterator[str]:
-    if absent := [name for name in VELOCITIES if name not in log.velocity_names]:
-        yield (
-            f"velocities {' '.join(absent)}: required unless the vehicle's `axes` exclude them "
-            "(pass --vehicle), or a step derives them: `rates_from_attitude`, "
-            "`velocity_from_position`."
-        )
-    if log.attitude is None:
-        yield "attitude (roll pitch yaw or qw qx qy qz): weight and buoyancy depend on it."
-    if log.wrench is None and not log.command_names:
-        yield "actuation: the wrench X Y Z K M N, or command columns."
 
 
 def _remarks(
