@@ -118,11 +118,11 @@ class LiveRun:
             reason = _describe(error) if kind == "incomplete" else f"A sample {REJECTED[kind]}."
             self._rejected[kind] += 1
             key = re.sub(r"\d+", "", reason)
-            if key not in self._reasons and len(self._reasons) < MAX_REASONS:
-                self.on_message(f"samples are rejected until one is complete: {reason}")
-                self._reasons[key] = kind == "incomplete", 0, reason
-            if key in self._reasons:
-                self._reasons[key] = kind == "incomplete", self._reasons[key][1] + 1, reason
+            _, n, _ = self._reasons.get(key, (False, 0, ""))
+            if n or len(self._reasons) < MAX_REASONS:
+                self._reasons[key] = kind == "incomplete", n + 1, reason
+                if not n:
+                    self.on_message(f"samples are rejected until one is complete: {reason}")
             return 0
 
     def _start(self, row: Row) -> int:

@@ -65,10 +65,8 @@ class SampleValidator(NamedTuple):
     usual: tuple[float, ...] = ()  # running 99 % quantiles of these magnitudes
     time_before_gap: float | None = None  # s, while the segment has one or two samples
     channels: tuple[str, ...] = ()  # optional columns that every row must have
-    new_channels: tuple[tuple[str, ...], int] = (
-        (),
-        0,
-    )  # those of the last rows instead; their number
+    #: Optional columns of the last rows instead, and the number of these rows.
+    new_channels: tuple[tuple[str, ...], int] = ((), 0)
 
 
 def count_other_channels(validator: SampleValidator, names: tuple[str, ...]) -> SampleValidator:
@@ -137,11 +135,10 @@ def classify(
     )
     steps = (*validator.steps[1 - STEP_MEMORY :], step)
     is_frozen = time - min(constant_since) > MAX_CONSTANT_S
+    pairs = zip(change, validator.changes, strict=True)
     state = restarted._replace(
         steps=steps,
-        changes=tuple(
-            a + CHANGE_GAIN * (c - a) for c, a in zip(change, validator.changes, strict=True)
-        ),
+        changes=tuple(average + CHANGE_GAIN * (c - average) for c, average in pairs),
         constant_since=constant_since,
         is_interrupted=is_frozen,
         time_before_gap=validator.time_before_gap if len(steps) < MAX_OUTLIERS - 1 else None,
