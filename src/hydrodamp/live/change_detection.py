@@ -1,20 +1,25 @@
-"""CUSUM test on the innovations of a frozen reference model, axis by axis.
+"""CUSUM test on the share of its damping force by which an axis has changed.
 
-Recursive least squares follows a change and so hides it. The reference of an axis keeps the
-coefficients a, their covariance P over the noise variance, the noise variance s² and the
-correlation ρ of innovations from row to row, as they were some rows ago. A new row (φ, y) has the
-standardised innovation r = (y − φᵀa) / √(s² (1 + φᵀPφ)), whitened z = (r − ρ r₋) / √(1 − ρ²), and
-the one-sided cumulative sum (E. Page, Biometrika 41 (1954) 100)
+A row (φ, y) is regressed on x: its terms φ and all products of up to two velocities, which the
+model may lack. The regression keeps all rows, with the covariance P over the noise variance and
+the novelty n = xᵀPx of a motion. Three hypotheses predict a row before they absorb y/g: no change,
+g = 1, and from the start of a climb on, a force that has grown or fallen by the share h, g = 1 ± h.
+With their errors e = y − g xᵀm, the log-likelihood ratio of each change to none is accumulated
+(E. Page, Biometrika 41 (1954) 100):
 
-    S ← max(0, S + min(z², MAX_SQUARE) − DRIFT).
+    S± ← max(0, S± + (e₀² − e±²) / 2V),    V = s² (1 + n) + (FORM_ERROR F)² n,
 
-An alarm needs S ≥ ALARM_RATIO · peak, with the highest peak of earlier sums that ended at zero.
-Model-form error makes innovations larger in some manoeuvres, so s² is the highest noise variance
-so far, with slow forgetting, and an axis whose residuals persist is not armed.
+with the mean square F² of the force, or the square of the predicted force where that is larger.
+The last term is the model-form error: a new motion has a large V and is no evidence of a change.
+s² is the variance of e₀ / √(1 + n) plus its long-run variance, from a sum with exponential weights:
+coloured noise and pushes add up in the sum, white noise of the sensors cancels there because a row
+is a difference. s² is not updated during a climb, because a change is no noise. An axis is armed
+while s < hF/2.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -23,46 +28,41 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.term import AXES
 from hydrodamp.identification.grades import MIN_R_SQUARED
-from hydrodamp.identification.recursive import RecursiveState
-from hydrodamp.kernels.core import N_LAGS, Estimate, Recursion
+from hydrodamp.identification.recursive import MEMORY_BLOCKS, RELATIVE_BLOCK, RecursiveState
+from hydrodamp.kernels.core import N_LAGS
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
 
-# All values are tuned on simulated campaigns and the VT-690 (studies/live_alarm.py). A row is 1 s.
-NOISE_WARMUP_ROWS = 100  # before the noise variance counts
-MIN_ROWS = 300  # before the first reference
-MAX_REFERENCE_AGE = 100  # rows
-MAX_REFERENCE_AGE_IN_CLIMB = 300  # rows, while the sum is above zero
-MERGE_ROWS = 60  # rows after an alarm in which further axes belong to the same change
-MAX_LEVERAGE = 0.1  # of a row on its axis, above which it is no evidence of a change
-SETTLING_ROWS = 100  # rows without a high leverage after which an axis is settled
-MIN_NOVEL_ROWS = 10  # rows of new motion that an axis must predict before one can be a change
-NOVELTY_LEVERAGE, NOVELTY_RATIO = 0.1, 3.0  # of products of velocities; times the mean leverage
-DRIFT, MAX_SQUARE = 2.0, 9.0  # of a whitened innovation, in variances
-MIN_PEAK, ALARM_RATIO = 40.0, 1.5  # least reference peak; sum over it that is an alarm
-CLIMB_START = 10.0  # sum above which persistent residuals may come from a change
-NOISE_MEMORY = 0.9997  # of the highest noise variance, from row to row
-MAX_CORRELATION = 0.9  # from row to row
+#: Smallest change h that matters, a share of the force: twice the largest noise of an armed axis.
+SMALLEST_CHANGE = 0.2
+
+#: Rows to a false alarm: 1000 h of rows of 1 s.
+RUN_LENGTH = 3.6e6
+
+#: Error of the regression in a motion that it has not absorbed, a share of the force: with 0.35 new
+#: motions raise false alarms, with 1 changes are found only after seven minutes and more.
+FORM_ERROR = 0.5
+
+#: Information of the regression without data, in rows at the typical velocity: nearly none.
+PRIOR = 1e-4
+
+# A CUSUM of a log-likelihood ratio with the threshold b has a run length of at least exp b
+# (G. Lorden, Annals of Mathematical Statistics 42 (1971) 1897); there are two on each axis.
+THRESHOLD = math.log(2 * len(AXES) * RUN_LENGTH)
+MIN_ROWS = MEMORY_BLOCKS / 2.0
+MEMORY_OF_SUM = 1.0 - RELATIVE_BLOCK / 2.0  # from row to row: two correlation times of the velocity
 FADING_ROWS = 3.0  # weights grow as the square of the count, as in csrc/recursive.c
+GAINS = frozen(np.array([1.0, 1.0 + SMALLEST_CHANGE, 1.0 - SMALLEST_CHANGE]))  # g
 
 # Mean correlation of innovations at lags of two to four rows, above which they persist: below 0.1
 # with the right terms and white noise, 0.2 to 0.7 with missing terms (studies/live_alarm.py).
 MAX_PERSISTENCE = 0.15
 
 #: Why an axis is not armed.
-RELEARNING = "relearning: the vehicle has changed."
 STARTING = "starting: too few rows."
-QUIET = "quiet: too little of the axis force is predicted."
-UNSETTLED = "unsettled: the motion is new."
-MODEL_FORM = "model form: the residuals persist; terms are missing, or an unmodelled force acts."
-TRANSFER = "model form: the estimate did not predict a new motion."
-
-
-class Reference(NamedTuple):
-    """Frozen reference of an axis, with coefficients and covariance in units of the prior."""
-
-    coefficients: FloatArray
-    covariance: FloatArray  # over the noise variance
-    noise_variance: float
-    correlation: float
+NOISY = (
+    "noise: it hides a change of the axis force by a fifth; terms are missing, or an unmodelled"
+    " force acts."
+)
 
 
 class Evidence(NamedTuple):
@@ -124,79 +124,55 @@ class Evidence(NamedTuple):
 class CusumTest(NamedTuple):
     """State of the test of one axis."""
 
-    highest_noise: float = 0.0  # variance
-    reference: Reference | None = None
-    age: int = 0  # of the reference, in rows
-    residual: float = 0.0  # standardised, of the last row
-    cusum: float = 0.0
-    peak: float = 0.0  # of the present climb
-    reference_peak: float = MIN_PEAK  # highest of the climbs that ended
-    onset: float = 0.0  # s, start of the climb
-    rows_since_leverage: int = 0
-    was_excited: bool = False
-    is_model_form: bool = False  # before the climb
-    has_failed: bool = False  # to predict a new motion
-    was_novel: bool = False  # the last row's motion
-    n_novel_rows: int = 0  # of new motion, predicted
     evidence: Evidence = Evidence()
-
-    @property
-    def has_model_form(self) -> bool:
-        """Whether the present estimate has a model-form error."""
-        return self.evidence.is_model_form or self.has_failed
+    coefficients: FloatArray | None = None  # m of the three hypotheses, shape (3, n)
+    covariance: FloatArray | None = None  # P
+    noise_sum: float = 0.0  # of standardised errors, with exponential weights
+    noise: float = 0.0  # s²
+    cusums: FloatArray = frozen(np.zeros(2))  # of a force that has grown, and of one that fell
+    onsets: FloatArray = frozen(np.zeros(2))  # s, start of each climb
 
     @property
     def disarm_reason(self) -> str | None:
         """Why the axis raises no alarm; None where it is armed."""
-        if self.reference is None:
+        if self.evidence.rows < MIN_ROWS:
             return STARTING
-        if not self.was_excited:
-            return QUIET
-        if self.is_model_form:
-            return MODEL_FORM
-        if self.has_failed:
-            return TRANSFER
-        return UNSETTLED if self.rows_since_leverage < SETTLING_ROWS else None
+        is_visible = self.noise < (SMALLEST_CHANGE / 2.0) ** 2 * self.evidence.square
+        return None if is_visible else NOISY
 
-    @property
-    def alarm_ratio(self) -> float:
-        """The sum over its threshold."""
-        return self.cusum / (ALARM_RATIO * self.reference_peak)
-
-    def accumulate(self, innovation: float, time: float) -> CusumTest:
-        """Return the test after a whitened innovation."""
-        cusum = max(0.0, self.cusum + min(innovation * innovation, MAX_SQUARE) - DRIFT)
-        if not cusum:
-            return self.end_climb()
-        onset = self.onset if self.cusum else time
-        return self._replace(cusum=cusum, peak=max(self.peak, cusum), onset=onset)
-
-    def end_climb(self) -> CusumTest:
-        """Return the test with its sum at zero and the peak remembered."""
-        reference_peak = max(self.reference_peak, self.peak)
-        return self._replace(cusum=0.0, peak=0.0, reference_peak=reference_peak)
-
-
-class MotionNovelty(NamedTuple):
-    """Second moments of all products of up to two velocities; they detect new motion."""
-
-    rows: int = 0
-    moments: FloatArray | None = None
-    rows_since_novel: int = 0
-
-    def absorb(self, velocity: Iterable[float]) -> MotionNovelty:
-        """Return the moments after a row; a row of high leverage is a new motion."""
-        factors = np.array([1.0, *velocity])
-        products = np.outer(factors, factors)[np.triu_indices(len(factors))]
-        square = np.outer(products, products)
-        if self.moments is None:
-            return MotionNovelty(1, frozen(square), 0)
-        sizes = self.moments.diagonal()
-        prior = np.where(sizes > 0.0, sizes / self.rows, 1.0)
-        leverage = float(products @ np.linalg.solve(self.moments + np.diag(prior), products))
-        is_new = leverage > NOVELTY_LEVERAGE + NOVELTY_RATIO * len(products) / self.rows
-        moments = frozen(self.moments + square)
-        return MotionNovelty(self.rows + 1, moments, 0 if is_new else self.rows_since_novel + 1)
+    def absorb(
+        self, evidence: Evidence, terms: FloatArray, target: float, time: float
+    ) -> CusumTest:
+        """Return the test after a row, with the moments of the row."""
+        if self.coefficients is None or self.covariance is None:
+            n = len(terms)
+            fresh = self._replace(coefficients=np.zeros((3, n)), covariance=np.eye(n) / PRIOR)
+            return fresh.absorb(evidence, terms, target, time)
+        gain = self.covariance @ terms
+        novelty = float(terms @ gain)
+        step = gain / (1.0 + novelty)
+        scaled = target / GAINS - self.coefficients @ terms
+        none, *changed = (GAINS * scaled) ** 2
+        force = max(self.evidence.square, (target - scaled[0]) ** 2)
+        cusums = np.zeros(2)
+        if self.disarm_reason is None:
+            variance = self.noise * (1.0 + novelty) + FORM_ERROR**2 * force * novelty
+            cusums = np.maximum(0.0, self.cusums + (none - changed) / (2.0 * variance))
+        coefficients = self.coefficients + np.outer(scaled, step)
+        coefficients[1:][cusums == 0.0] = coefficients[0]
+        standardised = float(scaled[0]) / math.sqrt(1.0 + novelty)
+        noise_sum = MEMORY_OF_SUM * self.noise_sum + standardised
+        weight = max(FADING_ROWS / (self.evidence.rows + FADING_ROWS), 1.0 / MEMORY_BLOCKS)
+        noise = standardised**2 + noise_sum**2 * (1.0 - MEMORY_OF_SUM**2)
+        return CusumTest(
+            evidence,
+            frozen(coefficients),
+            frozen(self.covariance - np.outer(gain, step)),
+            noise_sum,
+            self.noise if cusums.any() else self.noise + weight * (noise - self.noise),
+            frozen(cusums),
+            frozen(np.where(self.cusums > 0.0, self.onsets, time)),
+        )
 
 
 class DetectedChange(NamedTuple):
@@ -210,18 +186,14 @@ class DetectedChange(NamedTuple):
 class Alarm(NamedTuple):
     """State of change detection on all axes."""
 
-    rows_since_alarm: int = 0  # 0 for none
     axes: tuple[CusumTest, ...] = (CusumTest(),) * 6
     changes: int = 0
     last: DetectedChange | None = None
-    motion: MotionNovelty = MotionNovelty()
+    velocity: FloatArray | None = None  # at the end of the last row
 
     def line(self, axes: Iterable[int]) -> dict[str, Any]:
         """Return the JSON entry of an estimate line, for the axes that have terms."""
-        reasons = {
-            AXES[axis]: RELEARNING if self.rows_since_alarm else self.axes[axis].disarm_reason
-            for axis in axes
-        }
+        reasons = {AXES[axis]: self.axes[axis].disarm_reason for axis in axes}
         return {
             "armed": [name for name, reason in reasons.items() if reason is None],
             "not_armed": {name: reason for name, reason in reasons.items() if reason is not None},
@@ -230,120 +202,34 @@ class Alarm(NamedTuple):
         }
 
 
-class _Row(NamedTuple):
-    """The last row of an axis, in units of the prior, and the estimate before it."""
-
-    recursion: Recursion
-    axis: int
-    before: Estimate
-    information: FloatArray  # and that of the prior
-    terms: FloatArray
-    target: float
-    is_first: bool  # of a segment
-
-
 def update_alarm(alarm: Alarm, before: RecursiveState, after: RecursiveState, time: float) -> Alarm:
     """Return the alarm after a row, given the recursive least squares before and after it."""
-    if alarm.rows_since_alarm > MERGE_ROWS:
-        alarm = Alarm(changes=alarm.changes, last=alarm.last, motion=alarm.motion)
-    velocity, propulsion_speed = after.last.velocity, float(after.last.propulsion[1])
-    surge = propulsion_speed or velocity[0]  # with a propeller, its propulsion speed
-    motion = alarm.motion.absorb([surge, *velocity[1:]])
     recursion, tests = before.adaptation.settings, list(alarm.axes)
-    lacks_terms = any(test.is_model_form or test.has_failed for test in tests)
-    is_climbing = any(test.cusum > CLIMB_START for test in tests)
+    velocity = np.array(after.last.velocity) / TYPICAL_VELOCITY
+    if propulsion_speed := float(after.last.propulsion[1]):  # with a propeller
+        velocity[0] = propulsion_speed / TYPICAL_VELOCITY[0]
     for axis in np.flatnonzero(np.diff(recursion.starts)).tolist():
-        _, information = recursion.axis_block(axis, before.estimate.information)
-        content = recursion.last_row(axis, after.estimate.iv_state)
-        row = _Row(
-            recursion, axis, before.estimate, np.eye(len(information)) + information, *content
-        )
-        test = _absorb(tests[axis], row, after.estimate, is_climbing)
-        if test.evidence.rows > MIN_ROWS:
-            test = _test_row(test, row, motion, lacks_terms, time)
-        tests[axis] = test
-    return _decide(alarm._replace(axes=tuple(tests), motion=motion), time)
-
-
-def _absorb(test: CusumTest, row: _Row, after: Estimate, is_climbing: bool) -> CusumTest:
-    """Return the test with the moments of the row."""
-    recursion, axis, before, information, terms, target, _ = row
-    # The core divides each innovation by √(1 + leverage).
-    previous = recursion.iv_statistics(axis, before.iv_state).innovations
-    earlier = float(previous[1:].mean()) if len(previous) == N_LAGS else 0.0
-    innovation = float(recursion.iv_statistics(axis, after.iv_state).innovations[0])
-    evidence = test.evidence.absorb(terms, target, innovation, earlier)
-    leverage = float(terms @ np.linalg.solve(information, terms))
-    noise = test.highest_noise
-    if evidence.rows > NOISE_WARMUP_ROWS:
-        noise = max(NOISE_MEMORY * noise, float(before.noise[axis]))
-    return test._replace(
-        evidence=evidence,
-        rows_since_leverage=0 if leverage > MAX_LEVERAGE else test.rows_since_leverage + 1,
-        was_excited=test.was_excited or (evidence.rows > MIN_ROWS and evidence.is_excited),
-        is_model_form=test.is_model_form if is_climbing else evidence.is_model_form,
-        highest_noise=noise,
-    )
-
-
-def _test_row(
-    test: CusumTest, row: _Row, motion: MotionNovelty, lacks_terms: bool, time: float
-) -> CusumTest:
-    """Return the test after the innovation of the row, with a new reference where it is due."""
-    # A new motion looks like a change where terms are missing on any axis, or where the axis has
-    # not predicted a new motion yet.
-    is_novel = motion.rows_since_novel <= SETTLING_ROWS and (
-        lacks_terms or test.n_novel_rows < MIN_NOVEL_ROWS
-    )
-    has_settled = test.rows_since_leverage == SETTLING_ROWS or (test.was_novel and not is_novel)
-    test = test._replace(was_novel=is_novel)
-    max_age = MAX_REFERENCE_AGE_IN_CLIMB if test.cusum else MAX_REFERENCE_AGE
-    if test.reference is None or has_settled or test.age >= max_age:
-        # The long-run variance of the residual has all lags, from lags two to four.
-        noise = test.highest_noise * (1.0 + 6.0 * test.evidence.persistence)
-        test = test._replace(reference=_make_reference(row, noise), age=0)
-    if has_settled:
-        test = test.end_climb()
-    test = test._replace(age=test.age + 1)
-    reference = test.reference
-    if reference is None or test.disarm_reason is not None:
-        return test._replace(residual=0.0, cusum=0.0, peak=0.0)
-    terms = row.terms
-    variance = reference.noise_variance * (1.0 + terms @ reference.covariance @ terms)
-    residual = float((row.target - terms @ reference.coefficients) / np.sqrt(variance))
-    correlation = 0.0 if row.is_first else reference.correlation
-    white = (residual - correlation * test.residual) / float(np.sqrt(1.0 - correlation**2))
-    test = test._replace(residual=residual).accumulate(white, time)
-    return test._replace(
-        has_failed=is_novel and test.alarm_ratio >= 1.0,
-        n_novel_rows=test.n_novel_rows + (motion.rows_since_novel == 0),
-    )
-
-
-def _make_reference(row: _Row, noise_variance: float) -> Reference:
-    """Freeze the estimate before the row."""
-    recursion, axis, before = row[:3]
-    columns = slice(*recursion.starts[axis : axis + 2].tolist())
-    unit, zero = recursion.unit[columns], np.zeros(len(row.terms))
-    products = recursion.iv_statistics(axis, before.iv_state).lag_products
-    correlation = np.clip(products[0] / before.noise[axis], -MAX_CORRELATION, MAX_CORRELATION)
-    return Reference(
-        frozen(np.divide(before.coefficients[columns], unit, out=zero, where=unit > 0.0)),
-        frozen(np.linalg.inv(row.information)),
-        noise_variance,
-        float(correlation),
-    )
-
-
-def _decide(alarm: Alarm, time: float) -> Alarm:
-    """Return the alarm with a change where an armed axis is above its threshold."""
-    pairs = zip(AXES, alarm.axes, strict=True)
-    ratios = {name: 0.0 if test.has_failed else test.alarm_ratio for name, test in pairs}
-    axes = [name for name in sorted(AXES, key=lambda name: -ratios[name]) if ratios[name] >= 1.0]
-    if alarm.rows_since_alarm and alarm.last:
-        merged = alarm.last._replace(axes=tuple(dict.fromkeys((*alarm.last.axes, *axes))))
-        return alarm._replace(rows_since_alarm=alarm.rows_since_alarm + 1, last=merged)
+        terms, target, is_first = recursion.last_row(axis, after.estimate.iv_state)
+        # A row has two blocks of time.
+        centre = velocity if alarm.velocity is None or is_first else alarm.velocity
+        previous = recursion.iv_statistics(axis, before.estimate.iv_state).innovations
+        earlier = float(previous[1:].mean()) if len(previous) == N_LAGS else 0.0
+        # The core divides each innovation by √(1 + leverage).
+        innovation = float(recursion.iv_statistics(axis, after.estimate.iv_state).innovations[0])
+        evidence = tests[axis].evidence.absorb(terms, target, innovation, earlier)
+        columns = np.concatenate([terms, _multiply_velocities(centre)])
+        tests[axis] = tests[axis].absorb(evidence, columns, target, time)
+    sums = {name: float(test.cusums.max()) for name, test in zip(AXES, tests, strict=True)}
+    axes = [name for name in sorted(AXES, key=lambda name: -sums[name]) if sums[name] > THRESHOLD]
     if not axes:
-        return alarm
-    change = DetectedChange(time, alarm.axes[AXES.index(axes[0])].onset, tuple(axes))
-    return alarm._replace(rows_since_alarm=1, changes=alarm.changes + 1, last=change)
+        return alarm._replace(axes=tuple(tests), velocity=frozen(velocity))
+    test = tests[AXES.index(axes[0])]
+    since = float(test.onsets[test.cusums.argmax()])
+    return Alarm(changes=alarm.changes + 1, last=DetectedChange(time, since, tuple(axes)))
+
+
+def _multiply_velocities(velocity: FloatArray) -> FloatArray:
+    """Return all products of up to two velocities, and each velocity times its magnitude."""
+    factors = np.array([1.0, *velocity])
+    products = np.outer(factors, factors)[np.triu_indices(len(factors))]
+    return np.concatenate([products, velocity[1:] * np.abs(velocity[1:])])

@@ -241,7 +241,7 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
     """
     adaptation, current = state.rls.adaptation, _estimate_uncertainty(state)
     axes = adaptation.settings.axes
-    model_form = np.array([test.has_model_form for test in state.alarm.axes])
+    model_form = np.array([test.evidence.is_model_form for test in state.alarm.axes])
     has_steps = state.ai is not None and state.counts[ACCEPTED] > 1
     has_estimate = has_steps or bool(state.rls.estimate.rows.any())
     has_errors = has_estimate and state.method != "ai"
