@@ -1,0 +1,156 @@
+"""Logs of a vessel in many names, units, signs, frames and clocks: drafts are right, or refuse."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.inspection.probe import inspect
+
+SEEDS, PARTS, STEP, N = 300, 10, 0.1, 600
+MIN_RIGHT = 0.85
+START = datetime(2024, 5, 13, 9, 59, 40, tzinfo=UTC)
+KNOT = 1852.0 / 3600.0
+
+
+def sail(rng):
+    """Return time, u, v, r, heading, north and east."""
+    time, phase = STEP * np.arange(N), rng.uniform(-np.pi, np.pi, 2)
+    rate = 0.2 * np.sin(0.5 * time + phase[0]) + 0.1 * np.sin(0.13 * time + phase[1])
+    heading = np.cumsum(STEP * rate) + rng.uniform(-3.0, 3.0)
+    surge = 2.0 + 0.1 * np.sin(0.3 * time)
+    sway = -0.5 * rate
+    north = np.cumsum(STEP * (surge * np.cos(heading) - sway * np.sin(heading)))
+    east = np.cumsum(STEP * (surge * np.sin(heading) + sway * np.cos(heading)))
+    return time, surge, sway, rate, heading, north, east
+
+
+def write_clock(rng, time):
+    """Return columns of texts of a clock."""
+    moments = [START + timedelta(seconds=each) for each in time.tolist()]
+    kind = rng.integers(9)
+    if kind == 0:
+        return {"time": time}
+    if kind == 1:
+        return {"timestamp": START.timestamp() + time}
+    if kind == 2:
+        return {"time_ms": 1e3 * time + 5e3}
+    if kind == 3:
+        return {"utc": [f"{each:%H%M%S}.{each.microsecond // 10000:02d}" for each in moments]}
+    if kind == 4:
+        return {"time": [each.isoformat() for each in moments]}
+    if kind == 5:
+        return {"Date": [f"{each:%d/%m/%Y}" for each in moments]} | {
+            "Time": [f"{each:%H:%M:%S}.{each.microsecond // 1000:03d}" for each in moments]
+        }
+    if kind == 6:
+        day = (START - datetime(1899, 12, 30, tzinfo=UTC)).total_seconds() / 86400.0
+        return {"datenum": [f"{day + each / 86400.0:.10f}" for each in time]}
+    if kind == 7:
+        ticks = (2**32 - 20_000_000 + 1e6 * time) % 2**32
+        return {"time_us": [f"{each:.0f}" for each in ticks]}
+    return {"tow (ms)": 320.0 + time}  # a header that says ms of seconds
+
+
+def write_table(rng, path):
+    """Write a table; return the motion."""
+    time, surge, sway, rate, heading, north, east = sail(rng)
+    columns = {}
+    is_stated = bool(rng.integers(2))
+    place = rng.choice(["none", "named", "ned", "enu", "geographic"])
+    speed = rng.choice(["plain", "words", "velocities", "topics", "over ground"])
+    if speed == "over ground" and place != "geographic":
+        speed = "plain"
+    turn, factor = (("rad", 1.0), ("deg", np.degrees(1.0)))[rng.integers(2)]
+    names = {
+        "plain": ("u", "v", "r"),
+        "words": ("surge", "sway", "yaw_rate"),
+        "velocities": ("surge_vel", "sway_vel", "yaw_vel"),
+        "topics": ("u_speed", "v_speed", "r_speed"),
+    }
+    if speed == "over ground":
+        course = heading + np.arctan2(sway, surge)
+        columns["SOG (kn)"] = np.hypot(surge, sway) / KNOT
+        columns["COG"] = np.degrees(course) % 360.0
+        columns["ROT (deg/min)"] = 60.0 * np.degrees(rate)
+        turn, factor = "deg", np.degrees(1.0)
+    else:
+        unit, scale = (("m/s", 1.0), ("cm/s", 100.0), ("kn", 1.0 / KNOT))[rng.integers(3)]
+        unit, scale = (unit, scale) if is_stated else ("m/s", 1.0)
+        for name, values in zip(names[speed], (surge, sway, rate), strict=True):
+            is_rate = values is rate
+            text = f"{turn}/s" if is_rate else unit
+            label = f"{name} [{text}]" if is_stated else name
+            columns[label] = values * (factor if is_rate else scale)
+    convention = rng.choice(["true", "opposite", "mathematical"])
+    if place not in ("named", "geographic") or speed == "over ground":
+        convention = "true"
+    yaw = {"true": heading, "opposite": -heading, "mathematical": np.pi / 2 - heading}[convention]
+    yaw = yaw % (2 * np.pi) if rng.integers(2) else (yaw + np.pi) % (2 * np.pi) - np.pi
+    name = "heading" if place == "enu" else rng.choice(["yaw", "psi", "heading", "hdg"])
+    columns[f"{name} [{turn}]" if is_stated else name] = yaw * factor
+    if place == "geographic":
+        latitude = rng.uniform(-60.0, 60.0)
+        columns["lat"] = latitude + np.degrees(north / 6.371e6)
+        columns["lon"] = 10.0 + np.degrees(east / 6.371e6 / np.cos(np.radians(latitude)))
+    elif place != "none":
+        pair = (east, north) if place == "enu" else (north, east)
+        labels = ("x_north", "y_east") if place == "named" else ("x", "y")
+        columns |= dict(zip(labels, pair, strict=True))
+    columns["rudder_deg"] = np.degrees(-0.8 * rate)
+    columns["rpm"] = 900.0 + 10.0 * np.sin(0.3 * time)
+    columns = write_clock(rng, time) | columns
+    cells = [
+        each if isinstance(each, list) else [f"{value:.14g}" for value in each]
+        for each in columns.values()
+    ]
+    separator = rng.choice([",", "\t", ";"])
+    rows = [separator.join(columns), *(separator.join(row) for row in zip(*cells, strict=True))]
+    path.write_text("\n".join(rows), encoding="utf-8")
+    return surge, sway, rate
+
+
+def judge(path, motion):
+    """Return whether the draft of a table is right, refused, flagged or wrong, and why."""
+    recording = hd.read_recording(path)
+    found = hd.probe(recording)
+    judged = inspect(found, [recording])
+    if judged.log is None:
+        return "refused", judged.reason
+    try:
+        log = found.mapping().log(recording)
+    except HydrodampError as error:
+        return "refused", str(error)
+    faults = [] if abs(np.median(log.steps) / STEP - 1.0) < 0.01 else ["step"]
+    faults += [] if log.n > 0.9 * N else ["samples"]
+    for name, values in zip("uvr", motion, strict=True):
+        ours = log.velocity[:, "uvwpqr".index(name)]
+        low, high = np.quantile(values, (0.1, 0.9))
+        error = np.abs(np.quantile(ours, (0.1, 0.9)) - (low, high)).max()
+        faults += [] if error < 0.05 * (high - low) else [name]
+    if not faults:
+        return "right", ""
+    is_flagged = bool(judged.report.issues) or bool(judged.report.missing)
+    return ("flagged" if is_flagged else "wrong"), " ".join(faults)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(PARTS))
+def test_drafts_are_right_or_refuse(tmp_path: Path, part: int) -> None:
+    """Of each part of the seeds none is wrong without an issue, and most are right."""
+    outcomes = Counter[str]()
+    for seed in range(part, SEEDS, PARTS):
+        path = tmp_path / f"{seed}.csv"
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", hd.HydrodampWarning)
+            outcome, reason = judge(path, write_table(np.random.default_rng(seed), path))
+        assert outcome != "wrong", (seed, reason)
+        outcomes[outcome] += 1
+    assert outcomes["right"] >= MIN_RIGHT * outcomes.total(), outcomes
