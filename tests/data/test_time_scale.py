@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
+from scipy import signal
 
+from hydrodamp.data import time_scale
 from hydrodamp.data.time_scale import motion_time_scale
 
 
@@ -40,3 +42,14 @@ def test_scale_stretches_with_the_unit_of_time_and_not_with_that_of_velocity():
 def test_velocities_at_rest_have_no_scale_of_their_own():
     time = 0.5 * np.arange(100)
     assert motion_time_scale(time, np.full((100, 6), 0.1), np.array([[0, 100]])) == 0.5
+
+
+def test_blocks_of_a_long_series_have_its_autocovariance():
+    """Two segments that are no multiples of a block; a slow series is not decided by blocks."""
+    rng = np.random.default_rng(4)
+    bounds = np.array([[0, 70_000], [70_000, 90_001]])
+    values = signal.lfilter([1.0], [1.0, -0.99], rng.standard_normal((bounds.max(), 2)), axis=0)
+    early = time_scale._early_autocovariance(values, bounds)
+    entire = time_scale._autocovariance(values, bounds)[: len(early)]
+    np.testing.assert_allclose(early, entire, rtol=0.0, atol=1e-12 * entire[0].max())
+    assert time_scale._early_autocovariance(np.cumsum(values, axis=0), bounds) is None
