@@ -31,7 +31,7 @@ def test_without_a_vehicle_a_planar_log_is_judged_as_that_of_a_boat(folder, call
     assert (document["log"], document["format"]) == ("canonical", "text in columns")
     assert document["fit"]
     assert not document["missing"]
-    assert any("also needs w p q and the attitude" in each for each in document["remarks"])
+    assert any("also needs w p q, and the attitude" in each for each in document["remarks"])
     assert len(document["segments"]) == 2
 
 

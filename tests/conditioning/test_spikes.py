@@ -166,6 +166,16 @@ def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length: int) -> Non
     assert found.sum() == length
 
 
+def test_a_manoeuvre_and_a_held_compass_are_no_excursions() -> None:
+    """A turn away and back at 20 deg/s, and a zigzag of a compass at 1 Hz repeated at 20 Hz."""
+    rate = np.radians(20.0) * np.repeat([0.0, 1.0, -1.0, 0.0], [300, 4, 4, 300])
+    boat = quaternion_from_euler(np.outer(np.cumsum(rate), (0.0, 0.0, 1.0)))
+    assert not find_attitude_outliers(turning(boat)).any()
+    compass = np.repeat(np.radians(20.0) * np.sin(2.0 * np.pi / 16.0 * np.arange(120)), 20)
+    held = quaternion_from_euler(np.outer(compass, (0.0, 0.0, 1.0)))
+    assert not find_attitude_outliers(turning(held)).any()
+
+
 def test_an_attitude_that_is_set_anew_is_no_excursion() -> None:
     yaw = 0.05 * np.arange(300)
     yaw[150:] += 2.0

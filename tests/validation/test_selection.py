@@ -107,6 +107,8 @@ def test_equal_for_use_holds_for_every_velocity_that_is_predicted():
     assert select_row([small, large]).row is large
     unpredicted = [replace(large, errors=(0.1, 0.1, 1.1)), replace(small, errors=(0.1, 0.1, 1.4))]
     assert select_row(unpredicted).row.model == "small"
+    far = replace(small, errors=(0.1, 0.1, 50.0))
+    assert select_row([replace(large, errors=(0.1, 0.1, 0.85)), far]).row.model == "large"
 
 
 def test_of_equal_rows_those_of_adequate_form_count():

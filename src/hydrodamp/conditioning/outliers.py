@@ -196,8 +196,12 @@ def _find_excursions(log: Log, attitude: FloatArray, threshold: float) -> BoolAr
     mask = np.zeros(log.n, dtype=np.bool_)
     turns = np.linalg.norm(rotation_vectors(attitude[:-1], attitude[1:]), axis=1)
     turns[log.bounds[1:, 0] - 1] = 0.0
-    usual = max(float(np.quantile(turns, _USUAL_SHARE)), _MIN_ATTITUDE_JUMP / threshold)
-    leaps = np.flatnonzero(turns > threshold * usual).tolist()
+    moving = turns[turns > 0.0]  # a sensor slower than the clock repeats its values
+    usual = float(np.quantile(moving, _USUAL_SHARE)) if len(moving) else 0.0
+    usual = max(usual, _MIN_ATTITUDE_JUMP / threshold)
+    padded = np.pad(turns, 1)
+    adjacent = np.maximum(np.maximum(padded[:-2], padded[2:]), usual)  # a turn begins gradually
+    leaps = np.flatnonzero(turns > threshold * adjacent).tolist()
     first = -1
     for number, leap in enumerate(leaps):
         if leap < first:

@@ -12,7 +12,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 
-
 #: Samples of a block of lags, and of a segment from which blocks are used.
 _BLOCK, _LONG_SERIES = 8192, 1 << 16
 

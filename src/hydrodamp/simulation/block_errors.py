@@ -107,18 +107,19 @@ class BlockErrors:
         """Whether the relative error of each velocity is within a quarter or a standard error.
 
         Errors are paired by block: L. Breiman et al., Classification and Regression Trees, 1984,
-        section 3.4.3, with the jackknife for the standard error. An error above that of the mean
-        of the log counts as that: a velocity that neither row predicts decides nothing.
+        section 3.4.3, with the jackknife for the standard error. A velocity that the lowest does
+        not predict better than the mean of the log decides nothing.
         """
         errors, least = self._relative_errors(names), lowest._relative_errors(names)
 
         def difference(weights: FloatArray) -> FloatArray:
-            return np.asarray(np.minimum(errors(weights), 1.0) - np.minimum(least(weights), 1.0))
+            return np.asarray(errors(weights) - least(weights))
 
         deviation = self._jackknife(difference)
         margin = 0.0 if deviation is None else deviation
-        limit = np.maximum(EQUAL_SHARE * np.minimum(least(self.sizes), 1.0), margin)
-        return bool(np.all(difference(self.sizes) <= limit))
+        limit = np.maximum(EQUAL_SHARE * least(self.sizes), margin)
+        is_equal = difference(self.sizes) <= limit
+        return bool(np.all(is_equal | (least(self.sizes) >= 1.0)))
 
     def _relative_errors(self, names: Collection[str]) -> Callable[[FloatArray], FloatArray]:
         """Return the relative error of each velocity as a function of the weights of the blocks."""

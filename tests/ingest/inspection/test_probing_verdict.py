@@ -140,3 +140,13 @@ def test_a_draft_cleans_a_pose_before_it_derives_rates() -> None:
         "steps: [remove_attitude_outliers, mask_frozen, rates_from_attitude, remove_outliers]"
         "    # derived\n"
     )
+
+
+def test_a_vehicle_that_pitches_is_no_boat() -> None:
+    motion = {"u": 1.0 + 0.1 * np.sin(TIME), "v": 0.1 * np.cos(TIME), "r": 0.2 * np.sin(TIME)}
+    for size, has_all in ((0.02, True), (0.4, False)):
+        angles = np.column_stack((0 * TIME, size * np.sin(0.5 * TIME), 0 * TIME))
+        log = Log.from_arrays(
+            TIME, motion, attitude=quaternion_from_euler(angles), commands={"a": np.sin(TIME)}
+        )
+        assert (not report_quality(log).missing) == has_all

@@ -99,3 +99,14 @@ def test_latitude_and_longitude_decide_the_yaw(tmp_path, convention):
     error = wrap(euler_from_quaternion(log.attitude)[:, 2] - np.interp(log.time, time, heading))
     assert np.abs(np.degrees(error)).max() < 0.1
     assert log.velocity[:, 0].mean() == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize("drift", [-90.0, 180.0], ids=["sideways", "astern"])
+def test_a_nearly_constant_heading_is_kept_where_the_vehicle_does_not_move_ahead(tmp_path, drift):
+    time = 0.2 * np.arange(1500)
+    heading = np.radians(45.0 + 6.0 * np.sin(0.3 * time))
+    speed, course = 0.4 + 0.2 * np.sin(0.21 * time), heading + np.radians(drift)
+    north, east = np.cumsum(0.2 * speed * [np.cos(course), np.sin(course)], axis=1)
+    columns = {"time": time, "north": north, "east": east, "heading_deg": np.degrees(heading)}
+    found, _ = read_draft(tmp_path, columns)
+    assert {guess.sign for guess in found.roles.guesses} == {1}

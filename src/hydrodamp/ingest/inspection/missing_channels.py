@@ -8,9 +8,9 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 
 #: Remark on a log that has no other velocity.
-BOAT = (
+PLANAR_REMARK = (
     "judged for a vehicle of `axes: [X, Y, N]`, such as a boat: a vehicle that heaves, rolls or "
-    "pitches also needs w p q and the attitude."
+    "pitches also needs w p q, and the attitude."
 )
 
 

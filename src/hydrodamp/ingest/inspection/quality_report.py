@@ -28,7 +28,7 @@ from hydrodamp.ingest.inspection.delay import (
 )
 from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
 from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
-from hydrodamp.ingest.inspection.missing_channels import BOAT, missing_channels
+from hydrodamp.ingest.inspection.missing_channels import PLANAR_REMARK, missing_channels
 
 #: Verdict on a log that lacks a required channel.
 UNUSABLE = "Not suitable for identification: see what is missing."
@@ -37,6 +37,7 @@ _NOISE_FACTOR = 2.0  # times the noise of a channel: negligible variation
 _MIN_SAMPLES = 60  # samples; fewer do not determine coefficients
 _MAX_JITTER = 0.25  # of a step
 _PLANAR_VELOCITIES = {"u", "v", "r"}
+_MAX_TILT = np.radians(5.0)  # of a boat, in the median
 _MAX_STEP_S = 0.25  # s; longer steps do not resolve the accelerations of a small vehicle
 _MIN_DURATION_S = 60.0  # s; shorter logs determine little of a small vehicle
 
@@ -165,7 +166,7 @@ def report_quality(
     ``upright`` is prior knowledge of its axes; ``measured`` gives the roles of columns
     that were read as commands but have names of measurements.
     """
-    is_boat = needs is None and {*log.velocity_names} == _PLANAR_VELOCITIES
+    is_boat = needs is None and {*log.velocity_names} == _PLANAR_VELOCITIES and _is_level(log)
     required_names = tuple("uvr") if is_boat else VELOCITIES
     needs = needs or Requirements(required_names, tuple(missing_channels(log, is_boat)))
     log_with_rates = log if log.attitude is None else rates_from_attitude(log)
@@ -187,7 +188,7 @@ def report_quality(
     required = [channel for channel in channels if channel.name in needs.velocities]
     remarks = [
         *(() if any(issue.channel == "time" for issue in issues) else _jitter_remark(log)),
-        *([BOAT] if is_boat else []),
+        *([PLANAR_REMARK] if is_boat else []),
         *_remarks(log, size, segments, required, commands),
         *wrench_remark(log, delays),
         *needs.reservations,
@@ -212,6 +213,11 @@ def report_quality(
         vertical_axis=upright,
         responses=list_responses(delays),
     )
+
+
+def _is_level(log: Log) -> bool:
+    """Whether a log has no roll and pitch, or small ones."""
+    return log.attitude is None or bool(np.median(log.down[:, 2]) > np.cos(_MAX_TILT))
 
 
 def _segment_facts(log: Log) -> Iterator[SegmentFacts]:

@@ -101,15 +101,18 @@ def match_yaw(roles: RoleSeries) -> YawMatch:
         (sign, zero): max((regress(sign, zero, port) for port in (1.0, -1.0)), key=_correlation)
         for sign in (1, -1)
         for zero in (0, 90, 180, -90)
-        if len(used) > 2 or sign < 0 or not zero  # a vehicle may move astern or sideways
     }
     recorded, earth_fixed = results[1, 0], regress_complete(elapsed, body, position)
-    (sign, zero), best = max(results.items(), key=lambda item: _correlation(item[1]))
+    candidates = results
+    if len(used) == 2:  # a vehicle may move astern or sideways: its sign must be decided
+        candidates = {key: each for key, each in results.items() if key[0] < 0 or not key[1]}
+        recorded = max((results[1, zero] for zero in (0, 90, 180, -90)), key=_correlation)
+    (sign, zero), best = max(candidates.items(), key=lambda item: _correlation(item[1]))
     is_sure = best.correlation > max(_SURE_CORRELATION, _correlation(earth_fixed))
     is_sure &= best.explains_more_than(recorded)
     is_named = plane == _COORDINATES or "position.north" in roles
     return YawMatch(name, sign, zero, best, recorded, is_named) if is_sure else YawMatch()
 
 
-def _correlation(found: ChannelRegression) -> float:
-    return float(np.nan_to_num(found.correlation, nan=-1.0))
+def _correlation(regression: ChannelRegression) -> float:
+    return float(np.nan_to_num(regression.correlation, nan=-1.0))
