@@ -17,7 +17,7 @@ import hydrodamp as hd
 from hydrodamp.cli.log_checks import check_log
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.pipeline import parse_steps
-from hydrodamp.conditioning.quality_checks import annotate_quality, check_quality
+from hydrodamp.conditioning.quality_checks import Fix, annotate_quality, check_quality
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.channel_regression import cumulative_integral
 from hydrodamp.errors import HydrodampWarning
@@ -145,7 +145,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "lost frames": (
         replaced("position", np.s_[900:940], lambda _: 0.0),
         "north east down",
-        "[mask_mocap_dropouts]",
+        "add `mask_mocap_dropouts` to `steps`",
     ),
     "leap": (
         replaced("position", np.s_[1500:], lambda p: p[1500:] + 5 * np.ptp(p, axis=0)),
@@ -155,12 +155,12 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "frozen pose": (
         replaced("position", np.s_[900:1500], lambda p: p[900]),
         "north east down",
-        "[mask_frozen]",
+        "add `mask_frozen` to `steps`",
     ),
     "frozen": (
         replaced("velocity", np.s_[900:1500, :3], lambda v: v[900, :3]),
         "u v w",
-        "[mask_frozen]",
+        "add `mask_frozen` to `steps`",
     ),
     "held": (held, "u v w", "2500 of 3000 samples"),
     "arrival": (arrived, "time", "`time: header.stamp`"),
@@ -262,7 +262,7 @@ OTHER_SIGN = "is of opposite sign"
 def test_wrong_units_and_signs_are_noted(change: Fault, found: dict[str, str]) -> None:
     log = dataclasses.replace(voyage("auv", 1), **change(voyage("auv", 1)))
     wrong = check_quality(log)
-    grave = [one for one in wrong if not one.is_minor]
+    grave = [one for one in wrong if not one.is_minor or one.fix == Fix("unit", "deg")]
     assert [one.channel for one in grave] == [*found]
     assert all(one.problem.startswith(found[one.channel]) for one in grave)
     made = annotate_quality(log)
@@ -290,8 +290,10 @@ def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> Non
     wrong = dataclasses.replace(log, **FAULTS[fault][0](log))
     (found,) = check_quality(wrong, CRAFT[craft][0])
     named = re.search(r"`steps: (.*)`", found.remedy)
-    if named:
-        steps, faults = parse_steps(yaml.safe_load(named[1]))
+    is_step = found.fix is not None and found.fix.kind == "step"
+    if named or is_step:
+        text = f"[{found.fix.value}]" if is_step else named[1]
+        steps, faults = parse_steps(yaml.safe_load(text))
         assert not faults
         assert check_quality(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
 

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 Key = tuple[str, str]
 
+#: The two methods of the paper, the second also with a memory, and the default method.
 DEMO_METHODS = "ls,ai,ai-composite,recommended"
-"""The two methods of the paper, the second also with a memory, and the default method."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,8 @@ def comparison_output(
     verdict = comparison.verdict()
     notes = [] if damping is None else [f"File: {damping}."]
     if not verdict.remedy and damping is not None:
-        notes = [f"{notes[0]} Next: `hydrodamp export gz-sim {damping} --out exported`."]
+        target = inputs.suggest_target(comparison.select().row.fit.model)
+        notes = [f"{notes[0]} Next: `hydrodamp export {target} {damping} --out exported`."]
     elif not verdict.remedy:
         notes = ["Next: the same command with `--out DIR` writes the damping file and a report."]
     details = (*detail_tables(comparison), *summary_tables(comparison)) if verbose else ()

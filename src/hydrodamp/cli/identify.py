@@ -115,8 +115,11 @@ def fit_output(
     if out is None:
         notes.append("The same command with `--out FILE` writes the damping file.")
     else:
-        export = f"; `hydrodamp export gz-sim {out} --out exported` exports it."
-        is_exported = not row.divergences and CHANNEL_AXES.keys().isdisjoint(row.fit.model.commands)
+        target, run = inputs.suggest_target(row.fit.model), row.trajectory
+        export = f"; `hydrodamp export {target} {out} --out exported` exports it."
+        has_wrench = run is not None and run.log.wrench is not None
+        has_gains = not CHANNEL_AXES.keys().isdisjoint(row.fit.model.commands)
+        is_exported = not row.divergences and (has_wrench or not has_gains)
         notes.append(f"File: {out}{export if is_exported else '.'}")
     is_complete = verbose or not row.fit.grades
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)

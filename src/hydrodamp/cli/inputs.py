@@ -164,6 +164,11 @@ def split_names(listed: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name.strip() for name in listed.split(",") if name.strip()))
 
 
+def suggest_target(model: hd.DampingModel) -> str:
+    """Return a simulator that can hold a model: terms of the attitude need code of its own."""
+    return "mujoco" if any(term.needs_attitude for term in model.basis) else "gz-sim"
+
+
 def read_damping_and_vehicle(
     damping: str, vehicle: str
 ) -> tuple[hd.Damping, hd.Fit | None, hd.Vehicle]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -75,8 +76,12 @@ def probe(
     with progress("inspecting"):
         result = hd.probe(*recordings)
         judged = inspect(result, recordings, mapping, requirements)
+        text = add_steps(result.draft.text, judged.report)
+        result = replace(result, draft=replace(result.draft, text=text))
+        if judged.is_drafted and judged.report is not None and mapping is None:
+            judged = inspect(result, recordings, needs=requirements)  # as cleaned by these steps
     if draft is not None:
-        save_text(add_steps(result.draft.text, judged.report), draft)
+        save_text(result.draft.text, draft)
         note(f"written to {draft}; check every line, then use `--mapping {draft}`")
     tables = [*probe_tables(result, judged), *_sensor_tables(vehicle, model, judged.log)]
     print_output(json, probe_document(result, judged), *tables)

@@ -81,9 +81,10 @@ def set_options(
 
 def note_stopped(method: hd.Method, fits: Sequence[hd.Fit]) -> None:
     """Name the option for more iterations where a fit has stopped before it converged."""
-    has_stopped = any(fit.status is hd.Status.STOPPED for fit in fits)
-    if has_stopped and isinstance(method, hd.OutputError):
+    stopped = [fit.model.key for fit in fits if fit.status is hd.Status.STOPPED]
+    if stopped and isinstance(method, hd.OutputError):
         note(
-            f"`{method.key}` has not converged: `--max-iterations {2 * method.max_iterations}` "
-            "of `identify` and `compare` allows twice as many iterations."
+            f"`{method.key}` has not converged on {', '.join(stopped)}: "
+            f"`--max-iterations {2 * method.max_iterations}` of `identify` and `compare` allows "
+            "twice as many iterations; where these change nothing, no step lowers the objective."
         )

@@ -54,7 +54,7 @@ class Fix(NamedTuple):
     def __str__(self) -> str:
         """Return the change as advice."""
         return {
-            "step": f"add `steps: [{self.value}]` to the mapping",
+            "step": f"add `{self.value}` to `steps` of the mapping",
             "unit": f"write `unit: {self.value}` for it in the mapping"
             if self.value
             else "state the units of the file in the mapping, for example `unit: deg` for an angle",

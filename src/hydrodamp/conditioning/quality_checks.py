@@ -252,7 +252,9 @@ def _degree_issues(log: Log) -> Iterator[QualityIssue]:
     for name in log.command_names:
         largest = float(np.abs(log.command(name)).max())
         if any(word in name.lower() for word in _ANGLE_NAMES) and np.pi / 2 < largest <= 90:
-            yield QualityIssue(name, "may be in degrees, not rad", f"it reaches {largest:.3g}")
+            evidence, fix = f"it reaches {largest:.3g}", Fix("unit", "deg")
+            problem = "may be in degrees, not rad"
+            yield QualityIssue(name, problem, evidence, is_minor=True, fix=fix)  # gains absorb it
 
 
 def _constant_issues(log: Log) -> Iterator[QualityIssue]:

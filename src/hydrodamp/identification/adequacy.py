@@ -208,7 +208,7 @@ class Adequacy:
             return (str(self),)
         use = "Use the coefficients as a set, for motions like those of the log"
         if self.form is Form.INADEQUATE:
-            use = "Use it for no motion of these velocities"
+            use = f"Do not use it for {' '.join(VELOCITY_OF[axis] for axis in self.axes)}"
         elif self.missing and not self.is_clearly_missing:
             use = f"The missing part is small compared to noise and pushes. {use}"
         missing = {

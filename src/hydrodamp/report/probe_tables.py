@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from hydrodamp.ingest.inspection.command_signs import MIN_LEAD_CONFIDENCE, MIN_LEAD_STEPS
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Inspection, Probe
 from hydrodamp.ingest.inspection.quality_report import UNUSABLE, QualityReport
@@ -18,7 +19,6 @@ from hydrodamp.report.table import Table
 MAX_LISTED = 25
 
 _COLUMNS = yaml.safe_load(Path(__file__).with_name("probe_columns.yaml").read_text("utf-8"))
-_MIN_LEAD_S = -0.05  # s; a response this early precedes its command
 _DRAFT_HEADER = "draft with the confidence of each line (--draft FILE saves it)"
 _WORLD_NAMES = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
@@ -37,7 +37,8 @@ def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
     notes_made = (f"Made {judged.mapping}.",) if judged.mapping else ()
     yield _segment_table(judged.report, (*notes_made, *judged.notes))
     if judged.report.delays:
-        yield _delay_table(judged.report.delays)
+        step = max(segment.step for segment in judged.report.segments)
+        yield _delay_table(judged.report.delays, step)
     yield _column_table(judged.report)
 
 
@@ -138,13 +139,18 @@ def _preset_notes(found: Probe) -> Iterator[str]:
     yield from () if found.presets else ("No shipped preset matches.",)
 
 
-def _delay_table(delays: tuple[Delay, ...]) -> Table:
+def _delay_table(delays: tuple[Delay, ...], step: float) -> Table:
     notes = [
         "sign: direction of the response. explains: share of the variance of the acceleration "
         "that the command explains in addition to the velocities."
     ]
-    latest = {item.command: item.seconds + (item.standard_deviation or 0.0) for item in delays}
-    if early := [command for command, seconds in latest.items() if seconds < _MIN_LEAD_S]:
+    early = [
+        item.command
+        for item in delays
+        if item.confidence >= MIN_LEAD_CONFIDENCE
+        and item.seconds + (item.standard_deviation or 0.0) < -MIN_LEAD_STEPS * step
+    ]
+    if early:
         notes.append(
             f"The response precedes {' '.join(early)}: the clocks differ, the velocity was "
             "smoothed by a zero-phase filter, or the command follows the motion in a closed loop."

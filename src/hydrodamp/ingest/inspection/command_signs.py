@@ -28,8 +28,8 @@ Signs = Mapping[tuple[str, str], int]
 
 _MIN_SIGN_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
 _MIN_LEAD_SHARE = 0.1  # of the acceleration, from which a lead of the response counts
-_MIN_RELATIVE_LEAD, _MIN_LEAD_STEPS = 0.05, 2.0  # shortest, over the time scale, and in steps
-_MIN_LEAD_CONFIDENCE = 40  # %, the limit of a response before its command
+_MIN_RELATIVE_LEAD, MIN_LEAD_STEPS = 0.05, 2.0  # shortest, over the time scale, and in steps
+MIN_LEAD_CONFIDENCE = 40  # %, the limit of a response before its command
 _N_BLOCKS = 5
 _MIN_SIGNIFICANCE = 4.0  # standard errors over the blocks
 _SIDES = {**dict.fromkeys(("left", "port"), 1), **dict.fromkeys(("right", "starboard", "stbd"), -1)}
@@ -70,12 +70,12 @@ def leading_responses(log: Log, delays: Sequence[Delay]) -> Iterator[QualityIssu
     """Yield the commands that the motion precedes, if it precedes every one that has an effect."""
     effective = [each for each in delays if each.share >= _MIN_LEAD_SHARE]
     shortest = max(
-        _MIN_LEAD_STEPS * float(np.median(log.steps)), _MIN_RELATIVE_LEAD * log.time_scale
+        MIN_LEAD_STEPS * float(np.median(log.steps)), _MIN_RELATIVE_LEAD * log.time_scale
     )
     leading = [
         each
         for each in effective
-        if each.seconds < -shortest and each.confidence >= _MIN_LEAD_CONFIDENCE
+        if each.seconds < -shortest and each.confidence >= MIN_LEAD_CONFIDENCE
     ]
     if not leading or len(leading) < len(effective):
         return
