@@ -51,6 +51,9 @@ def test_a_file_that_is_there_is_kept_unless_forced(folder, call):
         (f"--like lauv {SIZES}", "--length"),
         ("--length 2000 --diameter 190 --mass 42", "metres and kilograms"),
         ("--length 2", "together"),
+        ("--kind ship --like lauv", "--kind"),
+        ("--kind boat --length 2 --beam 1 --draft 0.2", "block_coefficient"),
+        ("--kind boat --length 2 --beam 1 --draft -0.2", "--draft"),
     ],
 )
 def test_what_makes_no_vehicle(folder, call, more, words):
@@ -86,3 +89,21 @@ def test_the_free_axes_can_be_stated(folder, call):
     assert "\nweight:  #" in text
     assert "in this order" in call("vehicle new x.yaml --axes N,X", 2).stderr
     assert "--axes" in call("vehicle new y.yaml --like lauv --axes X,Y,N", 2).stderr
+
+
+@pytest.mark.parametrize(
+    ("kind", "sizes"),
+    [
+        ("boat", "--length 1.2 --beam 0.3 --draft 0.1 --mass 17"),
+        ("catamaran", "--length 2 --beam 1.08 --draft 0.134 --mass 55"),
+        ("ship", "--length 161 --beam 23.2 --draft 8.23 --block-coefficient 0.6"),
+    ],
+)
+def test_a_surface_craft_is_ready_from_its_main_dimensions(folder, call, kind, sizes):
+    assert "ready to use" in call(f"vehicle new mine.yaml --kind {kind} {sizes}").stderr
+    assert read_vehicle(folder / "mine.yaml").axes == ("X", "Y", "N")
+
+
+def test_an_empty_file_has_the_axes_of_its_kind(folder, call):
+    assert "fill in" in call("vehicle new mine.yaml --kind ship").stderr
+    assert "axes: [X, Y, N]" in (folder / "mine.yaml").read_text("utf-8")

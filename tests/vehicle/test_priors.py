@@ -6,8 +6,9 @@ import yaml
 
 import hydrodamp as hd
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.file import fleet_text, format_vehicle, parse_vehicle, vehicle_template
+from hydrodamp.vehicle.file import fleet_text, format_vehicle, parse_vehicle
 from hydrodamp.vehicle.priors import HULL_STD
+from hydrodamp.vehicle.template import vehicle_template
 
 #: Length and diameter of the fleet [m], a BlueROV2 by its frame.
 SIZES = {

@@ -3,7 +3,8 @@ import pytest
 import yaml
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.file import parse_vehicle, vehicle_template
+from hydrodamp.vehicle.file import parse_vehicle
+from hydrodamp.vehicle.template import vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle, without_righting
 
 

@@ -16,12 +16,8 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.errors import HydrodampError, ProblemError, VehicleError
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.draft_files import group_commands
-from hydrodamp.vehicle.file import (
-    fleet,
-    format_vehicle,
-    parse_vehicle,
-    vehicle_template,
-)
+from hydrodamp.vehicle.file import fleet, format_vehicle, parse_vehicle
+from hydrodamp.vehicle.template import vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle, without_righting
 
 #: Largest length [m], mass [kg] and height [mm] of an estimate.

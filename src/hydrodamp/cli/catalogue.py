@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 import typer
 
@@ -135,9 +136,13 @@ def _list_datasets(json: bool) -> None:
 
 def new(
     file: Path,
+    kind: Literal["auv", "rov", "boat", "catamaran", "ship"] | None = None,
     length: float | None = None,
     diameter: float | None = None,
+    beam: float | None = None,
+    draft: float | None = None,
     mass: float | None = None,
+    block_coefficient: float | None = None,
     axes: str | None = None,
     like: str | None = None,
     log: list[str] | None = None,
@@ -147,31 +152,42 @@ def new(
 ) -> None:
     """Write a commented vehicle file from main dimensions or a known vehicle."""
     from hydrodamp.arrays import MAX_MAGNITUDE
-    from hydrodamp.basis.term import AXES
-    from hydrodamp.vehicle.file import fleet_text, rename_vehicle, vehicle_template
+    from hydrodamp.vehicle.file import fleet_text, parse_vehicle
+    from hydrodamp.vehicle.template import rename_vehicle, vehicle_template
+    from hydrodamp.vehicle.vehicle import without_righting
 
-    sizes = {"length": length, "diameter": diameter, "mass": mass}
+    sizes = {
+        "length": length,
+        "diameter": diameter,
+        "beam": beam,
+        "draft": draft,
+        "mass": mass,
+        "block_coefficient": block_coefficient,
+    }
     known = {name: size for name, size in sizes.items() if size is not None}
     bounds = f"positive and at most {MAX_MAGNITUDE:g}"
     for name, size in known.items():
-        demand(0.0 < size <= MAX_MAGNITUDE, f"--{name}", bounds, f"{size:g}")
+        option = f"--{name.replace('_', '-')}"
+        demand(0.0 < size <= MAX_MAGNITUDE, option, bounds, f"{size:g}")
     if like is None:
-        free = AXES if axes is None else split_names(axes)
-        text = vehicle_template(file.stem, free, **sizes)
-    elif known or axes is not None:
+        free = None if axes is None else split_names(axes)
+        text = vehicle_template(file.stem, free, kind or "auv", **known)
+    elif known or axes is not None or kind is not None:
         raise VehicleError(
-            "`--like` cannot be combined with --length, --diameter, --mass or --axes."
+            "`--like` cannot be combined with --kind, --axes, --length, or other sizes."
         )
     else:
         text = rename_vehicle(fleet_text(like), file.stem)
     check_new_file(file, force)
+    complete = like is not None or bool(known)
+    state = "fill in the missing numbers"
+    if complete:
+        is_usable = not without_righting(parse_vehicle(text))
+        state = "ready to use" if is_usable else NO_RESTORING_MOMENT
     if log:
         text = add_actuators(text, read_logs(log, mapping))
     save_text(text, file)
-    complete = like is not None or mass is not None
     if json:
         emit({"path": str(file), "complete": complete})
     else:
-        is_planar = axes is not None and not {*split_names(axes)} & {*"ZKM"}
-        state = "ready to use" if like is not None or is_planar else NO_RESTORING_MOMENT
-        note(f"written to {file}: {state if complete else 'fill in the missing numbers'}")
+        note(f"written to {file}: {state}")

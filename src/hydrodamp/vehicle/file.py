@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
-import re
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
-from string import Template
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -26,18 +23,13 @@ from pydantic import (
 
 from hydrodamp import files as files
 from hydrodamp.arrays import MAX_MAGNITUDE
-from hydrodamp.basis.term import AXES
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.faults import validate
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.mass import fill_locked_axes, rigid_body_mass_matrix
-from hydrodamp.vehicle.priors import format_std
 from hydrodamp.vehicle.vehicle import Vehicle, checked_axes, without_righting
 
 KINDS: Mapping[str, type] = {kind.__name__.lower(): kind for kind in get_args(Actuator)}
-
-WATER_DENSITY = 1025.0  # kg/m^3, sea water
-MAX_MASS_RATIO = 3.0  # mass over displaced mass, or its inverse, beyond which units are refused
 
 Number = Annotated[
     float, Field(strict=True, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
@@ -312,80 +304,3 @@ def _unknown(name: str) -> str:
         f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{suggestion} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."
     )
-
-
-def _format_list(values: Iterable[Any]) -> str:
-    words = (value if isinstance(value, str) else f"{value:.6g}" for value in values)
-    return f"[{', '.join(words)}]"
-
-
-def _format_rows(matrix: Iterable[Any]) -> str:
-    return "\n".join(f"  - {_format_list(row)}" for row in matrix)
-
-
-_TEMPLATE = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
-_ACTUATORS = _TEMPLATE[_TEMPLATE.index("# What is known of the actuation") :]
-_EMPTY = {
-    **dict.fromkeys(("mass", "weight", "buoyancy", "gravity", "lift"), ""),
-    "source": '""',
-    "inertia": "[null, null, null]",
-    "about": "origin",
-    "added": _format_rows(np.where(np.eye(6), "null", "0").tolist()),
-    "std": "std: {}\norigin: {}",
-}
-
-
-def vehicle_template(
-    name: str = "my-vehicle",
-    axes: Sequence[str] = AXES,
-    /,
-    *,
-    length: float | None = None,
-    diameter: float | None = None,
-    mass: float | None = None,
-) -> str:
-    """Return the text of a vehicle file; what belongs to locked axes alone is empty."""
-    checked_axes(axes)
-    numbers = _EMPTY
-    if length is not None and diameter is not None and mass is not None:
-        numbers = _estimate(length, diameter, mass, axes)
-    elif (length, diameter, mass) != (None, None, None):
-        raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
-    return Template(_TEMPLATE).substitute(name=json.dumps(name), axes=_format_list(axes), **numbers)
-
-
-def rename_vehicle(text: str, name: str) -> str:
-    """Return the text of a vehicle file under another name, with an actuators section."""
-    renamed = re.sub(r"(?m)^name:.*$", lambda _: f"name: {json.dumps(name)}", text, count=1)
-    if re.search(r"(?m)^actuators:", text):
-        return renamed
-    return f"{renamed.rstrip()}\n\n{_ACTUATORS}"
-
-
-def _estimate(length: float, diameter: float, mass: float, axes: Sequence[str]) -> dict[str, str]:
-    """Return the values estimated for a hull, which floats or is about neutrally buoyant."""
-    vehicle = Vehicle.from_hull(length, diameter, mass)
-    cylinder = WATER_DENSITY * np.pi / 4.0 * diameter**2 * length
-    spheroid = cylinder * 2.0 / 3.0
-    lightest = spheroid / MAX_MASS_RATIO if {*axes} & {*"ZKM"} else 0.0  # a hull may float
-    if not lightest <= mass <= cylinder * MAX_MASS_RATIO:
-        raise VehicleError(
-            f"a hull of {length:g} m by {diameter:g} m displaces {spheroid:.3g} to {cylinder:.3g} "
-            f"kg, not a `mass` of {mass:g} kg: use metres and kilograms, flooded spaces included"
-        )
-    rows = np.asarray(vehicle.added_mass).tolist()
-    inertia = (vehicle.mass_matrix - np.array(rows)).diagonal().tolist()
-    for i in (i for i, axis in enumerate(AXES) if axis not in axes):
-        rows[i][i] = inertia[i] = "null"
-    return {
-        "source": json.dumps(f"{vehicle.source}: {vehicle.note}"),
-        "mass": repr(float(mass)),
-        "inertia": _format_list(inertia[3:]),
-        "about": "center_of_gravity",
-        "added": _format_rows(rows),
-        "weight": f"{vehicle.weight:.6g}",
-        "buoyancy": f"{vehicle.buoyancy:.6g}",
-        "std": format_std(vehicle.std, vehicle.origin),
-        "gravity": _format_list(vehicle.center_of_gravity),
-        "lift": _format_list(vehicle.center_of_buoyancy),
-    } | dict.fromkeys(() if lightest else ("weight", "buoyancy", "gravity", "lift"), "")

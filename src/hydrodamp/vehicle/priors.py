@@ -59,7 +59,7 @@ def format_std(std: Mapping[str, Sequence[float]], origin: Mapping[str, str]) ->
     rows = []
     for name, values in std.items():
         pairs = zip(COMPONENTS[name], values, strict=True)
-        words = ", ".join(f"{component}: {100.0 * value:.3g} %" for component, value in pairs)
+        words = ", ".join(f"{component}: {100.0 * std:.3g} %" for component, std in pairs if std)
         rows.append(f"  {name}: {{{words}}}")
     origins = ", ".join(f"{name}: {word}" for name, word in origin.items())
     return "\n".join(["std:", *rows, f"origin: {{{origins}}}"])

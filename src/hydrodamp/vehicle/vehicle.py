@@ -16,8 +16,8 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, Term
 from hydrodamp.errors import VehicleError, has_controls, printable
-from hydrodamp.vehicle import mass as masses, priors
-from hydrodamp.vehicle.actuators import Actuator, Propeller, checked_number
+from hydrodamp.vehicle import hulls, mass as masses, priors
+from hydrodamp.vehicle.actuators import Actuator, Propeller
 
 _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
@@ -194,30 +194,106 @@ class Vehicle:
         >>> [round(float(m), 1) for m in vehicle.mass_matrix.diagonal()[:3]]
         [31.6, 59.0, 59.0]
         """
-        for name, size in (("length", length), ("diameter", diameter), ("mass", mass)):
-            checked_number(size, name, positive=True)
-        weight = mass * masses.STANDARD_GRAVITY
-        lift = weight if buoyancy is None else buoyancy
-        inertia = masses.hull_inertia(length, diameter, mass)
-        rigid = masses.rigid_body_mass_matrix(mass, inertia, center_of_gravity, "center_of_gravity")
-        displaced = lift / masses.STANDARD_GRAVITY
-        added = masses.hull_added_mass(length, diameter, displaced, float(inertia[0]))
-        std: dict[str, tuple[float, ...]] = {"added_mass": priors.HULL_STD}
+        displaced = mass if buoyancy is None else buoyancy / masses.STANDARD_GRAVITY
+        hull = hulls.estimate_spheroid(length, diameter, mass, displaced)
+        return cls._estimate(hull, name, actuators, buoyancy, center_of_gravity, center_of_buoyancy)
+
+    @classmethod
+    def from_dimensions(
+        cls,
+        kind: hulls.HullKind,
+        length: float,
+        beam: float,
+        draft: float,
+        *,
+        mass: float | None = None,
+        block_coefficient: float | None = None,
+        name: str = "hull",
+        actuators: tuple[Actuator, ...] = (),
+    ) -> Vehicle:
+        """Estimate a ship, boat, catamaran or ROV from its main dimensions.
+
+        The origin is amidships, on the centerline; of an ROV, the middle of its box. The center
+        of gravity is there.
+
+        Parameters
+        ----------
+        kind : {"boat", "catamaran", "ship", "rov"}
+            A boat, catamaran or ship has the axes X Y N, an ROV all six. A catamaran has two
+            hulls at the sides of its beam, without interaction.
+        length, beam, draft : float
+            Of the hull below the waterline, of a catamaran over both hulls; ``draft`` is the height
+            of the box of an ROV [m].
+        mass : float, optional
+            With everything that moves along [kg]; by default that displaced at sea.
+        block_coefficient : float, optional
+            Displaced volume over length x beam x draft; by default that of the mass. Of a
+            catamaran, that of each hull; by default 0.4.
+        name : str, optional
+            What to call it.
+        actuators : tuple, optional
+            Rudders, propellers, thrusters.
+
+        Returns
+        -------
+        vehicle : Vehicle
+            Its note names the formulas, its ``std`` has their errors.
+
+        Raises
+        ------
+        VehicleError
+            If the dimensions cannot displace the mass, or neither mass nor block coefficient
+            is given.
+
+        References
+        ----------
+        .. [1] H. Soeding, "Prediction of Ship Steering Capabilities", Schiffstechnik 29,
+           1982; as in T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion
+           Control, Wiley, 2021.
+        .. [2] D. Clarke, P. Gedling, G. Hine, "The Application of Manoeuvring Criteria in
+           Hull Design Using Linear Theory", Transactions of RINA 125, 1983.
+        .. [3] DNV-RP-H103, Modelling and Analysis of Marine Operations, 2011, table A-2.
+
+        Examples
+        --------
+        >>> boat = Vehicle.from_dimensions("boat", 1.2, 0.3, 0.1, mass=17.0)
+        >>> [round(float(boat.mass_matrix[i, i]), 1) for i in (0, 1, 5)]
+        [19.1, 37.0, 2.7]
+        """
+        hull = hulls.estimate_hull(kind, length, beam, draft, mass, block_coefficient)
+        return cls._estimate(hull, name, actuators)
+
+    @classmethod
+    def _estimate(
+        cls,
+        hull: hulls.Hull,
+        name: str,
+        actuators: tuple[Actuator, ...],
+        buoyancy: float | None = None,
+        center_of_gravity: npt.ArrayLike = (0.0, 0.0, 0.0),
+        center_of_buoyancy: npt.ArrayLike = (0.0, 0.0, 0.0),
+    ) -> Vehicle:
+        """Return the vehicle of a hull, neutrally buoyant if no buoyancy is given."""
+        rigid = masses.rigid_body_mass_matrix(
+            hull.mass, hull.inertia, center_of_gravity, "center_of_gravity"
+        )
+        weight = hull.mass * masses.STANDARD_GRAVITY
+        std: dict[str, tuple[float, ...]] = {"added_mass": hull.std}
         origin = {"added_mass": "formula"}
-        if buoyancy is None:
+        if buoyancy is None and "Z" in hull.axes:
             std["buoyancy"], origin["buoyancy"] = (priors.NEUTRAL_STD,), "assumed"
         return cls(
             name=name,
-            mass_matrix=rigid + added,
+            mass_matrix=rigid + hull.added_mass,
             weight=weight,
-            buoyancy=lift,
+            buoyancy=weight if buoyancy is None else buoyancy,
             center_of_gravity=np.asarray(center_of_gravity),
             center_of_buoyancy=np.asarray(center_of_buoyancy),
             actuators=actuators,
-            source=f"estimate from length {length:g} m, diameter {diameter:g} m, mass {mass:g} kg",
-            note="added mass and inertia of a spheroid of this size; roll from small fins. "
-            "`std` is the spread of published added masses about this formula.",
-            added_mass=added,
+            axes=hull.axes,
+            source=hull.source,
+            note=hull.note,
+            added_mass=hull.added_mass,
             std=std,
             origin=origin,
         )
