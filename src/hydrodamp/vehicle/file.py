@@ -299,7 +299,7 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
 
 
 def _unknown(name: str) -> str:
-    suggestion = did_you_mean(name, fleet) or files.nearest_file(f"{name}.yaml")
+    suggestion = files.nearest_file(f"{name}.yaml") or did_you_mean(name, fleet)
     return (
         f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{suggestion} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."
