@@ -1,4 +1,6 @@
-"""The eight models against the paper: counts of Table I, terms and values of section II.C."""
+"""The eight models against the paper, Table I and section II.C; models of ships in use."""
+
+import re
 
 import numpy as np
 import pytest
@@ -19,6 +21,9 @@ COUNTS = {
     "fossen": 12,
     "coe-as-printed": 36,
 }
+
+# Of ships, in the horizontal plane.
+SHIPS = {"abkowitz": 33, "mmg-hull": 17, "nomoto": 1}
 
 # What each printed row of the longer models sums to when every coefficient is one, as formulas.
 # h = eta - 1, cross = V = sqrt(v^2 + w^2), signed_v = sign(v) V, signed_w = sign(w) V.
@@ -65,7 +70,7 @@ FORMULAS = {"pitch-yaw": pitch_yaw, "gertler-hagen": gertler_hagen, "prestero": 
 
 
 def test_the_counts_of_table_1():
-    assert {key: model.n_coefficients for key, model in catalog.items()} == COUNTS
+    assert {key: model.n_coefficients for key, model in catalog.items()} == COUNTS | SHIPS
     assert tuple(COUNTS)[:8] == PAPER_MODELS
 
 
@@ -91,6 +96,29 @@ def test_every_model_says_where_it_comes_from(key):
     assert "Gibson, McCarter, Stilwell, Neu" in model.source
     assert model.note
     assert len(str(model).splitlines()) <= 24
+
+
+@pytest.mark.parametrize("key", SHIPS)
+def test_models_of_ships_have_sources_and_horizontal_terms(key):
+    model = catalog[key]
+    assert re.search(r"19\d\d|20\d\d", model.source)
+    assert model.note
+    assert {label[0] for label in model.labels} <= set("XYN")
+
+
+def test_abkowitz_spans_the_series_of_mariner():
+    """Chislett and Strom-Tejsen, in the perturbation of 7.7175 m/s: but for the constant."""
+    u, v, r = np.random.default_rng(3).normal(size=(3, 60))
+    velocity = np.column_stack([7.7175 + u, v, *np.zeros((3, 60)), r])
+    series = {
+        0: [u, u**2, u**3, v**2, r**2, r * v],
+        1: [v, r, v**3, v**2 * r, v * u, r * u, u, u**2],
+    }
+    for axis, forces in series.items():
+        terms = Basis(catalog["abkowitz"].terms[axis]).evaluate(velocity)
+        columns = np.column_stack([terms, np.ones(60)])
+        coefficients, *_ = np.linalg.lstsq(columns, np.transpose(forces))
+        np.testing.assert_allclose(columns @ coefficients, np.transpose(forces), atol=1e-8)
 
 
 def test_find_model_names_the_nearest():

@@ -57,7 +57,7 @@ class Catalog(Mapping[str, DampingModel]):
 
 
 catalog = Catalog(map(_read_entry, _CONTENT["models"]))
-"""The paper's eight models in the order of Table I, then ``coe-as-printed``, by key."""
+"""The paper's eight models in the order of Table I, ``coe-as-printed``, then models of ships."""
 
 PAPER_MODELS = tuple(catalog)[:8]
 """Keys of the paper's eight models, in the order of Table I."""
