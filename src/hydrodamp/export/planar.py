@@ -17,6 +17,7 @@ from hydrodamp.export.target import with_damping
 from hydrodamp.export.verification import LEVEL_ATTITUDE
 from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.damping_estimate import WATER_DENSITY
+from hydrodamp.vehicle.hulls import PLANAR
 from hydrodamp.vehicle.mass import (
     STANDARD_GRAVITY,
     InertiaPoint,
@@ -25,8 +26,6 @@ from hydrodamp.vehicle.mass import (
     rigid_body_mass_matrix,
 )
 from hydrodamp.vehicle.vehicle import Vehicle, without_righting
-
-PLANAR = ("X", "Y", "N")
 
 #: Height of the centre of buoyancy above that of gravity over the diameter of the spheroid: the
 #: metacentric height of small boats is of this order.

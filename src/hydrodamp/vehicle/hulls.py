@@ -38,7 +38,7 @@ MAX_DISPLACEMENT_RATIO = 1.25
 """Mass over the displacement of the block coefficient, or its inverse: by load and density."""
 
 REGRESSION_RANGE = {"B/L": (0.0, 0.2), "B/T": (2.0, 4.0), "C_B": (0.5, 0.85)}
-"""Ratios near those of the ships that the std rests on; beyond, the regression is not evaluated."""
+"""Ratios near those of the ships of ``SHIP_STD``; a ratio beyond is replaced by the limit."""
 
 SHIP_STD = (0.65, 0.2, 0.0, 0.0, 0.0, 0.2)
 """RMS of ln(published / formula) of four ships, by axis.
