@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.channels import UNITS
 from hydrodamp.data.recording import Dates, Recording
 from hydrodamp.errors import first_few
 
@@ -25,7 +26,7 @@ _DATE = re.compile(
     r"(?:(\d\d?):(\d\d)(?::(\d\d(?:[.,]\d*)?))?\s*([ap]m)?)?\s*(?:z|utc|([+-]\d\d):?(\d\d))?\s*$",
     re.IGNORECASE,
 )
-_DAY_SECONDS = 86400.0  # s
+DAY_SECONDS = UNITS["time"]["d"]
 _ORDERS = ("day first", "month first")
 _ISO = "to exclude the other, write dates as year-month-day"
 
@@ -82,8 +83,8 @@ def _read_dates(
         second_of_minute = float((match[9] or "0").replace(",", "."))
         seconds[row] = days[date] + hour * 3600 + int(match[8] or 0) * 60 + second_of_minute - zone
     known = ~np.isnan(seconds)
-    if seconds[known].max(initial=0.0) <= _DAY_SECONDS:
-        seconds[known] = np.unwrap(seconds[known], period=_DAY_SECONDS)
+    if seconds[known].max(initial=0.0) <= DAY_SECONDS:
+        seconds[known] = np.unwrap(seconds[known], period=DAY_SECONDS)
     return seconds
 
 

@@ -1,0 +1,73 @@
+"""Columns of digits `hhmmss`, and dates next to times of day."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+
+DAY = 86400.0
+JUNE = 1717200000.0  # 2024-06-01
+
+
+def read_time(path: Path, header: str, row: Callable[[int], str], n: int = 60) -> np.ndarray:
+    path.write_text("\n".join([f"{header},u", *(f"{row(k)},{k}" for k in range(n))]), "utf-8")
+    return hd.read_recording(path).topics[0].fields[header.split(",")[-1]]
+
+
+def day_and_time(since_june: int) -> str:
+    day, time = divmod(since_june, 86400)
+    return f"2024-06-{day + 1:02d},{time // 3600:02d}:{time // 60 % 60:02d}:{time % 60:02d}"
+
+
+@pytest.mark.parametrize("start", [36000, 86370], ids=["of two days apart", "over midnight"])
+@pytest.mark.parametrize("n_missing", [0, 10, 40])
+def test_each_time_of_day_has_the_date_of_its_row(
+    tmp_path: Path, start: int, n_missing: int
+) -> None:
+    pause = 2 * 86400 - 3600 if start == 36000 else 0
+    seconds = [start + k + pause * (k >= 30) for k in range(60)]
+
+    def row(k: int) -> str:
+        date, time = day_and_time(seconds[k]).split(",")
+        return f"{'' if k < n_missing and (pause == 0 or k < 20) else date},{time}"
+
+    times = read_time(tmp_path / "a.csv", "date,time", row)
+    np.testing.assert_array_equal(times, JUNE + np.array(seconds))
+
+
+def test_a_date_of_the_start_continues_over_midnight(tmp_path: Path) -> None:
+    def row(k: int) -> str:
+        return f"2024-06-01,{day_and_time(86370 + k).split(',')[1]}"
+
+    times = read_time(tmp_path / "a.csv", "date,time", row)
+    np.testing.assert_array_equal(times, JUNE + 86370.0 + np.arange(60.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "row"),
+    [
+        ("time", lambda k: 300.0 * (k // 6) + k % 6),  # bursts of 6 s
+        ("time", lambda k: 100.0 * (k // 30) + k % 30),
+        ("time", lambda k: 50.0 * k),
+        ("elapsed_time", lambda k: 100.0 * (k // 60) + k % 60),
+        ("time_since_boot", lambda k: 100.0 * (k // 60) + k % 60),
+    ],
+)
+def test_seconds_with_pauses_are_no_digits(
+    tmp_path: Path, name: str, row: Callable[[int], float]
+) -> None:
+    times = read_time(tmp_path / "a.csv", name, lambda k: f"{row(k)}", 150)
+    np.testing.assert_array_equal(times, [row(k) for k in range(150)])
+
+
+@pytest.mark.parametrize("step", [0.2, 1.0, 20.0, 30.0])
+def test_digits_with_a_carry_are_times_of_day(tmp_path: Path, step: float) -> None:
+    seconds = (86380.0 + step * np.arange(400)) % DAY
+    digits = seconds // 3600 * 1e4 + seconds // 60 % 60 * 1e2 + seconds % 60
+    times = read_time(tmp_path / "a.csv", "time", lambda k: f"{digits[k]:09.2f}", 400)
+    np.testing.assert_allclose(times, 86380.0 + step * np.arange(400), atol=1e-6)
