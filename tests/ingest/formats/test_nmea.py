@@ -63,3 +63,60 @@ def test_other_sentences_are_refused_by_name(tmp_path: Path) -> None:
     path.write_text(sentence("GPGSV,1,1,00") + "\n", encoding="ascii")
     with pytest.raises(LogError, match=r"found GSV. Convert the file to CSV, .* pynmea2"):
         hd.read_recording(path)
+
+
+def read_topics(path: Path, *bodies: str) -> hd.Recording:
+    path.write_text("\n".join(map(sentence, bodies)), encoding="ascii")
+    return hd.read_recording(path)
+
+
+def test_only_positions_have_minutes_and_a_hemisphere(tmp_path: Path) -> None:
+    speeds = "GPVTG,054.7,T,034.4,M,005.5,N,010.2,K", "IIVHW,245.1,T,245.1,M,006.0,N,010.9,K"
+    recording = read_topics(tmp_path / "a.nmea", *speeds)
+    assert recording.topic("VTG").fields["sog"].tolist() == [5.5]
+    assert recording.topic("VHW").fields["stw"].tolist() == [6.0]
+
+
+@pytest.mark.parametrize(
+    ("body", "field", "is_valid"),
+    [
+        ("HEROT,-3.0,V", "yaw_rate", False),
+        ("HEROT,-3.0,A", "yaw_rate", True),
+        ("AGRSA,2.0,V,,", "rudder", False),
+        ("HETHS,100.0,V", "heading", False),
+        ("HETHS,100.0,E", "heading", True),
+        ("GPGGA,000020.00,0000.0000,N,00000.0000,E,0,00,99.9,0.0,M,,M,,", "altitude", False),
+        ("GPGGA,000020.00,0000.0000,N,00000.0000,E,1,08,99.9,0.0,M,,M,,", "altitude", True),
+        ("GPVTG,054.7,T,034.4,M,005.5,N,010.2,K,N", "sog", False),
+        ("GPRMC,120000.00,V,5330.0000,N,00830.0000,E,5.5,054.7,010624,,", "sog", False),
+    ],
+)
+def test_an_invalid_status_gives_no_numbers(
+    tmp_path: Path, body: str, field: str, is_valid: bool
+) -> None:
+    values = read_topics(tmp_path / "a.nmea", body).topics[0].fields[field]
+    assert bool(np.isfinite(values).all()) == is_valid
+
+
+def test_sentences_that_begin_after_midnight_share_the_clock(tmp_path: Path) -> None:
+    bodies = ["GPGGA,235957.00,5330.0000,N,00830.0000,E,1,08,1.0,0.0,M,,M,,"]
+    for clock, date in (("235958", "310524"), ("000002", "010624"), ("010000", "030624")):
+        bodies.append(f"GPRMC,{clock}.00,A,5330.0000,N,00830.0000,E,5.5,054.7,{date},,")
+    recording = read_topics(tmp_path / "a.nmea", *bodies, "HEHDT,100.0,T", "HEHDM,101.0,M")
+    midnight = 1717200000.0  # 2024-06-01
+    times = {topic.name: np.asarray(topic.time) - midnight for topic in recording.topics}
+    assert times["GGA"].tolist() == [-3.0]
+    assert times["RMC"].tolist() == [-2.0, 2.0, 2 * 86400.0 + 3600.0]
+    assert times["HDT"].tolist() == times["HDM"].tolist() == [2 * 86400.0 + 3600.0]
+
+
+def test_a_draft_prefers_the_true_heading(tmp_path: Path) -> None:
+    text = write_sentences(tmp_path / "nav.txt").read_text("ascii").replace("\r", "")
+    for k, yaw in enumerate(np.degrees(YAW)):
+        true = sentence(f"HEHDT,{yaw % 360:.4f},T") + "\n"
+        magnetic = sentence(f"HCHDM,{(yaw + 5.0) % 360:.4f},M") + "\n"
+        text = text.replace(true, magnetic + true) if k % 2 else text.replace(true, magnetic * 2)
+    path = tmp_path / "magnetic.txt"
+    path.write_text(text, encoding="ascii")
+    draft = hd.probe(hd.read_recording(path)).draft.text
+    assert "heading: {column: HDT.heading, unit: deg}" in draft

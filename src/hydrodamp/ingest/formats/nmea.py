@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import datetime
 from functools import reduce
 from operator import xor
@@ -12,21 +13,21 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.content import open_log
+from hydrodamp.ingest.formats.dates import DAY_SECONDS
+from hydrodamp.ingest.formats.time_columns import decode_time_of_day
 
 _SENTENCE = re.compile(r"[$!]([A-Z]{2})([A-Z]{3}),([^*\r\n]*)(?:\*([0-9A-Fa-f]{2}))?")
-_DAY_SECONDS = 86400.0  # s
 
 #: Numbers of each sentence: name, unit, and position among its cells.
 _FIELDS = {
     "RMC": {"latitude": ("deg", 2), "longitude": ("deg", 4), "sog": ("kn", 6), "cog": ("deg", 7)},
     "GGA": {"latitude": ("deg", 1), "longitude": ("deg", 3), "altitude": ("m", 8)},
     "HDT": {"heading": ("deg", 0)},
-    "HDG": {"heading": ("deg", 0)},
-    "HDM": {"heading": ("deg", 0)},
+    "HDG": {"heading_magnetic": ("deg", 0)},
+    "HDM": {"heading_magnetic": ("deg", 0)},
     "THS": {"heading": ("deg", 0)},
     "ROT": {"yaw_rate": ("deg/min", 0)},
     "VTG": {"cog": ("deg", 0), "sog": ("kn", 4)},
@@ -35,13 +36,18 @@ _FIELDS = {
     "RSA": {"rudder": ("deg", 0)},
 }
 _TIMED = ("RMC", "GGA")  # sentences whose first cell is the time
+_INVALID = {  # position of the status among the cells, and its value for invalid numbers
+    **dict.fromkeys(("RMC", "ROT", "RSA", "THS"), (1, "V")),
+    "GGA": (5, "0"),
+    "VTG": (8, "N"),
+}
 
 
 def read_file(path: str | Path) -> Recording:
     """Read the sentences of a file; those without a time have that of the last one with a time."""
     rows: dict[str, list[list[float]]] = defaultdict(list)
     times: dict[str, list[float]] = defaultdict(list)
-    now, date, n_damaged = np.nan, "", 0
+    clock, n_damaged = _Clock(), 0
     skipped: set[str] = set()
     with open_log(path) as file:
         for raw in file:
@@ -50,14 +56,16 @@ def read_file(path: str | Path) -> Recording:
                 n_damaged += bool(line.strip(" \0\r\n"))
                 continue
             kind, cells = match[2], match[3].split(",")
+            status, invalid = _INVALID.get(kind, (len(cells), ""))
+            is_valid = cells[status : status + 1] != [invalid]
             if kind in _TIMED and len(cells) > 8:
-                now = _parse_number(cells[0])
-                date = date or cells[8] * (kind == "RMC")
+                clock.advance(cells[0], cells[8] if kind == "RMC" and is_valid else "")
             if kind not in _FIELDS:
                 skipped.add(kind)
-            elif kind != "RMC" or cells[1:2] == ["A"]:
-                rows[kind].append([_read_cell(cells, at) for _, at in _FIELDS[kind].values()])
-                times[kind].append(now)
+                continue
+            numbers = [_read_cell(cells, name, k) for name, (_, k) in _FIELDS[kind].items()]
+            rows[kind].append(numbers if is_valid else [np.nan] * len(numbers))
+            times[kind].append(clock.now)
     if not rows:
         fault = (
             f"expected NMEA 0183 sentences {' '.join(_FIELDS)}, found"
@@ -72,7 +80,7 @@ def read_file(path: str | Path) -> Recording:
     topics = [
         Topic(
             kind,
-            _read_clock(times[kind], date),
+            np.array(times[kind]) + clock.start,
             {
                 name: np.array(values)
                 for name, values in zip(_FIELDS[kind], zip(*table, strict=True), strict=True)
@@ -96,23 +104,32 @@ def _parse_number(cell: str) -> float:
     return float("nan")
 
 
-def _read_cell(cells: list[str], index: int) -> float:
-    """Return the number in a cell; in degrees where a hemisphere follows ddmm.mmmm."""
+def _read_cell(cells: list[str], name: str, index: int) -> float:
+    """Return the number in a cell; latitude and longitude ddmm.mmmm in degrees."""
     value = _parse_number(cells[index]) if index < len(cells) else float("nan")
-    hemisphere = cells[index + 1] if index + 1 < len(cells) else ""
-    if hemisphere not in tuple("NSEW") or not hemisphere:
+    if name not in ("latitude", "longitude"):
         return value
     degrees, minutes = divmod(value, 100.0)
-    return (degrees + minutes / 60.0) * (-1.0 if hemisphere in "SW" else 1.0)
+    is_negative = cells[index + 1 : index + 2] in (["S"], ["W"])
+    return (degrees + minutes / 60.0) * (-1.0 if is_negative else 1.0)
 
 
-def _read_clock(digits: list[float], date: str) -> FloatArray:
-    """Return seconds since 1970 of times hhmmss, unwrapped at midnight, from a date ddmmyy."""
-    times = np.array(digits)
-    known = np.isfinite(times)
-    minutes = times // 1e4 * 60.0 + times // 1e2 % 1e2
-    times = minutes * 60.0 + times % 1e2
-    times[known] = np.unwrap(times[known], period=_DAY_SECONDS)
-    with suppress(ValueError):
-        times += datetime.strptime(f"{date}+0000", "%d%m%y%z").timestamp()
-    return times
+@dataclass
+class _Clock:
+    """Time of the last sentence with a time [s], continuous at midnight; start is since 1970."""
+
+    now: float = float("nan")
+    start: float = 0.0
+    known: float = DAY_SECONDS / 2  # last time that is no NaN
+
+    def advance(self, digits: str, date: str) -> None:
+        """Read a time hhmmss, and a date ddmmyy if there is one."""
+        self.now = of_day = float(decode_time_of_day(np.array(_parse_number(digits))))
+        if np.isnan(of_day):
+            return
+        self.now += DAY_SECONDS * np.rint((self.known - of_day) / DAY_SECONDS)
+        with suppress(ValueError):
+            midnight = datetime.strptime(f"{date}+0000", "%d%m%y%z").timestamp()
+            self.start = self.start or midnight + of_day - self.now
+            self.now = midnight + of_day - self.start
+        self.known = self.now

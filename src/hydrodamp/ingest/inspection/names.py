@@ -235,7 +235,9 @@ def _role_of_words(
         if name_words & WORDS["specific_force"]:
             return None  # an angular acceleration
         is_rate = name_words & (WORDS["angular_rate"] | WORDS["rate_of_angle"])
-        return (f"velocity.{_TABLES['rates'][angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
+        if is_rate:
+            return f"velocity.{_TABLES['rates'][angle]}", 80
+        return f"attitude.{angle}", 75 if name_words & {"magnetic", "mag", "hdm"} else 85
     is_angle = context & WORDS["angle_vector"] - {"ang"} or "ang" in name_words
     if "attitude" in context and "angular" in name_words:
         is_angle = not any("orientation" in sibling for sibling in siblings)
