@@ -5,9 +5,11 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.ingest.formats.dates import is_date, parse_dates
 from hydrodamp.ingest.read import read_recordings
 
 
@@ -61,3 +63,32 @@ def test_read_logs_joins_days_in_order(tmp_path: Path) -> None:
     ]
     log = hd.read_logs(paths, mapping)
     assert log.time[20] - log.time[0] == 86400.0
+
+
+@pytest.mark.parametrize(
+    ("cell", "seconds"),
+    [
+        ("2024-06-01 12:30:00+00", 45000.0),
+        ("2024-06-01 12:30:00-05", 63000.0),
+        ("2024-06-01 12:30:00 GMT", 45000.0),
+        ("2024-06-01 12:30:00 UTC+2", 37800.0),
+        ("2024-06-01 12:30:00+0530", 25200.0),
+        ("20240601T123000Z", 45000.0),
+        ("20240601T123000.5+02:00", 37800.5),
+        ("2024-06-01_12:30:00", 45000.0),
+        ("20240601_123000", 45000.0),
+        ("2024-06-01 24:00:00", 86400.0),
+    ],
+)
+def test_forms_of_dates(cell: str, seconds: float) -> None:
+    assert is_date(cell)
+    assert parse_dates([cell])[0][0] == 1717200000.0 + seconds
+
+
+@pytest.mark.parametrize(
+    "cell",
+    ["25:61:61", "12:60:00", "12:30:61", "2024-06-01 25:00:00", "20240601", "20240601123000"],
+)
+def test_other_cells_are_no_dates(cell: str) -> None:
+    assert not is_date(cell)
+    assert np.isnan(parse_dates([cell])[0][0])

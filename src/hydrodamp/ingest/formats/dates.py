@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
 from itertools import product
 
 import numpy as np
@@ -22,10 +21,13 @@ MISSING = frozenset(
 )
 
 _DATE = re.compile(
-    r"\s*(?:(\d{4})[-/.](\d\d?)[-/.](\d\d?)|(\d\d?)[-/.](\d\d?)[-/.](\d{4}))?(?:^|[T, ]+|$)"
-    r"(?:(\d\d?):(\d\d)(?::(\d\d(?:[.,]\d*)?))?\s*([ap]m)?)?\s*(?:z|utc|([+-]\d\d):?(\d\d))?\s*$",
+    r"\s*(?:(\d{4})[-/.](\d\d?)[-/.](\d\d?)|(\d\d?)[-/.](\d\d?)[-/.](\d{4}))?"
+    r"(?:^|[T_, ]+(?!2[5-9]|[3-9]\d)|$)"  # hours above 24 are no time of a date
+    r"(?:(\d\d?):([0-5]\d)(?::((?:[0-5]\d|60)(?:[.,]\d*)?))?\s*([ap]m)?)?"
+    r"\s*(?:z|utc|gmt)?(?:([+-]\d\d?)(?::?(\d\d))?)?\s*$",
     re.IGNORECASE,
 )
+_COMPACT = re.compile(r"\s*(\d{4})(\d\d)(\d\d)[T_ ](\d\d)(\d\d)(\d\d)", re.IGNORECASE)
 DAY_SECONDS = UNITS["time"]["d"]
 _ORDERS = ("day first", "month first")
 _ISO = "to exclude the other, write dates as year-month-day"
@@ -38,8 +40,12 @@ def is_missing(cell: str) -> bool:
 
 def is_date(cell: str) -> bool:
     """Return whether a cell holds a date, or a time of day with seconds."""
-    match = _DATE.match(cell)
+    match = _match_date(cell)
     return match is not None and (match[1] or match[6] or match[9]) is not None
+
+
+def _match_date(cell: str) -> re.Match[str] | None:
+    return _DATE.match(_COMPACT.sub(r"\1-\2-\3T\4:\5:\6", cell))
 
 
 def parse_dates(cells: Sequence[str]) -> tuple[FloatArray, Dates | None]:
@@ -47,13 +53,13 @@ def parse_dates(cells: Sequence[str]) -> tuple[FloatArray, Dates | None]:
 
     Dates that both orders allow are read day first; with `am` or `pm`, month first.
     """
-    matches = {cell: _DATE.match(cell) for cell in dict.fromkeys(cells) if not is_missing(cell)}
-    pairs = {(int(it[4]), int(it[5])) for it in matches.values() if it and it[4]}
+    matches = {cell: _match_date(cell) for cell in dict.fromkeys(cells) if not is_missing(cell)}
+    pairs = {(int(match[4]), int(match[5])) for match in matches.values() if match and match[4]}
     if not pairs:
-        is_of_day = not any(it is not None and it[1] for it in matches.values())
+        is_of_day = not any(match is not None and match[1] for match in matches.values())
         return _read_dates(cells, matches, 0), Dates("", None) if is_of_day else None
     possible = [order for order in (0, 1) if all(pair[1 - order] <= 12 for pair in pairs)]
-    is_american = any(it is not None and it[10] for it in matches.values())
+    is_american = any(match is not None and match[10] for match in matches.values())
     order = int(is_american) if len(possible) == 2 else (possible or [0])[0]
     alternative = None
     if len(possible) == 2 and any(first != second for first, second in pairs):
@@ -74,12 +80,14 @@ def _read_dates(
             continue
         if (date := match.groups()[:6]) not in days:
             day, month = (3, 2) if match[1] else (4 + order, 5 - order)
-            year_month_day = (int(match[1] or match[6]), int(match[month]), int(match[day]))
-            days[date] = datetime(*year_month_day, tzinfo=UTC).timestamp()
+            text = f"{match[1] or match[6]}-{match[month]:0>2}-{match[day]:0>2}"
+            days[date] = float(np.datetime64(text, "s").astype(np.float64))
         hour = int(match[7] or 0)
         if match[10]:
             hour = hour % 12 + 12 * (match[10].lower() == "pm")
-        zone = (int(match[11]) * 60 + int(match[11][0] + match[12])) * 60 if match[11] else 0
+        zone = 0
+        if match[11]:
+            zone = int(match[11]) * 3600 + int(match[11][0] + (match[12] or "0")) * 60
         second_of_minute = float((match[9] or "0").replace(",", "."))
         seconds[row] = days[date] + hour * 3600 + int(match[8] or 0) * 60 + second_of_minute - zone
     known = ~np.isnan(seconds)
@@ -93,16 +101,16 @@ def settle_dates(recordings: Sequence[Recording]) -> list[Recording]:
 
     A recording that excludes the other order decides; else the smallest span of all dates.
     """
-    listed = [*_list_dates(recordings)]
-    settled = {dates.order: source for source, _, dates in listed if dates.alternative is None}
-    if all(dates.alternative is None for _, _, dates in listed):
+    columns = [*_list_dates(recordings)]
+    sources = {dates.order: source for source, _, dates in columns if dates.alternative is None}
+    if all(dates.alternative is None for _, _, dates in columns):
         return [*recordings]
-    if len(settled) == 1:
-        ((order, source),) = settled.items()
+    if len(sources) == 1:
+        ((order, source),) = sources.items()
         reason = f"as {source} excludes the other order"
     else:
-        spans = {name: _span_of(listed, name) for name in _ORDERS}
-        order = next(dates.order for _, _, dates in listed if dates.alternative is not None)
+        spans = {name: _span_of(columns, name) for name in _ORDERS}
+        order = next(dates.order for _, _, dates in columns if dates.alternative is not None)
         order = min((order, *_ORDERS), key=lambda name: spans[name])
         is_nearest = len({*spans.values()}) > 1
         reason = "which gives the shortest span" if is_nearest else f"as both orders fit; {_ISO}"
@@ -118,13 +126,13 @@ def _list_dates(recordings: Iterable[Recording]) -> Iterator[tuple[str, FloatArr
                     yield recording.source, topic.fields[name], dates
 
 
-def _span_of(listed: Iterable[tuple[str, FloatArray, Dates]], order: str) -> float:
+def _span_of(columns: Iterable[tuple[str, FloatArray, Dates]], order: str) -> float:
     """Return the span of all dates in one order [s]."""
-    read = (
+    choices = (
         seconds if dates.alternative is None or dates.order == order else dates.alternative
-        for _, seconds, dates in listed
+        for _, seconds, dates in columns
     )
-    limits = [limit(seconds) for seconds, limit in product(read, (np.nanmin, np.nanmax))]
+    limits = [limit(seconds) for seconds, limit in product(choices, (np.nanmin, np.nanmax))]
     return float(max(limits) - min(limits))
 
 
@@ -132,14 +140,15 @@ def _read_in_order(recording: Recording, order: str, reason: str) -> Recording:
     """Return a recording with its ambiguous dates in one order, and a note on them."""
     topics, names = [], list[str]()
     for topic in recording.topics:
-        ambiguous = {key: it for key, it in topic.dates.items() if it.alternative is not None}
-        names += [f"`{key}`" for key in ambiguous]
-        moved = {key: it.alternative for key, it in ambiguous.items() if it.order != order}
-        fields = {**topic.fields, **{key: it for key, it in moved.items() if it is not None}}
-        dates = {key: it for key, it in topic.dates.items() if key not in ambiguous}
+        fields, dates = {**topic.fields}, {**topic.dates}
+        for key, form in topic.dates.items():
+            if form.alternative is not None:
+                names.append(f"`{key}`")
+                fields[key] = fields[key] if form.order == order else form.alternative
+                del dates[key]
         topics.append(replace(topic, fields=fields, dates=dates))
     if not names:
         return recording
-    listed = ", ".join(first_few(names, 4, "columns"))
-    note = f"the dates in {listed} are read {order}, {reason}"
+    columns = ", ".join(first_few(names, 4, "columns"))
+    note = f"the dates in {columns} are read {order}, {reason}"
     return replace(recording, topics=tuple(topics), notes=(*recording.notes, note))
