@@ -258,6 +258,8 @@ def _make_topic(
     for field, (original, column) in zip(header.names, columns.items(), strict=True):
         if len(column) != n:
             faults[field] = f"`{original}` has {len(column)} values {comparison}; make them equal"
+        elif id(column) in stated and (fault := stated[id(column)].fault):
+            faults[field] = f"`{original}`: {fault}"
         elif column.dtype.kind in "US":
             samples[field] = parse_column(np.asarray(column, dtype=str).tolist(), name=field)
         else:

@@ -16,14 +16,26 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.channels import UNITS, parse_unit
 from hydrodamp.ingest.formats.content import open_seekable
-from hydrodamp.ingest.formats.dates import parse_dates
+from hydrodamp.ingest.formats.dates import is_date, parse_dates
 
 #: Attributes of a variable that state its numbers and their meaning.
 ATTRIBUTES = (
     *("units", "standard_name", "scale_factor", "add_offset", "_FillValue", "missing_value"),
 )
-_SINCE = re.compile(r"\s*(\w+)\s+since\s+(\d+-\d+-\d+)[T ]*(\d\d?:\d\d(?::\d\d\S*)?)?.*", re.I)
-_DEFAULT_FILL = 9.969209968386869e36  # of variables without _FillValue
+_SINCE = re.compile(r"\s*(\w+)\s+since\s+(.*)", re.IGNORECASE)
+_DIGIT = re.compile(r"(?<![\d.])\d(?!\d)")
+_YEAR = re.compile(r"\d+(?=-)")
+_HOUR = re.compile(r"[T ]\d\d(?=Z?$)")
+#: Fill of variables without _FillValue by type; bytes have none.
+_DEFAULT_FILLS = {
+    **dict.fromkeys(("f4", "f8"), 9.969209968386869e36),
+    "i2": -(2**15) + 1,
+    "i4": -(2**31) + 1,
+    "i8": -(2**63) + 2,
+    "u2": 2**16 - 1,
+    "u4": 2**32 - 1,
+    "u8": 2**64 - 2,
+}
 
 #: Attributes of variables by name.
 Attributes = dict[str, Mapping[str, Any]]
@@ -35,6 +47,7 @@ class Variable(NamedTuple):
     values: Any
     unit: str = ""
     standard_name: str = ""
+    fault: str = ""
 
 
 def read_classic(path: str | Path, attributes: Attributes) -> Iterator[tuple[str, Any]]:
@@ -53,21 +66,33 @@ def decode_variable(array: Any, attributes: Mapping[str, Any]) -> Variable:
     """Return the physical values of a packed array; times since a date count from 1970 [s]."""
     plain = {key: _plain_value(attributes[key]) for key in ATTRIBUTES if key in attributes}
     unit, standard_name = (str(plain.pop(key, "")).strip() for key in ATTRIBUTES[:2])
-    if np.asarray(array).dtype.kind not in "buif" or not (plain or unit):
+    dtype = np.asarray(array).dtype
+    if dtype.kind not in "buif" or not (plain or unit):
         return Variable(array, unit, standard_name)
     values: FloatArray = np.array(array, dtype=np.float64)
-    fills = (plain.get("_FillValue", _DEFAULT_FILL), plain.get("missing_value"))
+    fills = (plain.get("_FillValue", _DEFAULT_FILLS.get(dtype.str[1:])), plain.get("missing_value"))
     for fill in fills:
         if isinstance(fill, (int, float)):
-            values[np.isclose(values, fill, rtol=1e-6, atol=0.0)] = np.nan
+            rounding = 1e-6 if dtype.kind == "f" else 0.0
+            values[np.isclose(values, fill, rtol=rounding, atol=0.0)] = np.nan
     scale, offset = plain.get("scale_factor", 1.0), plain.get("add_offset", 0.0)
     if (scale, offset) != (1.0, 0.0):
         values = values * scale + offset
     if (match := _SINCE.fullmatch(unit)) and (word := parse_unit(match[1], "time")):
-        with suppress(ValueError):
-            epoch = parse_dates([" ".join(filter(None, match.groups()[1:]))])[0][0]
-            return Variable(values * UNITS["time"][word] + epoch, "s", standard_name or "time")
+        if (epoch := _parse_epoch(match[2])) is None:
+            fault = f"expected units such as 'seconds since 1970-01-01 00:00:00', found '{unit}'"
+            return Variable(values, unit, standard_name, fault)
+        return Variable(values * UNITS["time"][word] + epoch, "s", standard_name or "time")
     return Variable(values, unit, standard_name)
+
+
+def _parse_epoch(text: str) -> float | None:
+    """Return seconds since 1970 of an epoch such as `1970-1-1 0:0:0`; None if it is no date."""
+    text = _YEAR.sub(lambda year: year[0].zfill(4), _DIGIT.sub(r"0\g<0>", text.strip()), count=1)
+    text = _HOUR.sub(r"\g<0>:00", text)
+    with suppress(ValueError):
+        return float(parse_dates([text])[0][0]) if is_date(text) else None
+    return None
 
 
 def _plain_value(value: Any) -> Any:

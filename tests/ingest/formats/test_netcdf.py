@@ -1,0 +1,69 @@
+"""Attributes of the CF conventions: epochs of times and fill values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.ingest.formats.netcdf import decode_variable
+
+
+@pytest.mark.parametrize(
+    ("units", "seconds"),
+    [
+        ("days since 1-1-1", -62135510400.0),
+        ("days since 0000-01-01", -62167132800.0),
+        ("seconds since 70-1-1", -59958143999.0),
+        ("days since 1970-1-1 12:0:0", 129600.0),
+        ("days since 1970-1-1 6", 108000.0),
+        ("seconds since 1970-01-01 00:00:00 +02:00", -7199.0),
+        ("seconds since 1970-1-1 0:0:0.5 -2:00", 7201.5),
+        ("hours since 1970-01-01T00:00:00Z", 3600.0),
+        ("seconds since 1970-01-01 00:00:00 GMT", 1.0),
+    ],
+)
+def test_epochs(units: str, seconds: float) -> None:
+    variable = decode_variable(np.array([1.0]), {"units": units})
+    assert (variable.values[0], variable.unit, variable.fault) == (seconds, "s", "")
+
+
+@pytest.mark.parametrize(
+    ("kind", "fill"),
+    [
+        ("i2", -32767),
+        ("i4", -2147483647),
+        ("i8", -9223372036854775806),
+        ("u2", 65535),
+        ("f4", 9.96921e36),
+        ("f8", 9.969209968386869e36),
+    ],
+)
+def test_the_default_fill_is_missing(kind: str, fill: float) -> None:
+    values = np.array([7, fill, 100], dtype=kind)
+    found = decode_variable(values, {"units": "m/s", "scale_factor": 0.5}).values
+    np.testing.assert_array_equal(found, [3.5, np.nan, 50.0])
+    stated = decode_variable(values, {"units": "m/s", "_FillValue": values[2]}).values
+    np.testing.assert_array_equal(np.isnan(stated), [False, False, True])
+
+
+def test_integers_next_to_the_fill_stay() -> None:
+    values = np.array([-2147483647, -2147483646], dtype="i4")
+    found = decode_variable(values, {"units": "m"}).values
+    np.testing.assert_array_equal(found, [np.nan, -2147483646.0])
+
+
+def test_an_unreadable_epoch_is_a_fault_of_its_variable(tmp_path: Path) -> None:
+    from scipy.io import netcdf_file
+
+    with netcdf_file(tmp_path / "a.nc", "w") as file:
+        file.createDimension("obs", 20)
+        for name, units in {"time": "seconds since launch", "u": "m/s"}.items():
+            variable = file.createVariable(name, "f8", ("obs",))
+            variable[:] = np.arange(20.0)
+            variable.units = units
+    topic = hd.read_recording(tmp_path / "a.nc").topics[0]
+    assert "found 'seconds since launch'" in topic.faults["time"]
+    assert [*topic.fields] == ["u"]
