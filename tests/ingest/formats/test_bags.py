@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+import hydrodamp as hd
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import rosbag
 
 TWIST = "geometry_msgs/msg/TwistStamped"
@@ -198,3 +201,29 @@ def test_whole_messages_before_a_cut(tmp_path: Path, bag: Any, kind: str, share:
     np.testing.assert_array_equal(topic.time, whole.time[: topic.n])
     for name, values in topic.fields.items():
         np.testing.assert_array_equal(values, whole.fields[name][: topic.n])
+    if kind == "MCAP":  # also in the folder of the bag
+        path.write_bytes(cut.read_bytes())
+        assert hd.read_recording(path.parent).topic("/dvl").n == topic.n
+        path.write_bytes(cut.read_bytes()[:8])
+        with pytest.raises(LogError, match=r"MCAP.*mcap recover"):
+            hd.read_recording(path.parent)
+
+
+def test_a_cut_bag_with_two_publishers_of_a_topic(tmp_path: Path, bag: Any) -> None:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    path, kind = tmp_path / "a.bag", "std_msgs/msg/Float64"
+    message = struct.pack("<d", 0.5)
+    with Writer(path) as writer:
+        publishers = [
+            writer.add_connection("/a", kind, typestore=store, callerid=name) for name in "xy"
+        ]
+        for k in range(40000):
+            writer.write(publishers[k % 2], 10**9 + k * 10**7, message)
+    path.write_bytes(path.read_bytes()[: int(0.6 * path.stat().st_size)])
+    topic = hd.read_recording(path).topic("/a")
+    assert topic.n > 20000
+    assert topic.time is not None
+    np.testing.assert_allclose(topic.time, 1.0 + 0.01 * np.arange(topic.n))

@@ -75,6 +75,7 @@ def _write_ros1(data: bytes, copy: Path) -> None:
                     fields["type"].decode().replace("/", "/msg/"),
                     msgdef=fields["message_definition"].decode(),
                     md5sum=fields["md5sum"].decode(),
+                    callerid=number.hex(),  # else publishers of one topic look the same
                 )
             elif kind == _MESSAGE and number in connections:
                 seconds, nanoseconds = struct.unpack("<II", header["time"])

@@ -114,7 +114,8 @@ def format_of(path: str | Path) -> Format:
     """Return the format of a file, or of a ROS 2 bag folder."""
     path = Path(path)
     if is_bag(path):
-        return next(form for form in FORMATS if ".db3" in form.suffixes)
+        suffix = ".mcap" if any(path.glob("*.mcap*")) else ".db3"
+        return next(form for form in FORMATS if suffix in form.suffixes)
     begin, suffix = read_head(path, _HEAD_BYTES), suffix_of(path)
     if not begin.strip(b"\0\r\n\t "):
         fault = "holds only zero bytes or blanks" if begin else "is empty"

@@ -71,9 +71,13 @@ def read_file(path: str | Path) -> Recording:
     try:
         messages, definitions = _read_bag(path, notes)
     except Exception:  # the exceptions of damaged bags are undocumented
-        messages = {}
-        with suppress(Exception), repaired_copy(path) as copy:
-            messages, definitions = _read_bag(copy, [])
+        messages, definitions = {}, {}
+        for file in sorted(path.glob("*.mcap")) or [path]:
+            with suppress(Exception), repaired_copy(file) as copy:
+                whole_messages, types = _read_bag(copy, [])
+                definitions |= types
+                for key, stamped in whole_messages.items():
+                    messages.setdefault(key, []).extend(stamped)
         if not messages:
             raise
         notes = ["the bag is cut off; the whole messages before the cut were read"]
