@@ -206,7 +206,11 @@ def _split_instances(
         groups = {f"{form.name}[{int(k)}]": np.flatnonzero(numbers == k) for k in instances}
     for name, rows in groups.items():
         columns = {key: np.asarray(column)[rows] for key, column in fields.items()}
-        texts = {key: tuple(it.tolist()) for key, it in columns.items() if it.dtype.kind == "U"}
+        texts = {
+            key: tuple(column.tolist())
+            for key, column in columns.items()
+            if column.dtype.kind == "U"
+        }
         values = {key: column for key, column in columns.items() if key not in texts}
         clock = next((key for key in _CLOCK_DIVISORS if key in values), None)
         time = None if clock is None else values[clock] / _CLOCK_DIVISORS[clock]

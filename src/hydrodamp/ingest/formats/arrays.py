@@ -61,8 +61,10 @@ def read_file(path: str | Path) -> Recording:
         form = "netCDF" if is_netcdf(path, attributes.pop("", {})) else "MATLAB file"
     else:
         form, arrays = "MATLAB file", dict(_read_matlab(path, notes))
-    variables = {name: decode_variable(it, attributes.get(name, {})) for name, it in arrays.items()}
-    columns = _split_columns({name: it.values for name, it in variables.items()}, notes)
+    variables = {
+        name: decode_variable(array, attributes.get(name, {})) for name, array in arrays.items()
+    }
+    columns = _split_columns({name: variable.values for name, variable in variables.items()}, notes)
     stated = {
         id(column): variables.get(name) or variables[name.rpartition("[")[0]]
         for name, column in columns.items()
@@ -265,8 +267,12 @@ def _make_topic(
         else:
             samples[field] = Column(np.asarray(column, dtype=np.float64))
     variables = [*zip(header.names, map(stated.get, map(id, columns.values())), strict=True)]
-    units = {field: it.unit for field, it in variables if it and it.unit}
-    names = {field: it.standard_name for field, it in variables if it and it.standard_name}
+    units = {field: variable.unit for field, variable in variables if variable and variable.unit}
+    names = {
+        field: variable.standard_name
+        for field, variable in variables
+        if variable and variable.standard_name
+    }
     topic = make_topic(name, samples, units={**header.units, **units})
     faults |= topic.faults
     notes.extend(faults.values())

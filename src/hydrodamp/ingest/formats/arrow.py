@@ -76,7 +76,11 @@ def _make_recording(table: Any, path: str | Path) -> Recording:
         if types.is_dictionary(kind):
             kind, column = kind.value_type, column.cast(kind.value_type)
         if types.is_string(kind) or types.is_large_string(kind):
-            words = [w or "" for it in column.chunks for w in share_texts(it.to_pylist(), texts)]
+            words = [
+                word or ""
+                for chunk in column.chunks
+                for word in share_texts(chunk.to_pylist(), texts)
+            ]
             check_cells(table.num_rows * table.num_columns, path, len(texts))
             columns[name] = parse_column(words, name=name)
             continue

@@ -67,8 +67,12 @@ def make_topic(
         for fault in invalid_cells(f"{name}.{key}" if name else key, column.invalid, lines)
     }
     valid = {key: column for key, column in columns.items() if not column.invalid}
-    fields = {key: it.numbers for key, it in valid.items() if it.numbers is not None}
-    texts = {key: it.texts for key, it in columns.items() if it.numbers is None or it.texts}
+    fields = {key: column.numbers for key, column in valid.items() if column.numbers is not None}
+    texts = {
+        key: column.texts
+        for key, column in columns.items()
+        if column.numbers is None or column.texts
+    }
     date_units = {key: column.unit for key, column in columns.items() if column.unit}
     dates = {key: column.dates for key, column in columns.items() if column.dates}
     return Topic(name, time, fields, texts, {**(units or {}), **date_units}, faults, lines, dates)
@@ -79,12 +83,12 @@ def invalid_cells(
 ) -> Iterator[str]:
     """Yield one message on the cells of a column that are no numbers, if any."""
     if cells:
-        listed = [
+        examples = [
             f"{cell!r} in row {row + 1}" + (f" (line {lines[row]})" if lines else "")
             for row, cell in cells[:_MAX_LISTED]
         ]
         more = f" and {len(cells) - _MAX_LISTED} more" if len(cells) > _MAX_LISTED else ""
-        yield f"column `{column}` must hold numbers; got {', '.join(listed)}{more}"
+        yield f"column `{column}` must hold numbers; got {', '.join(examples)}{more}"
 
 
 def parse_number(cell: str, decimal: str = ".") -> float | None:
@@ -251,7 +255,9 @@ class Header:
             return
         units = candidates.pop().cells if len(candidates) > 1 and candidates[-1].has_units() else ()
         *skipped_rows, row = candidates
-        self.notes += [f"line {it.line} above the column names was skipped" for it in skipped_rows]
+        self.notes += [
+            f"line {row.line} above the column names was skipped" for row in skipped_rows
+        ]
         self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
         # Strip quotation marks, padding and LaTeX escapes.
         columns = ColumnNames([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])

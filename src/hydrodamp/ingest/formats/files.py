@@ -153,8 +153,8 @@ def read_files(
     paths: str | Path | Iterable[str | Path], patterns: Mapping[str, str] | None = None
 ) -> Recording:
     """Read a file, a folder or several as one recording; patterns give the topics."""
-    listed = [paths] if isinstance(paths, (str, Path)) else paths
-    expanded = [file for path in listed for file in split_joined_paths(path)]
+    items = [paths] if isinstance(paths, (str, Path)) else paths
+    expanded = [file for path in items for file in split_joined_paths(path)]
     if not expanded:
         raise FileError("no file was given; at least one is required")
     files = [file for path in expanded for file in _list_files(path)]
@@ -245,7 +245,7 @@ def _read_together(files: Mapping[Path, str], source: str) -> Recording:
     for recording, file in pairs:  # a table is named by its file, or by its folder if files agree
         default = file.parent.name if counts[file.name] > 1 else name_of_source(file.name)
         name = files[file] or default
-        topics += [it if it.name else replace(it, name=name) for it in recording.topics]
+        topics += [topic if topic.name else replace(topic, name=name) for topic in recording.topics]
     if faults := [
         f"{count} files hold a topic `{name}`; a recording needs distinct topics. Read the files"
         " one after another by `read_logs`"

@@ -41,7 +41,7 @@ def read_hdf5(
             skipped |= _DIMENSION in str(node.attrs.get("NAME", ""))
             if skipped or kind in (b"char", b"cell") or "MATLAB_empty" in node.attrs:
                 continue
-            attributes[name] = {it: node.attrs[it] for it in ATTRIBUTES if it in node.attrs}
+            attributes[name] = {key: node.attrs[key] for key in ATTRIBUTES if key in node.attrs}
             if node.dtype.kind in "buif":
                 yield name, node[()].T if kind else node[()]
             else:

@@ -36,16 +36,16 @@ def read_file(path: str | Path) -> Recording:
         value = fields[3].rstrip("\r\0 ") if len(fields) > 3 else ""
         postings[fields[1]].append((time, fields[2], value, line))
     n = sum(map(len, postings.values()))
-    listed = ", ".join([*map(str, invalid[:_MAX_LISTED]), *["…"][: len(invalid) - _MAX_LISTED]])
+    examples = ", ".join([*map(str, invalid[:_MAX_LISTED]), *["…"][: len(invalid) - _MAX_LISTED]])
     if not n or len(invalid) > n:
         raise LogError(
             f"expected lines `time variable source value` of a MOOS log; found {n} such lines and"
-            f" {len(invalid)} others ({listed or 'none'}). If the file has another format, give it"
+            f" {len(invalid)} others ({examples or 'none'}). If the file has another format, give it"
             " that format's suffix",
             source=str(path),
         )
     if invalid:
-        notes.append(f"{len(invalid)} lines are no postings (line {listed}); skipped")
+        notes.append(f"{len(invalid)} lines are no postings (line {examples}); skipped")
     topics = tuple(_make_topic(name, posted) for name, posted in postings.items())
     notes += [fault for topic in topics for fault in topic.faults.values()]
     return Recording(topics, str(path), "MOOS log", tuple(notes))

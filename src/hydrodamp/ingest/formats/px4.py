@@ -57,7 +57,7 @@ def read_file(path: str | Path) -> Recording:
 
 
 def _make_topics(log: Any, notes: list[str]) -> Iterator[Topic]:
-    for dataset in sorted(log.data_list, key=lambda it: (it.name, it.multi_id)):
+    for dataset in sorted(log.data_list, key=lambda dataset: (dataset.name, dataset.multi_id)):
         name = dataset.name if dataset.multi_id == 0 else f"{dataset.name}[{dataset.multi_id}]"
         elements = [*filter(None, map(_ELEMENT.match, dataset.data))]
         long = {match[1] for match in elements if int(match[2]) >= _MAX_ARRAY_LENGTH}
