@@ -19,17 +19,19 @@ _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7  # record kinds of ROS 1
 
 
 @contextmanager
-def repaired_copy(path: Path) -> Iterator[Path]:
-    """Write the whole messages of a cut MCAP file or ROS 1 bag to a temporary file."""
-    data = path.read_bytes()
+def repaired_copies(path: Path) -> Iterator[list[Path]]:
+    """Write the whole messages of a cut ROS 1 bag, MCAP file or folder of them to files."""
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / path.name
-        if data.startswith(_ROS1_MAGIC):
-            _write_ros1(data[len(_ROS1_MAGIC) :], copy)
-        elif data.startswith(_MCAP_MAGIC):
-            records = b"".join(_mcap_records(data[len(_MCAP_MAGIC) :]))
-            copy.write_bytes(_MCAP_MAGIC + records + _MCAP_FOOTER)
-        yield copy
+        copies = []
+        for file in sorted(path.glob("*.mcap")) or [path]:
+            data, copy = file.read_bytes(), Path(folder) / file.name
+            if data.startswith(_ROS1_MAGIC):
+                _write_ros1(data[len(_ROS1_MAGIC) :], copy)
+            elif data.startswith(_MCAP_MAGIC):
+                records = b"".join(_mcap_records(data[len(_MCAP_MAGIC) :]))
+                copy.write_bytes(_MCAP_MAGIC + records + _MCAP_FOOTER)
+            copies.append(copy)
+        yield copies
 
 
 def _mcap_records(data: bytes) -> Iterator[bytes]:

@@ -40,8 +40,8 @@ def read_file(path: str | Path) -> Recording:
     if not n or len(invalid) > n:
         raise LogError(
             f"expected lines `time variable source value` of a MOOS log; found {n} such lines and"
-            f" {len(invalid)} others ({examples or 'none'}). If the file has another format, give it"
-            " that format's suffix",
+            f" {len(invalid)} others ({examples or 'none'}). If the file has another format, give"
+            " it that format's suffix",
             source=str(path),
         )
     if invalid:

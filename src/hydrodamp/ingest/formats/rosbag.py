@@ -22,7 +22,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cut_bags import repaired_copy
+from hydrodamp.ingest.formats.cut_bags import repaired_copies
 from hydrodamp.progress import Step, progress
 
 #: Longer arrays are no samples of one instant; they are skipped.
@@ -69,15 +69,11 @@ def read_file(path: str | Path) -> Recording:
     form = "ROS 1 bag" if path.suffix == ".bag" else f"ROS 2 bag ({'MCAP' if mcap else 'SQLite'})"
     notes: list[str] = []
     try:
-        messages, definitions = _read_bag(path, notes)
+        messages, definitions = _read_bag([path], notes)
     except Exception:  # the exceptions of damaged bags are undocumented
-        messages, definitions = {}, {}
-        for file in sorted(path.glob("*.mcap")) or [path]:
-            with suppress(Exception), repaired_copy(file) as copy:
-                whole_messages, types = _read_bag(copy, [])
-                definitions |= types
-                for key, stamped in whole_messages.items():
-                    messages.setdefault(key, []).extend(stamped)
+        messages = {}
+        with suppress(Exception), repaired_copies(path) as copies:
+            messages, definitions = _read_bag(copies, [])
         if not messages:
             raise
         notes = ["the bag is cut off; the whole messages before the cut were read"]
@@ -87,14 +83,14 @@ def read_file(path: str | Path) -> Recording:
     return Recording(topics, str(path), form, tuple(notes))
 
 
-def _read_bag(path: Path, notes: list[str]) -> tuple[_Messages, Any]:
+def _read_bag(paths: Sequence[Path], notes: list[str]) -> tuple[_Messages, Any]:
     """Return the messages of a bag and the definitions of their types."""
     from rosbags import highlevel, typesys
 
     default_types = typesys.get_typestore(typesys.Stores.LATEST)
     with (
-        highlevel.AnyReader([path], default_typestore=default_types) as reader,
-        progress(f"reading {path.name}", reader.message_count) as step,
+        highlevel.AnyReader(paths, default_typestore=default_types) as reader,
+        progress(f"reading {paths[0].name}", reader.message_count) as step,
     ):
         messages = _read_messages(reader, step, notes)
         return messages, {**default_types.fielddefs, **reader.typestore.fielddefs}
