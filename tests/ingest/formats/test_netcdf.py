@@ -22,6 +22,7 @@ from hydrodamp.ingest.formats.netcdf import decode_variable
         ("seconds since 1970-01-01 00:00:00 +02:00", -7199.0),
         ("seconds since 1970-1-1 0:0:0.5 -2:00", 7201.5),
         ("hours since 1970-01-01T00:00:00Z", 3600.0),
+        ("days since 2-1-1970", 172800.0),
         ("seconds since 1970-01-01 00:00:00 GMT", 1.0),
     ],
 )

@@ -24,7 +24,7 @@ ATTRIBUTES = (
 )
 _SINCE = re.compile(r"\s*(\w+)\s+since\s+(.*)", re.IGNORECASE)
 _DIGIT = re.compile(r"(?<![\d.])\d(?!\d)")
-_YEAR = re.compile(r"\d+(?=-)")
+_YEAR = re.compile(r"^\d+(?=-\d+-\d\d(?!\d))")
 _HOUR = re.compile(r"[T ]\d\d(?=Z?$)")
 #: Fill of variables without _FillValue by type; bytes have none.
 _DEFAULT_FILLS = {
