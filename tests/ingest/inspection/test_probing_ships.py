@@ -99,11 +99,21 @@ def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("cell", "degrees"),
-    [("59.5N", 59.5), ("0.5 w", -0.5), ("59°30.0'S", -59.5), ("E 010 30 36.0", 10.51)],
+    ("name", "cell", "degrees"),
+    [
+        ("gpsLat", "59.5N", 59.5),
+        ("NAV_LONG", "0.5 w", -0.5),
+        ("", "59°30.0'S", -59.5),
+        ("", "E 010 30 36.0", 10.51),
+    ],
 )
-def test_cells_of_latitude_and_longitude(cell: str, degrees: float) -> None:
-    assert parse_column([cell, ""]).numbers[0] == pytest.approx(degrees)
+def test_cells_of_latitude_and_longitude(name: str, cell: str, degrees: float) -> None:
+    assert parse_column([cell, ""], name=name).numbers[0] == pytest.approx(degrees)
+
+
+@pytest.mark.parametrize("name", ["power", "lateral_power", "plate", "longitudinal_load"])
+def test_a_number_with_the_letter_of_a_unit_is_no_coordinate(name: str) -> None:
+    assert parse_column(["10.5 W", "11.5 W"], name=name).numbers is None
 
 
 def test_labels_are_no_coordinates() -> None:

@@ -239,9 +239,11 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
     for name, cells_by_row in rows.items():
         if name in _METADATA_TYPES or not formats[name].columns:
             continue
-        values = map(parse_column, zip(*cells_by_row, strict=True))
+        names = formats[name].columns
+        cells_by_name = zip(names, zip(*cells_by_row, strict=True), strict=True)
+        columns = {key: parse_column(cells, name=key) for key, cells in cells_by_name}
         fields = {
             key: [*column.texts] if column.numbers is None else column.numbers
-            for key, column in zip(formats[name].columns, values, strict=True)
+            for key, column in columns.items()
         }
         yield from _split_instances(formats[name], fields, _UnitMessages({}))

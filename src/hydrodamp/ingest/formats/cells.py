@@ -27,6 +27,11 @@ _COORDINATE = re.compile(
     r"(?:[°: ]+(\d+(?:[.,]\d+)?)(?:[': ]+(\d+(?:[.,]\d+)?))?)?[°'\" ]*[NSEW]?",
     re.IGNORECASE,
 )
+#: Beginnings of words in the names of columns of latitude and of longitude.
+COORDINATE_NAMES = tuple(
+    re.compile(rf"(?:(?<![A-Za-z])(?i:gps|gnss|nav)?|(?=L[a-z]))(?i:{stems})")
+    for stems in ("lat(?!er|en)", "lon(?!g[a-z])|longitude|lng")
+)
 _UNNAMED_SEGMENT = "unnamed"  # label of rows with an empty cell
 _NAN = float("nan")
 _MAX_LISTED = 3
@@ -151,7 +156,10 @@ def parse_column(cells: Sequence[str], decimal: str = ".", name: str = "") -> Co
             return Column(seconds, unit="s", dates=dates)
     column = parse_numbers(cells, decimal)
     if column.invalid and all(map(_COORDINATE.fullmatch, map(str.strip, present))):
-        return _parse_coordinates(cells)
+        coordinates = _parse_coordinates(cells)
+        # A number and a letter may be a quantity and its unit: 10.5 W is a power.
+        if coordinates.unit or any(names.search(name) for names in COORDINATE_NAMES):
+            return coordinates
     if 2 * len(column.invalid) <= sum(lowered[cell] not in MISSING for cell in cells):
         return column
     return Column(None, tuple(map(str.strip, cells)))

@@ -53,5 +53,5 @@ def read_file(path: str | Path) -> Recording:
 
 def _make_topic(name: str, postings: list[_Posting]) -> Topic:
     times, sources, values, lines = zip(*postings, strict=True)
-    columns = {"source": Column(None, sources), "value": parse_column(values)}
+    columns = {"source": Column(None, sources), "value": parse_column(values, name=name)}
     return make_topic(name, columns, lines, time=np.array(times))
