@@ -132,6 +132,27 @@ def test_a_geographic_position_becomes_north_and_east(latitude, north, east, uni
     assert f"latitude {latitude:.7f} and longitude 179.9950000 deg" in record.notes[-1]
 
 
+@pytest.mark.parametrize("is_split", [False, True])
+def test_positions_without_a_fix_are_missing_between_other_clocks(is_split: bool) -> None:
+    time = np.arange(40.0)
+    fixes = {"lat": 59.4 + 0.0 * time, "lon": 10.5 + 1e-6 * time}
+    for values in fixes.values():
+        values[:8] = values[20:23] = 0.0
+    receivers = [{name: fixes[name]} for name in fixes] if is_split else [fixes]
+    topics = [Topic(f"g{next(iter(fields))}", time, fields) for fields in receivers]
+    topics.append(Topic("b", time + 0.3, {"u": np.ones(40)}))
+    columns = ("glat.lat", "glon.lon" if is_split else "glat.lon")
+    position = dict(zip(("latitude", "longitude"), columns, strict=True))
+    content = {"time": "recorded", "velocity": {"u": "b.u"}, "position": position}
+    record = build_record(LogMapping.from_dict(content), Recording((*topics,), "a.bag", "a test"))
+    north, east, _ = record.blocks["position"].T
+    is_fix = np.isfinite(east)
+    assert not is_fix[:7].any()
+    assert is_fix[9:].sum() > 20
+    np.testing.assert_allclose(north[is_fix], 0.0, atol=1e-6)
+    assert np.nanmax(np.abs(east)) < 5.0
+
+
 def test_positions_without_a_fix_are_missing() -> None:
     columns = {"lat": np.array([0.0, 59.4, 59.4]), "lon": np.array([0.0, 10.5, 10.5])}
     position = {"latitude": "lat", "longitude": "lon"}

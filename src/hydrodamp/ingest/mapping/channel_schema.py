@@ -29,6 +29,7 @@ PATH_VELOCITY = ("speed", "course")
 
 #: Position on the ellipsoid, in degrees unless a unit is stated.
 GEOGRAPHIC = ("latitude", "longitude")
+COORDINATES = tuple(f"position.{name}" for name in GEOGRAPHIC)
 
 #: Aliases of the down component, and their sign.
 VERTICAL_ALIASES = {"up": ("down", -1.0), "depth": ("down", 1.0)}

@@ -17,17 +17,31 @@ def unfold_minutes(values: FloatArray) -> FloatArray:
     return np.copysign(degrees + minutes / _MINUTES, values)
 
 
+def mask_missing_fixes(
+    values: FloatArray, time: FloatArray, partner: FloatArray, partner_time: FloatArray
+) -> FloatArray:
+    """Return latitudes (or longitudes) with NaN where they and the partner are zero.
+
+    A receiver without a fix writes both as zero. Zeros in all samples are a position.
+    """
+    is_zero, is_partner_zero = values == 0.0, partner == 0.0
+    if not is_zero.any() or not is_partner_zero.any():
+        return values
+    if time is not partner_time:
+        is_partner_zero = np.interp(time, partner_time, is_partner_zero) > 0.0
+    masked = np.where(is_zero & is_partner_zero, np.nan, values)
+    return masked if np.isfinite(masked).any() else values
+
+
 def tangent_plane(
     latitude: FloatArray, longitude: FloatArray
 ) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
     """Return north and east [m] of the first known position, and that position [deg].
 
     The arguments are in radians. North and east are arcs with the radii of curvature at the first
-    position. A receiver without a fix writes latitude and longitude zero: such positions are NaN.
+    position.
     """
-    is_known = np.isfinite(latitude) & np.isfinite(longitude)
-    has_fix = is_known & ((latitude != 0.0) | (longitude != 0.0))
-    is_valid = has_fix if has_fix.any() else is_known
+    is_valid = np.isfinite(latitude) & np.isfinite(longitude)
     first = int(np.argmax(is_valid))
     start, meridian = float(latitude[first]), float(longitude[first])
     shrinkage = 1.0 - _ECCENTRICITY_SQUARED * np.sin(start) ** 2

@@ -27,7 +27,7 @@ from hydrodamp.ingest.clock import (
     make_even_ticks,
     sample_and_hold,
 )
-from hydrodamp.ingest.mapping.channel_schema import Source
+from hydrodamp.ingest.mapping.channel_schema import COORDINATES, Source
 from hydrodamp.ingest.mapping.columns import (
     FoundColumn,
     describe_topic,
@@ -37,9 +37,11 @@ from hydrodamp.ingest.mapping.columns import (
     read_labels,
     read_timestamps,
 )
+from hydrodamp.ingest.mapping.geodesy import mask_missing_fixes
 
 _MAX_FLOAT = np.finfo(np.float64).max
 _LINEAR = tuple(f"velocity.{name}" for name in "uvw")
+_PARTNERS = dict(zip(COORDINATES, COORDINATES[::-1], strict=True))
 
 
 @dataclass(eq=False)
@@ -198,7 +200,7 @@ class Resampler:
         stream = self._streams_by_channel.get(channel)
         if stream is None:
             return np.full(self.n, self.constants[channel])
-        values, hold = stream.values(channel), stream.channels[channel].source.hold
+        values, hold = self._read_values(channel), stream.channels[channel].source.hold
         if self.is_direct(channel):
             return _forward_fill(values, self.ticks.run) if hold else values
         is_held = hold or (is_command and hold is None)
@@ -214,8 +216,19 @@ class Resampler:
 
     def raw(self, channel: str) -> FloatArray:
         """Return a channel at its own timestamps."""
-        stream = self._streams_by_channel.get(channel)
-        return np.array([self.constants[channel]]) if stream is None else stream.values(channel)
+        if channel in self.constants:
+            return np.array([self.constants[channel]])
+        return self._read_values(channel)
+
+    def _read_values(self, channel: str) -> FloatArray:
+        """Return a channel at its own timestamps; fixes of a receiver without position are NaN."""
+        stream = self._streams_by_channel[channel]
+        values, partner = stream.values(channel), _PARTNERS.get(channel, "")
+        if (other := self._streams_by_channel.get(partner)) is None:
+            return values
+        return mask_missing_fixes(
+            values, stream.stamps.time, other.values(partner), other.stamps.time
+        )
 
     def attitude(self, quaternions: FloatArray, channel: str) -> FloatArray:
         """Return quaternions at the ticks, shape (n, 4); normalised if resampled."""
