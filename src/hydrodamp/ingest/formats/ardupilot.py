@@ -241,9 +241,9 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
             continue
         names = formats[name].columns
         cells_by_name = zip(names, zip(*cells_by_row, strict=True), strict=True)
-        columns = {key: parse_column(cells, name=key) for key, cells in cells_by_name}
+        parsed = {key: parse_column(cells, name=key) for key, cells in cells_by_name}
         fields = {
             key: [*column.texts] if column.numbers is None else column.numbers
-            for key, column in columns.items()
+            for key, column in parsed.items()
         }
         yield from _split_instances(formats[name], fields, _UnitMessages({}))

@@ -22,15 +22,20 @@ def mask_missing_fixes(
 ) -> FloatArray:
     """Return latitudes (or longitudes) with NaN where they and the partner are zero.
 
-    A receiver without a fix writes both as zero. Zeros in all samples are a position.
+    A receiver without a fix writes both as zero. Zeros on the path of the others are a position.
     """
-    is_zero, is_partner_zero = values == 0.0, partner == 0.0
-    if not is_zero.any() or not is_partner_zero.any():
+    if not (_is_far_from_zero(values) or _is_far_from_zero(partner)):
         return values
+    is_partner_zero = partner == 0.0
     if time is not partner_time:
         is_partner_zero = np.interp(time, partner_time, is_partner_zero) > 0.0
-    masked = np.where(is_zero & is_partner_zero, np.nan, values)
-    return masked if np.isfinite(masked).any() else values
+    return np.where((values == 0.0) & is_partner_zero, np.nan, values)
+
+
+def _is_far_from_zero(values: FloatArray) -> bool:
+    """Return whether the distance of all others from zero exceeds their range."""
+    others = values[np.isfinite(values) & (values != 0.0)]
+    return bool(len(others) and np.abs(others).min() > np.ptp(others))
 
 
 def tangent_plane(
