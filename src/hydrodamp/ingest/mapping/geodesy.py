@@ -33,9 +33,9 @@ def mask_missing_fixes(
 
 
 def _is_far_from_zero(values: FloatArray) -> bool:
-    """Return whether the distance of all others from zero exceeds their range."""
-    others = values[np.isfinite(values) & (values != 0.0)]
-    return bool(len(others) and np.abs(others).min() > np.ptp(others))
+    """Return whether the distance of nonzero values from zero exceeds their range."""
+    nonzero = values[np.isfinite(values) & (values != 0.0)]
+    return bool(len(nonzero) and np.abs(nonzero).min() > np.ptp(nonzero))
 
 
 def tangent_plane(

@@ -222,12 +222,12 @@ class Resampler:
 
     def _read_values(self, channel: str) -> FloatArray:
         """Return a channel at its own timestamps; fixes of a receiver without position are NaN."""
-        stream = self._streams_by_channel[channel]
-        values, partner = stream.values(channel), _PARTNERS.get(channel, "")
-        if (other := self._streams_by_channel.get(partner)) is None:
+        stream, partner = self._streams_by_channel[channel], _PARTNERS.get(channel, "")
+        values = stream.values(channel)
+        if (source := self._streams_by_channel.get(partner)) is None:
             return values
         return mask_missing_fixes(
-            values, stream.stamps.time, other.values(partner), other.stamps.time
+            values, stream.stamps.time, source.values(partner), source.stamps.time
         )
 
     def attitude(self, quaternions: FloatArray, channel: str) -> FloatArray:
