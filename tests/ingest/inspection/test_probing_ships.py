@@ -87,6 +87,76 @@ def test_degrees_and_minutes_with_a_column_of_the_hemisphere() -> None:
     assert "in two hemispheres" in probe(recording).draft.text
 
 
+@pytest.mark.parametrize(
+    ("signed", "texts"),
+    [
+        (True, {"lat_dir": "S", "E/W": "W"}),
+        (False, {"gps_status": "W", "mode": "S"}),
+        (False, {"lateral_mode": "S", "longitudinal_mode": "W"}),
+        (False, {"LatRef": "N", "hemisphere": "E"}),
+    ],
+)
+def test_letters_that_change_no_sign(signed: bool, texts: dict[str, str]) -> None:
+    """Signed coordinates have their sign, and other columns hold letters of other meanings."""
+    latitude, longitude = (LATITUDE, LONGITUDE) if signed else (-LATITUDE, -LONGITUDE)
+    letters = {name: (letter,) * len(TIME) for name, letter in texts.items()}
+    log = read_by_draft({"lat": latitude, "lon": longitude, "hdg": HDG, "u": U}, letters)
+    moved = np.array((NORTH[-1] - NORTH[0], EAST[-1] - EAST[0])) * (1 if signed else -1)
+    np.testing.assert_allclose(log.position[-1, :2], moved, atol=0.1)
+
+
+@pytest.mark.parametrize("speed", [{"u": U, "v": V}, {"SOG": SOG / KNOT, "COG": COG}])
+@pytest.mark.parametrize("origin", [(0.0, 0.0), (1.2, 2.5)])
+@pytest.mark.parametrize("unit", ["deg", "rad", "degE6", "degE7"])
+def test_coordinates_have_the_unit_that_fits_the_speed(unit, origin, speed) -> None:
+    start = np.array(origin) + (7.0 if unit.startswith("degE") else 0.0)
+    scale = {"deg": 1.0, "rad": np.pi / 180.0, "degE6": 1e6, "degE7": 1e7}[unit]
+    # radii of WGS 84 by the tables, at the equator and near it
+    latitude = start[0] + (NORTH - NORTH[0]) / 110_600.0
+    longitude = start[1] + (EAST - EAST[0]) / (111_320.0 * np.cos(np.radians(start[0])))
+    columns = {"lat": scale * latitude, "lon": scale * longitude, "hdg": HDG, **speed}
+    log = read_by_draft(columns)
+    assert np.ptp(log.position[:, 0]) == pytest.approx(np.ptp(NORTH), rel=0.01)
+    assert np.ptp(log.position[:, 1]) == pytest.approx(np.ptp(EAST), rel=0.01)
+
+
+def test_coordinates_of_two_possible_units_make_no_log() -> None:
+    columns = {"t": TIME, "lat": 1.2 + NORTH / 1e5, "lon": 2.5 + EAST / 1e5, "hdg": HDG}
+    draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
+    assert "unit: deg}    # 55 %: deg by magnitude, unless it is rad" in draft.text
+    assert draft.confidence < MIN_DRAFT_CONFIDENCE
+
+
+def test_positions_without_a_fix_say_nothing_about_the_unit_of_a_speed() -> None:
+    fixes = {"lat": LATITUDE.copy(), "lon": LONGITUDE.copy()}
+    for values in fixes.values():
+        values[:40] = values[200:203] = 0.0
+    receivers = [Topic(name, TIME + 0.03, {"value": fixes[name]}) for name in fixes]
+    boat = Topic("boat", TIME, {"SOG": SOG / KNOT, "COG": COG, "HDG": HDG})
+    recording = Recording((boat, *receivers), "a", "MOOS log")
+    assert probe(recording).roles.best("velocity.speed").unit == "knots"
+
+
+@pytest.mark.parametrize("unit", ["deg", "rad"])
+@pytest.mark.parametrize("reference", ["north", "lat", "heading_deg", None])
+def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference) -> None:
+    course = np.radians(3.5 + 2.0 * np.sin(0.2 * TIME))
+    if unit == "rad":
+        course *= 180.0 / np.pi
+    north, east = np.cumsum(2.0 * np.cos(course)), np.cumsum(2.0 * np.sin(course))
+    references = {
+        "north": {"north": north * 0.1, "east": east * 0.1},
+        "lat": {"lat": 47.0 + north / 1.1e6, "lon": 8.0 + east / 7.6e5},
+        "heading_deg": {"heading_deg": np.degrees(course) + 4.0},
+    }
+    columns = {"t": TIME, "sog_mps": 2.0 + 0.0 * TIME, **references.get(reference, {})}
+    columns["cog"] = np.degrees(course) if unit == "deg" else course
+    roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
+    guess = roles.best("velocity.course")
+    assert guess.unit == ("deg" if reference is None else unit)
+    assert (guess.confidence < MIN_DRAFT_CONFIDENCE) == (reference is None)
+
+
 def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:
     rows = zip(TIME, fold_minutes(LATITUDE), fold_minutes(LONGITUDE), SOG, COG, HDG, strict=True)
     lines = [f"{t:.1f},{a:.6f}S,0{b:.6f} W,{s},{c},{h}" for t, a, b, s, c, h in rows]

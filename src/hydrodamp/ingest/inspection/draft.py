@@ -11,12 +11,13 @@ from pathlib import Path
 from hydrodamp.data.channels import ATTITUDE, EULER, WRENCH
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.inspection.columns import is_stamp
+from hydrodamp.ingest.inspection.coordinates import NORTH_EAST
 from hydrodamp.ingest.inspection.draft_clock import time_line
 from hydrodamp.ingest.inspection.draft_names import command_names, format_source, quote_name
 from hydrodamp.ingest.inspection.equivalent_commands import find_equivalent_columns
 from hydrodamp.ingest.inspection.guess import Guess
 from hydrodamp.ingest.inspection.roles import Roles
-from hydrodamp.ingest.mapping.channel_schema import GEOGRAPHIC, PATH_VELOCITY, WORLD_DIRECTIONS
+from hydrodamp.ingest.mapping.channel_schema import COORDINATES, PATH_VELOCITY, WORLD_DIRECTIONS
 
 #: Confidence [%] below which a guess is omitted, and from which it is preferred.
 MIN_CONFIDENCE, SURE_CONFIDENCE = 40, 70
@@ -26,15 +27,15 @@ _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
 _BODY, _WORLD = (
     frozenset(f"velocity.{name}" for name in names) for names in ("uvw", WORLD_DIRECTIONS)
 )
+_RECORDED_VELOCITY = _BODY | _WORLD | {"velocity.course"}
 _QUATERNION, _ANGLES = (
     frozenset(f"attitude.{name}" for name in names)
     for names in (ATTITUDE.columns, (*EULER, "heading"))
 )
 _PATH = frozenset(f"velocity.{name}" for name in PATH_VELOCITY)
-_GEOGRAPHIC = frozenset(f"position.{name}" for name in GEOGRAPHIC)
+_GEOGRAPHIC, _HORIZONTAL = map(frozenset, (COORDINATES, NORTH_EAST))
 _TILTS = ("attitude.roll", "attitude.pitch", "attitude.qw")
 _LEVEL = "not recorded: assumed level"
-_HORIZONTAL = frozenset(("position.north", "position.east"))
 _VERTICAL = frozenset(("position.up", "position.down", "position.depth"))
 _MAX_NAMES = 12  # columns listed per message and reason
 _NO_VELOCITY = (
@@ -60,7 +61,10 @@ def write_draft(recording: Recording, roles: Roles) -> Draft:
     columns = {guess.column for guess in commands}
     equivalent = find_equivalent_columns(recording, roles.clocks, columns)
     commands = [item for item in commands if item.column not in equivalent][:_MAX_COMMANDS]
-    motion = [guess for guess in used if guess.role.startswith(("velocity.", "attitude."))]
+    sources = {guess.role for guess in used if guess.role.startswith(("velocity.", "attitude."))}
+    if not sources & _RECORDED_VELOCITY:  # derived from the position
+        sources |= _GEOGRAPHIC
+    motion = [guess for guess in used if guess.role in sources]
     groups = {guess.role.partition(".")[0] for guess in used}
     is_complete = "velocity" in groups or {"attitude", "position"} <= groups
     lines = [
@@ -217,7 +221,7 @@ def _step_line(used: Sequence[Guess]) -> Iterator[str]:
     """Yield the steps that derive velocities and rates from the pose."""
     names, steps = {guess.role for guess in used}, list[str]()
     has_position = names >= _HORIZONTAL or names >= _GEOGRAPHIC or names & _VERTICAL
-    if has_position and not names & (_BODY | _WORLD | {"velocity.course"}):
+    if has_position and not names & _RECORDED_VELOCITY:
         steps.append("velocity_from_position")
     rates = "pqr" if names & {"attitude.roll", "attitude.pitch", "attitude.qw"} else "r"
     has_attitude = any(name.startswith("attitude.") for name in names)

@@ -20,6 +20,11 @@ from hydrodamp.ingest.inspection.columns import (
     find_clocks,
     topic_series,
 )
+from hydrodamp.ingest.inspection.coordinates import (
+    find_speed,
+    mask_coordinates,
+    read_coordinates,
+)
 from hydrodamp.ingest.inspection.equivalent_commands import rank_actuation
 from hydrodamp.ingest.inspection.frames import (
     MAX_ANGLE_RAD,
@@ -34,7 +39,6 @@ from hydrodamp.ingest.inspection.magnitudes import (
     check_specific_forces,
     match_turn_rate,
     quaternion_order,
-    read_coordinates,
     read_speeds,
     reclassify_normalised_wrench,
 )
@@ -103,7 +107,9 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
     }
     named, without_role = _guess_from_names(recording, series, others)
     named, no_forces = check_specific_forces(named, series)
-    named, no_coordinates = read_coordinates(named, series, recording)
+    series |= mask_coordinates(named, series)
+    speed = find_speed(named, series) if clocks else ()
+    named, no_coordinates = read_coordinates(named, series, recording, speed)
     without_role |= no_forces | no_coordinates
     guesses = _mark_best(named, series)
     guesses = read_speeds(guesses, series) if clocks else guesses
@@ -131,10 +137,10 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
         guess = replace(guess, unit=units.get(guess.column, guess.unit))
         if yaw.exchanges and guess.role in _PLACES[:2]:
             role = _PLACES[1 - _PLACES.index(guess.role)]
-            guess = replace(_add_evidence(guess, yaw.evidence), role=role)
+            guess = replace(guess.with_evidence(yaw.evidence), role=role)
         elif guess.is_best and guess.role == yaw.role and not yaw.exchanges:
             offset = yaw.sign * yaw.zero_in(guess.unit)
-            guess = replace(_add_evidence(guess, yaw.evidence), sign=yaw.sign, offset=offset)
+            guess = replace(guess.with_evidence(yaw.evidence), sign=yaw.sign, offset=offset)
         guess = _add_motion_evidence(guess, series[guess.column], rates, velocity)
         all_guesses.append(_name_world_axes(guess, world, velocity))
     flags = _flag_fields(series, guesses)
@@ -157,11 +163,11 @@ def _name_world_axes(guess: Guess, world: str, velocity: VelocityMatch) -> Guess
     """Name the world axes of a position or an earth-fixed velocity."""
     group, _, channel = guess.role.partition(".")
     if guess.role in _SPEEDS and velocity.earth_fixed:
-        guess = _add_evidence(guess, "earth-fixed, by its correlation with the position")
+        guess = guess.with_evidence("earth-fixed, by its correlation with the position")
     elif guess.role in _EARTH_FIXED:
         if velocity.earth_fixed is False:
             return replace(guess, role=_SPEEDS[_EARTH_FIXED.index(guess.role)])
-        guess = _add_evidence(guess, "earth-fixed by its name")
+        guess = guess.with_evidence("earth-fixed by its name")
     elif guess.role not in _PLACES:
         return guess
     name, sign = _AXES_OF[world]["uvwxyz".index(channel) % 3]
@@ -261,9 +267,9 @@ def _add_motion_evidence(
     if not guess.is_best:
         return guess
     if guess.role in MAX_ANGLE_RAD and not series.unit:
-        guess = _add_evidence(guess, f"{guess.unit} by its magnitude")
+        guess = guess.with_evidence(f"{guess.unit} by its magnitude")
     if group == "attitude" and rates.unit:
-        guess = _add_evidence(guess, "consistent with the rates")
+        guess = guess.with_evidence("consistent with the rates")
         return _raise_confidence(guess, min(dict(rates.axes).values()))
     if group == "attitude" and not series.unit and guess.unit == "rad":
         return replace(guess, confidence=min(guess.confidence, _UNIT_FROM_SIZE_CONFIDENCE))
@@ -271,21 +277,18 @@ def _add_motion_evidence(
         correlation = dict(rates.axes).get(channel, 0.0)
         comparison = f"consistent with the attitude ({correlation:.2f})"
         message = f"{comparison if correlation else 'as the other rates'}, in {rates.unit}"
-        return _raise_confidence(_add_evidence(guess, message, rates.unit), correlation)
+        return _raise_confidence(
+            replace(guess.with_evidence(message), unit=rates.unit), correlation
+        )
     is_assumed = guess.confidence > _UNIT_FROM_SIZE_CONFIDENCE
     if guess.role in _RATES and series.unit is None and is_assumed:
-        guess = _add_evidence(guess, f"{guess.unit} by the magnitude of its array")
+        guess = guess.with_evidence(f"{guess.unit} by the magnitude of its array")
         return replace(guess, confidence=_UNIT_FROM_SIZE_CONFIDENCE)
     if velocity.regression.is_consistent() and guess.role in (*_SPEEDS, *_EARTH_FIXED, *_PLACES):
         correlation = velocity.regression.correlation
         message = f"consistent velocity and position ({correlation:.2f})"
-        return _raise_confidence(_add_evidence(guess, message), correlation)
+        return _raise_confidence(guess.with_evidence(message), correlation)
     return guess
-
-
-def _add_evidence(guess: Guess, message: str, unit: str | None = None) -> Guess:
-    """Return a guess with one more piece of evidence."""
-    return replace(guess, evidence=(*guess.evidence, message), unit=unit or guess.unit)
 
 
 def _raise_confidence(guess: Guess, correlation: float) -> Guess:

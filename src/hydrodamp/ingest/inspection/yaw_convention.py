@@ -13,15 +13,15 @@ import numpy as np
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.channel_regression import NO_REGRESSION, ChannelRegression
 from hydrodamp.data.channels import UNITS
+from hydrodamp.ingest.inspection.coordinates import horizontal_roles, to_metres
 from hydrodamp.ingest.inspection.frames import (
     RoleSeries,
     attitude_roles,
     regress_complete,
     synchronise_with_attitude,
 )
-from hydrodamp.ingest.inspection.magnitudes import horizontal_roles, to_metres
+from hydrodamp.ingest.mapping.channel_schema import COORDINATES
 
-_COORDINATES = ("position.latitude", "position.longitude")
 _PLANE = ("position.x", "position.y")
 _SURE_CORRELATION = 0.95  # of a velocity and a position, from which another yaw is taken
 
@@ -75,14 +75,14 @@ def match_yaw(roles: RoleSeries) -> YawMatch:
     plane = horizontal_roles(roles)
     if not name or attitude_roles(roles)[0] == "attitude.qw" or not plane:
         return YawMatch()
-    if plane != _COORDINATES:
+    if plane != COORDINATES:
         plane = _PLANE
     speeds = [f"velocity.{axis}" for axis in "uv" if f"velocity.{axis}" in roles]
     used = [*plane, *(speeds if "velocity.u" in speeds else ())]
     elapsed, columns, attitudes = synchronise_with_attitude(roles, [roles[each] for each in used])
     if len(elapsed) < 2:
         return YawMatch()
-    units = [roles[each].unit if plane == _COORDINATES else None for each in plane]
+    units = [roles[each].unit if plane == COORDINATES else None for each in plane]
     position, body = to_metres(columns[:, :2], plane, units), np.zeros((len(elapsed), 2))
     body[:, : len(used) - 2] = columns[:, 2:]
     if len(used) == 2:
@@ -110,7 +110,7 @@ def match_yaw(roles: RoleSeries) -> YawMatch:
     (sign, zero), best = max(candidates.items(), key=lambda item: _correlation(item[1]))
     is_sure = best.correlation > max(_SURE_CORRELATION, _correlation(earth_fixed))
     is_sure &= best.explains_more_than(recorded)
-    is_named = plane == _COORDINATES or "position.north" in roles
+    is_named = plane == COORDINATES or "position.north" in roles
     return YawMatch(name, sign, zero, best, recorded, is_named) if is_sure else YawMatch()
 
 
