@@ -138,7 +138,7 @@ def test_positions_without_a_fix_say_nothing_about_the_unit_of_a_speed() -> None
 
 
 @pytest.mark.parametrize("unit", ["deg", "rad"])
-@pytest.mark.parametrize("reference", ["north", "lat", "heading_deg", None])
+@pytest.mark.parametrize("reference", ["north", "lat", "heading_deg", "sparse", None])
 def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference) -> None:
     course = np.radians(3.5 + 2.0 * np.sin(0.2 * TIME))
     if unit == "rad":
@@ -148,13 +148,15 @@ def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference) -> No
         "north": {"north": north * 0.1, "east": east * 0.1},
         "lat": {"lat": 47.0 + north / 1.1e6, "lon": 8.0 + east / 7.6e5},
         "heading_deg": {"heading_deg": np.degrees(course) + 4.0},
+        "sparse": {"heading_deg": np.where(TIME < 0.05, 4.0, np.nan)},
     }
+    is_known = reference not in ("sparse", None)
     columns = {"t": TIME, "sog_mps": 2.0 + 0.0 * TIME, **references.get(reference, {})}
     columns["cog"] = np.degrees(course) if unit == "deg" else course
     roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
     guess = roles.best("velocity.course")
-    assert guess.unit == ("deg" if reference is None else unit)
-    assert (guess.confidence < MIN_DRAFT_CONFIDENCE) == (reference is None)
+    assert guess.unit == (unit if is_known else "deg")
+    assert (guess.confidence >= MIN_DRAFT_CONFIDENCE) == is_known
 
 
 def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:

@@ -120,19 +120,20 @@ def _read_course(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn
     references = [*_series_of(names, best, series).values()] or headings[:1]
     _, columns = synchronise([course, *references])
     units = [item.unit for item in references]
-    if names:
-        directions = np.diff(to_metres(columns[:, 1:], names, units), axis=0) @ (1.0, 1.0j)
-    elif headings:
-        directions = np.exp(1j * unit_factor(units[0] or "rad") * columns[1:, 1])
-    else:
-        return guess.with_unconfirmed_unit("deg", "by magnitude, unless it is rad")
+    directions = np.zeros(max(len(columns) - 1, 0), np.complex128)
+    if np.isfinite(columns).all(axis=1).any():
+        if names:
+            directions = np.diff(to_metres(columns[:, 1:], names, units), axis=0) @ (1.0, 1.0j)
+        elif headings:
+            directions = np.exp(1j * unit_factor(units[0] or "rad") * columns[1:, 1])
     along = {
         unit: float(np.nansum(directions * np.exp(-1j * unit_factor(unit) * columns[1:, 0])).real)
         for unit in ("deg", "rad")
     }
+    if along["deg"] == along["rad"]:  # the reference is absent or says nothing
+        return guess.with_unconfirmed_unit("deg", "by magnitude, unless it is rad")
     unit = max(along, key=lambda unit: along[unit])
-    reason = f"by the direction of the {'path' if names else 'heading'}"
-    return guess.with_unit(unit, reason)
+    return guess.with_unit(unit, f"by the direction of the {'path' if names else 'heading'}")
 
 
 def _as_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn) -> Guess:

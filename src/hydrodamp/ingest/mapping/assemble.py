@@ -35,7 +35,7 @@ from hydrodamp.errors import ClockWarning, LogError, warn
 from hydrodamp.ingest.clock import IrregularityKind, describe_irregularities
 from hydrodamp.ingest.formats.files import SKIPPED
 from hydrodamp.ingest.mapping.channel_schema import (
-    GEOGRAPHIC,
+    COORDINATES,
     RECORDED_TIME,
     SINGLE_CHANNELS,
     Entry,
@@ -272,7 +272,7 @@ class Assembly:
 
     def _add_geographic_position(self) -> None:
         """Add north and east of the first position."""
-        angles = (self.resampler.angle(f"position.{name}") for name in GEOGRAPHIC)
+        angles = map(self.resampler.angle, COORDINATES)
         north, east, (latitude, longitude) = tangent_plane(*angles)
         self.numbers |= {"north": north, "east": east}
         self.notes.append(
