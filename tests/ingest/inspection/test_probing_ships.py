@@ -159,6 +159,13 @@ def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference) -> No
     assert (guess.confidence >= MIN_DRAFT_CONFIDENCE) == is_known
 
 
+@pytest.mark.parametrize("yaw", [PSI, np.pi / 2.0 - PSI], ids=["north", "east"])
+def test_a_course_in_radians_agrees_with_a_yaw(yaw: np.ndarray) -> None:
+    columns = {"t": TIME, "sog_mps": SOG, "cog": np.radians(COG), "yaw": yaw}
+    roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
+    assert roles.best("velocity.course").unit == "rad"
+
+
 def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:
     rows = zip(TIME, fold_minutes(LATITUDE), fold_minutes(LONGITUDE), SOG, COG, HDG, strict=True)
     lines = [f"{t:.1f},{a:.6f}S,0{b:.6f} W,{s},{c},{h}" for t, a, b, s, c, h in rows]

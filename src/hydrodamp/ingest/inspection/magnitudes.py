@@ -31,6 +31,7 @@ from hydrodamp.ingest.inspection.names import words
 _GRAVITY = UNITS["acceleration"]["g"]
 _MAX_GRAVITY_RATIO = 1.4  # of the median norm of a specific force to gravity, or its inverse
 _MAX_TURN_RAD = 6.5  # rad; larger courses are in degrees
+_MIN_COSINE = 0.5  # mean, of a course against a heading
 _UNNAMED_PLANE = ("position.x", "position.y")
 _HEADINGS = ("attitude.yaw", "attitude.heading")
 _SURGES = ("velocity.u", "velocity.x", "velocity.north")
@@ -120,20 +121,26 @@ def _read_course(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn
     references = [*_series_of(names, best, series).values()] or headings[:1]
     _, columns = synchronise([course, *references])
     units = [item.unit for item in references]
-    directions = np.zeros(max(len(columns) - 1, 0), np.complex128)
-    if np.isfinite(columns).all(axis=1).any():
-        if names:
-            directions = np.diff(to_metres(columns[:, 1:], names, units), axis=0) @ (1.0, 1.0j)
-        elif headings:
-            directions = np.exp(1j * unit_factor(units[0] or "rad") * columns[1:, 1])
-    along = {
-        unit: float(np.nansum(directions * np.exp(-1j * unit_factor(unit) * columns[1:, 0])).real)
-        for unit in ("deg", "rad")
-    }
-    if along["deg"] == along["rad"]:  # the reference is absent or says nothing
+    if not references or not np.isfinite(columns).all(axis=1).any():
         return guess.with_unconfirmed_unit("deg", "by magnitude, unless it is rad")
-    unit = max(along, key=lambda unit: along[unit])
-    return guess.with_unit(unit, f"by the direction of the {'path' if names else 'heading'}")
+    if names:
+        directions = np.diff(to_metres(columns[:, 1:], names, units), axis=0) @ (1.0, 1.0j)
+        options, limit = [directions], 0.0
+    else:
+        directions = np.exp(1j * unit_factor(units[0] or "rad") * columns[1:, 1])
+        # a yaw may count from east, counterclockwise
+        options = [directions, 1j * np.conj(directions)]
+        limit = _MIN_COSINE * np.isfinite(directions * columns[1:, 0]).sum()
+    for option in options:
+        along = {
+            unit: float(np.nansum(option * np.exp(-1j * unit_factor(unit) * columns[1:, 0])).real)
+            for unit in ("deg", "rad")
+        }
+        unit = max(along, key=along.__getitem__)
+        if along[unit] > limit:
+            source = "path" if names else "heading"
+            return guess.with_unit(unit, f"by the direction of the {source}")
+    return guess.with_unconfirmed_unit("deg", "by magnitude, unless it is rad")
 
 
 def _as_speed(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn) -> Guess:
