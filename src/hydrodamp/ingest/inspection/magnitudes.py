@@ -131,15 +131,13 @@ def _read_course(guess: Guess, best: Mapping[str, Guess], series: SeriesByColumn
         # a yaw may count from east, counterclockwise
         options = [directions, 1j * np.conj(directions)]
         limit = _MIN_COSINE * np.isfinite(directions * columns[1:, 0]).sum()
-    for option in options:
-        along = {
-            unit: float(np.nansum(option * np.exp(-1j * unit_factor(unit) * columns[1:, 0])).real)
-            for unit in ("deg", "rad")
-        }
-        unit = max(along, key=along.__getitem__)
-        if along[unit] > limit:
-            source = "path" if names else "heading"
-            return guess.with_unit(unit, f"by the direction of the {source}")
+    along = {}
+    for unit in ("deg", "rad"):
+        turned = np.exp(-1j * unit_factor(unit) * columns[1:, 0])
+        along[unit] = max(float(np.nansum(option * turned).real) for option in options)
+    unit = max(along, key=along.__getitem__)
+    if along[unit] > limit:
+        return guess.with_unit(unit, f"by the direction of the {'path' if names else 'heading'}")
     return guess.with_unconfirmed_unit("deg", "by magnitude, unless it is rad")
 
 
