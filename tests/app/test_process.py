@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import closing
 from urllib.parse import urlencode
 
 import pytest
@@ -37,11 +38,10 @@ def start(folder, *arguments):
 def request(port, cookie, method, path, form=None):
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
     headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{port}"}
-    connection.request(method, path, urlencode(form or {}), headers)
-    answer = connection.getresponse()
-    text = answer.read().decode()
-    connection.close()
-    return answer.status, text
+    with closing(connection):  # also where the server dies
+        connection.request(method, path, urlencode(form or {}), headers)
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
 
 
 def stop(process):

@@ -98,8 +98,8 @@ int main(void)
     make();
     const hd_plant plant = {TERMS, CHANNELS, factors, mass, free_axes};
     const hd_record record = {N, CHANNELS, time, velocity, down, wrench, channels, propulsion};
-    const hd_motion measured = {&plant, matrix, &record, NULL, (hd_real)0.05, 50};
-    const hd_motion simulated = {&plant, matrix, &record, attitude, (hd_real)0.05, 50};
+    const hd_motion measured = {&plant, matrix, &record, NULL, (hd_real)0.05, 50, NULL};
+    const hd_motion simulated = {&plant, matrix, &record, attitude, (hd_real)0.05, 50, NULL};
     const hd_history none = {0, NULL, NULL, NULL};
     const hd_entries entries = {starts, rows, known};
     const hd_estimate estimate = {unit,        (hd_real)0.02, coefficients,
