@@ -232,7 +232,7 @@ CORPUS = [
     ("db3-cut", truncate(ros2("SQLITE3"), 0.5), refused, "recover"),
     ("db3-empty", raw("a.db3", b"SQLite format 3\0"), refused, "recover"),
     ("bag-no-metadata", no_metadata, "read", ""),
-    ("bag-bad-metadata", broken_metadata, refused, "Could not load YAML"),
+    ("bag-bad-metadata", broken_metadata, noted, "cut off or damaged; the whole messages"),
     ("bag-lost-storage", lost_storage, refused, "database files are missing"),
     ("bag-empty", ros2(messages=lambda _: []), refused, "no readable message"),
     (

@@ -76,7 +76,7 @@ def read_file(path: str | Path) -> Recording:
             messages, definitions = _read_bag(copies, [])
         if not messages:
             raise
-        notes = ["the bag is cut off; the whole messages before the cut were read"]
+        notes = ["the bag is cut off or damaged; the whole messages before the cut were read"]
     topics = tuple(_make_topics(messages, definitions, form != "ROS 1 bag", notes))
     if not topics:
         raise LogError(["the bag holds no readable message", *notes], source=str(path))
