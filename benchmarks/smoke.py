@@ -108,11 +108,11 @@ def online_step(method: hd.AdaptiveIdentifier | hd.RecursiveLeastSquares, model)
         return state
 
     def idle() -> None:
-        for _ in range(10):
+        for _ in range(100):
             for sample in samples[1:]:
                 nothing(None, sample)
 
-    return 10.0 / ratio(online, idle, rounds=5)
+    return 100.0 / ratio(online, idle, rounds=15)
 
 
 LEAST = {
