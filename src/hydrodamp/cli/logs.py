@@ -77,8 +77,9 @@ def probe(
         result = hd.probe(*recordings)
         judged = inspect(result, recordings, mapping, requirements)
         text = add_steps(result.draft.text, judged.report)
+        has_steps = text != result.draft.text
         result = replace(result, draft=replace(result.draft, text=text))
-        if judged.is_drafted and judged.report is not None and mapping is None:
+        if has_steps and judged.is_drafted and mapping is None:
             judged = inspect(result, recordings, needs=requirements)  # as cleaned by these steps
     if draft is not None:
         save_text(result.draft.text, draft)

@@ -35,8 +35,7 @@ def _autocovariance(values: FloatArray, bounds: IntArray) -> FloatArray:
     longest = int(np.diff(bounds, axis=1).max(initial=1))
     total = np.zeros((longest, values.shape[1]))
     for start, stop in bounds:
-        segment = values[start:stop] - values[start:stop].mean(axis=0)
-        segment[:, np.ptp(values[start:stop], axis=0) == 0.0] = 0.0  # free of rounding
+        segment = _centre(values[start:stop])
         n = stop - start
         spectrum = np.abs(np.fft.rfft(segment, _fast_length(2 * n), axis=0)) ** 2
         total[:n] += np.fft.irfft(spectrum, _fast_length(2 * n), axis=0)[:n]
@@ -52,9 +51,7 @@ def _early_autocovariance(values: FloatArray, bounds: IntArray) -> FloatArray | 
         return None
     spectrum = np.zeros((values.shape[1], _BLOCK + 1), dtype=np.complex128)
     for start, stop in bounds:
-        segment = values[start:stop] - values[start:stop].mean(axis=0)
-        segment[:, np.ptp(values[start:stop], axis=0) == 0.0] = 0.0
-        for column, series in enumerate(segment.T):
+        for column, series in enumerate(_centre(values[start:stop]).T):
             padded = np.concatenate((series, np.zeros(-len(series) % _BLOCK + _BLOCK)))
             blocks = padded.reshape(-1, _BLOCK)
             first = np.fft.rfft(blocks[:-1], 2 * _BLOCK)
@@ -63,6 +60,13 @@ def _early_autocovariance(values: FloatArray, bounds: IntArray) -> FloatArray | 
     covariance = np.fft.irfft(spectrum, axis=1)[:, :_BLOCK].T
     falls = covariance.min(axis=0) < np.exp(-1.0) * covariance[0]
     return covariance if bool(np.all(falls | (covariance[0] <= 0.0))) else None
+
+
+def _centre(values: FloatArray) -> FloatArray:
+    """Return values about their means, constant columns free of rounding."""
+    centred = np.asarray(values - values.mean(axis=0))
+    centred[:, np.ptp(values, axis=0) == 0.0] = 0.0
+    return centred
 
 
 def _fast_length(n: int) -> int:

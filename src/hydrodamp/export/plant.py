@@ -22,7 +22,7 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
-from hydrodamp.simulation.checks import CHANNEL_AXES, CHANNELS
+from hydrodamp.simulation.checks import CHANNEL_AXES, CHANNELS, wrench_rise
 from hydrodamp.simulation.problem import EquationTable, equation_table, held_channels, vehicle_stamp
 from hydrodamp.vehicle.actuators import Propeller
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
@@ -90,11 +90,9 @@ class ExportedPlant:
         """Return a log with the wrench that acts: the recorded one times its gains."""
         if log.wrench is None or not self.gains.any():
             return log
-        rise, last = np.diff(log.wrench, axis=0, append=log.wrench[-1:]), log.bounds[:, 1] - 1
-        rise[last] = 0.0
         share, of_rise = self.gains  # a wrench is linear between samples: half its rise on average
-        wrench = log.wrench * (1.0 + share) + rise * (of_rise - 0.5 * share)
-        return replace(log, wrench=wrench)
+        correction = wrench_rise(log.wrench, log) * (of_rise - 0.5 * share)
+        return replace(log, wrench=log.wrench * (1.0 + share) + correction)
 
     @cached_property
     def columns(self) -> EquationTable:

@@ -50,11 +50,17 @@ def actuation(vehicle: Vehicle, log: Log) -> FloatArray:
 
 def actuation_channels(vehicle: Vehicle, log: Log) -> dict[str, FloatArray]:
     """Return the actuation channels of every axis."""
-    wrench, last = actuation(vehicle, log), log.bounds[:, 1] - 1
-    rise = np.diff(wrench, axis=0, append=wrench[-1:])
-    rise[last] = 0.0
+    wrench = actuation(vehicle, log)
+    channels = np.stack([wrench, wrench_rise(wrench, log)], axis=2)
     names = [name for pair in CHANNELS.values() for name in pair]
-    return dict(zip(names, np.stack([wrench, rise], axis=2).reshape(log.n, -1).T, strict=True))
+    return dict(zip(names, channels.reshape(log.n, -1).T, strict=True))
+
+
+def wrench_rise(wrench: FloatArray, log: Log) -> FloatArray:
+    """Return the increment of a wrench until the next sample of its segment, shape (n, 6)."""
+    rise = np.diff(wrench, axis=0, append=wrench[-1:])
+    rise[log.bounds[:, 1] - 1] = 0.0
+    return rise
 
 
 def with_gains(vehicle: Vehicle, log: Log, model: DampingModel) -> DampingModel:
