@@ -40,7 +40,7 @@ IDENTIFY = "identify a.csv --vehicle planar.yaml"
     ("line", "said"),
     [
         (
-            "models two.yaml:lihgt",
+            "list models two.yaml:lihgt",
             "there is no model 'lihgt'. Did you mean 'light'? There are: heavy",
         ),
         (f"{IDENTIFY} --model two.yaml", "names several models: heavy, light"),

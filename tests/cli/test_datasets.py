@@ -1,4 +1,4 @@
-"""``hydrodamp datasets``: the licence first, then files that are checked."""
+"""``hydrodamp list datasets``: the licence first, then files that are checked."""
 
 import json
 from pathlib import Path
@@ -26,10 +26,10 @@ def mine(tmp_path, monkeypatch):
 
 
 def test_lists_what_is_known(call):
-    done = call("datasets")
+    done = call("list datasets")
     for word in ("kvlcc2-hsva", "vt690-field", "bluerov2-kth", "licence"):
         assert word in done.stdout
-    listed = json.loads(call("datasets --json").stdout)["datasets"]
+    listed = json.loads(call("list datasets --json").stdout)["datasets"]
     names = ["kvlcc2-hsva", "vt690-field", "bluerov2-kth", "esso-osaka"]
     assert [one["name"] for one in listed] == names
     hashes = [file["sha256"] for file in listed[0]["files"]]
@@ -38,7 +38,7 @@ def test_lists_what_is_known(call):
 
 @pytest.mark.usefixtures("mine")
 def test_nothing_is_downloaded_without_consent(call):
-    done = call("datasets mine", 2)
+    done = call("list datasets mine", 2)
     assert "Licence: MIT" in done.stderr
     assert "none of the 2 files of 'mine'" in done.stderr
     assert "--yes" in done.stderr
@@ -47,14 +47,14 @@ def test_nothing_is_downloaded_without_consent(call):
 
 @pytest.mark.usefixtures("mine")
 def test_yes_downloads_what_is_not_there(call):
-    told = json.loads(call("datasets mine --yes --json --out here").stdout)
+    told = json.loads(call("list datasets mine --yes --json --out here").stdout)
     assert told["downloaded"] == told["unchecked"] == ["a.dat", "b.dat"]
     assert (told["folder"], told["mapping"], told["lacking"]) == ("here", "avl690", [])
     Path("here/b.dat").unlink()
-    done = call("datasets mine --out here")
+    done = call("list datasets mine --out here")
     assert "1 of 2 files not verified" in done.stderr
     assert "1 of 2 files missing" in done.stderr
-    done = call("datasets mine --out here --yes")
+    done = call("list datasets mine --out here --yes")
     assert "1 of 2 files downloaded" in done.stderr
     assert done.stdout == "here\n"
     assert Path("here/b.dat").read_text(encoding="utf-8") == CONTENT["b.dat"]
@@ -68,5 +68,5 @@ def test_yes_downloads_what_is_not_there(call):
     ],
 )
 def test_a_log_that_cannot_be_had(call, folder, line, said):
-    done = call(f"datasets {line}", 2)
+    done = call(f"list datasets {line}", 2)
     assert said in done.stderr

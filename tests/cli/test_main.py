@@ -17,7 +17,7 @@ def test_version(call):
 
 def test_help_names_every_command(call):
     done = call("--help")
-    for command in ("demo", "models", "probe", "compare", "identify", "simulate", "vehicle"):
+    for command in ("demo", "list", "probe", "compare", "identify", "simulate", "vehicle"):
         assert f"\n  {command} " in done.stdout
 
 
@@ -34,7 +34,7 @@ def test_help_imports_nothing_heavy():
 
 @pytest.mark.slow
 def test_python_m_hydrodamp():
-    line = [sys.executable, "-m", "hydrodamp", "models", "liner"]
+    line = [sys.executable, "-m", "hydrodamp", "list", "models", "liner"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stdout == ""
@@ -55,15 +55,35 @@ def test_help_of_a_command_has_two_forms(call):
     assert "list[" not in call("help compare").stdout
 
 
-@pytest.mark.slow
-def test_names_that_options_accept_are_listed_with_descriptions(call):
-    known = {"methods": hydrodamp.METHODS, "vehicles": fleet, "presets": presets(),
-             "targets": hydrodamp.TARGETS}  # fmt: skip
-    for kind, names in known.items():
-        listed = json.loads(call(f"{kind} --json").stdout)[kind]
-        assert [*listed] == [*names]
-        assert all(text and "\n" not in text for text in listed.values())
-        assert all(name in call(kind).stdout for name in names)
+@pytest.mark.parametrize(
+    ("kind", "names", "word"),
+    [
+        ("methods", hydrodamp.METHODS, "weak form"),
+        ("vehicles", fleet, "weight:"),
+        ("presets", presets(), "velocity:"),
+        ("targets", hydrodamp.TARGETS, "Parameters"),
+    ],
+)
+def test_names_that_options_accept_are_listed_and_explained(call, kind, names, word):
+    listed = json.loads(call(f"list {kind} --json").stdout)[kind]
+    assert [*listed] == [*names]
+    assert all(text and "\n" not in text for text in listed.values())
+    assert all(name in call(f"list {kind}").stdout for name in names)
+    texts = [call(f"list {kind} {name}").stdout for name in names]
+    assert any(word in text for text in texts)
+    last = [*names][-1]
+    assert json.loads(call(f"list {kind} {last} --json").stdout)["name"] == last
+    done = call(f"list {kind} nothing", 2)
+    assert last in done.stderr
+
+
+def test_kinds_of_names_are_counted_and_others_refused(call):
+    counted = json.loads(call("list --json").stdout)["kinds"]
+    assert counted["vehicles"] == str(len(fleet))
+    assert "datasets" in call("list").stdout
+    done = call("list model", 2)
+    assert "Did you mean 'models'? There are: models, methods, vehicles" in done.stderr
+    assert "give `datasets NAME`" in call("list models linear --yes", 2).stderr
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ def test_completion_continues_a_list():
 
     assert complete("identify", "model", "fossen,lin") == ["fossen,linear"]
     assert complete("compare", "models", "fossen,sp") == ["fossen,sparse"]
-    assert complete("datasets", "name", "kv") == ["kvlcc2-hsva"]
+    assert complete("list", "name", "kv") == ["kvlcc2", "kvlcc2-hsva"]
     assert complete("probe", "mapping", "mavr") == ["mavros"]
     assert complete("probe", "vehicle", "re") == ["remus100"]
     assert complete("export", "target", "mu") == ["mujoco"]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.cli.catalogue import NO_ACTUATORS, add_actuators
+from hydrodamp.cli.vehicle import NO_ACTUATORS, add_actuators
 from hydrodamp.vehicle.file import fleet, parse_vehicle, read_vehicle
 
 SIZES = "--length 1.6 --diameter 0.19 --mass 40"

@@ -8,20 +8,20 @@ from typing import Annotated
 
 import typer
 
+from hydrodamp.cli import lists
 from hydrodamp.cli.app import app as serve_app
 from hydrodamp.cli.batch import batch
-from hydrodamp.cli.catalogue import datasets, models, new
 from hydrodamp.cli.compare import compare, demo
 from hydrodamp.cli.evaluate import simulate, validate
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
-from hydrodamp.cli.lists import methods, presets, targets, vehicles
 from hydrodamp.cli.live import live
 from hydrodamp.cli.logs import convert, probe
 from hydrodamp.cli.options import HelpCommand, HelpGroup
 from hydrodamp.cli.output import INTERRUPTED, handle_errors
 from hydrodamp.cli.plan import plan
 from hydrodamp.cli.report import report
+from hydrodamp.cli.vehicle import new
 
 app = typer.Typer(
     name="hydrodamp",
@@ -38,7 +38,7 @@ vehicle_app = typer.Typer(help="Create vehicle files.", no_args_is_help=True, ri
 
 COMMANDS = {
     "Start": (demo, serve_app),
-    "Names": (models, methods, vehicles, presets, targets, datasets),
+    "Names": (lists.list,),
     "Logs": (probe, convert),
     "Identification and validation": (compare, validate, identify, report),
     "Use of a model": (simulate, export, live),

@@ -16,7 +16,7 @@ from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.errors import LogError, did_you_mean, no_such
 from hydrodamp.faults import faults_in
 from hydrodamp.files import PackageData, load_yaml, nearest_file, wrong_kind_message
 from hydrodamp.ingest.mapping.assemble import build_record, build_resampler
@@ -403,8 +403,15 @@ def _is_group(key: object, value: object) -> bool:
     return isinstance(value, dict) and key not in ("time", "clock")
 
 
+def preset_text(name: str) -> str:
+    """Return the file of a preset."""
+    if name not in _PRESETS:
+        raise LogError(no_such("preset", name, _PRESETS))
+    return _PRESETS.text(name)
+
+
 def describe_preset(name: str) -> str:
     """Return the first sentence of the comment of a preset."""
-    lines = (_FOLDER / f"{name}.yaml").read_text("utf-8").splitlines()
+    lines = preset_text(name).splitlines()
     comment = " ".join(line.lstrip("# ") for line in takewhile(lambda x: x.startswith("#"), lines))
     return f"{re.split(r'[:.] ', comment, maxsplit=1)[0].rstrip('.')}."

@@ -1,17 +1,14 @@
-"""Commands ``models``, ``datasets`` and ``vehicle new``: the catalogues of the package."""
+"""Command ``vehicle new``."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
-import typer
-
 import hydrodamp as hd
-from hydrodamp.cli.inputs import read_logs, read_named_models, split_names
-from hydrodamp.cli.output import emit, note, print_output
-from hydrodamp.errors import FileError, VehicleError, demand
+from hydrodamp.cli.inputs import read_logs, split_names
+from hydrodamp.cli.output import emit, note
+from hydrodamp.errors import VehicleError, demand
 from hydrodamp.files import save_text
 from hydrodamp.results import check_new_file
 
@@ -61,77 +58,6 @@ def add_actuators(text: str, log: hd.Log) -> str:
                 f"# {axis} {value:g} ± {margins[label]:.2g}"
             )
     return text.replace(NO_ACTUATORS, "\n".join(lines))
-
-
-def models(name: str | None = None, json: bool = False) -> None:
-    """List the damping models, or show the terms and the source of one."""
-    from hydrodamp.report.fit_tables import LOG_MODELS, model_document, model_table
-
-    for document in LOG_MODELS:
-        if name == document["model"]:
-            print_output(json, document, document["note"])
-            return
-    catalogue = [*(read_named_models(name) if name else hd.catalog.values())]
-    documents = [model_document(model) for model in catalogue]
-    of_log = [] if name else LOG_MODELS
-    if len(documents) == 1:
-        print_output(json, documents[0], str(catalogue[0]))
-    else:
-        further = {"made_from_a_log": of_log} if of_log else {}
-        command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
-        table = model_table([*documents, *of_log], command)
-        print_output(json, {"models": documents} | further, table)
-
-
-def datasets(
-    name: str | None = None, out: Path | None = None, yes: bool = False, json: bool = False
-) -> None:
-    """List public logs, or download one with checksums verified."""
-    from hydrodamp.ingest.datasets import check_folder
-
-    if name is None:
-        _list_datasets(json)
-        return
-    dataset = hd.find_dataset(name)
-    target = out or Path("datasets", name)
-    present = check_folder(dataset, target)
-    note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
-    note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
-    files = hd.fetch(dataset, target) if yes else present
-    if len(files.lacking) == len(dataset.files):
-        raise FileError(
-            f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"
-            f" {dataset.files[0].name}. Source: {dataset.page}. Use --yes to accept the licence and"
-            " download the files that have a URL."
-        )
-    downloaded = [file for file in present.lacking if file not in files.lacking]
-    if json:
-        document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
-        emit(asdict(files) | document | {"folder": str(target)})
-        return
-    states = {
-        "downloaded": downloaded,
-        "verified by checksum": files.verified,
-        "not verified: no checksum is known": files.unchecked,
-        "missing": files.lacking,
-    }
-    for state, names in states.items():
-        if names:
-            note(f"{len(names)} of {len(dataset.files)} files {state}")
-    note(f"Read with: --mapping {dataset.mapping}")
-    typer.echo(str(target))
-
-
-def _list_datasets(json: bool) -> None:
-    from hydrodamp.ingest.datasets import datasets as known_datasets
-    from hydrodamp.report.table import Table
-
-    available = known_datasets().values()
-    rows = [(each.name, str(len(each.files)), each.mapping, each.title) for each in available]
-    notes = ("Download: hydrodamp datasets NAME --yes. Check the licence of each dataset.",)
-    header = ("name", "files", "mapping", "title")
-    table = Table.of_words("Public logs", header, "lrll", rows, notes)
-    print_output(json, {"datasets": [asdict(each) for each in available]}, table)
 
 
 def new(
