@@ -18,7 +18,7 @@ def test_our_table_stands_beside_the_papers(folder, call, monkeypatch):
     assert len(document["rows"]) == 16
     assert document["provenance"]["truth"] == "crossflow"
     assert document["provenance"]["seed"] == "3"
-    table = (folder / "out" / "table.txt").read_text("utf-8")
+    table = (folder / "out" / "table.md").read_text("utf-8")
     for word in ("paper LS", "never published", "not converged"):
         assert word in table
 

@@ -73,7 +73,7 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
         rows = document()["rows"]
         assert rows == [row for row in whole["rows"] if row in rows]
         assert document()["provenance"]["unfinished"] == f"{len(rows)} of 8 rows: interrupted"
-        assert "Incomplete comparison" in (folder / "out" / "table.txt").read_text("utf-8")
+        assert "Incomplete comparison" in (folder / "out" / "table.md").read_text("utf-8")
     assert re.search(r"interrupted: \d of 8 rows. In out/fits finished fits are", broken.stderr)
 
     call(f"{LINE} --resume")
@@ -81,7 +81,7 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
     assert again["rows"] == whole["rows"]
     assert again["provenance"]["resumed"] == f"{kept} of 8 fits from an earlier run"
     assert "unfinished" not in again["provenance"]
-    for name in ("table.txt", "table.csv"):
+    for name in ("table.md", "table.csv"):
         assert (folder / "out" / name).read_bytes() == (folder / "whole" / name).read_bytes()
     fits = [
         {p.name: p.read_bytes() for p in (folder / o / "fits").iterdir()} for o in ("out", "whole")

@@ -15,7 +15,7 @@ def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
     names = sorted(path.name for path in (tmp_path / "deep" / "out").iterdir())
     assert names == [
         *(".hydrodamp.json", "comparison.json", "damping.json", "fits", "replays.npz"),
-        *("table.csv", "table.md", "table.tex", "table.txt"),
+        *("table.csv", "table.md", "table.tex"),
     ]
     fits = sorted(path.stem for path in (tmp_path / "deep" / "out" / "fits").iterdir())
     assert fits == sorted(f"{row.model}.{row.method}" for row in comparison.rows)

@@ -29,7 +29,7 @@ from hydrodamp.report.documents import (
     read_fit,
 )
 from hydrodamp.report.narrative import RESUMED, UNFINISHED
-from hydrodamp.report.table import to_csv, to_latex, to_markdown, to_text
+from hydrodamp.report.table import to_csv, to_latex, to_markdown
 from hydrodamp.report.verdict_tables import verdict_table
 from hydrodamp.results import complete_exchange, save_results
 from hydrodamp.simulation.replay import Trajectory
@@ -40,7 +40,7 @@ from hydrodamp.validation.predicted_error import PredictionBand
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 #: The selected fit.
 DAMPING = "damping.json"
-TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
+TABLES = tuple(f"table.{suffix}" for suffix in ("md", "tex", "csv"))
 #: Grades, and the band of a replay.
 GRADES, BAND = "identifiability.json", "band.npz"
 #: Folder of pictures, and the file of their captions.
@@ -139,7 +139,6 @@ def comparison_files(comparison: Comparison, home: Path) -> dict[Path, bytes]:
         tables = (verdict_table(comparison.verdict()), *tables)
     texts = {
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
-        home / "table.txt": "\n\n".join(map(to_text, tables)) + "\n",
         home / "table.md": "\n\n".join(map(to_markdown, tables)) + "\n",
         home / "table.tex": "\n\n".join(map(to_latex, summary_tables(comparison))) + "\n",
         home / "table.csv": to_csv(score_table(comparison, comparison.rows)),
