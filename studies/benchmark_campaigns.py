@@ -308,7 +308,6 @@ def field_turns(folder: Path) -> list[hd.Log]:
     """Return the turns of the field log, as the example finds them."""
     example = EXAMPLES / "vt690"
     found = load_module(example / "turns.py")
-    turns: list[hd.Log] = found.turns(
-        found.with_speed(hd.read_log(folder, example / "mapping.yaml"))
-    )
+    log = load_module(example / "roll.py").read_field_log(folder)
+    turns: list[hd.Log] = found.turns(found.with_speed(log))
     return turns

@@ -16,6 +16,7 @@ from pathlib import Path
 import hydrodamp as hd
 
 sys.path.insert(0, str(Path(__file__).parent))
+from roll import read_field_log
 from turns import turns, with_speed
 
 HERE = Path(__file__).parent
@@ -86,7 +87,7 @@ def work(asked: argparse.Namespace) -> None:
     """Do what was asked for."""
     nested = asked.data / "vt690_field"
     folder = nested if nested.is_dir() else asked.data
-    log = with_speed(hd.read_log(folder, HERE / "mapping.yaml"))
+    log = with_speed(read_field_log(folder))
     models = {model.key: model for model in hd.read_models(HERE / "models.yaml")}
     print(f"Data: {SOURCE}.\n\n{log!r}", *log.notes, sep="\n  ", end="\n\n")
     train, test = held_out(turns(log), (log.time[0] + log.time[-1]) / 2)

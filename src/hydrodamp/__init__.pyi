@@ -26,7 +26,6 @@ from .conditioning.dropouts import (
     mask_mocap_dropouts as mask_mocap_dropouts,
 )
 from .conditioning.interpolation import set_interpolation as set_interpolation
-from .conditioning.mixing import roll_from_mixing as roll_from_mixing
 from .conditioning.outliers import (
     remove_attitude_outliers as remove_attitude_outliers,
     remove_outliers as remove_outliers,

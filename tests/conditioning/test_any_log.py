@@ -21,7 +21,6 @@ from hydrodamp.conditioning.derivatives import (
     rates_from_attitude,
     velocity_from_position,
 )
-from hydrodamp.conditioning.mixing import roll_from_mixing
 from hydrodamp.conditioning.pipeline import clean
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
@@ -98,7 +97,6 @@ def test_cleaning_keeps_a_log_a_log(log: Log) -> None:
         rates_from_attitude,
         velocity_from_position,
         acceleration_from_accelerometer,
-        lambda log: roll_from_mixing(log, ("climb", "rudder"), ("rudder", "climb")),
         lambda log: apply_delay(log, {"rudder": 0.3, "climb": 40.0}),
         lambda log: apply_first_order_lag(log, {"rudder": 0.3, "climb": 40.0}),
         lambda log: apply_dead_zone(log, {"rudder": (-0.1, 0.2)}),

@@ -86,11 +86,6 @@ def test_what_is_wrong_is_said(content: object, said: str) -> None:
         ),
         ({"apply_delay": {"rudder": -1}}, "`apply_delay.rudder` must be at least 0"),
         ({"apply_dead_zone": {"m1": 1475}}, "`apply_dead_zone.m1` must be a list; got 1475"),
-        (
-            {"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "mine"}},
-            "`roll_from_mixing.mixing` must be rotation or avl690; got 'mine'",
-        ),
-        ({"roll_from_mixing": {"fins": ["c", "d"]}}, "`roll_from_mixing.demanded` is missing"),
     ],
 )
 def test_settings_are_checked_before_any_log_is_read(settings: dict[str, Any], said: str) -> None:
@@ -114,10 +109,6 @@ def test_settings_reach_the_function(turning: Log) -> None:
     np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)
     assert found.notes == by_hand.notes
-    (mixed,), _ = parse_steps(
-        [{"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "avl690"}}]
-    )
-    assert mixed.keywords["mixing"] == "avl690"
 
 
 def spoilt(swim: Log) -> Log:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.attitude import euler_from_quaternion
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -98,4 +99,11 @@ def test_held_out_turns_from_the_raw_topics(run, measured_logs, tmp_path):
     assert [graded[axis] for axis in "YZM"] == ["0", "0", "0"]
     assert all(int(graded[axis]) > 0 for axis in "KN")
     assert hd.read_damping(out / "steering.yaml").model.key == "steering"
-    assert (out / "log.csv").stat().st_size > 0
+    log = hd.read_log(out / "log.csv")
+    derived = np.genfromtxt(
+        measured_logs("vt690_field") / "derived_10hz.csv", delimiter=",", names=True
+    )
+    inside = (log.time > derived["time_s"][0]) & (log.time < derived["time_s"][-1])
+    reference = np.interp(log.time, derived["time_s"], derived["roll_rad"])  # by other means
+    roll = euler_from_quaternion(log.attitude)[:, 0]
+    assert np.sqrt(np.mean((reference - roll)[inside] ** 2)) < 0.011

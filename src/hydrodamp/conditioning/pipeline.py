@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, create_model
 
@@ -27,7 +27,6 @@ from hydrodamp.conditioning.dropouts import (
     mask_mocap_dropouts,
 )
 from hydrodamp.conditioning.interpolation import Interpolation, set_interpolation
-from hydrodamp.conditioning.mixing import MIXINGS, roll_from_mixing
 from hydrodamp.conditioning.outliers import remove_attitude_outliers, remove_outliers
 from hydrodamp.conditioning.quality_checks import annotate_quality
 from hydrodamp.data.log import Log
@@ -58,8 +57,6 @@ _SETTING_TYPES: dict[str, Any] = {
     "flag": str,
     **dict.fromkeys(("wrench", "commands"), Interpolation),
     "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
-    **dict.fromkeys(("demanded", "fins"), tuple[str, str]),
-    "mixing": Literal[tuple(MIXINGS)],
     **dict.fromkeys(("apply_delay", "apply_first_order_lag"), _CommandTimes),
     "apply_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
 }
@@ -106,7 +103,6 @@ _STEP_FUNCTIONS: tuple[Callable[..., Log], ...] = (
     velocity_from_position,
     rates_from_attitude,
     acceleration_from_accelerometer,
-    roll_from_mixing,
     subtract_current,
     apply_delay,
     apply_first_order_lag,
