@@ -224,10 +224,6 @@ from .validation.predicted_error import (
     prediction_band as prediction_band,
 )
 from .validation.selection import Selection as Selection, pareto_front as pareto_front
-from .validation.sensitivity import (
-    VehicleSensitivity as VehicleSensitivity,
-    vehicle_sensitivity as vehicle_sensitivity,
-)
 from .validation.verdict import AxisVerdict as AxisVerdict, Light as Light, Verdict as Verdict
 from .vehicle.actuators import (
     Fin as Fin,

@@ -23,9 +23,9 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
         warnings.warn("the sea was rough", hd.HydrodampWarning, stacklevel=1)
         raise hd.MethodError("too rough to ask")
 
-    monkeypatch.setattr(hd, "vehicle_sensitivity", warn)
-    done = call(f"{LINE} --out d.v2 --sensitivity")
-    for word in ("std. error", "grade", "not known: too rough to ask"):
+    monkeypatch.setattr(hd, "diagnose", warn)
+    done = call(f"{LINE} --out d.v2")
+    for word in ("std. error", "grade"):
         assert word in done.stdout
     written = [line for line in done.stderr.splitlines() if line.startswith("written to")]
     assert written == [f"written to d.v2{end}" for end in ("", ".figures", ".report.html")]
@@ -39,7 +39,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() in text
     for words in (
         *("<dt>command</dt>", "<dt>versions</dt>", "replayed on the training data"),
-        *("the sea was rough", "not known: too rough to ask"),
+        *("the sea was rough", "residuals are not tested: too rough to ask"),
     ):
         assert words in text
     axes = "rank         condition"  # in the report alone
@@ -157,12 +157,6 @@ def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
     damping = hd.read_damping("d.json")
     assert damping["X_ahead"] > 0.0
     assert damping["N_turn"] > 0.0
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_no_other_vehicle_is_computed_unless_requested(folder, call, monkeypatch):
-    monkeypatch.setattr(hd, "vehicle_sensitivity", lambda *_: pytest.fail("not requested"))
-    call(LINE)
 
 
 def test_a_log_too_short_for_grades_says_so_and_shows_all_coefficients(folder, call):

@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.checks import actuation, with_gains
-from hydrodamp.validation.sensitivity import Gain, check_gains, estimate_gains
+from hydrodamp.validation.actuator_gains import Gain, check_gains, estimate_gains
 
 PRESTERO = hd.catalog["prestero"]
 CAMPAIGN = hd.reenact(seed=0, duration=60.0)

@@ -31,7 +31,6 @@ def identify(
     estimate_gains: bool = False,
     estimate: str | None = None,
     max_iterations: int | None = None,
-    sensitivity: bool = False,
     out: Path | None = None,
     force: bool = False,
     verbose: bool = False,
@@ -78,10 +77,6 @@ def identify(
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
     document["predicted_missions"] = comparison.missions
     text = as_json(document)
-    if fit.status.usable and sensitivity:
-        with _reason_of_failure("The sensitivity to vehicle parameters is not known", extra):
-            weak_form = hd.WeakForm()
-            extra.append(str(hd.vehicle_sensitivity(craft, log, log, fit.model, weak_form)))
     tables = fit_output(comparison, grades, out, verbose)
     if json:
         for text in extra:

@@ -78,7 +78,7 @@ def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.Damping
 
 def warn_wrong_gains(problem: hd.Problem, models: Sequence[hd.DampingModel]) -> None:
     """Warn of a wrench that is inconsistent with the motion."""
-    from hydrodamp.validation.sensitivity import check_gains
+    from hydrodamp.validation.actuator_gains import check_gains
 
     for issue in check_gains(problem, models):
         _warn(problem.log, issue)

@@ -19,7 +19,7 @@ from hydrodamp.simulation.checks import (
     unused_commands,
 )
 from hydrodamp.simulation.problem import prepare
-from hydrodamp.validation.sensitivity import check_gains
+from hydrodamp.validation.actuator_gains import check_gains
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
