@@ -1,4 +1,4 @@
-"""The plan of a dive: feasibility, predictions, goals, and refusals."""
+"""The plan of a dive: feasibility, predictions, and refusals."""
 
 from dataclasses import replace
 

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.experiment_design import context, optimise
 from hydrodamp.experiment_design.context import limit_by_log
 from hydrodamp.experiment_design.standard_missions import (
     UNSTABLE,
-    choose_goals,
-    describe_goals,
     describe_missions,
     predict_missions,
 )
@@ -102,35 +99,6 @@ def test_commands_without_limits_keep_to_their_range_in_the_log(fit):
 
 def test_speeds_of_a_dive_are_those_of_the_log_of_the_fit(fit):
     hovering = replace(fit, training_range={"u": (-0.7, 0.7)})
-    assert choose_goals(hovering, hd.Envelope())[0].speed == (0.0, 0.7)
+    assert limit_by_log(fit.vehicle, hd.Envelope(), hovering).speed == (0.0, 0.7)
     stated = hd.Envelope(speed=(0.2, 0.4))
-    assert choose_goals(hovering, stated)[0].speed == (0.2, 0.4)
-
-
-def test_the_goals_are_the_untrusted_missions_that_a_log_helps(fit, loose):
-    envelope, goals = choose_goals(loose, hd.Envelope())
-    assert envelope.speed == pytest.approx((0.68, 1.6))  # beyond, the boat is unstable
-    assert sorted(each.speed for each in goals) == pytest.approx([0.68, 0.8, 1.2])
-    says = "Goal: heading steps at 0.68, 0.8, 1.2 m/s, where the model is not to be trusted."
-    assert describe_goals(goals) == says
-    stated = hd.Envelope(speed=(0.7, 1.0))
-    envelope, goals = choose_goals(loose, stated)
-    assert envelope == stated
-    assert [each.speed for each in goals] == [0.8]
-    envelope, goals = choose_goals(fit, hd.Envelope())
-    assert (envelope.speed, goals) == ((0.8, 1.6), [])
-    assert not choose_goals(loose, hd.Envelope(steering="direct"))[1]
-
-
-@pytest.mark.slow
-def test_a_plan_of_a_fit_records_its_goal(boat, known, loose, monkeypatch):
-    monkeypatch.setattr(optimise, "MAX_GENERATIONS", 1)
-    monkeypatch.setattr(context, "N_MEMBERS", 10)
-    envelope = hd.Envelope(speed=(0.8, 1.0))
-    planned = hd.plan(boat, known.model, 60.0, fit=loose, envelope=envelope)
-    assert str(planned).endswith(
-        "Goal: heading steps at 0.8 m/s, where the model is not to be trusted."
-    )
-    first = planned.segments[0].manoeuvre
-    assert (first.shape, first.level, first.strengths[0]) == ("steps", 0.0, 0.0)
-    assert first.strengths[1] > 0.0
+    assert limit_by_log(fit.vehicle, stated, hovering).speed == (0.2, 0.4)

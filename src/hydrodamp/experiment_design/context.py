@@ -201,7 +201,7 @@ class PlanningContext:
 
 
 def limit_by_log(vehicle: Vehicle, envelope: Envelope, fit: Fit) -> Envelope:
-    """Return an envelope with the range in the log of a fit of each command without limits.
+    """Return an envelope with the speeds and commands of the log of a fit where none are stated.
 
     The limit of a propeller is assumed: a range would exclude speeds beyond those of the log.
     """
@@ -215,7 +215,11 @@ def limit_by_log(vehicle: Vehicle, envelope: Envelope, fit: Fit) -> Envelope:
         for name, (low, high) in fit.command_range.items()
         if name not in known and low < high
     }
-    return envelope.model_copy(update={"commands": {**limits, **envelope.commands}})
+    changes: dict[str, object] = {"commands": {**limits, **envelope.commands}}
+    slow, fast = fit.training_range.get("u", (0.0, 0.0))
+    if fast > 0.0 and "speed" not in envelope.model_fields_set:
+        changes["speed"] = (max(slow, 0.0), fast)
+    return envelope.model_copy(update=changes)
 
 
 def choose_mode(autopilot: DesignedAutopilot, mode: Mode | None) -> Mode:

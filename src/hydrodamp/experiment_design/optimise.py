@@ -163,20 +163,13 @@ class Optimiser:
         return manoeuvre, total
 
     def optimise_dive(
-        self,
-        n_segments: int,
-        seed: int,
-        done: Callable[[], None] = lambda: None,
-        goals: Sequence[Manoeuvre] = (),
+        self, n_segments: int, seed: int, done: Callable[[], None] = lambda: None
     ) -> list[Manoeuvre]:
-        """Return the manoeuvres of a dive in order, the goals first."""
-        p = len(self.inflation)
-        dive = [*goals]
+        """Return the manoeuvres of a dive in order."""
+        p, dive = len(self.inflation), list[Manoeuvre]()
         information = np.zeros((self.simulator.n_members, p, p))
-        if dive:
-            information += self.evaluate(dive)[0].sum(axis=0)
         candidates = candidate_manoeuvres(len(self.simulator.autopilot.overlays))
-        for number in range(len(dive), n_segments):
+        for number in range(n_segments):
             order = np.random.default_rng([seed, number]).permutation(len(candidates))
             start = [*dive[-N_CARRIED_OVER:], *(candidates[index] for index in order)][:POPULATION]
             manoeuvre, information = self.best_manoeuvre(

@@ -8,7 +8,6 @@ are those of simulated and identified logs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import get_args
 
@@ -20,14 +19,7 @@ from hydrodamp.experiment_design import optimise as design
 from hydrodamp.experiment_design.closed_loop import Trajectories
 from hydrodamp.experiment_design.context import Mode, PlanningContext, limit_by_log
 from hydrodamp.experiment_design.envelope import Envelope
-from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.result import DivePlan, PlanSegment, Prediction
-from hydrodamp.experiment_design.standard_missions import (
-    MissionError,
-    choose_goals,
-    describe_goals,
-    goal_manoeuvres,
-)
 from hydrodamp.experiment_design.verification import (
     FeasibleDive,
     SimulatedEstimates,
@@ -96,10 +88,8 @@ def plan(
     seed : int, optional
         Seed of the ensemble and of the noise.
     fit : Fit, optional
-        An earlier fit: its damping is the prior by default, and the dive begins with the steps of
-        depth and heading for which it is not to be trusted, at the same speeds, for up to half of
-        the dive. Without speeds of the envelope, they are those of its log and of these steps;
-        commands without limits keep to their range in its log.
+        An earlier fit: its damping is the prior by default. Without speeds of the envelope, they
+        are those of its log; commands without limits keep to their range in its log.
 
     Returns
     -------
@@ -128,14 +118,10 @@ def plan(
     demand(DURATION_LIMITS[0] <= duration <= DURATION_LIMITS[1], "duration", allowed, duration)
     demand(seed >= 0, "seed", "0 or more", seed)
     demand(mode is None or mode in MODES, "mode", " or ".join(MODES), mode)
-    envelope, goals = envelope or Envelope(), list[MissionError]()
+    envelope = envelope or Envelope()
     if fit is not None:
         damping, envelope = damping or fit.damping, limit_by_log(vehicle, envelope, fit)
-        envelope, goals = choose_goals(replace(fit, vehicle=vehicle), envelope)
     context = PlanningContext.of(vehicle, model, duration, damping, envelope, seed, mode)
-    speeds = [*dict.fromkeys(each.speed for each in goals)][: -(-_distinct_segments(context) // 2)]
-    goals = [each for each in goals if each.speed in speeds]
-    first = goal_manoeuvres(goals, envelope, len(context.simulator.autopilot.overlays))
 
     def verify_dive(dive: FeasibleDive, *, grading: bool = True) -> SimulatedEstimates:
         trajectories = dive.trajectories.select(VERIFIED_MEMBERS)
@@ -143,7 +129,7 @@ def plan(
 
     baseline_dive = enforce_envelope(context, context.baseline, baseline=True)
     baseline = verify_dive(baseline_dive, grading=False)
-    dive = optimise(context, baseline, baseline_dive, first)
+    dive = optimise(context, baseline, baseline_dive)
     result = verify_dive(dive)
     notes: tuple[str, ...] = ()
     if not result.log_std_error <= baseline.log_std_error:
@@ -151,26 +137,17 @@ def plan(
         executed = enforce_envelope(context, context.baseline)
         executed_result = verify_dive(executed)
         notes = (f"{_NOT_BETTER}{_WAYPOINT_CAUSE if context.mode == 'waypoints' else _CAUSE}.",)
-        if not goals and not result.log_std_error < executed_result.log_std_error:
+        if not result.log_std_error < executed_result.log_std_error:
             dive, result = executed, executed_result
-    planned = _make_plan(context, dive, result, baseline)
-    return replace(planned, notes=notes, goal=describe_goals(goals))
-
-
-def _distinct_segments(context: PlanningContext) -> int:
-    """Return how many segments are optimised; the others mirror them."""
-    is_long = context.n_segments > MAX_DISTINCT_SEGMENTS
-    return -(-context.n_segments // 2) if is_long else context.n_segments
+    return replace(_make_plan(context, dive, result, baseline), notes=notes)
 
 
 def optimise(
-    context: PlanningContext,
-    baseline: SimulatedEstimates,
-    baseline_dive: FeasibleDive,
-    first: Sequence[Manoeuvre] = (),
+    context: PlanningContext, baseline: SimulatedEstimates, baseline_dive: FeasibleDive
 ) -> FeasibleDive:
-    """Optimise manoeuvres after the first; the second half of a long dive mirrors the first."""
-    n = _distinct_segments(context)
+    """Optimise the manoeuvres; the second half of a long dive mirrors the first."""
+    is_long = context.n_segments > MAX_DISTINCT_SEGMENTS
+    n = -(-context.n_segments // 2) if is_long else context.n_segments
     inflation = context.std_error_inflation(baseline.std_errors, baseline_dive.trajectories)
     optimiser = design.Optimiser(
         context.simulator.with_members([*range(N_OPTIMISED)]),
@@ -178,7 +155,7 @@ def optimise(
         context.acceptance_radius if context.mode == "waypoints" else None,
     )
     with progress("optimising manoeuvres", n) as step:
-        manoeuvres = optimiser.optimise_dive(n, context.seed, step, first)
+        manoeuvres = optimiser.optimise_dive(n, context.seed, step)
     if n < context.n_segments:
         manoeuvres += [manoeuvre.attenuate(-1.0) for manoeuvre in manoeuvres]
     return enforce_envelope(context, manoeuvres[: context.n_segments])

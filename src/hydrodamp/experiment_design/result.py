@@ -124,8 +124,6 @@ class DivePlan:
         One per coefficient, in the model's order.
     notes : tuple of str
         Further remarks.
-    goal : str
-        Missions of an earlier fit that the dive records, in a sentence; empty for none.
     """
 
     vehicle: Vehicle
@@ -145,7 +143,6 @@ class DivePlan:
     assumptions: tuple[str, ...]
     predictions: tuple[Prediction, ...]
     notes: tuple[str, ...] = field(default=())
-    goal: str = ""
 
     @property
     def duration(self) -> float:
@@ -157,13 +154,12 @@ class DivePlan:
         return tuple(item.label for item in self.predictions if item.grade is grade)
 
     def __str__(self) -> str:
-        """Return the predicted grades and the goal in a sentence each."""
+        """Return the predicted grades in a sentence."""
         counts = ", ".join(f"{len(self.labels_of_grade(grade))} {grade.word}" for grade in Grade)
         return (
             f"A dive of {self.duration:.0f} s by {self.mode} for '{self.model.key}' on "
             f"{self.vehicle.name}: {counts}; "
             f"feasibility rate {100.0 * self.feasibility_rate:.0f} % of {self.n_members} members."
-            + (f" {self.goal}" if self.goal else "")
         )
 
 
@@ -230,7 +226,6 @@ def plan_document(plan: DivePlan) -> dict[str, Any]:
             for item in plan.predictions
         },
         "notes": list(plan.notes),
-        "goal": plan.goal,
     }
 
 

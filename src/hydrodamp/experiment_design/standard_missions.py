@@ -183,43 +183,6 @@ def _name_steps(kind: str, missions: Sequence[MissionError]) -> str:
     return f"{kind} steps at {', '.join(f'{each.speed:.2g}' for each in missions)} m/s"
 
 
-def choose_goals(fit: Fit, envelope: Envelope) -> tuple[Envelope, list[MissionError]]:
-    """Return the missions that a dive is to record, the least trusted first, and its envelope.
-
-    Its speeds are those of the log and of the missions, unless it states speeds: missions beyond
-    those are no goals.
-    """
-    missions = _simulate_missions(fit) if envelope.steering == "autopilot" else ()
-    groups = {} if isinstance(missions, str) else _group_untrusted(missions)
-    goals = [each for (_, helpless), group in groups.items() if not helpless for each in group]
-    if "speed" in envelope.model_fields_set:
-        goals = [each for each in goals if envelope.speed[0] <= each.speed <= envelope.speed[1]]
-    elif max(speeds := [*fit.training_range.get("u", ()), *(each.speed for each in goals), 0.0]):
-        speeds = speeds if min(speeds) < 0.0 else speeds[:-1]  # an ROV also rests
-        envelope = envelope.model_copy(update={"speed": (max(min(speeds), 0.0), max(speeds))})
-    return envelope, sorted(goals, key=lambda each: -len(each.untrusted))
-
-
-def goal_manoeuvres(
-    goals: Sequence[MissionError], envelope: Envelope, n_overlays: int
-) -> list[Manoeuvre]:
-    """Return a manoeuvre of steps at each speed of the goals."""
-    manoeuvres = []
-    for speed in dict.fromkeys(each.speed for each in goals):
-        steps = [STRENGTHS[each.kind][0] for each in goals if each.speed == speed]
-        strengths = (*np.sum(steps, axis=0).tolist(), *([0.0] * n_overlays))
-        level = float(np.interp(speed, envelope.speed, (0.0, 1.0)))
-        manoeuvres.append(Manoeuvre("steps", level, 0.1, strengths))
-    return manoeuvres
-
-
-def describe_goals(goals: Sequence[MissionError]) -> str:
-    """Return a sentence on the goals of a dive; nothing without goals."""
-    groups = _group_untrusted(sorted(goals, key=lambda each: each.speed))
-    steps = " and ".join(_name_steps(kind, group) for (kind, _), group in groups.items())
-    return f"Goal: {steps}, where the model is not to be trusted." if steps else ""
-
-
 def describe_missions(fit: Fit) -> Iterator[str]:
     """Yield sentences on the predicted errors of standard missions, or why there are none."""
     missions = _simulate_missions(fit)
