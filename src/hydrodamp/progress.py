@@ -39,12 +39,6 @@ def show_progress(*, lines: bool = False) -> Iterator[None]:
         _lines.reset(lines_token)
 
 
-def disable_progress() -> None:
-    """Disable progress, for example in a forked process."""
-    _bars.set(None)
-    _lines.set(False)
-
-
 @contextmanager
 def progress(label: str, total: float | None = None) -> Iterator[Step]:
     """Yield a thread-safe function that advances the bar."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from hydrodamp.batch.cache import StatisticsCache
 from hydrodamp.batch.discovery import ResolvedMapping, digest_of_recording, expand_addresses
-from hydrodamp.batch.executor import ExecutorPool, Failure, ProcessPool, open_pool
+from hydrodamp.batch.executor import Failure, Pool, open_pool
 from hydrodamp.batch.groups import (
     DATES,
     ChangePoint,
@@ -47,7 +47,6 @@ from hydrodamp.vehicle.vehicle import Vehicle
 SummarisingMethod = LeastSquares | WeakForm
 
 Fits = tuple[Fit | None, ...]
-WorkerPool = ExecutorPool | ProcessPool
 
 
 @dataclass(frozen=True)
@@ -285,7 +284,7 @@ def _read_groups(
     addresses: Sequence[str],
     caches: dict[str, StatisticsCache],
     by: Sequence[str],
-    pool: WorkerPool,
+    pool: Pool,
 ) -> _Groups:
     """Compute the statistics of each log, or read its start, and assign it to its group."""
     result, groups = _Groups(), dict[Group, _Group]()
@@ -329,7 +328,7 @@ def _read_log(caches: dict[str, StatisticsCache], by: Sequence[str], log: str) -
 
 
 def _fit_groups(
-    groups: _Groups, models: tuple[DampingModel, ...], method: Method, pool: WorkerPool
+    groups: _Groups, models: tuple[DampingModel, ...], method: Method, pool: Pool
 ) -> tuple[GroupFit, ...]:
     """Fit each group; replay its first log with a fit to the others."""
     several = {name: group for name, group in groups.groups.items() if len(group.logs) > 1}
@@ -375,7 +374,7 @@ def _solve(group: _Group, statistics: LogStatistics | None, failed: dict[str, st
     return tuple(fits)
 
 
-def _identify(logs: dict[Group, list[str]], groups: _Groups, pool: WorkerPool) -> dict[Group, Fits]:
+def _identify(logs: dict[Group, list[str]], groups: _Groups, pool: Pool) -> dict[Group, Fits]:
     """Identify from all logs of each group at once; the logs of a group fail together."""
     calls = []
     for name, paths in logs.items():
