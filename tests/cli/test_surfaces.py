@@ -74,7 +74,7 @@ def test_completion_continues_a_list():
         ("probe", f"probe {DATA}"),
         pytest.param(
             "plan",
-            "plan --vehicle vt690 --model linear --duration 60 --out next --seed 1",
+            "plan --vehicle vt690 --model linear --duration 60 --out next",
             marks=pytest.mark.slow,
         ),
     ],

@@ -68,9 +68,7 @@ def compare(
     models: str | None = None,
     methods: str = "recommended",
     mapping: str | None = None,
-    estimate_gains: bool = False,
     estimate: str | None = None,
-    max_iterations: int | None = None,
     attitude: Literal["measured", "simulated"] = "measured",
     rate_unit: Literal["deg", "rad"] = "deg",
     horizon: float | None = None,
@@ -99,10 +97,10 @@ def compare(
     for sentence in compare_logs(train_log, test_log, craft.axes).sentences:
         warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
     names = parameters.list_parameters(estimate, craft)
-    fitted_models = listed.complete(craft, train_log, estimate_gains or parameters.GAINS in names)
+    fitted_models = listed.complete(craft, train_log, parameters.GAINS in names)
     if response := parameters.estimate_response(craft, train_log, fitted_models, names):
         train_log, test_log = response.apply(train_log), response.apply(test_log)
-    method_list = parameters.set_options(method_list, names, estimate, max_iterations, "--methods")
+    method_list = parameters.set_options(method_list, names, estimate, "--methods")
     log_checks.warn_wrong_gains(hd.prepare(craft, train_log, fitted_models), fitted_models)
     settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
     options = settings, verbose, resume, force, mapping

@@ -28,9 +28,7 @@ def identify(
     method: str = "recommended",
     train: list[str] | None = None,
     mapping: str | None = None,
-    estimate_gains: bool = False,
     estimate: str | None = None,
-    max_iterations: int | None = None,
     out: Path | None = None,
     force: bool = False,
     verbose: bool = False,
@@ -53,11 +51,11 @@ def identify(
     log = inputs.training_log(logs, train, mapping)
     log_checks.check_training(craft, log, listed.candidates(craft, log))
     names = list_parameters(estimate, craft)
-    models = listed.complete(craft, log, estimate_gains or GAINS in names)
+    models = listed.complete(craft, log, GAINS in names)
     if response := estimate_response(craft, log, models, names):
         log = response.apply(log)
     problem = hd.prepare(craft, log, models)
-    (estimator,) = set_options((estimator,), names, estimate, max_iterations, "--method")
+    (estimator,) = set_options((estimator,), names, estimate, "--method")
     log_checks.warn_wrong_gains(problem, models)
     (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
     for line in describe_estimates(fit.estimates):

@@ -49,42 +49,32 @@ def estimate_response(
 
 
 def set_options(
-    methods: Sequence[hd.Method],
-    names: Sequence[str],
-    option: str | None,
-    max_iterations: int | None,
-    flag: str,
+    methods: Sequence[hd.Method], names: Sequence[str], option: str | None, flag: str
 ) -> tuple[hd.Method, ...]:
-    """Return the methods with the parameters that they estimate and their iterations."""
+    """Return the methods with the parameters that they estimate."""
     from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
 
     of_vehicle = tuple(name for name in names if name in VEHICLE_PARAMETERS)
     is_minimised = any(isinstance(each, hd.OutputError) for each in methods)
-    keys = " ".join(f"`{each.key}`" for each in methods)
-    if max_iterations is not None and not is_minimised:
-        raise hd.MethodError(
-            f"{keys} has no `--max-iterations`: leave it out, or use `{flag} recommended` or `oe`"
-        )
     if of_vehicle and not is_minimised:
+        keys = " ".join(f"`{each.key}`" for each in methods)
         raise hd.MethodError(
             f"{keys} does not estimate {' '.join(of_vehicle)}: use `{flag} recommended` or "
             f"`oe`, or `--estimate {NONE}` to keep the values of the vehicle file"
         )
     free = None if option is not None and not names else of_vehicle
     return tuple(
-        replace(each, estimate=free, max_iterations=max_iterations or each.max_iterations)
-        if isinstance(each, hd.OutputError)
-        else each
+        replace(each, estimate=free) if isinstance(each, hd.OutputError) else each
         for each in methods
     )
 
 
 def note_stopped(method: hd.Method, fits: Sequence[hd.Fit]) -> None:
-    """Name the option for more iterations where a fit has stopped before it converged."""
+    """Name the setting for more iterations where a fit has stopped before it converged."""
     stopped = [fit.model.key for fit in fits if fit.status is hd.Status.STOPPED]
     if stopped and isinstance(method, hd.OutputError):
         note(
-            f"`{method.key}` has not converged on {', '.join(stopped)}: "
-            f"`--max-iterations {2 * method.max_iterations}` of `identify` and `compare` allows "
-            "twice as many iterations; where these change nothing, no step lowers the objective."
+            f"`{method.key}` has not converged on {', '.join(stopped)}: in Python, "
+            f"`max_iterations={2 * method.max_iterations}` of the method allows twice as many "
+            "iterations; where these change nothing, no step lowers the objective."
         )

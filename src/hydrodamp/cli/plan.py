@@ -19,7 +19,6 @@ def plan(
     damping: str | None = None,
     envelope: str | None = None,
     mode: Literal["waypoints", "setpoints", "overlays"] | None = None,
-    seed: int = 0,
     force: bool = False,
     verbose: bool = False,
     json: bool = False,
@@ -50,7 +49,6 @@ def plan(
         damping=prior,
         envelope=None if envelope is None else hd.read_envelope(envelope),
         mode=mode,
-        seed=seed,
         fit=fit,
     )
     missing = write_plan(dive_plan, out)

@@ -82,6 +82,5 @@ def check_gains(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Qu
             f"the estimated gains of the {source} are {values} (95 % confidence interval), not 1, "
             "and the error biases the damping",
             remedy="check units and signs and the thrust of the actuators, or estimate the gains, "
-            "too, with `--estimate-actuator-gains`"
-            + (" or the model `general`" if recorded else ""),
+            "too, with `--estimate gains`" + (" or the model `general`" if recorded else ""),
         )
