@@ -9,7 +9,7 @@ import os
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -22,6 +22,7 @@ from hydrodamp.ingest.formats.files import (
     PATH_JOINER,
     SUFFIXES,
     is_bag,
+    match_pattern,
     split_joined_paths,
     suffix_of,
     topic_names,
@@ -75,9 +76,9 @@ def group_files(files: Iterable[str], mapping: ResolvedMapping | None) -> list[s
     )
     recordings: dict[tuple[str, str], list[str]] = {}
     for file, (folder, name) in locations.items():
-        run = _match_run(name, patterns)
-        is_folder = run is None and n_topics[folder] > 1  # a folder with a file for each topic
-        key = "" if is_folder else name if run is None else f"run {run}"
+        match = match_pattern(name, patterns)
+        is_folder = match is None and n_topics[folder] > 1  # a folder with a file for each topic
+        key = "" if is_folder else name if match is None else f"run {match[1]}"
         recordings.setdefault((folder, key), []).append(file)
     return [_join_files(folder, key, names) for (folder, key), names in recordings.items()]
 
@@ -101,14 +102,6 @@ def _topic_names(mapping: ResolvedMapping) -> set[str]:
     topics = {name for names in content.topics.values() for name in names} | set(content.topics)
     columns = [choice.column for entry in content.entries for choice in entry.choices]
     return topics | {column.rpartition(".")[0] for column in columns if "." in column}
-
-
-def _match_run(name: str, patterns: Mapping[str, str]) -> str | None:
-    for pattern in sorted(patterns.values(), key=len, reverse=True):
-        expression = re.escape(pattern).replace(r"\*", "(.*)", 1)
-        if match := re.fullmatch(expression, name):
-            return "".join(match.groups())
-    return None
 
 
 def digest_files(address: str, mapping: ResolvedMapping | None) -> str:

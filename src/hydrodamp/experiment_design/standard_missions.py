@@ -9,7 +9,7 @@ that is unstable straight ahead grow exponentially, with any coefficients.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -159,35 +159,13 @@ def _growth_rates(simulator: ClosedLoopSimulator, speeds: FloatArray) -> FloatAr
     return np.asarray(np.linalg.eigvals(slopes).real.max(axis=1))
 
 
-def _simulate_missions(fit: Fit) -> tuple[MissionError, ...] | str:
-    """Return the predicted errors of standard missions, or why they cannot be simulated."""
-    try:
-        with np.errstate(all="ignore"):  # motions of a bad fit may diverge
-            return predict_missions(fit)
-    except HydrodampError as error:  # the autopilot cannot steer this vehicle
-        return str(error)
-
-
-def _group_untrusted(
-    missions: Sequence[MissionError],
-) -> dict[tuple[str, bool], list[MissionError]]:
-    """Return the missions that are not to be trusted, by kind and whether no log helps."""
-    groups: dict[tuple[str, bool], list[MissionError]] = {}
-    for each in missions:
-        if each.untrusted:
-            groups.setdefault((each.kind, each.is_unstable), []).append(each)
-    return groups
-
-
-def _name_steps(kind: str, missions: Sequence[MissionError]) -> str:
-    return f"{kind} steps at {', '.join(f'{each.speed:.2g}' for each in missions)} m/s"
-
-
 def describe_missions(fit: Fit) -> Iterator[str]:
     """Yield sentences on the predicted errors of standard missions, or why there are none."""
-    missions = _simulate_missions(fit)
-    if isinstance(missions, str):
-        yield f"Errors of other missions are not predicted: {missions}"
+    try:
+        with np.errstate(all="ignore"):  # motions of a bad fit may diverge
+            missions = predict_missions(fit)
+    except HydrodampError as error:  # the autopilot cannot steer this vehicle
+        yield f"Errors of other missions are not predicted: {error}"
         return
     trusted = [each for each in missions if each.is_inside and not each.untrusted]
     if trusted:
@@ -204,10 +182,15 @@ def describe_missions(fit: Fit) -> Iterator[str]:
             "Predicted error (95 %): larger than the motion itself in all steps at the speeds of "
             "the log."
         )
-    for (kind, is_unstable), untrusted in _group_untrusted(missions).items():
+    groups: dict[tuple[str, bool], list[MissionError]] = {}
+    for each in missions:
+        if each.untrusted:
+            groups.setdefault((each.kind, each.is_unstable), []).append(each)
+    for (kind, is_unstable), untrusted in groups.items():
+        speeds = ", ".join(f"{each.speed:.2g}" for each in untrusted)
         worst = max(untrusted, key=lambda each: len(each.untrusted))
         errors = ", ".join(worst.untrusted.values())
         yield (
-            f"Do not trust {_name_steps(kind, untrusted)} ({errors} at {worst.speed:.2g} m/s): "
+            f"Do not trust {kind} steps at {speeds} m/s ({errors} at {worst.speed:.2g} m/s): "
             f"{UNSTABLE if is_unstable else 'record them at that speed.'}"
         )

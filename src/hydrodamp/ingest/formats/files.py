@@ -286,17 +286,23 @@ def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
     return {stem: file.name for stem, file in zip(stems, files, strict=True)}
 
 
+def match_pattern(name: str, patterns: Mapping[str, str]) -> tuple[str, str] | None:
+    """Return the topic of the longest pattern that a file name matches, and its recording."""
+    for topic in sorted(patterns, key=lambda topic: -len(patterns[topic])):
+        pattern = re.escape(patterns[topic]).replace(r"\*", "(.*)", 1)
+        if match := re.fullmatch(pattern, name):
+            return topic, "".join(match.groups())
+    return None
+
+
 def topic_names(files: Sequence[Path], patterns: Mapping[str, str]) -> dict[Path, str]:
     """Return the topic of each file of a recording, with further files that match the patterns."""
     topics = dict.fromkeys(files, "")
     runs: dict[str, Path] = {}
     for file in files:
-        for topic in sorted(patterns, key=lambda topic: -len(patterns[topic])):
-            pattern = re.escape(patterns[topic]).replace(r"\*", "(.*)", 1)
-            if match := re.fullmatch(pattern, file.name):
-                topics[file] = topic
-                runs.setdefault("".join(match.groups()), file)
-                break
+        if match := match_pattern(file.name, patterns):
+            topics[file], run = match
+            runs.setdefault(run, file)
     for run, file in runs.items():
         for topic, pattern in patterns.items():
             sibling = file.with_name(pattern.replace("*", run))
