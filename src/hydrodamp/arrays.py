@@ -40,9 +40,14 @@ def as_shape(
 
 
 def frozen(values: npt.ArrayLike, *check: Any) -> npt.NDArray[Any]:
-    """Copy ``values`` into an array of checked shape (:func:`as_shape`) that is read-only."""
-    array = as_shape(values, *check).copy()
-    array.setflags(write=False)
+    """Return ``values`` as an array of checked shape (:func:`as_shape`) that nobody can write.
+
+    It is a copy, unless it is read-only already and no view of another array.
+    """
+    array = as_shape(values, *check)
+    if array.flags.writeable or array.base is not None:
+        array = array.copy()
+        array.setflags(write=False)
     return array
 
 

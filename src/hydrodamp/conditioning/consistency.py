@@ -27,7 +27,7 @@ from hydrodamp.data.channel_regression import (
     regress_channel,
 )
 from hydrodamp.data.channels import POSITION, UNITS, si_unit
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, extract_segments
 
 #: Relative error of a scale around a unit factor, and around -1.
 _SCALE_TOLERANCE, _SIGN_TOLERANCE = 0.08, 0.3
@@ -42,6 +42,7 @@ _INLIER_SHARE = 0.95  # of the samples; the others are outliers
 _MIN_JITTER = 0.2  # of a step, from which the clock is checked
 _MIN_ROUGHNESS_RATIO = 3.0  # roughness by clock over roughness by row number
 _MIN_SAMPLES = 200  # samples; fewer are dominated by chance and outliers
+_MAX_SAMPLES = 100_000  # samples; longer logs are decimated
 _BURST_STEP_SHARE = 0.01  # of the mean step
 
 
@@ -185,6 +186,8 @@ _COMPARISONS = {
 def find_inconsistencies(log: Log, size: VehicleScale) -> Iterator[QualityIssue]:
     """Yield contradictions between channels that measure the same motion."""
     yield from _clock_issue(log)
+    if (every := -(-log.n // _MAX_SAMPLES)) > 1:
+        log = extract_segments(log, [each for each in log.segments if len(each) > every], every)
     if log.attitude is None:
         return
     dropouts = find_mocap_dropouts(log)

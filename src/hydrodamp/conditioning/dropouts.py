@@ -343,8 +343,10 @@ def find_dvl_dropouts(log: Log, flag: str | None = None) -> Masks:
 
 def is_invalid_velocity(values: FloatArray, fastest: float) -> BoolArray:
     """Return which values of a velocity sensor are invalid."""
-    distance = np.abs(values[..., np.newaxis] - np.array(DVL_SENTINELS)).min(axis=-1)
-    return np.asarray((distance < _SENTINEL_TOLERANCE) | ~(np.abs(values) <= fastest))
+    invalid = ~(np.abs(values) <= fastest)
+    for sentinel in DVL_SENTINELS:
+        invalid |= np.abs(values - sentinel) < _SENTINEL_TOLERANCE
+    return np.asarray(invalid)
 
 
 def _zero_dropouts(values: FloatArray, bounds: IntArray, threshold: float) -> BoolArray:

@@ -370,7 +370,6 @@ class Log:
     def __str__(self) -> str:
         """Return a summary: span, columns, ranges and segments."""
         blocks, elapsed = recorded_arrays(self), self.elapsed
-        several = "s" if len(self.segments) > 1 else ""
         more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in blocks]
         velocities = recorded_velocities(self).items()
         commands = zip(self.command_names, self.commands.T, strict=True)
@@ -379,18 +378,18 @@ class Log:
             f" {elapsed[item.stop - 1]:>9.2f} {self.time[item.start]:>16.3f}"
             for item in self.segments
         ]
-        notes = [textwrap.shorten(note, _MAX_WIDTH) for note in self.notes]
         ranges = [_format_range(name, values) for name, values in commands]
+        notes = [textwrap.shorten(note, _MAX_WIDTH) for note in self.notes]
         lines = [
             f"Log {self.source or 'of arrays'}",
-            f"{self.n} samples, {self.steps.sum():.6g} s in {len(self.segments)} segment{several},"
+            f"{self.n} samples, {self.steps.sum():.6g} s, segments: {len(self.segments)},"
             f" median step {np.median(self.steps):.4g} s",
             f"with {', '.join(more)}",
             *(_format_range(name, values, f" {unit_of(name)}") for name, values in velocities),
             *first_few(ranges, _MAX_LISTED, "commands"),
             "segment            samples  from [s]    to [s]  by the clock [s]",
             *first_few(segments, _MAX_LISTED, "segments"),
-            *(["processing:"] if notes else []),
+            *(["processing:"] if self.notes else []),
             *first_few(notes, _MAX_LISTED, "notes"),
         ]
         return "\n  ".join(lines)
@@ -405,11 +404,12 @@ def recorded_velocities(log: Log) -> dict[str, FloatArray]:
     return {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
 
 
-def extract_segments(log: Log, pieces: Sequence[Segment]) -> Log:
-    """Return the log of given pieces, each a segment."""
-    rows = np.concatenate([np.arange(piece.start, piece.stop) for piece in pieces])
-    segments = consecutive_segments((piece.name for piece in pieces), map(len, pieces))
-    blocks: dict[str, Any] = {name: block[rows] for name, block in recorded_arrays(log).items()}
+def extract_segments(log: Log, pieces: Sequence[Segment], every: int = 1) -> Log:
+    """Return the log of given pieces, each a segment, or of every k-th sample of these."""
+    rows = [np.arange(piece.start, piece.stop, every) for piece in pieces]
+    segments = consecutive_segments((piece.name for piece in pieces), map(len, rows))
+    index = np.concatenate(rows)
+    blocks: dict[str, Any] = {name: block[index] for name, block in recorded_arrays(log).items()}
     measurements = extract_measurements(log.measurements, log.time, log.segments, pieces)
     return dataclasses.replace(log, **blocks, segments=segments, measurements=measurements)
 

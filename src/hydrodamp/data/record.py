@@ -58,6 +58,11 @@ class Record:
     source: str = ""
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Make the arrays read-only, so that a log shares them."""
+        for block in self.blocks.values():
+            block.setflags(write=False)
+
     @property
     def time(self) -> FloatArray:
         """Sample times [s]."""
@@ -90,9 +95,10 @@ class Record:
 
     def log_fields(self, keep: BoolArray) -> dict[str, Any]:
         """Return the fields of a log that holds some of the samples."""
-        rows = slice(None) if keep.all() else keep  # no copy of a complete log
         names = ("velocity_names", "command_names", "source", "notes")
-        blocks = {name: block[rows] for name, block in self.blocks.items()}
+        blocks = dict(self.blocks)
+        if not keep.all():
+            blocks = {name: block[keep] for name, block in blocks.items()}
         return blocks | {name: getattr(self, name) for name in names}
 
 
@@ -212,7 +218,10 @@ def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tupl
     """Return which samples to keep, their segments, and a note on every cut except joins."""
     joins, missing = record.joins, record.missing
     steps = np.diff(record.time, prepend=record.time[:1])
-    gaps = (steps > max_step(steps[1:][~joins[1:]], _shortest_gap(record))) & ~joins
+    inside = steps[1:][~joins[1:]]
+    gaps = (steps > max_step(inside)) & ~joins
+    if gaps.any():  # long against the motion, too
+        gaps &= steps > max_step(inside, _shortest_gap(record))
     starts = joins | gaps | (missing != np.roll(missing, 1))
     edges = np.append(np.flatnonzero(starts), record.n).tolist()
     pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a] and b - a >= 2]

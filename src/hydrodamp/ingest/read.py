@@ -145,7 +145,8 @@ def combine_recordings(
 ) -> Log:
     """Concatenate several recordings to one log; each begins a new segment."""
     make_log = partial(_make_log, mapping=_load_mapping(mapping))
-    return concatenate(files.map_reporting_all_faults(recordings, make_log))
+    logs = files.map_reporting_all_faults(recordings, make_log)
+    return logs[0] if len(logs) == 1 else concatenate(logs)
 
 
 def _make_log(recording: Recording, mapping: LogMapping | None) -> Log:

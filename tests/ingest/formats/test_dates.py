@@ -92,3 +92,13 @@ def test_forms_of_dates(cell: str, seconds: float) -> None:
 def test_other_cells_are_no_dates(cell: str) -> None:
     assert not is_date(cell)
     assert np.isnan(parse_dates([cell])[0][0])
+
+
+@pytest.mark.parametrize(
+    "cell",
+    ["1-Jun-2024 12:00:05", "01 June 24 12:00:05", "1.jun.2024T12:00:05", "1/6/24 12:00:05"],
+)
+def test_months_by_name_and_years_of_two_digits(cell: str) -> None:
+    expected = datetime(2024, 6, 1, 12, 0, 5, tzinfo=UTC).timestamp()
+    assert is_date(cell)
+    assert parse_dates([cell])[0].tolist() == [expected]

@@ -28,6 +28,11 @@ _DATE = re.compile(
     re.IGNORECASE,
 )
 _COMPACT = re.compile(r"\s*(\d{4})(\d\d)(\d\d)[T_ ](\d\d)(\d\d)(\d\d)", re.IGNORECASE)
+_TWO_DIGIT_YEAR = re.compile(r"(\s*\d\d?([/.])\d\d?\2)(\d\d)(?![\d:])")
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_NAMED_MONTH = re.compile(
+    rf"\s*(\d\d?)[- /.]({'|'.join(_MONTHS)})[a-z]*[- /.,]*(\d{{4}}|\d\d)(?![\d:])", re.IGNORECASE
+)
 DAY_SECONDS = UNITS["time"]["d"]
 _ORDERS = ("day first", "month first")
 _ISO = "to exclude the other, write dates as year-month-day"
@@ -45,7 +50,12 @@ def is_date(cell: str) -> bool:
 
 
 def _match_date(cell: str) -> re.Match[str] | None:
-    return _DATE.match(_COMPACT.sub(r"\1-\2-\3T\4:\5:\6", cell))
+    cell = _COMPACT.sub(r"\1-\2-\3T\4:\5:\6", cell)
+    cell = _TWO_DIGIT_YEAR.sub(r"\g<1>20\3", cell)
+    if named := _NAMED_MONTH.match(cell):
+        day, month, year = named[1], _MONTHS.index(named[2].lower()) + 1, named[3]
+        cell = f"{'20' * (len(year) == 2)}{year}-{month}-{day}{cell[named.end() :]}"
+    return _DATE.match(cell)
 
 
 def parse_dates(cells: Sequence[str]) -> tuple[FloatArray, Dates | None]:

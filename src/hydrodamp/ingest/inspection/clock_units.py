@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from hydrodamp.ingest.inspection.columns import Series, TopicClock
+from hydrodamp.ingest.inspection.columns import Series, TopicClock, decimate
 from hydrodamp.ingest.inspection.frames import MAX_ANGLE_RAD, match_rates
 
 _RATES = ("velocity.p", "velocity.q", "velocity.r")
@@ -26,4 +26,4 @@ def confirm_clocks(clocks: Clocks, roles: dict[str, Series]) -> tuple[Clocks, di
 
 def with_clock(series: Series, clocks: Mapping[str, TopicClock]) -> Series:
     """Return a series with the times of the clock of its topic."""
-    return replace(series, seconds=clocks[series.topic].seconds)
+    return replace(series, seconds=decimate(clocks[series.topic].seconds))

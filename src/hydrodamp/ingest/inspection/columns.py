@@ -42,7 +42,7 @@ _TIME_OF_WEEK_WORDS = {"tow", "itow", "sow", "gms", "gpst", "gps", "week", "sec"
 _MAX_MAGNITUDE = 1e30  # of any unit; larger values are invalid
 _MIN_STEP_S, _MAX_STEP_S = 1e-3, 5.0  # s; other median steps indicate another unit
 _MAX_EPOCH_STEP_S = 120.0  # s; of a clock since 1970 in seconds
-_MAX_SAMPLES = 60_000  # samples; longer clocks are decimated
+_MAX_SAMPLES = 60_000  # samples; longer series are decimated
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,6 +245,15 @@ class Series:
         """Name in a mapping."""
         return f"{self.topic}.{self.field}" if self.topic else self.field
 
+    def decimate(self) -> Series:
+        """Return the series without most samples of a long one."""
+        return replace(self, seconds=decimate(self.seconds), values=decimate(self.values))
+
+
+def decimate(samples: FloatArray) -> FloatArray:
+    """Return every k-th of many samples."""
+    return samples[:: 1 + len(samples) // _MAX_SAMPLES]
+
 
 def topic_series(topic: Topic, clock: TopicClock | None) -> list[Series]:
     """Return the fields of a topic without its clock and other times."""
@@ -270,13 +279,11 @@ def synchronise(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     except LogError:  # not a clock
         return np.empty(0), np.empty((0, len(series)))
     base = max(stamps.values(), key=lambda item: item.step)
-    thin = slice(None, None, every := 1 + len(base.time) // _MAX_SAMPLES)
-    ticks = Ticks(base.time[thin], base.run[thin])
+    ticks = Ticks(base.time, base.run)
     columns = [_interpolate_at(ticks, base, stamps[item.topic], item.values) for item in series]
     values = np.column_stack(columns)
     steps = np.diff(ticks.time, prepend=ticks.time[:1])
-    limit = base.limit + (every - 1) * base.step
-    broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > limit)
+    broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > base.limit)
     values[broken] = np.nan
     return np.cumsum(np.where(broken, base.step, steps)), values
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
 from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
+from hydrodamp.data.channels import unit_factor
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, suppress_warnings
@@ -35,10 +35,11 @@ MIN_DRAFT_CONFIDENCE = 60
 
 #: Remark on a table of canonical names that the draft reads otherwise.
 WITHOUT_MAPPING = (
-    "without a mapping the columns are taken in SI units and in forward-starboard-down axes, which "
-    "gives another log: save the draft and pass it by `--mapping`."
+    "without a mapping the columns are taken in SI units and in forward-starboard-down axes: save "
+    "the draft and pass it by `--mapping`."
 )
 
+_MOTION_GROUPS = ("time", "attitude", "velocity")
 _SCALE_TOLERANCE = 0.1  # relative error of the integrated velocity
 
 #: Returns the requirements of a vehicle on a log.
@@ -247,52 +248,49 @@ def inspect(
         report = report_quality(log, None if needs is None else needs(log), upright, measured)
         is_draft = read is not None and read.name == DRAFT_NAME
         unsure = roles.vertical_axis.warnings if is_draft and not report.is_planar else ()
-        if is_draft and canonical is not None:
+        if is_draft and is_canonical:
             unsure = (WITHOUT_MAPPING, *unsure)
         report = replace(report, remarks=(*unsure, *report.remarks))
         report = omit_applied_steps(report, () if read is None else read.steps)
         return Inspection(origin, report, log.notes, is_draft, log=log)
 
-    canonical: Log | None = None
-    drafted: Log | None = None
+    is_canonical = all(map(is_canonical_recording, recordings))
     if mapping is not None:
         name = mapping if isinstance(mapping, str) else mapping.name
         return make_report(
             combine_recordings(recordings, mapping), f"by the mapping {name}", mapping
         )
-    if all(map(is_canonical_recording, recordings)):
-        with suppress(HydrodampError):  # the draft omits columns of text and converts units
-            canonical = combine_recordings(recordings)
     reason = "the confidence in the roles of its columns is too low"
+    choices: list[LogMapping | None] = [None] if is_canonical else []
     if found.draft.confidence >= MIN_DRAFT_CONFIDENCE:
         try:
-            with suppress_warnings():
-                drafted = combine_recordings(recordings, found.mapping())
+            draft = found.mapping()
+            choices.insert(int(_is_identity(draft, found.roles)), draft)
         except HydrodampError as error:
             reason = f"by the draft: {error}"
-    if canonical is not None and (drafted is None or not _differ(canonical, drafted)):
-        return make_report(canonical, "")
-    if drafted is None:
-        return Inspection("", None, is_drafted=True, reason=reason)
-    with suppress_warnings():
-        return make_report(drafted, "by the draft", found.mapping())
+    for choice in choices:
+        try:
+            with suppress_warnings():
+                log = combine_recordings(recordings, choice)
+        except HydrodampError as error:
+            reason = reason if choice is None else f"by the draft: {error}"
+            continue
+        return make_report(log, "" if choice is None else "by the draft", choice)
+    return Inspection("", None, is_drafted=True, reason=reason)
 
 
-def _differ(canonical: Log, drafted: Log) -> bool:
-    """Whether a draft reads other velocities, another attitude or another clock."""
-    if drafted.attitude is not None and canonical.attitude is None:
-        return True
-    common = [name for name in canonical.velocity_names if name in drafted.velocity_names]
-    if len(common) < len(canonical.velocity_names):
-        return True
-    if drafted.n != canonical.n:
-        return False  # samples that a step of the draft removes
-    columns = [VELOCITIES.index(name) for name in common]
-    pairs = [(canonical.elapsed, drafted.elapsed)]
-    pairs += [(canonical.velocity[:, columns], drafted.velocity[:, columns])]
-    if canonical.attitude is not None and drafted.attitude is not None:
-        pairs.append((canonical.down, drafted.down))
-    return not all(np.allclose(first, second, rtol=1e-6, atol=1e-9) for first, second in pairs)
+def _is_identity(mapping: LogMapping, roles: Roles) -> bool:
+    """Whether a mapping reads the columns of a canonical table as they are without it."""
+    if mapping.frame != "FRD" or roles.rates.mirrored or roles.velocity.mirrored:
+        return False
+    entries = [entry for entry in mapping.entries if entry.group in _MOTION_GROUPS]
+    recorded = {guess.column for guess in roles.guesses if guess.column in VELOCITIES}
+    return recorded <= {entry.column for entry in entries} and all(
+        source.model_dump(exclude_defaults=True, exclude={"unit"}) == {"column": entry.name}
+        and (source.unit is None or unit_factor(source.unit) == 1.0)
+        for entry in entries
+        for source in entry.choices
+    )
 
 
 def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityReport:

@@ -106,12 +106,15 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
         for item in topic_series(topic, clock)
     }
     named, without_role = _guess_from_names(recording, series, others)
+    flags = _flag_fields(series, named)
+    lengths = {column: len(item.seconds) for column, item in series.items()}
+    series = {column: item.decimate() for column, item in series.items()}
     named, no_forces = check_specific_forces(named, series)
     series |= mask_coordinates(named, series)
     speed = find_speed(named, series) if clocks else ()
     named, no_coordinates = read_coordinates(named, series, recording, speed)
     without_role |= no_forces | no_coordinates
-    guesses = _mark_best(named, series)
+    guesses = _mark_best(named, lengths)
     guesses = read_speeds(guesses, series) if clocks else guesses
     best = {
         guess.role: replace(item, unit=guess.unit, values=guess.sign * item.values)
@@ -143,7 +146,6 @@ def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles
             guess = replace(guess.with_evidence(yaw.evidence), sign=yaw.sign, offset=offset)
         guess = _add_motion_evidence(guess, series[guess.column], rates, velocity)
         all_guesses.append(_name_world_axes(guess, world, velocity))
-    flags = _flag_fields(series, guesses)
     return Roles(tuple(all_guesses), clocks, flags, rates, velocity, upright, world, without_role)
 
 
@@ -236,14 +238,14 @@ def _guess_from_names(
     return reclassify_normalised_wrench(guesses, series), without_role
 
 
-def _mark_best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
+def _mark_best(guesses: list[Guess], lengths: Mapping[str, int]) -> list[Guess]:
     """Mark the best guess of each role; a wrench that acts, else that of the fastest topic."""
 
     def merit(guess: Guess) -> tuple[float, int, int, bool]:
         is_wrench = guess.role.startswith("wrench.")
         acts = rank_actuation(guess.column) if is_wrench else 0.0
         is_heading = guess.role == "attitude.heading"  # a yaw may have another sign
-        return acts, guess.confidence, len(series[guess.column].seconds), is_heading
+        return acts, guess.confidence, lengths[guess.column], is_heading
 
     best: dict[str, Guess] = {}
     for guess in sorted(guesses, key=merit, reverse=True):
