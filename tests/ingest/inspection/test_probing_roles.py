@@ -69,6 +69,11 @@ Table = Callable[..., Recording]
         ("", "angle_x", None, "attitude.roll"),
         ("", "angle_rate_x", None, "velocity.p"),
         ("", "vel_rotational_x", None, "velocity.p"),
+        ("", "HEADCM01", "deg", "attitude.heading"),  # SeaDataNet P01
+        ("", "PTCHGP01", "deg", "attitude.pitch"),
+        ("", "PTVELX01", None, "velocity.u"),
+        ("", "APNSGP01", None, "velocity.north"),
+        ("", "LCEWZZ01", None, None),
     ],
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:

@@ -21,6 +21,7 @@ _ANGLES, _MOTIONS, _DIRECTIONS = (_TABLES[name] for name in ("angles", "motions"
 _COMPOUNDS = {word: role for role, text in _TABLES["compounds"].items() for word in text.split()}
 _PHRASES = {phrase: role for role, names in _TABLES["phrases"].items() for phrase in names}
 _GENERIC_FIELDS = ("data", "value")  # of topics of one number, named by the topic
+_CODE = re.compile(r"(PTVEL[XYZ]|[A-Z]{4})[A-Z]{0,2}\d\d")  # of P01
 _AXES = {"x": 0, "y": 1, "z": 2} | {str(index): index for index in range(6)}
 _WRENCH_OF = dict(zip("uvwpqrxyzkmn", 2 * WRENCH.columns, strict=True))
 
@@ -94,6 +95,8 @@ def unit_of(topic: Topic, field: str) -> str | None:
 def _names_of_field(topic: str, field: str) -> Iterator[str]:
     """Yield the name of a field; of a topic of one number its last part, then its last two."""
     levels = [level for level in _PATH.split(topic) if level]
+    if code := _CODE.fullmatch(field):
+        field = _TABLES["codes"].get(code[1], field)
     if field.lower() in _GENERIC_FIELDS and levels:
         yield from dict.fromkeys((levels[-1], "_".join(levels[-2:])))
     else:
