@@ -122,6 +122,11 @@ from .identification.methods import (
 from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
 from .identification.parameters import Estimate as Estimate
+from .identification.predicted_error import (
+    PredictionBand as PredictionBand,
+    predict_error as predict_error,
+    prediction_band as prediction_band,
+)
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
@@ -218,11 +223,6 @@ from .validation.cross_validation import (
     cross_validate as cross_validate,
 )
 from .validation.diagnostics import diagnose as diagnose
-from .validation.predicted_error import (
-    PredictionBand as PredictionBand,
-    predict_error as predict_error,
-    prediction_band as prediction_band,
-)
 from .validation.selection import Selection as Selection, pareto_front as pareto_front
 from .validation.verdict import AxisVerdict as AxisVerdict, Light as Light, Verdict as Verdict
 from .vehicle.actuators import (

@@ -57,7 +57,7 @@ def test_models_that_are_not_there(folder, call, line, said):
     [
         "compare lamp.csv --train one --test two --models linear,sparse",
         "identify lamp.csv --model sparse",
-        "validate lamp.csv --models sparse",
+        "compare lamp.csv --folds 2 --models sparse",
     ],
 )
 def test_a_command_that_is_missed_is_told_before_terms_are_selected(

@@ -79,22 +79,16 @@ def test_windows_longer_than_every_run_are_refused_before_work(folder, call):
 
 
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize("method", ["ls", "ai"])
-def test_a_model_that_nothing_drives_is_refused_beside_one_with_gains(folder, call, method):
+@pytest.mark.parametrize("option", ["--train one --test two", "--folds 2"])
+def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, call, option):
     bare = (folder / "planar.yaml").read_text("utf-8").split("actuators:")[0]
     (folder / "bare.yaml").write_text(bare, "utf-8")
     (folder / "mine.yaml").write_text("{name: mine, terms: {X: u ahead, Y: v turn, N: r turn}}")
-    line = f"{PARTS.replace('planar', 'bare')} --methods {method} --out out --models linear"
-    alone = " ".join(call(line, 2).stderr.split())
-    done = call(f"{line},mine.yaml")
-    assert f"mine by {method} for " in " ".join(done.stdout.split())
-    assert "'linear' is refused: vehicle 'planar' has no actuators" in done.stderr
-    comparison = hd.read_comparison("out")
-    assert [row.status.word for row in comparison.rows][:1] == ["refused"]
-    (reason,) = comparison.row("linear", method).fit.remarks
-    assert reason in alone
-    assert comparison.best().model == "mine"
-    assert comparison.provenance["train_segments"] == "one"
+    line = f"compare ab.csv --vehicle bare.yaml {option} --methods ls --json"
+    document = json.loads(call(f"{line} --models linear,mine.yaml").stdout)
+    rows = document.get("rows") or document["folds"]
+    assert [row["model"] for row in rows] == ["linear+inputs", "mine"]
+    assert all(row["rms"] is not None for row in rows)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -112,7 +106,7 @@ def test_a_command_that_nothing_uses_is_told_and_no_fault(folder, call):
 
 
 def test_a_current_in_the_log_is_told_once_and_that_nothing_is_kept(folder, call, monkeypatch):
-    current = "hydrodamp.conditioning.current.current_warning"
+    current = "hydrodamp.simulation.log_issues.current_warning"
     monkeypatch.setattr(current, lambda log: f"a current for {log.duration:.0f} s.")
     done = call(f"{PARTS} --models linear --methods ls")
     (line,) = (line for line in done.stderr.splitlines() if "current" in line)

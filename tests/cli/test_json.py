@@ -9,7 +9,8 @@ import pytest
 CALLS = {
     "compare": "compare ab.csv --vehicle planar.yaml --train one --test two --models linear "
     "--methods ls --out out",
-    "validate": "validate ab.csv --vehicle planar.yaml --models linear --methods ls --out v.json",
+    "folds": "compare ab.csv --folds 2 --vehicle planar.yaml --models linear --methods ls "
+    "--out out",
     "identify": "identify ab.csv --vehicle planar.yaml --model linear --method weak --out d.json",
     "convert": "convert ab.csv --out c.csv",
     "batch": "batch a.csv b.csv --vehicle planar.yaml --model linear --group-by folder "

@@ -70,7 +70,7 @@ def test_completion_continues_a_list():
     [
         ("compare", f"compare {DATA} --train one --test two --models linear,fossen --methods ls"),
         ("identify", f"identify {DATA} --model linear --method weak"),
-        ("validate", f"validate {DATA} --models linear --methods ls"),
+        ("folds", f"compare {DATA} --folds 2 --models linear --methods ls"),
         ("probe", f"probe {DATA}"),
         pytest.param(
             "plan",

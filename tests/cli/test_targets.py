@@ -28,7 +28,6 @@ IN_THE_WAY = [
         for out in ("a.csv", "planar.yaml", "link.csv")
     ),
     ("vehicle new a.csv --log a.csv", "one of the inputs"),
-    ("validate a.csv --vehicle planar.yaml --out a.csv", "one of the inputs"),
     ("live --vehicle planar.yaml --model linear --source a.csv --checkpoint a.csv", "the inputs"),
     (f"compare out/table.csv {PARTS}", "out/table.csv: is one of the inputs"),
     (f"compare out/fits/b.json {PARTS}", "out/fits/b.json: is one of the inputs"),

@@ -7,7 +7,7 @@ import pytest
     "line",
     [
         "compare a.csv --train 0:9 --test 9:20",
-        "validate a.csv",
+        "compare a.csv --folds 2",
         "identify a.csv --model linear --out d.json",
     ],
 )

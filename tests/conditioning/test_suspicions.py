@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -14,13 +13,12 @@ import pytest
 import yaml
 
 import hydrodamp as hd
-from hydrodamp.cli.log_checks import check_log
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.pipeline import parse_steps
 from hydrodamp.conditioning.quality_checks import Fix, annotate_quality, check_quality
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.channel_regression import cumulative_integral
-from hydrodamp.errors import HydrodampWarning
+from hydrodamp.simulation.log_issues import log_issues
 
 #: Length [m], speed [m/s] and step of the clock [s].
 CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
@@ -63,10 +61,8 @@ def told(craft: str, log: hd.Log) -> list[str]:
     """Return what `compare` and `identify` say before they work."""
     length = CRAFT[craft][0]
     vehicle = hd.Vehicle.from_hull(length, 0.3 * length, 50 * length**3)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", HydrodampWarning)
-        check_log(vehicle, log, [hd.catalog["linear"]])
-    return [str(one.message).removeprefix("log: quality issue: ") for one in caught]
+    issues = map(str, log_issues(vehicle, log, [hd.catalog["linear"]]))
+    return [issue.removeprefix("quality issue: ") for issue in issues]
 
 
 Fault = Callable[[hd.Log], dict[str, object]]

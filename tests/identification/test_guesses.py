@@ -79,7 +79,7 @@ def test_a_wrong_guess_is_estimated_by_default_and_contradicted():
     assert graded.grades["Y_v"].word == "determined"
     with warnings.catch_warnings():  # of coefficients that belong to another vehicle
         warnings.simplefilter("error", hd.HydrodampWarning)
-        assert diagnose_comparison(table, vehicle, sail(1)).problem.vehicle == fit.vehicle
+        assert diagnose_comparison(table, problem).problem.vehicle == fit.vehicle
         bands = [hd.predict_error(each, fit, sail(2)) for each in (vehicle, fit.vehicle)]
     np.testing.assert_array_equal(bands[0].velocity, bands[1].velocity)
 

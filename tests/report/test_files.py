@@ -6,7 +6,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report.documents import comparison_document, read_fit
-from hydrodamp.report.files import read_finished_fit, write_fit
+from hydrodamp.report.files import read_finished_fits, write_fit
 from hydrodamp.validation.compare import replayed_row
 
 
@@ -79,11 +79,10 @@ def test_fits_of_an_earlier_run_stay_until_one_is_finished(comparison, tmp_path,
 def test_a_fit_is_kept_under_its_digest_and_reads_back(comparison, tmp_path):
     fit = replace(comparison.rows[0].fit, provenance={"digest": 64 * "a"})
     write_fit(fit, tmp_path)
-    assert read_finished_fit(tmp_path, "linear", "ls", 64 * "b") is None
+    assert not read_finished_fits(tmp_path, {("linear", "ls"): 64 * "b"})
     path = tmp_path / "fits" / "linear.ls.aaaaaaaa.json"
     assert hd.read_damping(path).vehicle == fit.damping.vehicle
-    again = read_finished_fit(tmp_path, "linear", "ls", 64 * "a")
-    assert again is not None
+    (again,) = read_finished_fits(tmp_path, {("linear", "ls"): 64 * "a"}).values()
     np.testing.assert_array_equal(again.damping.coefficients, fit.damping.coefficients)
     assert (again.status, again.rank, again.provenance) == (fit.status, fit.rank, fit.provenance)
 

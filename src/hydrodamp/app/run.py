@@ -20,7 +20,7 @@ from hydrodamp.app.results_state import is_outdated
 from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.fit import Method
-from hydrodamp.identification.general_model import GENERAL_KEY
+from hydrodamp.identification.general_model import GENERAL_KEY, INPUTS
 from hydrodamp.identification.methods import METHODS, find_method
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.files import read_models
@@ -105,7 +105,8 @@ def _fits(project: Project, requested: set[tuple[str, str]]) -> Iterator[tuple[s
     for path in sorted(project.path(f"{RESULTS}/fits").glob("*.json")):
         try:
             document = json.loads(path.read_text("utf-8"))
-            key = document["model"]["key"], document["fit"]["method"]
+            model = document["model"]["key"].removesuffix(INPUTS)
+            key = model, document["fit"]["method"]
             n = len(document["coefficients"])
         except (OSError, ValueError, KeyError, TypeError):
             continue

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from itertools import product
+import shlex
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli import inputs, log_checks, parameters
+from hydrodamp.cli import inputs, parameters
 from hydrodamp.cli.output import (
     INTERRUPTED,
+    WRONG_INPUT,
     check_out_folder,
     collected_warnings,
     fail,
@@ -26,38 +25,14 @@ from hydrodamp.cli.output import (
 )
 from hydrodamp.cli.report import write_results
 from hydrodamp.errors import demand
-from hydrodamp.progress import progress
 from hydrodamp.results import check_results
 
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
-
-Key = tuple[str, str]
+    from hydrodamp.validation.workflow import Study
 
 #: The two methods of the paper, the second also with a memory, and the default method.
 DEMO_METHODS = "ls,ai,ai-composite,recommended"
-
-
-@dataclass(frozen=True)
-class Task:
-    """Input, output folder and settings of the replays of a comparison."""
-
-    vehicle: hd.Vehicle
-    train: hd.Log
-    test: hd.Log
-    models: Sequence[hd.DampingModel]
-    methods: Sequence[hd.Method]
-    out: Path | None
-    settings: Mapping[str, Any]
-    verbose: bool
-    resume: bool
-    force: bool
-    mapping: str | None = None
-
-    @property
-    def rows(self) -> list[Key]:
-        """Model and method of each requested row."""
-        return [(model.key, method.key) for method, model in product(self.methods, self.models)]
 
 
 def compare(
@@ -65,6 +40,7 @@ def compare(
     logs: list[str] | None = None,
     train: list[str] | None = None,
     test: list[str] | None = None,
+    folds: int | None = None,
     models: str | None = None,
     methods: str = "recommended",
     mapping: str | None = None,
@@ -79,33 +55,49 @@ def compare(
     json: bool = False,
 ) -> None:
     """Identify models on training data, replay them on test data and rank them by RMS error."""
-    from hydrodamp.validation.excitation import compare_logs
-
     logs, train, test = logs or [], train or [], test or []
+    check_division(train, test, folds, resume)
     files = (*logs, *train, *test, *inputs.model_files(models), vehicle, mapping)
     check_out_folder(out, resume, force)
-    craft, listed = hd.find_vehicle(vehicle), inputs.list_models(models)
+    craft, request = hd.find_vehicle(vehicle), inputs.list_models(models)
     method_list, provenance = inputs.list_methods(methods), run_provenance(files)
-    train_log, test_log, overlap = inputs.train_and_test(logs, train, test, mapping)
+    if folds is None:
+        train_log, test_log, overlap = inputs.train_and_test(logs, train, test, mapping)
+    else:
+        train_log = inputs.training_log(logs, train, mapping)
+        test_log, overlap, folds = train_log, {}, parameters.check_folds(train_log, folds)
+    runs = [test_log.time[segment.start : segment.stop] for segment in test_log.segments]
     if horizon is not None:
-        runs = [test_log.time[segment.start : segment.stop] for segment in test_log.segments]
         longest = max(run[-1] - run[0] for run in runs)
         bounds = f"positive and at most {longest:.4g} s, the longest segment of the test data"
         demand(0.0 < horizon <= longest, "--horizon", bounds, f"{horizon:g}")
-    log_checks.check_training(craft, train_log, listed.candidates(craft, train_log))
-    log_checks.check_log(craft, test_log, listed.candidates(craft, test_log), train_log)
-    for sentence in compare_logs(train_log, test_log, craft.axes).sentences:
-        warnings.warn(sentence, hd.HydrodampWarning, stacklevel=2)
-    names = parameters.list_parameters(estimate, craft)
-    fitted_models = listed.complete(craft, train_log, parameters.GAINS in names)
-    if response := parameters.estimate_response(craft, train_log, fitted_models, names):
-        train_log, test_log = response.apply(train_log), response.apply(test_log)
-    method_list = parameters.set_options(method_list, names, estimate, "--methods")
-    log_checks.warn_wrong_gains(hd.prepare(craft, train_log, fitted_models), fitted_models)
-    settings = {"attitude": attitude, "rate_unit": rate_unit, "horizon": horizon}
-    options = settings, verbose, resume, force, mapping
-    task = Task(craft, train_log, test_log, fitted_models, method_list, out, *options)
-    run_comparison(task, overlap | provenance, json)
+    study = parameters.prepare_study(
+        craft, train_log, test_log, request, method_list, estimate, mapping
+    )
+    study = replace(study, attitude=attitude, rate_unit=rate_unit, horizon=horizon)
+    if folds is None:
+        study = replace(study, provenance=overlap | provenance)
+        run_comparison(study, out, json, verbose=verbose, resume=resume, force=force)
+        return
+    words = ["hydrodamp", "identify", *logs, "--vehicle", vehicle]
+    words += [word for name in train for word in ("--train", name)]
+    words += ["--mapping", mapping] if mapping else []
+    run_validation(study, folds, out, json, verbose, [*words, "--model", models or ""])
+
+
+def check_division(train: list[str], test: list[str], folds: int | None, resume: bool) -> None:
+    """Refuse a call without test data, or with two kinds of them."""
+    if folds is None:
+        for option, values in (("--train", train), ("--test", test)):
+            if not values:
+                syntax = "files, START:END in seconds of LOG, or its segments"
+                fail(
+                    f"`{option}` is missing: give {syntax}; or `--folds N` cross-validates LOG.",
+                    WRONG_INPUT,
+                )
+    for option, value in (("--test", test), ("--resume", resume)):
+        if folds is not None and value:
+            fail(f"`{option}` and `--folds` exclude each other: leave one out.", WRONG_INPUT)
 
 
 def demo(
@@ -118,82 +110,77 @@ def demo(
     json: bool = False,
 ) -> None:
     """Simulate the experiment of the paper, identify all models and print Table I."""
+    from hydrodamp.validation.workflow import Study
+
     check_out_folder(out, resume, force)
     campaign = hd.reenact(seed=seed, truth=truth)
+    train, test = campaign.train, campaign.test
     if not json:
-        train, test = (
-            ", ".join(segment.name for segment in log.segments)
-            for log in (campaign.train, campaign.test)
-        )
+        names = (", ".join(segment.name for segment in log.segments) for log in (train, test))
         print_results(
             f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed "
             f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
-            f"Identified on {train}; replayed on {test}.\n"
+            "Identified on {}; replayed on {}.\n".format(*names)
         )
     models, methods = inputs.list_models(None).models, inputs.list_methods(DEMO_METHODS)
-    settings, switches = {"attitude": "measured", "rate_unit": "deg"}, (verbose, resume, force)
-    craft, train_log, test_log = campaign.vehicle, campaign.train, campaign.test
-    task = Task(craft, train_log, test_log, models, methods, out, settings, *switches)
     words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
-    run_comparison(task, words | run_provenance(()), json)
+    problem = hd.prepare(campaign.vehicle, train, models)
+    provenance = words | run_provenance(())
+    study = Study(problem, train, test, models, methods, provenance=provenance)
+    run_comparison(study, out, json, verbose=verbose, resume=resume, force=force)
 
 
-def fit_all(
-    problem: hd.Problem,
-    models: Sequence[hd.DampingModel],
-    methods: Sequence[hd.Method],
-    save: Callable[[hd.Fit], None] = lambda _: None,
-    finished: Container[Key] = (),
-    mapping: str | None = None,
-) -> tuple[hd.Fit, ...]:
-    """Compute the missing fits, with a progress bar per method and the mapping of their log."""
-    fits, origin = tuple[hd.Fit, ...](), inputs.mapping_provenance(mapping)
-
-    def trace(fit: hd.Fit) -> hd.Fit:
-        return replace(fit, provenance=fit.provenance | origin)
-
-    for number, method in enumerate(methods, start=1):
-        missing = [model for model in models if (model.key, method.key) not in finished]
-        counter = f" ({number} of {len(methods)})" if len(methods) > 1 else ""
-        with progress(f"identifying by {method.key}{counter}", len(missing)) as step:
-
-            def record_fit(fit: hd.Fit, step: Callable[..., None] = step) -> None:
-                save(trace(fit))
-                step()
-
-            done = hd.identify_all(problem, missing, method, record_fit) if missing else ()
-            fits += tuple(map(trace, done))
-        parameters.note_stopped(method, done)
-    return fits
-
-
-def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
+def run_comparison(
+    study: Study, out: Path | None, json: bool, *, verbose: bool, resume: bool, force: bool
+) -> None:
     """Identify, replay, write and print; after Ctrl-C with the finished rows and status 130.
 
     An interrupted run leaves a finished comparison in the folder as it is.
     """
     from hydrodamp.report.documents import comparison_document
-    from hydrodamp.report.files import DAMPING, listed_fits
+    from hydrodamp.report.files import (
+        COMPARISON,
+        DAMPING,
+        listed_fits,
+        read_finished_fits,
+        write_fit,
+    )
+    from hydrodamp.validation.workflow import assess_study
 
-    comparison = compare_task(task, provenance)
-    if any(row.rms is not None for row in comparison.rows):
-        comparison = predict_missions(comparison)
-    n_rows, n_requested = len(comparison.rows), len(task.rows)
-    out, remark = task.out, ""
+    finished, home = None, out
+    if out is not None and resume:
+        finished = read_finished_fits(out, study.digests)
+        check_resume(out, finished.values(), force)
+    if out is not None and (out / COMPARISON).is_file():
+        suffix = "; finished fits are reused" if resume else ""
+        note(
+            f"{out} contains an earlier comparison, which will be replaced when this run is "
+            f"complete{suffix}."
+        )
+
+    def save(fit: hd.Fit) -> None:
+        if home is not None and fit.status.usable:
+            write_fit(fit, home)
+
+    assessment = assess_study(study, finished, save)
+    comparison = assessment.comparison
+    parameters.note_stopped(study.methods, [row.fit for row in comparison.rows])
+    comparison = replace(comparison, provenance=comparison.provenance | collected_warnings())
+    n_rows, n_requested, remark = len(comparison.rows), len(study.requests), ""
     if out is not None and n_rows < n_requested and listed_fits(out) is not None:
         out, remark = None, f"The earlier comparison in {out} stays. "
     if n_rows:
         if out is not None and n_rows == n_requested:
-            write_results(comparison, task.vehicle, task.train, out)
+            write_results(replace(assessment, comparison=comparison), study.problem, out)
         elif out is not None:
             hd.write_comparison(comparison, out)
         damping = None if out is None else out / DAMPING
         paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
         document = comparison_document(comparison) | {"paths": paths}
-        tables = comparison_output(comparison, damping, task.verbose, n_rows == n_requested)
+        tables = comparison_output(comparison, damping, verbose, n_rows == n_requested)
         print_output(json, document, *tables)
     if n_rows < n_requested:
-        suffix = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
+        suffix = "With `--out DIR`" if home is None else f"In {home / 'fits'}"
         note(
             f"interrupted: {n_rows} of {n_requested} rows. {remark}{suffix} finished fits are "
             "kept; the same command with `--resume` continues with the others."
@@ -206,16 +193,6 @@ def run_comparison(task: Task, provenance: dict[str, str], json: bool) -> None:
             "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
             "richer excitation."
         )
-
-
-def predict_missions(comparison: hd.Comparison) -> hd.Comparison:
-    """Return a comparison whose verdict states the predicted errors of standard missions."""
-    from hydrodamp.experiment_design.standard_missions import describe_missions
-    from hydrodamp.validation.compare import MISSIONS
-
-    text = "\n".join(describe_missions(comparison.select().row.fit))
-    provenance = comparison.provenance | ({MISSIONS: text} if text else {})
-    return replace(comparison, provenance=provenance)
 
 
 def check_resume(folder: Path, fits: Iterable[hd.Fit], force: bool) -> None:
@@ -254,51 +231,34 @@ def comparison_output(
     return (verdict_table(verdict, notes if is_whole else ()), brief_table(comparison), *details)
 
 
-def compare_task(task: Task, provenance: dict[str, str]) -> hd.Comparison:
-    """Return the comparison; after Ctrl-C only the finished rows."""
-    from hydrodamp.identification.fit import digest
-    from hydrodamp.report.files import COMPARISON, read_finished_fit, write_fit
-    from hydrodamp.report.narrative import RESUMED, UNFINISHED
-    from hydrodamp.validation.compare import comparison_provenance
+def run_validation(
+    study: Study, folds: int, out: Path | None, json: bool, verbose: bool, command: list[str]
+) -> None:
+    """Cross-validate, write and print; after Ctrl-C with the finished folds and status 130.
 
-    fits: dict[Key, hd.Fit] = {}
-    rows: dict[Key, hd.Row] = {}
-    problem = hd.prepare(task.vehicle, task.train, task.models)
-    if task.resume and task.out is not None:
-        for method, model in product(task.methods, task.models):
-            key = model.key, method.key
-            if fit := read_finished_fit(task.out, *key, digest(problem, model, method)):
-                fits[key] = fit
-        check_resume(task.out, fits.values(), task.force)
-        provenance[RESUMED] = f"{len(fits)} of {len(task.rows)} fits from an earlier run"
-    if task.out is not None and (task.out / COMPARISON).is_file():
-        suffix = "; finished fits are reused" if task.resume else ""
-        note(
-            f"{task.out} contains an earlier comparison, which will be replaced when this run is "
-            f"complete{suffix}."
-        )
+    `command` identifies from the log, and ends with the list of models.
+    """
+    from hydrodamp.report.files import VALIDATION, save_validation
+    from hydrodamp.report.validation_tables import detail_tables, error_table, validation_document
+    from hydrodamp.report.verdict_tables import verdict_table
+    from hydrodamp.validation.workflow import validate_study
 
-    def save(fit: hd.Fit) -> None:
-        fits[fit.model.key, fit.method] = fit
-        if task.out is not None and fit.status.usable:
-            write_fit(fit, task.out)
-
-    try:
-        fit_all(problem, task.models, task.methods, save, tuple(fits), task.mapping)
-    except KeyboardInterrupt:
-        note(f"interrupted with {len(fits)} of {len(task.rows)} fits, which are replayed.")
-    finished = hd.grade_fits(problem, [fits[key] for key in task.rows if key in fits])
-    with suppress(KeyboardInterrupt), progress("replaying", len(finished)) as step:
-
-        def collect(row: hd.Row) -> None:
-            rows[row.model, row.method] = row
-            step()
-
-        if finished:
-            hd.compare(finished, task.vehicle, task.test, **task.settings, done=collect)
-    words = comparison_provenance(finished, task.vehicle, task.test) | provenance
-    if len(rows) < len(task.rows):
-        words[UNFINISHED] = f"{len(rows)} of {len(task.rows)} rows: interrupted"
-    ordered = tuple(rows[key] for key in task.rows if key in rows)
-    rate_unit, attitude = task.settings["rate_unit"], task.settings["attitude"]
-    return hd.Comparison(ordered, rate_unit, attitude, words | collected_warnings())
+    result = validate_study(study, folds, verbose or json or out is not None)
+    table, document = result.table, validation_document(result)
+    if out is not None:
+        save_validation(document, out)
+        document["paths"] = {"validation": str(out / VALIDATION)}
+        note(f"written to {out / VALIDATION}")
+    details = [*detail_tables(result)] if verbose else []
+    if any(row.blocks is not None for row in table.rows):
+        verdict, (*words, models) = table.verdict(), command
+        words += [inputs.locate_model(models, verdict.model), "--method", verdict.method]
+        line = shlex.join([*words, "--out", "damping.json"])
+        next_step = () if verdict.remedy else (f"Next: `{line}`.",)
+        details = [verdict_table(verdict, next_step), error_table(table), *details]
+    print_output(json, document, *(details or detail_tables(result)))
+    if not result.is_complete:
+        message = f"interrupted after {len(table.held_out)} of {folds} folds; no errors by horizon."
+        fail(message, INTERRUPTED)
+    if all(row.n_failed_folds == len(row.folds) for row in table.rows):
+        fail("no model has an error on any fold: use a longer log or models with fewer terms.")

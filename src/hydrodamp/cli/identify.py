@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
-from hydrodamp.cli import inputs, log_checks
-from hydrodamp.cli.compare import fit_all, predict_missions
+from hydrodamp.cli import inputs
 from hydrodamp.cli.output import fail, note, print_output, run_provenance
-from hydrodamp.cli.parameters import GAINS, estimate_response, list_parameters, set_options
+from hydrodamp.cli.parameters import note_stopped, prepare_study
 from hydrodamp.cli.report import report_paths, write_fit
 from hydrodamp.files import as_json
 from hydrodamp.results import check_new_file, check_results
@@ -38,6 +35,7 @@ def identify(
     from hydrodamp.identification.parameter_estimates import describe_estimates
     from hydrodamp.report.documents import fit_document, selection_document
     from hydrodamp.report.files import PICTURES
+    from hydrodamp.validation.workflow import assess_study
 
     logs, train = logs or [], train or []
     files = (*logs, *train, vehicle, inputs.model_file(model), mapping)
@@ -46,48 +44,33 @@ def identify(
         for path in (out, page):
             check_new_file(path, force)
         check_results(figures, PICTURES, force)
-    craft, listed = hd.find_vehicle(vehicle), inputs.find_model(model)
+    craft, request = hd.find_vehicle(vehicle), inputs.find_model(model)
     estimator, provenance = hd.find_method(method), run_provenance(files)
     log = inputs.training_log(logs, train, mapping)
-    log_checks.check_training(craft, log, listed.candidates(craft, log))
-    names = list_parameters(estimate, craft)
-    models = listed.complete(craft, log, GAINS in names)
-    if response := estimate_response(craft, log, models, names):
-        log = response.apply(log)
-    problem = hd.prepare(craft, log, models)
-    (estimator,) = set_options((estimator,), names, estimate, "--method")
-    log_checks.warn_wrong_gains(problem, models)
-    (fit,) = fit_all(problem, models, (estimator,), mapping=mapping)
+    study = prepare_study(craft, log, log, request, (estimator,), estimate, mapping)
+    assessment = assess_study(study)
+    comparison = assessment.comparison
+    (row,) = comparison.rows
+    fit, graded = row.fit, assessment.graded.get((row.model, row.method))
+    note_stopped(study.methods, (fit,))
     for line in describe_estimates(fit.estimates):
         note(line)
-    if fit.vehicle is not None and fit.vehicle != craft:
-        craft = fit.vehicle
-        problem = hd.prepare(craft, log, models)
-    grades: hd.Identifiability | None = None
-    extra: list[str] = []
-    if fit.status.usable and fit.model.n_coefficients:
-        with _reason_of_failure("Coefficients are not graded", extra):
-            grades = hd.grade_fit(problem, fit)
-            fit = replace(fit, grades=grades.grades)
-    comparison = hd.compare((fit,), craft, log)
-    if fit.status.usable:
-        comparison = predict_missions(comparison)
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
     document["predicted_missions"] = comparison.missions
     text = as_json(document)
+    grades = graded if isinstance(graded, hd.Identifiability) else None
+    extra = [f"Coefficients are not graded: {graded}"] if isinstance(graded, str) else []
     tables = fit_output(comparison, grades, out, verbose)
     if json:
-        for text in extra:
-            note(text)
+        for each in extra:
+            note(each)
     if out is not None:
         document["paths"] = {"damping": str(out), "report": str(page)}
     if out is not None and fit.status.usable:
         details = [] if grades is None else [str(grades)]
-        if not json:
-            with _reason_of_failure("The residuals are not tested", details):
-                details.append("\n".join(hd.diagnose(problem, fit.damping)))
-        reported = replace(fit, remarks=(*fit.remarks, *filter(None, details), *extra))
-        write_fit(reported, craft, log, comparison.provenance | provenance, out, text)
+        words = comparison.provenance | provenance
+        reported = replace(assessment, comparison=replace(comparison, provenance=words))
+        write_fit(reported, study.problem, out, text, (*details, *extra))
     print_output(json, document, *tables, *extra)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
@@ -118,12 +101,3 @@ def fit_output(
     coefficients = fit_table(row.fit, grades) if is_complete else brief_fit_table(row.fit)
     verdict = verdict_table(comparison.verdict(), notes)
     return (verdict, coefficients.omit_notes(verdict.notes))
-
-
-@contextmanager
-def _reason_of_failure(failure: str, reasons: list[str]) -> Iterator[None]:
-    """Add the reason to a list where a diagnostic fails."""
-    try:
-        yield
-    except hd.HydrodampError as error:
-        reasons.append(f"{failure}: {error}")

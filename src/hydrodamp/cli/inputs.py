@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.cli.output import note
@@ -18,7 +18,9 @@ from hydrodamp.errors import (
     demand,
     no_such,
 )
-from hydrodamp.progress import progress
+
+if TYPE_CHECKING:
+    from hydrodamp.identification.model_request import ModelRequest
 
 #: Model of an expert's terms, and model whose terms are selected: both need the training data.
 GENERAL, SPARSE = "general", "sparse"
@@ -27,64 +29,10 @@ GENERAL, SPARSE = "general", "sparse"
 MAPPING = "mapping"
 
 
-@dataclass(frozen=True)
-class ModelList:
-    """Models of a list, and which of ``general`` and ``sparse`` it asks for."""
-
-    models: tuple[hd.DampingModel, ...]
-    names: tuple[str, ...]
-    is_default: bool = False
-
-    @property
-    def selects_terms(self) -> bool:
-        """Whether the list asks for a model whose terms are selected."""
-        return SPARSE in self.names
-
-    def with_terms(self) -> tuple[hd.DampingModel, ...]:
-        """Return the models; raise if the list asks for one that needs a log."""
-        if self.names:
-            raise ModelError(f"`--model {self.names[0]}` needs a whole log: give one with terms.")
-        return self.models
-
-    def unselected(self, vehicle: hd.Vehicle, log: hd.Log) -> tuple[hd.DampingModel, ...]:
-        """Return the models but the selected one; those of the paper with the log's inputs."""
-        from hydrodamp.identification.general_model import add_inputs
-        from hydrodamp.simulation.checks import missing_actuation
-
-        models = self.models
-        if self.is_default and missing_actuation(vehicle, log, models):
-            models = tuple(add_inputs(model, vehicle, log) for model in models)
-        return (*models, hd.general_model(vehicle, log)) if GENERAL in self.names else models
-
-    def candidates(self, vehicle: hd.Vehicle, log: hd.Log) -> tuple[hd.DampingModel, ...]:
-        """Return the models, and one with the candidate commands of the selection."""
-        models = self.unselected(vehicle, log)
-        if not self.selects_terms:
-            return models
-        unassigned = [name for name in log.command_names if name not in vehicle.commands]
-        candidate = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(unassigned)}, key=SPARSE)
-        return (*models, candidate)
-
-    def complete(
-        self, vehicle: hd.Vehicle, log: hd.Log, estimate_gains: bool = False
-    ) -> tuple[hd.DampingModel, ...]:
-        """Return the models with the selected one and with actuator gains, if requested."""
-        from hydrodamp.simulation.checks import with_gains
-
-        models = self.unselected(vehicle, log)
-        if self.selects_terms:
-            selection = hd.StepwiseSelection()
-            with progress("selecting terms", len(selection.windows)) as step:
-                selected = selection.select(vehicle, log, models, lambda *_: step())
-            note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
-            models = (*models, selected)
-        if estimate_gains:
-            models = tuple(with_gains(vehicle, log, model) for model in models)
-        return models
-
-
-def list_models(listed: str | None) -> ModelList:
+def list_models(listed: str | None) -> ModelRequest:
     """Return the models of a comma-separated list; by default the paper's eight and `general`."""
+    from hydrodamp.identification.model_request import ModelRequest
+
     requested = (*hd.PAPER_MODELS, GENERAL) if listed is None else split_names(listed)
     if not requested:
         raise ModelError("the list of models is empty: name at least one model.")
@@ -100,7 +48,7 @@ def list_models(listed: str | None) -> ModelList:
                 f"two different models are called '{model.key}' (case-insensitive): rename the "
                 "one in your file."
             )
-    return ModelList(tuple(models.values()), of_log, listed is None)
+    return ModelRequest(tuple(models.values()), GENERAL in of_log, SPARSE in of_log)
 
 
 def read_named_models(name: str) -> tuple[hd.DampingModel, ...]:
@@ -125,6 +73,9 @@ def model_file(name: str) -> str:
 
 def locate_model(listed: str, key: str) -> str:
     """Return the name of one model of a comma-separated list: the catalogue's, or FILE:NAME."""
+    from hydrodamp.identification.general_model import INPUTS
+
+    key = key.removesuffix(INPUTS)
     for name in split_names(listed):
         models = () if name in (GENERAL, SPARSE) else read_named_models(name)
         if key in [model.key for model in models]:
@@ -141,10 +92,10 @@ def _is_yaml(name: str) -> bool:
     return Path(name).suffix.lower() in (".yaml", ".yml")
 
 
-def find_model(name: str) -> ModelList:
+def find_model(name: str) -> ModelRequest:
     """Return a single model by name or file, or one that needs the log."""
     listed = list_models(name)
-    if len(listed.models) + len(listed.names) != 1:
+    if len(listed) != 1:
         keys = ", ".join(model.key for model in listed.models)
         raise ModelError(
             f"`--model {name}` names several models: {keys}. Give one, such as FILE:NAME; "

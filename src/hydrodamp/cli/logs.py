@@ -10,8 +10,13 @@ from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import list_models, read_logs
-from hydrodamp.cli.log_checks import warn_quality_issues
-from hydrodamp.cli.output import check_out_log, collected_warnings, note, print_output
+from hydrodamp.cli.output import (
+    check_out_log,
+    collected_warnings,
+    note,
+    print_output,
+    warn_quality_issues,
+)
 from hydrodamp.files import save_text
 from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file

@@ -12,7 +12,7 @@ from hydrodamp.cli import lists
 from hydrodamp.cli.app import app as serve_app
 from hydrodamp.cli.batch import batch
 from hydrodamp.cli.compare import compare, demo
-from hydrodamp.cli.evaluate import simulate, validate
+from hydrodamp.cli.evaluate import simulate
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
@@ -40,7 +40,7 @@ COMMANDS = {
     "Start": (demo, serve_app),
     "Names": (lists.list,),
     "Logs": (probe, convert),
-    "Identification and validation": (compare, validate, identify, report),
+    "Identification and validation": (compare, identify, report),
     "Use of a model": (simulate, export, live),
     "Next dives and many logs": (plan, batch),
 }

@@ -29,6 +29,7 @@ from hydrodamp.progress import show_progress
 from hydrodamp.results import check_new_file, check_results, complete_inputs
 
 if TYPE_CHECKING:
+    from hydrodamp.data.log import Log
     from hydrodamp.report.table import Table
 
 P = ParamSpec("P")
@@ -188,6 +189,13 @@ def collected_warnings() -> dict[str, str]:
     """Return the distinct warnings of the running command in order, for provenance."""
     lines = "\n".join(_collected.get({}))
     return {"warnings": lines} if lines else {}
+
+
+def warn_quality_issues(log: Log, length: float | None = None) -> None:
+    """Warn of the quality issues of a log."""
+    from hydrodamp.simulation.log_issues import quality_issues, warn_issues
+
+    warn_issues(log, quality_issues(log, length))
 
 
 def check_out_log(out: Path | None, force: bool) -> None:

@@ -1,18 +1,71 @@
-"""Parameters that ``identify`` and ``compare`` estimate with the damping."""
+"""Parameters that ``identify`` and ``compare`` estimate with the damping, and their folds."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.output import note
 from hydrodamp.errors import no_such
 
+if TYPE_CHECKING:
+    from hydrodamp.identification.model_request import ModelRequest
+    from hydrodamp.validation.workflow import Study
+
 #: Name in ``--estimate`` of the gains of the actuators, and of no parameter at all.
 GAINS, NONE = "gains", "none"
+
+
+def prepare_study(
+    vehicle: hd.Vehicle,
+    train: hd.Log,
+    test: hd.Log,
+    request: ModelRequest,
+    methods: Sequence[hd.Method],
+    estimate: str | None,
+    mapping: str | None,
+) -> Study:
+    """Return the study of a call, and print what was estimated and selected for it."""
+    from hydrodamp.identification.command_response import PARAMETERS
+    from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
+    from hydrodamp.validation import workflow
+
+    names = list_parameters(estimate, vehicle)
+    known = (*PARAMETERS, *VEHICLE_PARAMETERS, GAINS)
+    if unknown := [name for name in names if name not in known]:
+        raise hd.MethodError(no_such("parameter", unknown[0], known))
+    study = workflow.prepare_study(
+        vehicle,
+        train,
+        test,
+        request,
+        set_parameters(methods, names, estimate),
+        response=[name for name in names if name in PARAMETERS],
+        gains=GAINS in names,
+    )
+    if (selected := study.selected_model) is not None:
+        note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
+    if (response := study.response) is not None:
+        note(f"{response}.")
+        if response.is_significant:
+            note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
+    return replace(study, origin=inputs.mapping_provenance(mapping))
+
+
+def check_folds(log: hd.Log, folds: int) -> int:
+    """Return the number of folds that a log allows, and say where it is below the option's."""
+    from hydrodamp.validation.cross_validation import count_folds
+
+    try:
+        n_folds = count_folds(log, folds)
+    except hd.MethodError as error:
+        raise hd.MethodError(f"`--folds {folds}`: {error}") from error
+    if n_folds < folds:
+        note(f"`--folds {folds}`: the log is long enough for {n_folds} folds, which are used.")
+    return n_folds
 
 
 def list_parameters(option: str | None, vehicle: hd.Vehicle) -> tuple[str, ...]:
@@ -25,31 +78,8 @@ def list_parameters(option: str | None, vehicle: hd.Vehicle) -> tuple[str, ...]:
     return tuple(name for name in names if name != NONE)
 
 
-def estimate_response(
-    vehicle: hd.Vehicle, log: hd.Log, models: Sequence[hd.DampingModel], names: Sequence[str]
-) -> hd.CommandResponse | None:
-    """Return the estimated response of the commands, None where no name requests it."""
-    from hydrodamp.identification.command_response import PARAMETERS
-    from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
-
-    known = (*PARAMETERS, *VEHICLE_PARAMETERS, GAINS)
-    if unknown := [name for name in names if name not in known]:
-        raise hd.MethodError(no_such("parameter", unknown[0], known))
-    commands = [name for name in names if name in PARAMETERS]
-    if not commands:
-        return None
-    with warnings.catch_warnings():  # the problem of the shifted log gives them again
-        warnings.simplefilter("ignore", hd.HydrodampWarning)
-        problem = hd.prepare(vehicle, log, models)
-    response = hd.estimate_command_response(problem, models[0], commands)
-    note(f"{response}.")
-    if response.is_significant:
-        note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
-    return response
-
-
-def set_options(
-    methods: Sequence[hd.Method], names: Sequence[str], option: str | None, flag: str
+def set_parameters(
+    methods: Sequence[hd.Method], names: Sequence[str], option: str | None
 ) -> tuple[hd.Method, ...]:
     """Return the methods with the parameters that they estimate."""
     from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
@@ -59,7 +89,7 @@ def set_options(
     if of_vehicle and not is_minimised:
         keys = " ".join(f"`{each.key}`" for each in methods)
         raise hd.MethodError(
-            f"{keys} does not estimate {' '.join(of_vehicle)}: use `{flag} recommended` or "
+            f"{keys} does not estimate {' '.join(of_vehicle)}: use the method `recommended` or "
             f"`oe`, or `--estimate {NONE}` to keep the values of the vehicle file"
         )
     free = None if option is not None and not names else of_vehicle
@@ -69,12 +99,14 @@ def set_options(
     )
 
 
-def note_stopped(method: hd.Method, fits: Sequence[hd.Fit]) -> None:
+def note_stopped(methods: Sequence[hd.Method], fits: Sequence[hd.Fit]) -> None:
     """Name the setting for more iterations where a fit has stopped before it converged."""
-    stopped = [fit.model.key for fit in fits if fit.status is hd.Status.STOPPED]
-    if stopped and isinstance(method, hd.OutputError):
-        note(
-            f"`{method.key}` has not converged on {', '.join(stopped)}: in Python, "
-            f"`max_iterations={2 * method.max_iterations}` of the method allows twice as many "
-            "iterations; where these change nothing, no step lowers the objective."
-        )
+    for method in methods:
+        of_method = [fit for fit in fits if fit.method == method.key]
+        stopped = [fit.model.key for fit in of_method if fit.status is hd.Status.STOPPED]
+        if stopped and isinstance(method, hd.OutputError):
+            note(
+                f"`{method.key}` has not converged on {', '.join(stopped)}: in Python, "
+                f"`max_iterations={2 * method.max_iterations}` of the method allows twice as many "
+                "iterations; where these change nothing, no step lowers the objective."
+            )

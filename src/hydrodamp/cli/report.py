@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from hydrodamp.results import (
 
 if TYPE_CHECKING:
     from hydrodamp.report.files import ReportContent
+    from hydrodamp.validation.workflow import Assessment
 
 
 def report(folder: Path, out: Path | None = None, force: bool = False, json: bool = False) -> None:
@@ -34,7 +35,8 @@ def report(folder: Path, out: Path | None = None, force: bool = False, json: boo
     if not is_export and not (folder / COMPARISON).is_file():
         problem = f"has no {COMPARISON}" if folder.is_dir() else "does not exist"
         raise hd.FileError(
-            f"{folder}: the folder {problem}; give one that `compare`, `demo` or `export` wrote."
+            f"{folder}: the folder {problem}; give one that `compare`, but with `--folds`, `demo` "
+            "or `export` wrote."
         )
     default_path = folder / (PAGE if is_export else REPORT)
     replaceable = default_path, folder / MANIFEST
@@ -65,17 +67,16 @@ def render_report(comparison: hd.Comparison, path: Path, content: ReportContent)
         return None
 
 
-def write_results(
-    comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, home: Path
-) -> None:
+def write_results(assessment: Assessment, problem: hd.Problem, home: Path) -> None:
     """Write a comparison with grades, pictures and report into its folder.
 
     An interrupt of the drawing writes the others, unless a finished comparison is in the folder.
     """
     from hydrodamp.report.files import REPORT, listed_fits, save_comparison
 
+    comparison = assessment.comparison
     try:
-        content = draw_diagnostics(comparison, vehicle, train)
+        content = draw_diagnostics(assessment, problem)
         page = render_report(comparison, home / REPORT, content)
     except KeyboardInterrupt:
         if listed_fits(home) is None:
@@ -87,13 +88,11 @@ def write_results(
         note(f"written to {home / REPORT}")
 
 
-def draw_diagnostics(
-    comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log
-) -> ReportContent:
+def draw_diagnostics(assessment: Assessment, problem: hd.Problem) -> ReportContent:
     """Grade and draw the selected row; print the reason for each missing picture."""
     from hydrodamp.report.pictures import illustrate
 
-    content = illustrate(comparison, vehicle, train)
+    content = illustrate(assessment.comparison, problem, assessment.graded)
     for reason in content.not_shown:
         note(reason)
     return content
@@ -106,23 +105,20 @@ def report_paths(damping: Path) -> tuple[Path, Path]:
 
 
 def write_fit(
-    fit: hd.Fit,
-    vehicle: hd.Vehicle,
-    log: hd.Log,
-    provenance: Mapping[str, str],
-    damping: Path,
-    text: str,
+    assessment: Assessment, problem: hd.Problem, damping: Path, text: str, remarks: Iterable[str]
 ) -> None:
-    """Write the damping file of a fit, and its report and pictures next to it."""
+    """Write the damping file of a fit, and its report with remarks and pictures next to it."""
     from hydrodamp.report.files import PICTURES, picture_files
 
     figures, page = report_paths(damping)
-    comparison = hd.compare((fit,), vehicle, log)
-    origin = {**comparison.provenance, **provenance}
-    comparison = replace(comparison, provenance=origin)
-    content = draw_diagnostics(comparison, vehicle, log)
+    content = draw_diagnostics(assessment, problem)
     pictures = picture_files(content, figures) if content.pictures else {}
-    comparison = replace(comparison, provenance=origin | collected_warnings())
+    comparison = assessment.comparison
+    (row,) = comparison.rows
+    tests = ["\n".join(content.residual_tests)] if content.residual_tests else []
+    fit = replace(row.fit, remarks=(*row.fit.remarks, *remarks, *tests))
+    words = comparison.provenance | collected_warnings()
+    comparison = replace(comparison, rows=(replace(row, fit=fit),), provenance=words)
     report = render_report(comparison, page, content)
     named = {damping: text.encode("utf-8")}
     if report is not None:

@@ -26,9 +26,9 @@ from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.experiment_design.optimise import simulate_candidates
 from hydrodamp.identification.dissipativity import velocity_unit
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.predicted_error import predict_error
 from hydrodamp.simulation.checks import CHANNEL_AXES
 from hydrodamp.simulation.closed_loop import N_STATES
-from hydrodamp.validation.predicted_error import predict_error
 
 #: Speeds beyond the range of the log, as a share of its ends.
 SPEED_MARGIN = 0.15

@@ -29,10 +29,10 @@ from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.predicted_error import predict_error
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import read_label
 from hydrodamp.results import MANIFEST, check_results, save_results
-from hydrodamp.validation.predicted_error import predict_error
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD, PAGE = "fidelity.json", "fidelity.html"

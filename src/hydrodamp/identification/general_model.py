@@ -26,6 +26,9 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Key of the general model.
 GENERAL_KEY = "general"
 
+#: End of the key of a model with the inputs of a log.
+INPUTS = "+inputs"
+
 #: Damping of each axis: of its own velocity, cross-flow, lift, and products of two velocities.
 _DAMPING = {
     "X": "u u|u| vr wq v^2 w^2 q^2 r^2",
@@ -100,7 +103,7 @@ def add_inputs(model: DampingModel, vehicle: Vehicle, log: Log) -> DampingModel:
         for axis in axes.split():
             rows[axis] += terms.split()
     table = {axis: " ".join(terms) for axis, terms in rows.items()}
-    return model.with_terms(table, key=f"{model.key}+inputs").restricted_to(vehicle.axes)
+    return model.with_terms(table, key=f"{model.key}{INPUTS}").restricted_to(vehicle.axes)
 
 
 def _input_terms(vehicle: Vehicle, log: Log) -> Iterator[tuple[str, str]]:

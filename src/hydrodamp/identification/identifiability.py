@@ -12,7 +12,6 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -296,14 +295,18 @@ def grade_fits(problem: Problem, fits: Iterable[Fit]) -> tuple[Fit, ...]:
     fits : tuple of Fit
         In the same order, with ``grades``.
     """
-    graded = []
-    for fit in fits:
-        grades = fit.grades
-        if not grades and fit.status.usable and fit.model.n_coefficients:
-            with suppress(MethodError):  # the log is too short for grades
-                grades = grade_fit(with_estimated_vehicle(problem, fit), fit).grades
-        graded.append(replace(fit, grades=grades))
-    return tuple(graded)
+    return tuple(add_grades(problem, fit)[0] for fit in fits)
+
+
+def add_grades(problem: Problem, fit: Fit) -> tuple[Fit, Identifiability | str | None]:
+    """Return a fit with grades, and what they are of or why there are none; None if not needed."""
+    if fit.grades or not fit.status.usable or not fit.model.n_coefficients:
+        return fit, None
+    try:
+        graded = grade_fit(with_estimated_vehicle(problem, fit), fit)
+    except MethodError as error:  # the log is too short for grades
+        return fit, str(error)
+    return replace(fit, grades=graded.grades), graded
 
 
 def _grade_fit(excitation: Excitation, fit: Fit) -> Identifiability:

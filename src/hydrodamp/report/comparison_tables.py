@@ -13,9 +13,6 @@ from os.path import commonprefix
 import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.identification.dissipativity import energy_injection_warnings
-from hydrodamp.identification.fit import Fit
-from hydrodamp.report.documents import adequacy_document, selection_document
 from hydrodamp.report.narrative import describe_data, limits, remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.report.verdict_tables import selection_table
@@ -28,13 +25,12 @@ from hydrodamp.validation.compare import (
     Row,
     is_paper_campaign,
 )
-from hydrodamp.validation.cross_validation import CrossValidation
-from hydrodamp.validation.selection import pareto_front, relative_errors
+from hydrodamp.validation.selection import relative_errors
 
 MAX_METHODS = 3  # columns of methods in a table of 80 characters
 MAX_BRIEF_METHODS = 4  # in one without ranks
 MAX_SEGMENTS = 6  # columns of segments in a table of 80 characters
-_ROW = (
+ROW = (
     Column("model", number=False, meaning="damping model"),
     Column("method", number=False, meaning="identification method"),
 )
@@ -58,7 +54,7 @@ def segment_tables(comparison: Comparison) -> tuple[Table, ...]:
     )
     shared = commonprefix(segments).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
     names = [segment.removeprefix(shared) for segment in segments]
-    columns = *_ROW, *(Column(name, form=error_size) for name in names)
+    columns = *ROW, *(Column(name, form=error_size) for name in names)
     of = f", {shared}…" if shared else ""
     return (Table(f"RMS velocity error by test segment{of}", columns, cells),)
 
@@ -79,7 +75,7 @@ def horizon_tables(comparison: Comparison) -> tuple[Table, ...]:
         "share of windows that diverged."
     )
     title = f"Fit in % over windows of {scored[0][1].name}"
-    return (Table(title, (*_ROW, *errors), cells, (note,)),)
+    return (Table(title, (*ROW, *errors), cells, (note,)),)
 
 
 def summary_tables(comparison: Comparison) -> tuple[Table, ...]:
@@ -146,7 +142,7 @@ def score_table(comparison: Comparison, rows: Sequence[Row], title: str = "") ->
     unit, has_paper = f"{comparison.rate_unit}/s", is_paper_campaign(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
     columns = [
-        *_ROW,
+        *ROW,
         Column("n", meaning="number of coefficients", key="n_coefficients"),
         Column("rank", meaning="number of combinations of coefficients that the data determine"),
         Column(
@@ -235,65 +231,8 @@ def replay_table(
     return Table.of_words(title, columns, "lrlrr"[: len(columns)], rows, notes)
 
 
-def fold_table(table: CrossValidation) -> Table:
-    """Return the cross-validation errors, a row for each model and method."""
-    best = [f"{row.model} by {row.method}" for row in pareto_front(table)]
-    failed = [row for row in table.rows if row.failed_folds]
-    notes = [f"{row.model} by {row.method} lost {', '.join(row.failed_folds)}." for row in failed]
-    if best:
-        notes.append(f"Pareto front (error, coefficients): {', '.join(best)}.")
-    columns = [*_ROW, *(Column(str(k + 1), form=error_size) for k in range(len(table.held_out)))]
-    cells = ((row.model, row.method, *row.rms_by_fold) for row in table.rows)
-    title = f"RMS by held-out fold, in m/s and {table.rate_unit}/s"
-    return Table(title, tuple(columns), tuple(cells), tuple(notes))
-
-
-def horizon_table(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Table:
-    """Return the errors by prediction horizon of fits to the entire log."""
-    names = next(([score.name for score in horizons] for horizons in scores if horizons), [])
-    note = (
-        "Errors on the training data; the cross-validation above estimates the prediction error. "
-        '"% off" is the share of windows that diverged.'
-    )
-    rows, notes = [], [note]
-    for fit, horizons in zip(fits, scores, strict=True):
-        errors = [None] * len(names) if horizons is None else map(format_horizon_error, horizons)
-        rows.append((fit.model.key, fit.method, *errors))
-        if horizons and any(score.n_diverged for score in horizons):
-            subject = f"{fit.model.key} by {fit.method}: its"
-            notes += energy_injection_warnings(fit.damping, fit.training_range, subject)
-    title = "RMS error of fits to the entire log by prediction horizon"
-    return Table.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
-
-
 def format_horizon_error(score: HorizonScore) -> str:
     """Return the error, or the share of windows that diverged."""
     if score.n_diverged:
         return f"{max(100.0 * score.diverged_share, 1.0):.0f} % off"
     return error_size(score.score.rms)
-
-
-def validation_document(
-    table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
-) -> dict[str, object]:
-    """Return a cross-validation and errors by horizon as a JSON document."""
-    of_row = ("model", "method", "n_coefficients", "rms", "standard_error", "rms_by_fold")
-    return {
-        "format": "hydrodamp-validation",
-        "version": 1,
-        "verdict": selection_document(table),
-        "held_out": table.held_out,
-        "folds": [
-            {key: getattr(row, key) for key in of_row}
-            | {"lost": row.failed_folds, "adequacy": adequacy_document(row.adequacy)}
-            for row in table.rows
-        ],
-        "whole": [
-            {
-                "model": fit.model.key,
-                "method": fit.method,
-                "rms_by_horizon": {score.name: score.score.rms for score in horizons or ()},
-            }
-            for fit, horizons in zip(fits, scores, strict=True)
-        ],
-    }

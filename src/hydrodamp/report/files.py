@@ -20,6 +20,7 @@ from hydrodamp.faults import validate
 from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.report.comparison_tables import detail_tables, score_table, summary_tables
 from hydrodamp.report.documents import (
     ComparisonDocument,
@@ -28,16 +29,17 @@ from hydrodamp.report.documents import (
     names_of,
     read_fit,
 )
-from hydrodamp.report.narrative import RESUMED, UNFINISHED
 from hydrodamp.report.table import to_csv, to_latex, to_markdown
 from hydrodamp.report.verdict_tables import verdict_table
 from hydrodamp.results import complete_exchange, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.compare import Comparison, replayed_row
 from hydrodamp.validation.diagnostics import find_selected_row
-from hydrodamp.validation.predicted_error import PredictionBand
+from hydrodamp.validation.workflow import RESUMED, UNFINISHED, Key
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
+#: A cross-validation.
+VALIDATION = "validation.json"
 #: The selected fit.
 DAMPING = "damping.json"
 TABLES = tuple(f"table.{suffix}" for suffix in ("md", "tex", "csv"))
@@ -49,8 +51,19 @@ FIGURES, INDEX = "figures", "index.json"
 #: File patterns of pictures in their folder.
 PICTURES = ("*.svg", INDEX)
 _FITS, _PICTURES = "fits/*.json", tuple(f"{FIGURES}/{name}" for name in PICTURES)
-#: File patterns of all results of a comparison, relative to its folder.
-RESULTS = (COMPARISON, DAMPING, REPLAYS, REPORT, GRADES, BAND, *TABLES, _FITS, *_PICTURES)
+#: File patterns of all results of a comparison or a cross-validation, relative to its folder.
+RESULTS = (
+    COMPARISON,
+    VALIDATION,
+    DAMPING,
+    REPLAYS,
+    REPORT,
+    GRADES,
+    BAND,
+    *TABLES,
+    _FITS,
+    *_PICTURES,
+)
 
 _SIMULATED = "simulated."
 #: Channels of a replayed log that the page shows.
@@ -76,6 +89,7 @@ class ReportContent:
     band: PredictionBand | None = None
     pictures: tuple[Picture, ...] = ()
     not_shown: tuple[str, ...] = ()
+    residual_tests: tuple[str, ...] = ()
 
 
 class _Grades(BaseModel):
@@ -157,10 +171,18 @@ def write_fit(fit: Fit, folder: Path) -> None:
     save_results({folder / "fits" / f"{name}.json": content}, folder)
 
 
-def read_finished_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
-    """Return a fit of a folder of results, or None."""
-    path = folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
-    return read_fit(path) if path.is_file() else None
+def read_finished_fits(folder: Path, digests: Mapping[Key, str]) -> dict[Key, Fit]:
+    """Return the fits of a folder of results that have these digests."""
+    paths = {
+        (model, method): folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
+        for (model, method), digest in digests.items()
+    }
+    return {key: read_fit(path) for key, path in paths.items() if path.is_file()}
+
+
+def save_validation(document: Mapping[str, Any], folder: Path) -> None:
+    """Write a cross-validation into a folder in place of earlier results."""
+    save_results({folder / VALIDATION: as_json(document).encode("utf-8")}, folder, RESULTS)
 
 
 def read_comparison(folder: str | os.PathLike[str]) -> Comparison:

@@ -11,15 +11,10 @@ from hydrodamp.status import Status
 from hydrodamp.validation.compare import Comparison, Row, is_paper_campaign
 from hydrodamp.validation.cross_validation import ValidatedRow
 from hydrodamp.validation.diagnostics import replay_warnings
+from hydrodamp.validation.workflow import UNFINISHED
 
 #: Data of a comparison whose test data are training data.
 TRAINING_DATA = "training data"
-
-#: Key in the provenance of an incomplete comparison; its value says how many rows there are.
-UNFINISHED = "unfinished"
-
-#: Key in the provenance of a comparison that reuses fits of an earlier run; how many.
-RESUMED = "resumed"
 
 
 def explain_failure(comparison: Comparison) -> tuple[str, str]:

@@ -17,6 +17,8 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
+from hydrodamp.identification.identifiability import Identifiability
+from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.progress import count_items, progress
 from hydrodamp.report.figures import diagnostics, style
 from hydrodamp.report.figures.series import (
@@ -28,14 +30,13 @@ from hydrodamp.report.figures.series import (
 from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import Picture, ReportContent
 from hydrodamp.report.table import percent
+from hydrodamp.simulation.problem import Problem
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.diagnostics import (
     Findings,
     diagnose_comparison,
     find_selected_row,
 )
-from hydrodamp.validation.predicted_error import PredictionBand
-from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,19 +58,25 @@ LINE_WIDTH = 1.5  # px
 Sketch = tuple[str, str, "Callable[[], Figure]"]
 
 
-def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log) -> ReportContent:
+def illustrate(
+    comparison: Comparison,
+    problem: Problem,
+    graded: Mapping[tuple[str, str], Identifiability | str] | None = None,
+) -> ReportContent:
     """Compute the diagnostics of the selected row and draw its pictures."""
     with progress("diagnosing"):
-        findings = diagnose_comparison(comparison, vehicle, train)
+        findings = diagnose_comparison(comparison, problem, graded)
     missing = [NEEDS_MATPLOTLIB]
     pictures: tuple[Picture, ...] = ()
     if find_spec("matplotlib"):
-        sketches = [*_sketches(comparison, findings, train)]
+        sketches = [*_sketches(comparison, findings, problem.log)]
         counted = count_items(sketches, "drawing pictures", len(sketches))
         pictures, missing = draw_pictures(counted, findings.failures)
     if "grades" in findings.failures:
         missing.append(_sentence("Coefficients are not graded", findings.failures["grades"]))
-    return ReportContent(findings.identifiability, findings.band, pictures, tuple(missing))
+    return ReportContent(
+        findings.identifiability, findings.band, pictures, tuple(missing), findings.residual_tests
+    )
 
 
 def draw_pictures(

@@ -337,19 +337,30 @@ def compare(
         If coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
     """
     requested = tuple(fits)
+    problem = prepare(vehicle, test, [fit.model for fit in requested])
+    return compare_on(problem, requested, attitude, rate_unit, horizon, done)
+
+
+def compare_on(
+    problem: Problem,
+    fits: Sequence[Fit],
+    attitude: AttitudeSource = "measured",
+    rate_unit: RateUnit = "deg",
+    horizon: float | None = None,
+    done: Callable[[Row], None] = lambda _: None,
+) -> Comparison:
+    """Replay fits on prepared test data and score them."""
     if horizon is not None:
         check_horizon(horizon)
-    problem = prepare(vehicle, test, [fit.model for fit in requested])
     if problem.sensor_log is not None and problem.sensor_log.names:
         warnings.warn(problem.sensor_log.error_note, HydrodampWarning, stacklevel=2)
-    pairs = [(with_estimated_vehicle(problem, fit), fit) for fit in requested]
+    pairs = [(with_estimated_vehicle(problem, fit), fit) for fit in fits]
     for replayed, fit in pairs:
         warn_if_foreign(fit.damping, vehicle_stamp(replayed.vehicle))
     calls = [(*pair, attitude, rate_unit, horizon) for pair in pairs]
     rows = run_parallel(_row, calls, done)
-    return Comparison(
-        rows, rate_unit, attitude, comparison_provenance(requested, vehicle, problem.log)
-    )
+    words = comparison_provenance(fits, problem.vehicle, problem.log)
+    return Comparison(rows, rate_unit, attitude, words)
 
 
 def comparison_provenance(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:

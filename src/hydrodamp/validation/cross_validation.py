@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress, repeat
@@ -220,6 +221,7 @@ def cross_validate(
     gap: float | None = None,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
+    horizon: float | None = None,
     done: Callable[[Fit], None] = lambda _: None,
     keep: Callable[[CrossValidation], None] = lambda _: None,
 ) -> CrossValidation:
@@ -247,6 +249,8 @@ def cross_validate(
         Which attitude gravity and buoyancy act along.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
+    horizon : float, optional
+        Also replay windows of this length [s] in each fold, each from the measured state.
     done : callable, optional
         Called with each fit when it is complete: folds times models times methods.
     keep : callable, optional
@@ -296,8 +300,9 @@ def cross_validate(
             fit for method in all_methods for fit in identify_all(problem, selected, method, done)
         ]
         table = compare(
-            grade_fits(problem, fits), vehicle, test, attitude=attitude, rate_unit=rate_unit
-        )
+            grade_fits(problem, fits), vehicle, test,
+            attitude=attitude, rate_unit=rate_unit, horizon=horizon,
+        )  # fmt: skip
         # Trajectories are dropped: they are as long as the log.
         rows.append([replace(row, trajectory=None) for row in table.rows])
         validated = tuple(
@@ -321,6 +326,15 @@ def split_holdout(
         gap = _RELATIVE_GAP * log.time_scale
     divided = folds(samples, n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
+
+
+def count_folds(log: Log, n: int) -> int:
+    """Return the largest number of folds, at most n, into which a log can be divided."""
+    blocks = len(log.segments) + int(log.duration / (_RELATIVE_GAP * log.time_scale))
+    for count in range(min(n, max(blocks, 2)), 2, -1):
+        with suppress(MethodError):
+            return len(split_holdout(log, count))
+    return len(split_holdout(log, 2))
 
 
 def _holdout(log: Log, divided: Folds, fold: int) -> tuple[Log, Log]:

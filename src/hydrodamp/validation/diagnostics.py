@@ -14,7 +14,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, mad_std
 from hydrodamp.basis.term import AXES
-from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification.dissipativity import (
     OperatingBox,
@@ -29,13 +28,13 @@ from hydrodamp.identification.dissipativity import (
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle, with_estimated_vehicle
 from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.identifiability import Identifiability, grade_fit
+from hydrodamp.identification.predicted_error import PredictionBand, predict_error
 from hydrodamp.identification.regression import Rows, residuals
 from hydrodamp.identification.weak_form import WeakRegression, select_support
 from hydrodamp.models.damping import Damping
-from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, horizon_scores
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.predicted_error import PredictionBand, predict_error
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Robust standard deviations beyond which a residual is an outlier: 6 in 100 000 of normal ones.
@@ -186,13 +185,23 @@ def find_selected_row(comparison: Comparison) -> Row | None:
     return comparison.rows[0] if is_single else None
 
 
-def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
-    """Compute all diagnostics of the selected row."""
+def diagnose_comparison(
+    comparison: Comparison,
+    problem: Problem,
+    graded: Mapping[tuple[str, str], Identifiability | str] | None = None,
+) -> Findings:
+    """Compute all diagnostics of the selected row but its identifiability, where it is known."""
     row = find_selected_row(comparison)
     if row is None:
         return Findings()
-    fit, failures = row.fit, dict[str, str]()
-    problem = with_estimated_vehicle(prepare(vehicle, train, fit.model), fit)
+    fit, vehicle, failures = row.fit, problem.vehicle, dict[str, str]()
+    problem = with_estimated_vehicle(problem.extend_to(fit.model), fit)
+    known = (graded or {}).get((row.model, row.method))
+
+    def grade() -> Identifiability:
+        if isinstance(known, str):
+            raise MethodError(known)
+        return known or grade_fit(problem, fit)
 
     def attempt(name: str, compute: Callable[[], T]) -> T | None:
         try:
@@ -207,7 +216,7 @@ def diagnose_comparison(comparison: Comparison, vehicle: Vehicle, train: Log) ->
         row,
         problem,
         rows,
-        attempt("grades", lambda: grade_fit(problem, fit)) if has_terms else None,
+        attempt("grades", grade) if has_terms else None,
         replay_band(vehicle, row),
         attempt("horizons", lambda: _horizon_errors(comparison, vehicle, rows)) or {},
         attempt("residuals", lambda: diagnose(problem, fit.damping)) or (),

@@ -173,7 +173,10 @@ class Verdict:
         if not self.overlap and Light.RED not in self._by_light():
             return "test on data with more motion."
         if Light.RED not in self._by_light():
-            return "test on data that the training did not use, or run `hydrodamp validate`."
+            return (
+                "test on data that the training did not use, or run `hydrodamp compare LOG "
+                "--folds 5`."
+            )
         return (
             "check units, axes and signs with `hydrodamp probe LOG --vehicle FILE`; `hydrodamp "
             "plan` designs a dive with more excitation."

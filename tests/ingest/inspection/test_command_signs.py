@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.cli.log_checks import check_training
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection.command_signs import contradicted_signs, leading_responses
@@ -19,6 +18,7 @@ from hydrodamp.ingest.inspection.equivalent_commands import (
 from hydrodamp.ingest.inspection.probe import probe
 from hydrodamp.ingest.inspection.quality_report import report_quality
 from hydrodamp.simulation.checks import thruster_signs
+from hydrodamp.simulation.log_issues import training_issues
 
 STEP, N = 0.1, 3000
 SIDES = ("left", "right")
@@ -188,9 +188,8 @@ def test_position_and_direction_give_the_signs_of_surge_and_yaw(boat):
 
 def test_a_fit_warns_of_a_thruster_against_its_geometry_and_of_two_recordings(boat):
     model = hd.catalog["linear"].with_terms({"X": "left_force left_pwm"})
-    with pytest.warns(hd.HydrodampWarning) as caught:
-        check_training(boat, boat_log(2, factors=(1.0, -1.0), extra=pulses), [model])
-    messages = [str(each.message) for each in caught]
+    log = boat_log(2, factors=(1.0, -1.0), extra=pulses)
+    messages = [*map(str, training_issues(boat, log, [model]))]
     assert any("`sign: -1` for `right_force`" in each for each in messages)
     assert any("omit left_pwm from `commands`" in each for each in messages)
 

@@ -14,6 +14,11 @@ from hydrodamp.report.files import ReportContent
 from hydrodamp.report.pictures import illustrate
 
 
+def draw(table, vehicle, train):
+    """Return the pictures of a comparison of fits to training data."""
+    return illustrate(table, hd.prepare(vehicle, train, [row.fit.model for row in table.rows]))
+
+
 @dataclass(frozen=True)
 class Examined:
     """A run and what was found of it."""
@@ -27,5 +32,5 @@ class Examined:
 @pytest.fixture(scope="session")
 def examined(sailed):
     """Three models by two methods on runs of 20 s."""
-    findings = illustrate(sailed.table, sailed.vehicle, sailed.train)
+    findings = draw(sailed.table, sailed.vehicle, sailed.train)
     return Examined(sailed.vehicle, sailed.train, sailed.table, findings)

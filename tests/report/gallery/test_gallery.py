@@ -8,9 +8,11 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report import pictures as drawing
-from hydrodamp.report.pictures import illustrate, residual_caption
+from hydrodamp.report.pictures import residual_caption
 from hydrodamp.validation import diagnostics
 from hydrodamp.validation.diagnostics import find_selected_row
+
+from .conftest import draw
 
 OF_LOGS = ["estimation-velocities", "estimation-actuation"]
 
@@ -56,7 +58,7 @@ def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(exam
     wrong = {label: 50.0 * (label == "Y_v") for label in row.fit.model.labels}
     bad = replace(row.fit, damping=hd.Damping.from_dict(row.fit.model, wrong))
     for fit, driven in ((row.fit, False), (bad, True)):
-        found = illustrate(with_row(examined.table, row, fit=fit), examined.vehicle, examined.train)
+        found = draw(with_row(examined.table, row, fit=fit), examined.vehicle, examined.train)
         said = {one.name: one.caption for one in found.pictures}
         assert said["residuals"].startswith(hd.diagnose(problem, fit.damping)[0])
         assert ("injects energy" in said["power"]) == driven
@@ -94,7 +96,7 @@ def test_without_a_score_the_data_alone_are_drawn(examined):
     rows = examined.table.rows[:2]
     lost = tuple(replace(row, score=replace(row.score, rms=None)) for row in rows)
     table = replace(examined.table, rows=lost)
-    found = illustrate(table, examined.vehicle, examined.train)
+    found = draw(table, examined.vehicle, examined.train)
     assert found.identifiability is None
     assert names(found) == OF_LOGS
     assert find_selected_row(table) is None
@@ -103,7 +105,7 @@ def test_without_a_score_the_data_alone_are_drawn(examined):
 
 def test_without_matplotlib_there_are_grades_alone(examined, monkeypatch):
     monkeypatch.setattr(drawing, "find_spec", lambda _: None)
-    found = illustrate(examined.table, examined.vehicle, examined.train)
+    found = draw(examined.table, examined.vehicle, examined.train)
     assert found.pictures == ()
     assert 'pip install "hydrodamp[report]"' in found.not_shown[0]
     assert found.identifiability.grades == examined.findings.identifiability.grades
@@ -113,7 +115,7 @@ def test_without_matplotlib_there_are_grades_alone(examined, monkeypatch):
 def test_what_cannot_be_graded_or_drawn_says_why(examined):
     row = examined.table.row("linear", "ai")
     short = examined.train.between(0.0, 0.5)
-    found = illustrate(with_row(examined.table, row), examined.vehicle, short)
+    found = draw(with_row(examined.table, row), examined.vehicle, short)
     assert found.identifiability is None
     assert "estimation-velocities" in names(found)
     said = "\n".join(found.not_shown)

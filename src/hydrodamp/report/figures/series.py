@@ -15,11 +15,11 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.result import DivePlan
 from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, critical_value
+from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
 from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.validation.compare import Row
-from hydrodamp.validation.predicted_error import PredictionBand
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation import cross_validation
+from hydrodamp.validation import cross_validation, workflow
 
 from .conftest import interrupted_at
 
-LINE = "validate a.csv --vehicle planar.yaml --models linear,fossen --methods ls"
+LINE = "compare a.csv --folds 5 --vehicle planar.yaml --models linear,fossen --methods ls"
+THREE = LINE.replace("--folds 5", "--folds 3")
 
 
 @pytest.mark.slow
@@ -24,7 +25,7 @@ def test_tables_say_which_model_and_why(folder, call):
 
 
 def test_json_holds_every_fold_and_horizon(folder, call):
-    document = json.loads(call(f"{LINE} --folds 3 --json").stdout)
+    document = json.loads(call(f"{THREE} --json").stdout)
     assert len(document["held_out"]) == 3
     linear, fossen = document["folds"]
     assert (linear["model"], fossen["model"]) == ("linear", "fossen")
@@ -36,16 +37,17 @@ def test_json_holds_every_fold_and_horizon(folder, call):
 
 
 def test_what_is_written_is_what_json_prints(folder, call):
-    done = call(f"{LINE} --folds 3 --json --out folds.json")
-    assert (folder / "folds.json").read_text("utf-8") == done.stdout
-    assert "one of the inputs" in call(f"{LINE} --out a.csv", 2).stderr
+    document = json.loads(call(f"{THREE} --json --out out").stdout)
+    assert document.pop("paths") == {"validation": "out/validation.json"}
+    assert document == json.loads((folder / "out" / "validation.json").read_text("utf-8"))
+    assert "holds results already" in call(f"{LINE} --out out", 2).stderr
 
 
 @pytest.mark.parametrize(
     ("more", "status", "words"),
     [
-        ("a.csv --models linear --folds 390", 2, "fold"),
-        ("short.csv --models wild.yaml", 1, "no model has an error on any fold"),
+        ("tiny.csv --models linear --folds 4", 2, "`--folds 4`: "),
+        ("short.csv --models wild.yaml --folds 2", 1, "no model has an error on any fold"),
     ],
 )
 def test_what_cannot_be_validated(folder, call, more, status, words):
@@ -54,8 +56,42 @@ def test_what_cannot_be_validated(folder, call, more, status, words):
     log = hd.read_log("ab.csv")
     short = hd.concatenate([log.between(0.0, 1.0), log.between(50.0, 51.0)])
     hd.write_log(short, folder / "short.csv")
-    done = call(f"validate {more} --vehicle planar.yaml --methods ls", status)
+    hd.write_log(log.between(0.0, 0.2), folder / "tiny.csv")
+    done = call(f"compare {more} --vehicle planar.yaml --methods ls", status)
     assert words in done.stderr
+
+
+def test_a_short_log_has_fewer_folds(folder, call):
+    done = call(f"{LINE.replace('--folds 5', '--folds 390')} --json")
+    n_folds = len(json.loads(done.stdout)["held_out"])
+    assert 2 <= n_folds < 390
+    assert f"`--folds 390`: the log is long enough for {n_folds} folds" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("--test 0:9", "`--test` and `--folds` exclude each other"),
+        ("--resume --out out", "`--resume` and `--folds` exclude each other"),
+    ],
+)
+def test_folds_are_the_test_data(folder, call, more, words):
+    assert words in call(f"{LINE} {more}", 2).stderr
+
+
+def test_without_test_data_both_ways_are_named(folder, call):
+    said = call(LINE.replace("--folds 5", "--train 0:9"), 2).stderr
+    assert "`--test` is missing" in said
+    assert "`--folds N`" in said
+
+
+def test_windows_are_scored_in_each_fold(folder, call):
+    document = json.loads(call(f"{THREE} --horizon 2 --json").stdout)
+    for row in document["folds"]:
+        assert [each["seconds"] for each in row["windows"]] == [2.0, 2.0, 2.0]
+    assert (
+        "RMS over windows of 2 s by held-out fold" in call(f"{THREE} --horizon 2 --verbose").stdout
+    )
 
 
 def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
@@ -66,7 +102,7 @@ def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
         return hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "r"}, key="sparse")
 
     monkeypatch.setattr(hd.StepwiseSelection, "select", select)
-    done = call("validate a.csv --vehicle planar.yaml --models fossen,sparse --methods ls --json")
+    done = call(LINE.replace("linear,fossen", "fossen,sparse") + " --json")
     assert seen[0] == 400  # the whole log, for the errors by horizon
     assert len(seen) == 1 + 5
     assert max(seen[1:]) < 400
@@ -92,7 +128,7 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
 @pytest.mark.parametrize(
     ("module", "name", "said", "shown"),
     [
-        (hd, "horizon_scores", "after 5 of 5 folds; no errors by", "linear by ls"),
+        (workflow, "horizon_scores", "after 5 of 5 folds; no errors by", "linear by ls"),
         (cross_validation, "compare", "interrupted", ""),
     ],
 )
