@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.wrench_gains import Gain, check_gains, estimate_gains
 from hydrodamp.simulation.checks import actuation, with_gains
-from hydrodamp.validation.actuator_gains import Gain, check_gains, estimate_gains
 
 PRESTERO = hd.catalog["prestero"]
 CAMPAIGN = hd.reenact(seed=0, duration=60.0)

@@ -12,6 +12,7 @@ from hydrodamp.files import as_json
 from hydrodamp.identification.command_response import respond
 from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.fit import correlation
+from hydrodamp.identification.fit_files import fit_document, read_fit
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.identification.parameters import (
@@ -21,7 +22,6 @@ from hydrodamp.identification.parameters import (
     vehicle_parameters,
 )
 from hydrodamp.identification.rebuilt_outputs import fix_parameters, free_parameters
-from hydrodamp.report.documents import fit_document, read_fit
 from hydrodamp.simulation.replay import replay
 
 MODEL = hd.catalog["prestero"]

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.documents import comparison_document, read_fit
-from hydrodamp.report.files import read_finished_fits, write_fit
+from hydrodamp.identification.fit_files import read_finished_fits, read_fit, write_fit
+from hydrodamp.report.documents import comparison_document
 from hydrodamp.validation.compare import replayed_row
 
 

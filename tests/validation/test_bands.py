@@ -9,7 +9,7 @@ import hydrodamp as hd
 from hydrodamp.files import as_json
 from hydrodamp.identification import predicted_error
 from hydrodamp.identification.adequacy import Adequacy, Form
-from hydrodamp.report.documents import fit_document, read_fit
+from hydrodamp.identification.fit_files import fit_document, read_fit
 from hydrodamp.simulation.replay import replay
 
 

@@ -19,6 +19,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError, suppress_warnings
+from hydrodamp.identification.log_requirements import find_requirements
 from hydrodamp.ingest.formats.files import split_joined_paths
 from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
@@ -27,7 +28,6 @@ from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 from hydrodamp.ingest.read import combine_recordings, is_canonical_recording, read_recordings
 from hydrodamp.models.files import read_models
 from hydrodamp.models.model import DampingModel
-from hydrodamp.validation.log_requirements import find_requirements
 from hydrodamp.vehicle.file import find_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 

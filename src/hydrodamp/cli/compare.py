@@ -137,14 +137,9 @@ def run_comparison(
 
     An interrupted run leaves a finished comparison in the folder as it is.
     """
+    from hydrodamp.identification.fit_files import read_finished_fits, write_fit
     from hydrodamp.report.documents import comparison_document
-    from hydrodamp.report.files import (
-        COMPARISON,
-        DAMPING,
-        listed_fits,
-        read_finished_fits,
-        write_fit,
-    )
+    from hydrodamp.report.files import COMPARISON, DAMPING, listed_fits
     from hydrodamp.validation.workflow import assess_study
 
     finished, home = None, out
@@ -197,7 +192,7 @@ def run_comparison(
 
 def check_resume(folder: Path, fits: Iterable[hd.Fit], force: bool) -> None:
     """Refuse to overwrite a comparison unless it is unfinished and these are fits of its run."""
-    from hydrodamp.report.documents import names_of
+    from hydrodamp.identification.fit_files import names_of
     from hydrodamp.report.files import RESULTS, listed_fits
 
     names, listed = {*names_of(fits)}, listed_fits(folder)

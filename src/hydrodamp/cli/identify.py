@@ -32,8 +32,9 @@ def identify(
     json: bool = False,
 ) -> None:
     """Identify one model from a log, grade its coefficients and write a damping file."""
+    from hydrodamp.identification.fit_files import fit_document
     from hydrodamp.identification.parameter_estimates import describe_estimates
-    from hydrodamp.report.documents import fit_document, selection_document
+    from hydrodamp.report.documents import selection_document
     from hydrodamp.report.files import PICTURES
     from hydrodamp.validation.workflow import assess_study
 

@@ -125,7 +125,7 @@ def read_damping_and_vehicle(
 ) -> tuple[hd.Damping, hd.Fit | None, hd.Vehicle]:
     """Return a damping, its fit if the file has one, and the named vehicle or that of the fit."""
     from hydrodamp.identification.estimated_vehicle import estimated_vehicle
-    from hydrodamp.report.documents import read_damping_file
+    from hydrodamp.identification.fit_files import read_damping_file
 
     numbers, fit = read_damping_file(Path(damping))
     if vehicle:

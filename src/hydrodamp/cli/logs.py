@@ -66,11 +66,11 @@ def probe(
     json: bool = False,
 ) -> None:
     """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
+    from hydrodamp.identification.log_requirements import find_requirements
     from hydrodamp.ingest.inspection.draft_files import add_steps
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.ingest.read import read_recordings
     from hydrodamp.report.probe_tables import probe_document, probe_tables
-    from hydrodamp.validation.log_requirements import find_requirements
 
     requirements = None if vehicle is None else partial(find_requirements, hd.find_vehicle(vehicle))
     if draft is not None:

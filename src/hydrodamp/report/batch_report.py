@@ -17,8 +17,8 @@ from hydrodamp.batch.batch import BatchResult, GroupFit
 from hydrodamp.batch.groups import MIN_GROUPS, find_outlying_groups, group_reasons
 from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
+from hydrodamp.identification.fit_files import fit_document
 from hydrodamp.models.model import coefficient_unit, read_label
-from hydrodamp.report.documents import fit_document
 from hydrodamp.report.figures.style import (
     SERIES,
     coefficient_symbol,

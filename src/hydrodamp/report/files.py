@@ -19,23 +19,18 @@ from hydrodamp.errors import FileError
 from hydrodamp.faults import validate
 from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit_files import fit_document, names_of, read_fit
 from hydrodamp.identification.identifiability import AxisIdentifiability, Identifiability
 from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.report.comparison_tables import detail_tables, score_table, summary_tables
-from hydrodamp.report.documents import (
-    ComparisonDocument,
-    comparison_document,
-    fit_document,
-    names_of,
-    read_fit,
-)
+from hydrodamp.report.documents import ComparisonDocument, comparison_document
 from hydrodamp.report.table import to_csv, to_latex, to_markdown
 from hydrodamp.report.verdict_tables import verdict_table
 from hydrodamp.results import complete_exchange, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.compare import Comparison, replayed_row
 from hydrodamp.validation.diagnostics import find_selected_row
-from hydrodamp.validation.workflow import RESUMED, UNFINISHED, Key
+from hydrodamp.validation.workflow import RESUMED, UNFINISHED
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 #: A cross-validation.
@@ -162,22 +157,6 @@ def comparison_files(comparison: Comparison, home: Path) -> dict[Path, bytes]:
     texts[home / COMPARISON] = as_json(comparison_document(comparison))
     contents = {path: text.encode("utf-8") for path, text in texts.items()}
     return {home / REPLAYS: _replays(comparison), **contents}
-
-
-def write_fit(fit: Fit, folder: Path) -> None:
-    """Write one fit into a folder of results."""
-    (name,) = names_of((fit,))
-    content = as_json(fit_document(fit)).encode("utf-8")
-    save_results({folder / "fits" / f"{name}.json": content}, folder)
-
-
-def read_finished_fits(folder: Path, digests: Mapping[Key, str]) -> dict[Key, Fit]:
-    """Return the fits of a folder of results that have these digests."""
-    paths = {
-        (model, method): folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
-        for (model, method), digest in digests.items()
-    }
-    return {key: read_fit(path) for key, path in paths.items() if path.is_file()}
 
 
 def save_validation(document: Mapping[str, Any], folder: Path) -> None:

@@ -17,6 +17,7 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
+from hydrodamp.identification.fit_files import Key
 from hydrodamp.identification.identifiability import Identifiability
 from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.progress import count_items, progress
@@ -61,7 +62,7 @@ Sketch = tuple[str, str, "Callable[[], Figure]"]
 def illustrate(
     comparison: Comparison,
     problem: Problem,
-    graded: Mapping[tuple[str, str], Identifiability | str] | None = None,
+    graded: Mapping[Key, Identifiability | str] | None = None,
 ) -> ReportContent:
     """Compute the diagnostics of the selected row and draw its pictures."""
     with progress("diagnosing"):

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from hydrodamp.identification.dissipativity import energy_injection_warnings
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit_files import adequacy_document
 from hydrodamp.report.comparison_tables import ROW, format_horizon_error
-from hydrodamp.report.documents import WindowsDocument, adequacy_document, selection_document
+from hydrodamp.report.documents import WindowsDocument, selection_document
 from hydrodamp.report.narrative import describe_forms
 from hydrodamp.report.table import Column, Table, error_size
 from hydrodamp.report.verdict_tables import selection_table

@@ -27,6 +27,7 @@ from hydrodamp.identification.dissipativity import (
 )
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle, with_estimated_vehicle
 from hydrodamp.identification.fit import Fit, correlation
+from hydrodamp.identification.fit_files import Key
 from hydrodamp.identification.identifiability import Identifiability, grade_fit
 from hydrodamp.identification.predicted_error import PredictionBand, predict_error
 from hydrodamp.identification.regression import Rows, residuals
@@ -170,7 +171,7 @@ class Findings:
     rows: tuple[Row, ...] = ()  # the selected row, and the best row of each other method
     identifiability: Identifiability | None = None
     band: PredictionBand | None = None
-    horizons: Mapping[tuple[str, str], Sequence[HorizonScore]] = field(default_factory=dict)
+    horizons: Mapping[Key, Sequence[HorizonScore]] = field(default_factory=dict)
     residual_tests: tuple[str, ...] = ()
     box: OperatingBox | None = None
     power: PowerMaximum | None = None
@@ -188,7 +189,7 @@ def find_selected_row(comparison: Comparison) -> Row | None:
 def diagnose_comparison(
     comparison: Comparison,
     problem: Problem,
-    graded: Mapping[tuple[str, str], Identifiability | str] | None = None,
+    graded: Mapping[Key, Identifiability | str] | None = None,
 ) -> Findings:
     """Compute all diagnostics of the selected row but its identifiability, where it is known."""
     row = find_selected_row(comparison)
@@ -238,7 +239,7 @@ def best_by_method(comparison: Comparison, selected: Row) -> tuple[Row, ...]:
 
 def _horizon_errors(
     comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]
-) -> dict[tuple[str, str], tuple[HorizonScore, ...]]:
+) -> dict[Key, tuple[HorizonScore, ...]]:
     run, unit = rows[0].trajectory, comparison.rate_unit
     if run is None:
         return {}

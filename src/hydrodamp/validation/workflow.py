@@ -15,10 +15,12 @@ from hydrodamp.experiment_design.standard_missions import describe_missions
 from hydrodamp.identification.command_response import CommandResponse, estimate_command_response
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.fit import Fit, Method, digest
+from hydrodamp.identification.fit_files import Key
 from hydrodamp.identification.identifiability import Identifiability, add_grades
 from hydrodamp.identification.methods import identify_all
 from hydrodamp.identification.model_request import SPARSE, ModelRequest
 from hydrodamp.identification.stepwise import StepwiseSelection
+from hydrodamp.identification.wrench_gains import check_gains
 from hydrodamp.models.model import DampingModel
 from hydrodamp.progress import count_items, progress
 from hydrodamp.simulation.checks import with_gains
@@ -40,11 +42,7 @@ from hydrodamp.validation.compare import (
 from hydrodamp.validation.cross_validation import CrossValidation, cross_validate
 from hydrodamp.validation.diagnostics import find_selected_row
 from hydrodamp.validation.excitation import compare_logs
-from hydrodamp.validation.sensitivity import check_gains
 from hydrodamp.vehicle.vehicle import Vehicle
-
-#: Model and method of a row.
-Key = tuple[str, str]
 
 #: Key in the provenance of an incomplete comparison; its value says how many rows there are.
 UNFINISHED = "unfinished"

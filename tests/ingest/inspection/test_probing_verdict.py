@@ -12,10 +12,10 @@ from hydrodamp.conditioning.quality_checks import Fix, QualityIssue
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.identification.log_requirements import find_requirements
 from hydrodamp.ingest.inspection.draft_files import add_steps
 from hydrodamp.ingest.inspection.probe import inspect, omit_applied_steps, probe
 from hydrodamp.ingest.inspection.quality_report import Requirements, report_quality
-from hydrodamp.validation.log_requirements import find_requirements
 
 TIME = np.arange(0.0, 60.0, 0.1)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.identification.command_response import interpolation_remarks, response_remarks
+from hydrodamp.identification.wrench_gains import check_gains
 from hydrodamp.ingest.inspection.quality_report import Requirements
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
@@ -19,7 +20,10 @@ from hydrodamp.simulation.checks import (
     unused_commands,
 )
 from hydrodamp.simulation.problem import prepare
+<<<<<<< HEAD:src/hydrodamp/validation/log_requirements.py
 from hydrodamp.validation.actuator_gains import check_gains
+=======
+>>>>>>> 49951796 (Put the documents of fits and the checks of gains and logs below validation):src/hydrodamp/identification/log_requirements.py
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
