@@ -72,10 +72,11 @@ def test_a_short_log_has_fewer_folds(folder, call):
     ("more", "words"),
     [
         ("--test 0:9", "`--test` and `--folds` exclude each other"),
+        ("--horizon 30", "the longest segment of each fold"),
         ("--resume --out out", "`--resume` and `--folds` exclude each other"),
     ],
 )
-def test_folds_are_the_test_data(folder, call, more, words):
+def test_options_that_do_not_fit_the_folds(folder, call, more, words):
     assert words in call(f"{LINE} {more}", 2).stderr
 
 
@@ -139,3 +140,12 @@ def test_ctrl_c_at_once_or_after_the_last_fold(
     done = call(f"{LINE} --verbose", 130)
     assert said in done.stderr
     assert shown in done.stdout
+
+
+def test_the_next_command_identifies_the_selected_model(folder, call):
+    line = "compare a.csv --folds 3 --vehicle planar.yaml --methods weak --json"
+    model = json.loads(call(f"{line} --models linear --estimate gains").stdout)["verdict"]["model"]
+    said = call(f"{line} --models linear --estimate gains".replace(" --json", "")).stdout
+    command = " ".join(said.split()).partition("`hydrodamp ")[2].partition("`")[0]
+    document = json.loads(call(command.replace("--out damping.json", "--json")).stdout)
+    assert document["model"]["key"] == model == "linear+gains"

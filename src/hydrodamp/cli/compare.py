@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -24,7 +25,6 @@ from hydrodamp.cli.output import (
     run_provenance,
 )
 from hydrodamp.cli.report import write_results
-from hydrodamp.errors import demand
 from hydrodamp.results import check_results
 
 if TYPE_CHECKING:
@@ -66,11 +66,8 @@ def compare(
     else:
         train_log = inputs.training_log(logs, train, mapping)
         test_log, overlap, folds = train_log, {}, parameters.check_folds(train_log, folds)
-    runs = [test_log.time[segment.start : segment.stop] for segment in test_log.segments]
     if horizon is not None:
-        longest = max(run[-1] - run[0] for run in runs)
-        bounds = f"positive and at most {longest:.4g} s, the longest segment of the test data"
-        demand(0.0 < horizon <= longest, "--horizon", bounds, f"{horizon:g}")
+        parameters.check_horizon(horizon, test_log, folds)
     study = parameters.prepare_study(
         craft, train_log, test_log, request, method_list, estimate, mapping
     )
@@ -79,9 +76,9 @@ def compare(
         study = replace(study, provenance=overlap | provenance)
         run_comparison(study, out, json, verbose=verbose, resume=resume, force=force)
         return
-    words = ["hydrodamp", "identify", *logs, "--vehicle", vehicle]
-    words += [word for name in train for word in ("--train", name)]
-    words += ["--mapping", mapping] if mapping else []
+    values = [("--vehicle", vehicle), *(("--train", name) for name in train)]
+    values += [("--mapping", mapping or ""), ("--estimate", estimate or "")]
+    words = ["hydrodamp", "identify", *logs, *chain(*(pair for pair in values if pair[1]))]
     run_validation(study, folds, out, json, verbose, [*words, "--model", models or ""])
 
 

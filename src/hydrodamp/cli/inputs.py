@@ -74,8 +74,9 @@ def model_file(name: str) -> str:
 def locate_model(listed: str, key: str) -> str:
     """Return the name of one model of a comma-separated list: the catalogue's, or FILE:NAME."""
     from hydrodamp.identification.general_model import INPUTS
+    from hydrodamp.simulation.checks import GAINS
 
-    key = key.removesuffix(INPUTS)
+    key = key.removesuffix(GAINS).removesuffix(INPUTS)
     for name in split_names(listed):
         models = () if name in (GENERAL, SPARSE) else read_named_models(name)
         if key in [model.key for model in models]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.output import note
-from hydrodamp.errors import no_such
+from hydrodamp.errors import demand, no_such
 
 if TYPE_CHECKING:
     from hydrodamp.identification.model_request import ModelRequest
@@ -53,6 +53,20 @@ def prepare_study(
         if response.is_significant:
             note(f"For other commands, write `steps: [{response.mapping_steps}]` in the mapping.")
     return replace(study, origin=inputs.mapping_provenance(mapping))
+
+
+def check_horizon(horizon: float, test: hd.Log, folds: int | None) -> None:
+    """Refuse windows that are longer than every segment of the test data, or of a fold."""
+    import numpy as np
+
+    from hydrodamp.validation.cross_validation import split_holdout
+
+    logs = [test] if folds is None else [held_out for _, held_out in split_holdout(test, folds)]
+    spans = (max(float(np.ptp(log.time[a:b])) for a, b in log.bounds) for log in logs)
+    longest = min(spans)
+    data = "the test data" if folds is None else "each fold"
+    bounds = f"positive and at most {longest:.4g} s, the longest segment of {data}"
+    demand(0.0 < horizon <= longest, "--horizon", bounds, f"{horizon:g}")
 
 
 def check_folds(log: hd.Log, folds: int) -> int:

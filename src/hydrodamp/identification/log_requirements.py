@@ -20,10 +20,6 @@ from hydrodamp.simulation.checks import (
     unused_commands,
 )
 from hydrodamp.simulation.problem import prepare
-<<<<<<< HEAD:src/hydrodamp/validation/log_requirements.py
-from hydrodamp.validation.actuator_gains import check_gains
-=======
->>>>>>> 49951796 (Put the documents of fits and the checks of gains and logs below validation):src/hydrodamp/identification/log_requirements.py
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

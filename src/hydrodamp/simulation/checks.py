@@ -63,6 +63,10 @@ def wrench_rise(wrench: FloatArray, log: Log) -> FloatArray:
     return rise
 
 
+#: End of the key of a model with the gains of the actuators.
+GAINS = "+gains"
+
+
 def with_gains(vehicle: Vehicle, log: Log, model: DampingModel) -> DampingModel:
     """Add an actuator gain to a model on each axis with a varying wrench.
 
@@ -78,7 +82,7 @@ def with_gains(vehicle: Vehicle, log: Log, model: DampingModel) -> DampingModel:
             f"{log.source or 'log'}: no actuator gain can be estimated without a varying "
             f"wrench: record the columns X Y Z K M N, or add actuators to '{vehicle.name}'."
         )
-    extended = model.with_terms(terms, key=f"{model.key}+gains")
+    extended = model.with_terms(terms, key=f"{model.key}{GAINS}")
     return replace(extended, title=f"{model.title} with estimated actuator gains")
 
 
