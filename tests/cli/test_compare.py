@@ -181,7 +181,7 @@ def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, call):
     ]
     assert rows[0]["rms"] < 0.5 * rows[1]["rms"]
     assert rows[2]["rms"] == rows[0]["rms"]
-    assert "`ls` does not estimate added-mass: use `--methods recommended`" in (
+    assert "`ls` does not estimate added-mass: use the method `recommended`" in (
         call(f"{line[:-2]}ls --estimate added-mass", 2).stderr
     )
     assert "alone" in call(f"{line} --estimate none,lag", 2).stderr

@@ -179,7 +179,7 @@ def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficien
 
 def test_a_method_that_estimates_no_parameters_of_the_vehicle_refuses_them(folder, call):
     done = call(f"{LINE} --estimate buoyancy", 2)
-    assert "`ls` does not estimate buoyancy: use `--method recommended`" in done.stderr
+    assert "`ls` does not estimate buoyancy: use the method `recommended`" in done.stderr
 
 
 def test_the_default_model_has_gains_of_commands_that_no_actuator_uses(folder, call):

@@ -46,7 +46,7 @@ def test_wrong_calls_are_refused_before_any_work(home, call):
     (home / "empty.yaml").write_text("", "utf-8")
     for line, says in (
         (CALL.replace("band.yaml", "empty.yaml"), "the envelope is empty"),
-        (CALL.replace("mine.yaml", "sparse"), "`--model sparse` needs a whole log"),
+        (CALL.replace("mine.yaml", "sparse"), "the model `sparse` needs a whole log"),
         (CALL.replace("60", "6"), "`duration` must be from 60 s to 86400 s"),
         (CALL.replace("60", "1e9"), "to 86400 s (24 h); got 1000000000.0"),
         (CALL + " --mode swim", "Invalid value for '--mode'"),
