@@ -1,5 +1,6 @@
 """Junk in a stream is counted and record; the estimate is that without it."""
 
+import dataclasses
 import itertools
 import json
 import math
@@ -11,7 +12,7 @@ import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import estimate_uncertainty
-from hydrodamp.live import estimator
+from hydrodamp.live import estimator, samples
 from hydrodamp.live.readers import UNREADABLE, BoundedQueue, LineParser, parse_json
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import rows_of
@@ -363,6 +364,16 @@ def test_each_reason_why_no_run_begins_is_told_once(rows):
     run.is_stopped = True
     run.process_rows(poor)
     assert "'bluerov2' has no actuators" in record.messages[-1]
+
+
+def test_equation_1_is_built_once_for_each_set_of_columns(dive, rows, monkeypatch):
+    vehicle, built, build = dataclasses.replace(dive[0], name="new"), [], samples.prepare
+    monkeypatch.setattr(samples, "prepare", lambda *given: built.append(given) or build(*given))
+    poor = [{"time": 1.0, "u": 1.0}, rows[0] | {"v": math.inf}, rows[0] | {"u": 1e9}]
+    record = run_live([*poor * 50, *rows], vehicle)
+    assert record.counts == {"taken": 300, "first": 1, "incomplete": 150}
+    assert len(built) <= len(poor)
+    assert "outside the plausible range" in record.messages[2]
 
 
 def test_losses_of_a_source_are_told_when_they_begin_and_at_the_end(dive, rows):

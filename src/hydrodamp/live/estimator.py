@@ -18,12 +18,12 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES, Term
-from hydrodamp.data.channels import EULER, SEGMENT
-from hydrodamp.data.plausibility import MAX_VELOCITY
-from hydrodamp.errors import HydrodampError, MethodError
+from hydrodamp.data.channels import SEGMENT
+from hydrodamp.errors import HydrodampError, MethodError, ProblemError
 from hydrodamp.identification import adaptive, composite, recursive
 from hydrodamp.identification.grades import MIN_MOTION_LEVERAGE, Cause, Grade, grade_coefficients
 from hydrodamp.identification.online import OnlineIdentifier
+from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.change_detection import Alarm, update_alarm
 from hydrodamp.live.sample_validator import (
     ACCEPTED,
@@ -34,19 +34,16 @@ from hydrodamp.live.sample_validator import (
     SampleValidator,
     classify,
     count_other_channels,
-    find_fault,
 )
 from hydrodamp.live.samples import (
     Row,
-    make_sample,
     optional_channels,
     read_inputs,
-    read_number,
-    read_velocity,
+    read_sample,
     sample_equations,
 )
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.ranges import TYPICAL_VELOCITY, Ranges, ranges_of
+from hydrodamp.simulation.ranges import TYPICAL_VELOCITY, Ranges
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CRITICAL_VALUE = 1.959964  # of a 95 % interval of the normal distribution
@@ -85,12 +82,12 @@ class LiveState(NamedTuple):
         digest.update(repr((recursion.block, recursion.forgetting)).encode())
         return digest.hexdigest()
 
-    def add_count(self, kind: str) -> LiveState:
-        """Return the state with one more sample of a class."""
-        counts = self.counts | {kind: self.counts.get(kind, 0) + 1}
+    def add_count(self, kind: str, n: int = 1) -> LiveState:
+        """Return the state with more samples of a class."""
+        counts = self.counts | {kind: self.counts.get(kind, 0) + n}
         if kind in RESTARTS:
-            counts[ACCEPTED] += 1
-        return self._replace(n_rows=self.n_rows + 1, counts=counts)
+            counts[ACCEPTED] += n
+        return self._replace(n_rows=self.n_rows + n, counts=counts)
 
     def reject(self, kind: str) -> LiveState:
         """Return the state after a rejected sample; the next accepted one restarts."""
@@ -110,12 +107,12 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     if method not in METHODS:
         raise MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
     channels = tuple(sorted(optional_channels(row)))
-    equations = sample_equations(vehicle, model, row, channels)
-    sample = make_sample(equations, row, read_velocity(row, vehicle.free.tolist()), channels, None)
+    equations, ranges = sample_equations(vehicle, model, row, channels)
+    sample = read_sample(equations, ranges, channels, row, None)
+    if isinstance(sample, str):
+        raise ProblemError(f"a sample {REJECTED[sample]}.")
     ai = METHODS[method].init(equations, model, sample) if method != "rls" else None
     rls = METHODS["rls"].init(equations, model, sample)
-    commands = equations.required_commands
-    ranges = ranges_of(vehicle, commands, actuators=equations.actuators)
     return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0}, method)
 
 
@@ -129,17 +126,17 @@ def _start_again(state: LiveState, row: Row) -> LiveState | None:
     return fresh._replace(n_rows=state.n_rows, counts=state.counts)
 
 
-def is_foreign(row: Row) -> bool:
-    """Return whether a row says nothing about the motion of the vehicle."""
-    return row.keys().isdisjoint(VELOCITIES)
+def find_stray(row: Row) -> str | None:
+    """Return the class of a row that says nothing about the motion of the vehicle, else None."""
+    if row:
+        return "foreign" if row.keys().isdisjoint(VELOCITIES) else None
+    return "unreadable"
 
 
 def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     """Return the state after a row, and the class of the row."""
-    if not row:
-        return state.add_count("unreadable"), "unreadable"
-    if is_foreign(row):
-        return state.add_count("foreign"), "foreign"
+    if kind := find_stray(row):
+        return state.add_count(kind), kind
     equations, ranges = state.rls.adaptation.equations, state.ranges
     channels = optional_channels(row, state.validator.channels)
     if equations.actuators:
@@ -155,23 +152,17 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     required = (*compress(VELOCITIES, free), *equations.required_commands)
     if n_new or not all(name in row for name in required):
         return state._replace(validator=validator).add_count("incomplete"), "incomplete"
-    time, velocity = read_number(row, "time"), read_velocity(row, free)
+    sample = read_sample(equations, ranges, validator.channels, row, state.rls.last)
+    if isinstance(sample, str):
+        return state.reject(sample), sample
+    motion, segment = sample.values[1:10].tolist(), str(row.get(SEGMENT, ""))
     inputs = read_inputs(row, ranges.names, validator.channels)
-    angles = {name: read_number(row, name) for name in EULER if name in validator.channels}
-    if kind := find_fault(time, velocity, inputs, ranges, angles):
-        return state.reject(kind), kind
-    try:
-        sample = make_sample(equations, row, velocity, validator.channels, state.rls.last)
-    except HydrodampError:
-        return state.reject("incomplete"), "incomplete"
-    if np.abs(sample.propulsion).max() > MAX_VELOCITY:
-        return state.reject("absurd"), "absurd"
-    motion, segment = (*velocity, *sample.values[7:10].tolist()), str(row.get(SEGMENT, ""))
-    validator, kind = classify(validator, time, motion, segment, inputs, ranges)
+    validator, kind = classify(validator, sample.time, motion, segment, inputs, ranges)
     if kind in REJECTED:
         return state._replace(validator=validator).add_count(kind), kind
     if is_restart := kind in RESTARTS:
-        sample = make_sample(equations, row, velocity, validator.channels, None)
+        sample = Sample(sample.values.copy())
+        sample.propulsion[1] = sample.propulsion[0]  # no step ends here
     rls, ai, alarm = state.rls, state.ai, state.alarm
     rls = rls.restart(sample) if is_restart else rls.advance(sample)
     if ai is not None:

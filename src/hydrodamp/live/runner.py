@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -17,7 +16,7 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.live.checkpoint import load, locked, save
-from hydrodamp.live.estimator import LiveState, estimate_line, is_foreign, start, update
+from hydrodamp.live.estimator import LiveState, estimate_line, find_stray, start, update
 from hydrodamp.live.sample_validator import ACCEPTED, REJECTED, RESTARTS
 from hydrodamp.live.samples import Row
 from hydrodamp.models.model import DampingModel
@@ -51,9 +50,8 @@ class LiveRun:
     skip_to: Callable[[int], None] = lambda first: None  # of the source
     state: LiveState | None = None
     is_stopped: bool = False
-    _rejected: Counter[str] = field(default_factory=Counter)  # before the first complete row
-    #: Of those, by reason without digits: whether it has a velocity, number, the last text.
-    _reasons: dict[str, tuple[bool, int, str]] = field(default_factory=dict)
+    #: Class and reason of those before the first complete row.
+    _rejected: Counter[tuple[str, str]] = field(default_factory=Counter)
     _reported: set[str] = field(default_factory=set)  # counts of the source
 
     def process_rows(self, rows: Iterable[Row | None]) -> None:
@@ -80,7 +78,10 @@ class LiveRun:
                 self.save_checkpoint()
                 self._report_losses(is_end=True)
             if self.state is None:
-                *_, reason = max(self._reasons.values(), default=("",))
+                counts = (
+                    (kind == "incomplete", n, text) for (kind, text), n in self._rejected.items()
+                )
+                *_, reason = max(counts, default=("",))
                 message = f"there was no sample to begin with. {reason}".strip()
                 if not self.is_stopped:
                     raise ProblemError(message)
@@ -111,19 +112,20 @@ class LiveRun:
 
     def _try_start(self, row: Row) -> int:
         """Start at a row if it is complete; return the number of rows in the checkpoint."""
-        try:
-            return self._start(row)
-        except Exception as error:  # a bad row must not end the run
-            kind = "unreadable" if not row else "foreign" if is_foreign(row) else "incomplete"
-            reason = _describe(error) if kind == "incomplete" else f"A sample {REJECTED[kind]}."
-            self._rejected[kind] += 1
-            key = re.sub(r"\d+", "", reason)
-            _, n, _ = self._reasons.get(key, (False, 0, ""))
-            if n or len(self._reasons) < MAX_REASONS:
-                self._reasons[key] = kind == "incomplete", n + 1, reason
-                if not n:
-                    self.on_message(f"samples are rejected until one is complete: {reason}")
-            return 0
+        kind = find_stray(row) or "incomplete"
+        reason = f"A sample {REJECTED[kind]}."
+        if kind == "incomplete":
+            try:
+                return self._start(row)
+            except Exception as error:  # a bad row must not end the run
+                reason = _describe(error)
+        if (kind, reason) not in self._rejected:
+            if len(self._rejected) < MAX_REASONS:
+                self.on_message(f"samples are rejected until one is complete: {reason}")
+            else:
+                reason = ""
+        self._rejected[kind, reason] += 1
+        return 0
 
     def _start(self, row: Row) -> int:
         """Start, or resume from the checkpoint; return the number of rows it contains."""
@@ -142,8 +144,8 @@ class LiveRun:
                 return state.n_rows
             self.on_message(f"{path}: is of another log; this one starts at its first sample.")
             state = state._replace(validator=state.validator._replace(motion=()), n_rows=0)
-        for kind in self._rejected.elements():
-            state = state.add_count(kind)
+        for (kind, _), n in self._rejected.items():
+            state = state.add_count(kind, n)
         self.state = state
         return 0
 

@@ -7,12 +7,12 @@ lost one; with a missing value it does, as in a log. After a gap the estimator r
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.data.plausibility import MAX_ANGLES, MAX_RATIO, MAX_VELOCITY, SENTINELS
+from hydrodamp.data.plausibility import MAX_RATIO
 from hydrodamp.data.record import max_step
 from hydrodamp.simulation.ranges import MIN_OUTLIER_STEP, Ranges
 
@@ -75,23 +75,6 @@ def count_other_channels(validator: SampleValidator, names: tuple[str, ...]) -> 
         return validator._replace(new_channels=((), 0))
     last, count = validator.new_channels
     return validator._replace(new_channels=(names, count + 1 if names == last else 1))
-
-
-def find_fault(
-    time: float,
-    velocity: Sequence[float],
-    inputs: Sequence[float],
-    ranges: Ranges,
-    angles: Mapping[str, float],
-) -> str | None:
-    """Return the class of a sample with a missing (NaN) or an implausible value, else None."""
-    if not all(map(math.isfinite, (time, *velocity, *inputs))):
-        return "incomplete"
-    excess = [x for x, limit in zip(inputs, ranges.largest, strict=True) if abs(x) > limit]
-    if excess and SENTINELS.issuperset(excess):
-        return "incomplete"
-    excess += [angle for name, angle in angles.items() if abs(angle) > MAX_ANGLES[name]]
-    return "absurd" if excess or max(map(abs, velocity)) > MAX_VELOCITY else None
 
 
 def classify(

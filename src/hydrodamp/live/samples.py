@@ -7,18 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
 
 from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import ATTITUDE, EULER, PROPULSION_RATIO, RESERVED, SEGMENT
 from hydrodamp.data.checks import NORM_ROUNDING
 from hydrodamp.data.log import Log
-from hydrodamp.data.plausibility import MAX_NORM_ERROR
-from hydrodamp.errors import ProblemError
+from hydrodamp.data.plausibility import MAX_ANGLES, MAX_NORM_ERROR, MAX_VELOCITY, SENTINELS
+from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.online import observe
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import EquationTable, prepare
+from hydrodamp.simulation.ranges import Ranges, ranges_of
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: One sample as a source provides it: numbers by canonical column, and the segment.
@@ -60,14 +64,6 @@ def optional_channels(row: Row, known: Sequence[str] = ()) -> frozenset[str]:
     return names - _ANGLES | (_QUATERNION if is_new else set())
 
 
-def read_velocity(row: Row, free: Sequence[bool]) -> tuple[float, ...]:
-    """Return the six velocities; zero along locked axes."""
-    return tuple(
-        read_number(row, name) if is_free else 0.0
-        for name, is_free in zip(VELOCITIES, free, strict=True)
-    )
-
-
 def read_inputs(row: Row, names: Sequence[str], channels: Sequence[str]) -> tuple[float, ...]:
     """Return commands and the recorded wrench; an axis that is no channel is zero."""
     return tuple(
@@ -76,47 +72,83 @@ def read_inputs(row: Row, names: Sequence[str], channels: Sequence[str]) -> tupl
 
 
 def sample_equations(
-    vehicle: Vehicle, model: DampingModel, row: Row, channels: Sequence[str]
-) -> EquationTable:
-    """Return equation 1 for samples with the columns of this row.
+    vehicle: Vehicle, model: DampingModel, row: Row, channels: tuple[str, ...]
+) -> tuple[EquationTable, Ranges]:
+    """Return equation 1 and the plausible inputs for samples with the columns of this row.
 
     Raises ``ProblemError`` where the row lacks a required column.
     """
-    time = read_number(row, "time")
-    if not math.isfinite(time):
+    names = frozenset(name for name in row if math.isfinite(read_number(row, name)))
+    if "time" not in names:
         raise ProblemError("a sample must have a finite `time` [s].")
-    attitude, commands, wrench, ratio = _read_channels(row, channels)
-    log = Log.from_arrays(
-        [time, time + 1.0],
-        {name: [read_number(row, name)] * 2 for name in VELOCITIES if name in row},
-        attitude=None if attitude is None else [attitude] * 2,
-        commands={name: [value] * 2 for name, value in commands.items() if math.isfinite(value)},
-        wrench=None if wrench is None else [wrench] * 2,
-        propulsion_ratio=None if ratio is None else [ratio] * 2,
-        source="sample",
-    )
-    return prepare(vehicle, log, model).equations
+    equations = _equations_or_fault(vehicle, model, channels, names.difference(channels))
+    if isinstance(equations, str):
+        raise ProblemError(equations)
+    return equations
 
 
-def make_sample(
+# A stream begins with any number of incomplete rows, and they have few different sets of columns.
+@lru_cache(maxsize=1024)
+def _equations_or_fault(
+    vehicle: Vehicle, model: DampingModel, channels: tuple[str, ...], names: frozenset[str]
+) -> tuple[EquationTable, Ranges] | str:
+    zeros, has_attitude = np.zeros(2), not (_QUATERNION | _ANGLES).isdisjoint(channels)
+    try:
+        log = Log.from_arrays(
+            [0.0, 1.0],
+            {name: zeros for name in VELOCITIES if name in names},
+            attitude=np.zeros((2, 3)) if has_attitude else None,
+            commands=dict.fromkeys(sorted(names.difference(RESERVED)), zeros),
+            wrench=None if frozenset(AXES).isdisjoint(channels) else np.zeros((2, 6)),
+            propulsion_ratio=np.ones(2) if "eta" in channels else None,
+            source="sample",
+        )
+        equations = prepare(vehicle, log, model).equations
+    except HydrodampError as error:
+        return str(error)
+    commands = equations.required_commands
+    return equations, ranges_of(vehicle, commands, actuators=equations.actuators)
+
+
+def read_sample(
     equations: EquationTable,
-    row: Row,
-    velocity: Sequence[float],
+    ranges: Ranges,
     channels: Sequence[str],
+    row: Row,
     previous: Sample | None,
-) -> Sample:
-    """Return the input of an estimator step; ``previous`` is the last one of the segment."""
+) -> Sample | str:
+    """Return the input of an estimator step, or the class of a row with a fault.
+
+    ``previous`` is the last sample of the segment.
+    """
+    free, time = equations.vehicle.free.tolist(), read_number(row, "time")
+    pairs = zip(VELOCITIES, free, strict=True)
+    velocity = [read_number(row, name) if is_free else 0.0 for name, is_free in pairs]
+    inputs = read_inputs(row, ranges.names, channels)
+    if not all(map(math.isfinite, (time, *velocity, *inputs))):
+        return "incomplete"
+    excess = [x for x, limit in zip(inputs, ranges.largest, strict=True) if abs(x) > limit]
+    if excess and SENTINELS.issuperset(excess):
+        return "incomplete"
+    angles = {name: read_number(row, name) for name in EULER if name in channels}
+    excess += [angle for name, angle in angles.items() if abs(angle) > MAX_ANGLES[name]]
+    if excess or max(map(abs, velocity)) > MAX_VELOCITY:
+        return "absurd"
     attitude, commands, wrench, ratio = _read_channels(row, channels)
-    return observe(
-        equations,
-        time=read_number(row, "time"),
-        velocity=velocity,
-        attitude=(0.0, 0.0, 0.0) if attitude is None else attitude,
-        commands=commands,
-        wrench=wrench,
-        propulsion_ratio=ratio,
-        previous=previous,
-    )
+    try:
+        sample = observe(
+            equations,
+            time=time,
+            velocity=velocity,
+            attitude=(0.0, 0.0, 0.0) if attitude is None else attitude,
+            commands=commands,
+            wrench=wrench,
+            propulsion_ratio=ratio,
+            previous=previous,
+        )
+    except ProblemError:
+        return "incomplete"
+    return "absurd" if np.abs(sample.propulsion).max() > MAX_VELOCITY else sample
 
 
 def _read_channels(
