@@ -12,7 +12,7 @@ import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.recursive import estimate_uncertainty
-from hydrodamp.live import estimator, samples
+from hydrodamp.live import estimator, runner, samples
 from hydrodamp.live.readers import UNREADABLE, BoundedQueue, LineParser, parse_json
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import rows_of
@@ -127,6 +127,7 @@ def test_lines_are_json_or_a_table():
     assert read(b"1,2\n") is UNREADABLE
     assert read(b"time,u,segment\n") is None
     assert read(b'1,2,"a"\n') == {"time": 1.0, "u": 2.0, "segment": "a"}
+    assert read(b"1,1_0,b\n") == {"time": 1.0, "u": "1_0", "segment": "b"}
     for junk in (b"1,2\n", b"\xff\xfe\x00\n", b"{\n", b"[" * 100_000, b"{" * 100_000, b'"a'):
         assert read(junk) is UNREADABLE
     for junk in ("", "[1]", "1", '"a"', "nul"):
@@ -376,6 +377,12 @@ def test_equation_1_is_built_once_for_each_set_of_columns(dive, rows, monkeypatc
     assert "outside the plausible range" in record.messages[2]
 
 
+@pytest.mark.parametrize("time", [1.7e12, 1.7e15, 1_700_000_000_000_000_000])
+def test_a_stream_whose_clock_is_not_in_seconds_does_not_begin(dive, rows, time):
+    with pytest.raises(ProblemError, match="must be in seconds"):
+        run_live([row | {"time": time + k} for k, row in enumerate(rows[:9])], dive[0])
+
+
 def test_losses_of_a_source_are_told_when_they_begin_and_at_the_end(dive, rows):
     number = itertools.count()
     counts = lambda: {"dropped": next(number), "kernel drops": 0}  # noqa: E731
@@ -384,6 +391,14 @@ def test_losses_of_a_source_are_told_when_they_begin_and_at_the_end(dive, rows):
     assert len(told) == 2
     assert "so far" in told[0]
     assert "in all" in told[1]
+
+
+def test_a_source_that_falls_silent_is_reported_once_each_time(dive, rows, monkeypatch):
+    clock = itertools.count()  # s, one for each row
+    monkeypatch.setattr(runner, "monotonic", lambda: next(clock))
+    stream = [None] * 9 + rows[:3] + [None] * 3 + rows[3:6] + [None] * 9
+    record = run_live(stream, dive[0], checkpoint_interval=1e9)
+    assert record.messages == ["no data for 5 s; the run waits."] * 2
 
 
 def test_losses_are_told_where_no_run_begins():

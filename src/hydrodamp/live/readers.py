@@ -21,6 +21,7 @@ from typing import Any, Generic, TypeVar
 from urllib.parse import urlsplit
 
 from hydrodamp.errors import ProblemError
+from hydrodamp.ingest.formats.cells import parse_number
 from hydrodamp.ingest.formats.mavlink import Decoder, split_packets
 from hydrodamp.ingest.formats.rosbag import MAX_ARRAY_LENGTH
 from hydrodamp.live.samples import Row
@@ -39,7 +40,7 @@ MAX_DATAGRAM_SIZE = 1 << 16  # bytes; UDP has no larger ones
 MAX_SENDERS = 1000  # that are told apart; by choice
 CHUNK_SIZE, MAX_LINE_LENGTH = 1 << 16, 1 << 20  # bytes; by choice
 RECEIVE_BUFFER_SIZE = 1 << 22  # bytes of the kernel
-SO_RXQ_OVFL = 40  # Linux's asm-generic/socket.h: ancillary count of datagrams dropped so far
+SO_MEMINFO = 55  # Linux's asm-generic/socket.h: nine numbers, the last the datagrams dropped so far
 DISCOVERY_INTERVAL = 0.5  # s, between two searches for new topics; by choice
 QUEUE_DEPTH = 1000  # messages that the middleware queues; by choice
 
@@ -149,7 +150,8 @@ class LineParser:
             return None
         if self.header is None or len(cells) != len(self.header):
             return UNREADABLE
-        return dict(zip(self.header, map(_parse_cell, cells), strict=True))
+        numbers = zip(self.header, cells, map(parse_number, cells), strict=True)
+        return {name: cell if x is None else x for name, cell, x in numbers}
 
 
 def parse_json(text: str | bytes) -> Row:
@@ -164,13 +166,6 @@ def parse_json(text: str | bytes) -> Row:
 def parse_datagram(data: bytes) -> list[Row]:
     """Return the rows of a datagram, one or several lines of JSON."""
     return [parse_json(line) for line in data.splitlines() if line.strip()]
-
-
-def _parse_cell(text: str) -> float | str:
-    try:
-        return float(text or "nan")
-    except ValueError:
-        return text
 
 
 def bind_socket(address: str, allow_remote: bool) -> socket.socket:
@@ -204,12 +199,17 @@ class DatagramSocket:
     """A UDP socket that counts its senders and, on Linux, the datagrams the kernel drops."""
 
     def __init__(self, receiver: socket.socket) -> None:
-        self.socket, self.n_kernel_drops = receiver, 0
+        self.socket, self._n_kernel_drops = receiver, 0
         self.senders: set[Any] = set()  # addresses
         receiver.settimeout(POLL_INTERVAL)
+
+    def count_kernel_drops(self) -> int:
+        """Return how many datagrams Linux has dropped, until the socket is closed."""
         if sys.platform == "linux":
             with suppress(OSError):
-                receiver.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
+                numbers = self.socket.getsockopt(socket.SOL_SOCKET, SO_MEMINFO, 36)
+                self._n_kernel_drops = int.from_bytes(numbers[32:], sys.byteorder)
+        return self._n_kernel_drops
 
     def reader(self, parse: Callable[[bytes], Iterable[Any]] = parse_datagram) -> Reader:
         """Return a reader of datagrams, of which ``parse`` returns the items."""
@@ -219,24 +219,13 @@ class DatagramSocket:
                 while not queue.is_cancelled:
                     # Windows reports an ICMP error as a reset connection.
                     with suppress(TimeoutError, ConnectionResetError):
-                        for item in parse(self._receive()):
+                        data, sender = self.socket.recvfrom(MAX_DATAGRAM_SIZE)
+                        if len(self.senders) < MAX_SENDERS:
+                            self.senders.add(sender)
+                        for item in parse(data):
                             queue.put(item)
 
         return read_datagrams
-
-    def _receive(self) -> bytes:
-        if sys.platform != "linux":
-            data, sender = self.socket.recvfrom(MAX_DATAGRAM_SIZE)
-        else:
-            data, ancillary, _, sender = self.socket.recvmsg(
-                MAX_DATAGRAM_SIZE, socket.CMSG_SPACE(4)
-            )
-            for level, kind, count in ancillary:
-                if (level, kind) == (socket.SOL_SOCKET, SO_RXQ_OVFL):
-                    self.n_kernel_drops = int.from_bytes(count[:4], sys.byteorder)
-        if len(self.senders) < MAX_SENDERS:
-            self.senders.add(sender)
-        return data
 
 
 def packet_parser(decoder: Decoder) -> Callable[[bytes], Iterator[Message]]:

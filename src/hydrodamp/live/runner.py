@@ -23,6 +23,7 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
 MAX_REASONS = 100  # different ones that are reported before the first complete row; by choice
+MAX_SILENCE = 5.0  # s without data, which is reported; by choice
 
 #: Counts of a source that are reported, with what they mean.
 LOSSES = {
@@ -60,18 +61,25 @@ class LiveRun:
         Raises ``FileError`` where the checkpoint is in use or has other content, and any error
         of the source.
         """
-        saved_at, index, n_skipped = monotonic(), 0, 0
+        saved_at = received_at = monotonic()
+        index = n_skipped = 0
         with locked(self.checkpoint_path), np.errstate(all="ignore"):
             try:
                 for row in itertools.takewhile(lambda _: not self.is_stopped, rows):
-                    if row is not None:
+                    now = monotonic()
+                    if row is None:
+                        if now - received_at > MAX_SILENCE:
+                            self.on_message(f"no data for {MAX_SILENCE:g} s; the run waits.")
+                            received_at = math.inf
+                    else:
+                        received_at = now
                         if self.state is None:
                             n_skipped = self._try_start(row)
                         if self.state is not None and index >= n_skipped:
                             self._process(self.state, row)
                         index += 1
                     self._report_losses()
-                    if monotonic() - saved_at >= self.checkpoint_interval:
+                    if now - saved_at >= self.checkpoint_interval:
                         self.save_checkpoint()
                         saved_at = monotonic()
             finally:

@@ -14,7 +14,7 @@ import numpy as np
 from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import ATTITUDE, EULER, PROPULSION_RATIO, RESERVED, SEGMENT
-from hydrodamp.data.checks import NORM_ROUNDING
+from hydrodamp.data.checks import NORM_ROUNDING, clock_faults
 from hydrodamp.data.log import Log
 from hydrodamp.data.plausibility import MAX_ANGLES, MAX_NORM_ERROR, MAX_VELOCITY, SENTINELS
 from hydrodamp.errors import HydrodampError, ProblemError
@@ -76,7 +76,7 @@ def sample_equations(
 ) -> tuple[EquationTable, Ranges]:
     """Return equation 1 and the plausible inputs for samples with the columns of this row.
 
-    Raises ``ProblemError`` where the row lacks a required column.
+    Raises ``ProblemError`` where the row lacks a required column or its time is not in seconds.
     """
     names = frozenset(name for name in row if math.isfinite(read_number(row, name)))
     if "time" not in names:
@@ -84,6 +84,9 @@ def sample_equations(
     equations = _equations_or_fault(vehicle, model, channels, names.difference(channels))
     if isinstance(equations, str):
         raise ProblemError(equations)
+    clock = np.full(2, read_number(row, "time"))
+    for fault in clock_faults(clock, np.ones(2, np.bool_), str):
+        raise ProblemError(f"sample: {fault}.")
     return equations
 
 

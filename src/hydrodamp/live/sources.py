@@ -113,7 +113,7 @@ def open_source(
     def counts() -> dict[str, int]:
         n = {"dropped": queue.dropped}
         if datagrams is not None:
-            n["kernel drops"] = datagrams.n_kernel_drops
+            n["kernel drops"] = datagrams.count_kernel_drops()
             if decoder is None:  # MAVLink distinguishes vehicles by their system
                 n["other senders"] = max(0, len(datagrams.senders) - 1)
         return n | ({"passed over": synchroniser.n_discarded} if synchroniser else {})
