@@ -63,9 +63,9 @@ def test_what_the_kernel_drops_is_counted():
             sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())
         queue.start_reader(datagrams.reader())
         rows = [*iter(lambda: next(iter(queue)), None)]
-    assert datagrams.count_kernel_drops() == 500 - len(rows) > 0
+    assert datagrams.counts()["kernel drops"] == 500 - len(rows) > 0
     queue.cancel()
-    assert datagrams.count_kernel_drops() == 500 - len(rows)
+    assert datagrams.counts()["kernel drops"] == 500 - len(rows)
 
 
 def test_a_paced_log_does_not_wait_for_what_was_taken(dive, monkeypatch):

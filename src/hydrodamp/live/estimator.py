@@ -10,6 +10,7 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import lru_cache
 from itertools import compress
 from typing import Any, NamedTuple
@@ -116,16 +117,6 @@ def start(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> LiveS
     return LiveState(rls, ai, ranges, SampleValidator(channels=channels), 0, {ACCEPTED: 0}, method)
 
 
-def _start_again(state: LiveState, row: Row) -> LiveState | None:
-    """Return an initial state with the channels of another row, which must be complete."""
-    bound = state.rls.adaptation
-    try:
-        fresh = start(bound.equations.vehicle, bound.model, state.method, row)
-    except HydrodampError:
-        return None
-    return fresh._replace(n_rows=state.n_rows, counts=state.counts)
-
-
 def find_stray(row: Row) -> str | None:
     """Return the class of a row that says nothing about the motion of the vehicle, else None."""
     if row:
@@ -145,11 +136,11 @@ def update(state: LiveState, row: Row) -> tuple[LiveState, str]:
     names, n_new = validator.new_channels
     if n_new >= MAX_OUTLIERS and channels.issuperset(validator.channels):
         validator, n_new = validator._replace(channels=names, new_channels=((), 0)), 0
-    is_stray = n_new >= MAX_INCOMPLETE and not state.rls.estimate.rows.any()
-    if is_stray and (fresh := _start_again(state, row)):
-        return update(fresh, row)
-    free = equations.vehicle.free.tolist()
-    required = (*compress(VELOCITIES, free), *equations.required_commands)
+    if n_new >= MAX_INCOMPLETE and not state.rls.estimate.rows.any():
+        with suppress(HydrodampError):  # an incomplete row
+            fresh = start(equations.vehicle, state.rls.adaptation.model, state.method, row)
+            return update(fresh._replace(n_rows=state.n_rows, counts=state.counts), row)
+    required = (*compress(VELOCITIES, equations.plant.free), *equations.required_commands)
     if n_new or not all(name in row for name in required):
         return state._replace(validator=validator).add_count("incomplete"), "incomplete"
     sample = read_sample(equations, ranges, validator.channels, row, state.rls.last)
@@ -217,20 +208,15 @@ def _velocities(term: Term) -> set[str]:
     return {factor.strip("|") for factor in term.factors}
 
 
-def _estimate_uncertainty(state: LiveState) -> recursive.EstimateUncertainty:
-    """Return the uncertainty of least squares; its difference from another estimate is error."""
-    current = recursive.estimate_uncertainty(state.rls)
-    difference = state.coefficients - state.rls.coefficients
-    variance = current.standard_errors**2 + difference**2
-    return current._replace(standard_errors=np.sqrt(variance))
-
-
 def estimate_line(state: LiveState) -> dict[str, Any]:
     """Return an estimate as strict JSON; null where there is no value.
 
     All values are null before the first row of recursive least squares is complete.
     """
-    adaptation, current = state.rls.adaptation, _estimate_uncertainty(state)
+    adaptation, current = state.rls.adaptation, recursive.estimate_uncertainty(state.rls)
+    # The difference from the estimate of least squares is an error.
+    errors = np.hypot(current.standard_errors, state.coefficients - state.rls.coefficients)
+    current = current._replace(standard_errors=errors)
     axes = adaptation.settings.axes
     model_form = np.array([test.evidence.is_model_form for test in state.alarm.axes])
     has_steps = state.ai is not None and state.counts[ACCEPTED] > 1
@@ -239,7 +225,7 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
     columns = zip(
         adaptation.model.labels,
         state.coefficients.tolist(),
-        np.where(model_form[axes], np.nan, current.standard_errors).tolist(),
+        np.where(model_form[axes], np.nan, errors).tolist(),
         _grade(state, current, model_form[axes]),
         strict=True,
     )

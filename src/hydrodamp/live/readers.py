@@ -203,13 +203,14 @@ class DatagramSocket:
         self.senders: set[Any] = set()  # addresses
         receiver.settimeout(POLL_INTERVAL)
 
-    def count_kernel_drops(self) -> int:
-        """Return how many datagrams Linux has dropped, until the socket is closed."""
+    def counts(self) -> dict[str, int]:
+        """Return the counts of what was lost, or came from others, until the socket is closed."""
         if sys.platform == "linux":
             with suppress(OSError):
                 numbers = self.socket.getsockopt(socket.SOL_SOCKET, SO_MEMINFO, 36)
                 self._n_kernel_drops = int.from_bytes(numbers[32:], sys.byteorder)
-        return self._n_kernel_drops
+        others = max(0, len(self.senders) - 1)
+        return {"kernel drops": self._n_kernel_drops, "other senders": others}
 
     def reader(self, parse: Callable[[bytes], Iterable[Any]] = parse_datagram) -> Reader:
         """Return a reader of datagrams, of which ``parse`` returns the items."""

@@ -88,9 +88,8 @@ def classify(
     """Return the next state and the class of a sample without a fault."""
     current, size = tuple(motion), tuple(map(abs, inputs))
     usual = tuple(map(_follow_quantile, validator.usual or ranges.ordinary, size))
-    restarted = SampleValidator(
-        time, current, segment, constant_since=(time, time), inputs=size, usual=usual
-    )._replace(channels=validator.channels)
+    restarted = SampleValidator(time, current, segment, constant_since=(time, time))
+    restarted = restarted._replace(inputs=size, usual=usual, channels=validator.channels)
     step = time - validator.time
     is_next = bool(validator.motion) and segment == validator.segment
     if is_next and step <= 0.0:

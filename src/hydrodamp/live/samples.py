@@ -124,7 +124,7 @@ def read_sample(
 
     ``previous`` is the last sample of the segment.
     """
-    free, time = equations.vehicle.free.tolist(), read_number(row, "time")
+    free, time = equations.plant.free.tolist(), read_number(row, "time")
     pairs = zip(VELOCITIES, free, strict=True)
     velocity = [read_number(row, name) if is_free else 0.0 for name, is_free in pairs]
     inputs = read_inputs(row, ranges.names, channels)

@@ -24,6 +24,7 @@ from hydrodamp.live.readers import (
     bind_socket,
     line_reader,
     packet_parser,
+    parse_datagram,
     topic_reader,
 )
 from hydrodamp.live.samples import Row, read_number, rows_of
@@ -97,25 +98,23 @@ def open_source(
             f"`--source {address}` needs `--mapping`, which assigns fields to channels: a file,"
             f" or a preset such as {PRESETS[kind]}."
         )
-    queue, datagrams = BoundedQueue[Any](blocks_when_full=kind == "stdin"), None
-    decoder = _open_decoder(address) if kind == "mavlink" else None
-    if kind in ("udp", "mavlink"):
-        datagrams = DatagramSocket(bind_socket(address, allow_remote))
-        on_message("listening at {}, port {}".format(*datagrams.socket.getsockname()[:2]))
+    queue = BoundedQueue[Any](blocks_when_full=kind == "stdin")
+    n_lost: Callable[[], dict[str, int]] = dict
     if kind == "ros2" and synchroniser is not None:
         reader = topic_reader(synchroniser.accepts)
-    elif datagrams is None:
+    elif kind == "stdin":
         reader = line_reader()
     else:
-        reader = datagrams.reader(packet_parser(decoder)) if decoder else datagrams.reader()
+        parse = packet_parser(_open_decoder(address)) if kind == "mavlink" else parse_datagram
+        datagrams = DatagramSocket(bind_socket(address, allow_remote))
+        on_message("listening at {}, port {}".format(*datagrams.socket.getsockname()[:2]))
+        reader, n_lost = datagrams.reader(parse), datagrams.counts
     queue.start_reader(reader)
 
     def counts() -> dict[str, int]:
-        n = {"dropped": queue.dropped}
-        if datagrams is not None:
-            n["kernel drops"] = datagrams.count_kernel_drops()
-            if decoder is None:  # MAVLink distinguishes vehicles by their system
-                n["other senders"] = max(0, len(datagrams.senders) - 1)
+        n = {"dropped": queue.dropped, **n_lost()}
+        if kind == "mavlink":  # which distinguishes vehicles by their system
+            del n["other senders"]
         return n | ({"passed over": synchroniser.n_discarded} if synchroniser else {})
 
     rows: Iterable[Row | None] = queue

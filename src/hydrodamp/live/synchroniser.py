@@ -169,38 +169,34 @@ class MessageSynchroniser:
         return TopicBuffer(frozenset(fields), all(source.hold for source in sources))
 
     def _make_samples(self, max_delay: float) -> list[Row]:
-        """Return new samples; discard all messages where they raise an error."""
-        try:
-            return [*self._apply_mapping(max_delay)]
-        except Exception as error:  # bad messages must not end the run
-            self.n_discarded += sum(len(buffer.messages) for buffer in self._buffers.values())
-            self._buffers.clear()
-            self._report(f"{type(error).__name__}: {error}")
-            return []
-
-    def _apply_mapping(self, max_delay: float) -> Iterator[Row]:
-        """Yield new samples, and discard messages that later ones do not need."""
+        """Return new samples, and discard messages that later ones do not need."""
         try:
             sampler = build_resampler(self.mapping, self._recording())
             assembly = Assembly(self.mapping, sampler)
             if assembly.faults:
                 raise LogError(assembly.faults)
+            time, end = sampler.ticks.time, _ready_time(sampler.streams, max_delay)
         except LogError as error:
             self._report(str(error))
-            return
-        time = sampler.ticks.time
-        is_ready = (time > self._sample_time) & (time <= _ready_time(sampler.streams, max_delay))
+            return []
+        except Exception as error:  # bad messages must not end the run
+            self.n_discarded += sum(len(buffer.messages) for buffer in self._buffers.values())
+            self._buffers.clear()
+            self._report(f"{type(error).__name__}: {error}")
+            return []
+        is_ready = (time > self._sample_time) & (time <= end)
         if not is_ready.any():
-            return
-        columns = {name: values[is_ready].tolist() for name, values in assembly.numbers.items()}
-        for values in zip(*columns.values(), strict=True):
-            yield dict(zip(columns, values, strict=True))
+            return []
         self._sample_time, self._last_update = float(time[is_ready][-1]), self._now
         self._is_reported = False
         buffers = self._nonempty()
         present = [buffer.last for buffer in buffers if buffer.is_present(self._sample_time)]
         for buffer in buffers:
             buffer.discard_before(min([self._sample_time, *present]))
+        rows = zip(
+            *(values[is_ready].tolist() for values in assembly.numbers.values()), strict=True
+        )
+        return [dict(zip(assembly.numbers, row, strict=True)) for row in rows]
 
     def _nonempty(self) -> list[TopicBuffer]:
         return [buffer for buffer in self._buffers.values() if buffer.messages]
