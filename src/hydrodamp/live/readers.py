@@ -209,8 +209,8 @@ class DatagramSocket:
             with suppress(OSError):
                 numbers = self.socket.getsockopt(socket.SOL_SOCKET, SO_MEMINFO, 36)
                 self._n_kernel_drops = int.from_bytes(numbers[32:], sys.byteorder)
-        others = max(0, len(self.senders) - 1)
-        return {"kernel drops": self._n_kernel_drops, "other senders": others}
+        n_senders = max(1, len(self.senders))
+        return {"kernel drops": self._n_kernel_drops, "other senders": n_senders - 1}
 
     def reader(self, parse: Callable[[bytes], Iterable[Any]] = parse_datagram) -> Reader:
         """Return a reader of datagrams, of which ``parse`` returns the items."""
