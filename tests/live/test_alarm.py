@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.live.change_detection import THRESHOLD, CusumTest
 from hydrodamp.live.samples import rows_of
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
@@ -86,6 +87,19 @@ def pull(time, turn):
 def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):
     record = run_live(transit(turn + 600, turn, seed), VEHICLE)
     assert record.lines[-1]["alarm"]["changes"] == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_persistent_form_error_in_a_new_motion_of_small_force_is_no_change(seed):
+    rng, test, peak = np.random.default_rng(seed), CusumTest(), 0.0
+    for k in range(2000):
+        amplitude, gain = (10.0, 1.0) if k < 1000 else (0.35, 1.2)
+        terms = np.array([amplitude * math.sin(k / 9.0)])
+        target = gain * terms[0] + 0.15 * rng.standard_normal()
+        test = test.absorb(test.evidence.absorb(terms, target, 0.0, 0.0), terms, target, float(k))
+        peak = max(peak, test.cusums.max())
+    assert test.disarm_reason is None
+    assert peak < THRESHOLD
 
 
 @pytest.mark.slow

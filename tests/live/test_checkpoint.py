@@ -97,7 +97,7 @@ FOREIGN = {
     "damaged": lambda text: text.replace('"n_rows": 300', '"n_rows": 301'),
     "cannot be read as JSON": lambda text: text[:-100],
     "cannot be read": lambda text: "",
-    "of version 7": lambda text: text.replace('"live_state": 7', '"live_state": 1'),
+    "of version 8": lambda text: text.replace('"live_state": 8', '"live_state": 1'),
 }
 
 

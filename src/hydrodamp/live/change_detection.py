@@ -11,6 +11,9 @@ With their errors e = y − g xᵀm, the log-likelihood ratio of each change to 
 
 with the mean square F² of the force, or the square of the predicted force where that is larger.
 The last term is the model-form error: a new motion has a large V and is no evidence of a change.
+What remains of it in a motion of small force adds up slowly; a climb is therefore abandoned, and
+the hypotheses rejoin, after MIN_ROWS rows (window-limited CUSUM: T. L. Lai, IEEE Transactions on
+Information Theory 44 (1998) 2917).
 s² is the variance of e₀ / √(1 + n) plus its long-run variance, from a sum with exponential weights:
 coloured noise and pushes add up in the sum, white noise of the sensors cancels there because a row
 is a difference. s² is not updated during a climb, because a change is no noise. An axis is armed
@@ -48,7 +51,7 @@ PRIOR = 1e-4
 # A CUSUM of a log-likelihood ratio with the threshold b has a run length of at least exp b
 # (G. Lorden, Annals of Mathematical Statistics 42 (1971) 1897); there are two on each axis.
 THRESHOLD = math.log(2 * len(AXES) * RUN_LENGTH)
-MIN_ROWS = MEMORY_BLOCKS / 2.0
+MIN_ROWS = MEMORY_BLOCKS / 2.0  # to arm an axis, and the window: 30 times Lai's least one
 MEMORY_OF_SUM = 1.0 - RELATIVE_BLOCK / 2.0  # from row to row: two correlation times of the velocity
 FADING_ROWS = 3.0  # weights grow as the square of the count, as in csrc/recursive.c
 GAINS = frozen(np.array([1.0, 1.0 + SMALLEST_CHANGE, 1.0 - SMALLEST_CHANGE]))  # g
@@ -131,6 +134,7 @@ class CusumTest(NamedTuple):
     noise: float = 0.0  # s²
     cusums: FloatArray = frozen(np.zeros(2))  # of a force that has grown, and of one that fell
     onsets: FloatArray = frozen(np.zeros(2))  # s, start of each climb
+    lengths: FloatArray = frozen(np.zeros(2))  # rows of each climb
 
     @property
     def disarm_reason(self) -> str | None:
@@ -154,10 +158,11 @@ class CusumTest(NamedTuple):
         scaled = target / GAINS - self.coefficients @ terms
         none, *changed = (GAINS * scaled) ** 2
         force = max(self.evidence.square, (target - scaled[0]) ** 2)
-        cusums = np.zeros(2)
+        cusums, lengths = np.zeros(2), np.where(self.cusums > 0.0, self.lengths + 1.0, 0.0)
         if self.disarm_reason is None:
             variance = self.noise * (1.0 + novelty) + FORM_ERROR**2 * force * novelty
             cusums = np.maximum(0.0, self.cusums + (none - changed) / (2.0 * variance))
+            cusums[lengths >= MIN_ROWS] = 0.0
         coefficients = self.coefficients + np.outer(scaled, step)
         coefficients[1:][cusums == 0.0] = coefficients[0]
         standardised = float(scaled[0]) / math.sqrt(1.0 + novelty)
@@ -172,6 +177,7 @@ class CusumTest(NamedTuple):
             self.noise if cusums.any() else self.noise + weight * (noise - self.noise),
             frozen(cusums),
             frozen(np.where(self.cusums > 0.0, self.onsets, time)),
+            frozen(lengths),
         )
 
 

@@ -27,7 +27,7 @@ from hydrodamp.live.estimator import LiveState
 from hydrodamp.live.sample_validator import SampleValidator
 from hydrodamp.locks import acquire_lock
 
-VERSION = 7
+VERSION = 8
 HEAD = b'{"live_state":'  # the first bytes of every checkpoint
 
 
