@@ -174,18 +174,12 @@ from .models.files import (
 )
 from .models.model import DampingModel as DampingModel
 from .report.figures.diagnostics import (
-    correlation_figure as correlation_figure,
-    excitation_figure as excitation_figure,
     front_figure as front_figure,
     horizons_figure as horizons_figure,
     power_figure as power_figure,
     residuals_figure as residuals_figure,
 )
-from .report.figures.series import (
-    commands_figure as commands_figure,
-    replays_figure as replays_figure,
-    velocities_figure as velocities_figure,
-)
+from .report.figures.replays import replays_figure as replays_figure
 from .report.figures.style import save_figure as save_figure
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
 from .report.page import write_report as write_report

@@ -22,11 +22,9 @@ from hydrodamp.identification.identifiability import Identifiability
 from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.progress import count_items, progress
 from hydrodamp.report.figures import diagnostics, style
-from hydrodamp.report.figures.series import (
-    commands_figure,
+from hydrodamp.report.figures.replays import (
     recorded_channels,
     replays_figure,
-    velocities_figure,
 )
 from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.files import Picture, ReportContent
@@ -49,7 +47,6 @@ NEEDS_MATPLOTLIB = (
 
 MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
 MAX_VALUES = 600_000  # values of all series together, 1.6 MB as text
-MAX_CORRELATIONS = 40  # coefficients of a map with legible labels; the table lists large ones
 MAX_POINTS = 20_000  # points of one series
 QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16
 MISSING_STEP = 65_535  # step of a missing value
@@ -70,7 +67,7 @@ def illustrate(
     missing = [NEEDS_MATPLOTLIB]
     pictures: tuple[Picture, ...] = ()
     if find_spec("matplotlib"):
-        sketches = [*_sketches(comparison, findings, problem.log)]
+        sketches = [*_sketches(comparison, findings)]
         counted = count_items(sketches, "drawing pictures", len(sketches))
         pictures, missing = draw_pictures(counted, findings.failures)
     if "grades" in findings.failures:
@@ -105,8 +102,8 @@ def _sentence(subject: str, reason: str) -> str:
     return f"{subject}: {reason}".rstrip(".") + "."
 
 
-def _sketches(comparison: Comparison, findings: Findings, train: Log) -> Iterator[Sketch]:
-    """Yield the pictures of the selected row, then those of the training data."""
+def _sketches(comparison: Comparison, findings: Findings) -> Iterator[Sketch]:
+    """Yield the pictures of the selected row."""
     unit, row, text = comparison.rate_unit, findings.row, captions()
     if row is not None and len(comparison.rows) > 1:
         yield "front", text["front"], partial(diagnostics.front_figure, comparison)
@@ -115,24 +112,12 @@ def _sketches(comparison: Comparison, findings: Findings, train: Log) -> Iterato
         band = f" {band_caption(row)}" if findings.band else ""
         caption = f"{text['replays']}{band}"
         yield "replays", caption, partial(replays_figure, findings.rows, findings.band)
-    if findings.identifiability is not None:
-        yield (
-            "excitation",
-            text["excitation"],
-            partial(diagnostics.excitation_figure, findings.identifiability),
-        )
     if row is not None and findings.problem is not None and findings.box is not None:
         fit, tests = row.fit, findings.residual_tests
-        if fit.model.n_coefficients <= MAX_CORRELATIONS:
-            yield "correlation", text["correlation"], partial(diagnostics.correlation_figure, fit)
         draw_residuals = partial(diagnostics.residuals_figure, findings.problem, fit)
         yield "residuals", residual_caption(tests), draw_residuals
         caption = power_caption(findings.power) if findings.power else ""
         yield "power", caption, partial(diagnostics.power_figure, fit, findings.box, unit)
-    name = "estimation-velocities"
-    yield name, text[name], partial(velocities_figure, train, unit)
-    name = "estimation-actuation"
-    yield name, text[name], partial(commands_figure, train)
 
 
 @cache

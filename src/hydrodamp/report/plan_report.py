@@ -14,7 +14,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design import result as planning
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
-from hydrodamp.report.figures.series import prediction_figure, setpoint_figure, track_figure
+from hydrodamp.report.figures.replays import prediction_figure, setpoint_figure, track_figure
 from hydrodamp.report.figures.style import figure_bytes
 from hydrodamp.report.page import installed, render_page
 from hydrodamp.report.table import Column, Table, coefficient, to_csv

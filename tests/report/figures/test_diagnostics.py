@@ -1,28 +1,11 @@
-"""Excitation, residuals and power."""
-
-from dataclasses import replace
+"""Residuals and power."""
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 
-from .conftest import labels, legend, made_up, words_in
-
-
-@pytest.mark.slow
-def test_bars_are_shares_and_counts(sailed, on_sheet):
-    found = hd.identifiability(sailed.problem, hd.catalog["prestero"])
-    quiet = replace(found.axes[2], r_squared=0.1, excited=False)
-    found = replace(found, axes=(*found.axes[:2], quiet, *found.axes[3:]))
-    figure = hd.excitation_figure(found)
-    left, right = figure.axes
-    assert [bar.get_width() for bar in left.patches] == [one.r_squared for one in found.axes]
-    assert sum(bar.get_width() for bar in right.patches) == len(found.grades)
-    assert "10 %, not predicted" in words_in(left)
-    assert words_in(right) == [f"rank {one.rank}" for one in found.axes]
-    assert legend(figure) == [grade.word for grade in hd.Grade]
-    on_sheet(figure)
+from .conftest import labels, legend
 
 
 @pytest.mark.slow
@@ -62,7 +45,6 @@ def test_the_band_is_the_power_over_the_box_and_the_legend_says_the_most():
 
 FAILED = hd.Fit(ONE.damping, "ls", hd.Status.FAILED)
 POINT = hd.OperatingBox([0.0] * 6, [0.0] * 6)
-BARE = hd.Identifiability(hd.catalog["linear"].restricted_to(()), ())
 
 
 @pytest.mark.parametrize(
@@ -71,9 +53,7 @@ BARE = hd.Identifiability(hd.catalog["linear"].restricted_to(()), ())
         (lambda sailed: hd.residuals_figure(sailed.problem, FAILED), "has no coefficients to draw"),
         (lambda _: hd.power_figure(FAILED, BOX), "has no coefficients to draw"),
         (lambda _: hd.power_figure(ONE, POINT), "box with an extent"),
-        (lambda _: hd.excitation_figure(BARE), "has no coefficient"),
         (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients has an error"),
-        (lambda _: hd.correlation_figure(made_up("fossen")), "has no covariance"),
     ],
 )
 def test_what_has_nothing_to_draw_is_refused(sailed, draw, words):

@@ -10,12 +10,9 @@ it is on the sheet, is asserted beside. After a change that is meant,
 draws them anew; look at them before they are kept.
 """
 
-import numpy as np
 import pytest
 
 import hydrodamp as hd
-
-from .conftest import tied
 
 pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
 
@@ -32,18 +29,6 @@ def shapes(figure):
     return figure
 
 
-def wavy():
-    """Two segments of sines, long enough to be drawn by extremes."""
-    time = 0.1 * np.arange(4000)
-    velocity = {name: np.sin((k + 1) * time / 40.0) for k, name in enumerate("uvwpqr")}
-    return hd.Log.from_arrays(time, velocity, segment=np.repeat(["dive", "turn"], 2000))
-
-
-@pictured
-def test_velocities():
-    return shapes(hd.velocities_figure(wavy()))
-
-
 @pictured
 def test_front(comparison):
     return shapes(hd.front_figure(comparison))
@@ -52,11 +37,6 @@ def test_front(comparison):
 @pictured
 def test_replays(comparison):
     return shapes(hd.replays_figure(comparison.rows[:2]))
-
-
-@pictured
-def test_correlation():
-    return shapes(hd.correlation_figure(tied("fossen", -0.9)))
 
 
 @pictured

@@ -18,8 +18,6 @@ from hydrodamp.report.figures.style import (
     with_style,
 )
 
-SURGE = hd.Log.from_arrays(np.arange(9), {"u": np.ones(9)})
-
 DEUTERANOPIA = np.array(
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]]
 )
@@ -54,25 +52,27 @@ def test_models_differ_for_eyes_without_green():
 @pytest.mark.parametrize(
     "name", ["$\\frac{$", "a$b$c", "line\nbreak", "日本 $x", "<script>", "a_b^{c}"]
 )
-def test_any_name_is_printed_as_it_is(name):
-    segments = (hd.Segment(name, 0, 5), hd.Segment("$", 5, 9))
-    figure = hd.velocities_figure(replace(SURGE, segments=segments))
+def test_any_name_is_printed_as_it_is(name, comparison):
+    row = comparison.rows[0]
+    segments = (hd.Segment(name, 0, 3), hd.Segment("$", 3, 5))
+    log = replace(row.trajectory.log, segments=segments, time=0.1 * np.arange(5))
+    figure = hd.replays_figure([replace(row, trajectory=replace(row.trajectory, log=log))])
     assert b"<script>" not in figure_bytes(figure, "svg")
     assert [text.get_text() for text in figure.axes[0].texts] == [escape_text(name), r"\$"]
 
 
-def test_settings_of_the_user_and_the_look_leave_each_other_alone():
+def test_settings_of_the_user_and_the_look_leave_each_other_alone(comparison):
     before = dict(mpl.rcParams)
-    ours = figure_bytes(hd.velocities_figure(SURGE), "svg")
+    ours = figure_bytes(hd.replays_figure(comparison.rows[:1]), "svg")
     assert dict(mpl.rcParams) == before
     with mpl.rc_context({"axes.facecolor": "red", "font.size": 20, "lines.linewidth": 9}):
-        assert figure_bytes(hd.velocities_figure(SURGE), "svg") == ours
+        assert figure_bytes(hd.replays_figure(comparison.rows[:1]), "svg") == ours
 
 
-def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
+def test_without_matplotlib_the_message_says_what_to_install(comparison, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(hd.MethodError, match=r'pip install "hydrodamp\[report\]"'):
-        hd.velocities_figure(SURGE)
+        hd.replays_figure(comparison.rows[:1])
 
 
 @pytest.mark.parametrize(

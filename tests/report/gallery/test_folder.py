@@ -56,7 +56,7 @@ def test_a_condition_without_bound_reads_back(examined, home):
 @pytest.mark.parametrize(
     ("path", "old", "new", "words"),
     [
-        ("figures/index.json", '"excitation"', '"../excitation"', r"pictures\[3\].name"),
+        ("figures/index.json", '"residuals"', '"../residuals"', r"pictures\[3\].name"),
         ("figures/index.json", '"caption"', '"other"', r"pictures\[0\].caption` is missing"),
         ("identifiability.json", '"determined: the', '"sure: the', r"axes\[0\].grades"),
     ],
@@ -70,10 +70,10 @@ def test_spoilt_files_are_refused(home, path, old, new, words):
 
 
 def test_a_picture_that_was_deleted_is_left_out_with_a_sentence(home):
-    (home / "figures" / "excitation.svg").unlink()
+    (home / "figures" / "residuals.svg").unlink()
     found = read_content(home, hd.read_comparison(home))
-    assert "excitation" not in [one.name for one in found.pictures]
-    assert found.not_shown == ("excitation.svg was deleted.",)
+    assert "residuals" not in [one.name for one in found.pictures]
+    assert found.not_shown == ("residuals.svg was deleted.",)
 
 
 @pytest.mark.parametrize("content", [b"", b"no zip"])

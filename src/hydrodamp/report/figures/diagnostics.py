@@ -1,4 +1,4 @@
-"""Diagnostic figures: Pareto front, horizons, identifiability, residuals, power, correlation."""
+"""Diagnostic figures: Pareto front, errors by horizon, residuals, power."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrodamp.basis.term import AXES, VELOCITIES
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, power_range
-from hydrodamp.identification.fit import Fit, correlation
-from hydrodamp.identification.grades import MIN_R_SQUARED, Grade
-from hydrodamp.identification.identifiability import Identifiability
-from hydrodamp.models.model import DampingModel
+from hydrodamp.identification.fit import Fit
 from hydrodamp.report.figures import style
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import HorizonScore, RateUnit
@@ -22,7 +19,6 @@ from hydrodamp.validation.diagnostics import autocorrelations
 from hydrodamp.validation.selection import pareto_front, relative_errors
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MAX_COLUMN_MODELS = 14  # models in a figure of one journal column
@@ -143,70 +139,6 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
     return figure
 
 
-# Colour and hatching: from dark (determined) to light.
-_GRADES = {
-    Grade.DETERMINED: ("#0072B2", ""),
-    Grade.MINOR: ("#5ea5d3", "...."),
-    Grade.WEAK: ("#b9dbef", "////"),
-    Grade.NOT_DETERMINED: ("#d0d0d0", ""),
-}
-_BAR = {"height": 0.62, "edgecolor": "#4d4d4d"}
-
-
-@style.with_style
-def excitation_figure(identifiability: Identifiability) -> Figure:
-    """Draw how far each axis is excited, and how well its coefficients are determined.
-
-    Parameters
-    ----------
-    identifiability : Identifiability
-        Of :func:`hydrodamp.identifiability`.
-
-    Returns
-    -------
-    figure : Figure
-        To the left the share of the response to motion that is predicted on stretches
-        held out, with the least share that counts as excited; to the right how many
-        coefficients have which grade, with the rank.
-
-    Raises
-    ------
-    MethodError
-        If the model has no coefficient, or matplotlib is not installed.
-    """
-    rows, key = identifiability.axes, identifiability.model.key
-    if not rows:
-        raise MethodError(f"model '{key}' has no coefficient: there is nothing to draw")
-    axes = [f"${axis.axis}$" for axis in rows]
-    figure = style.new_figure(style.COLUMN, 0.28 * len(axes) + 1.0)
-    excited_panel, grade_panel = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
-    colours = ["#8c8c8c" if axis.excited else "#ffffff" for axis in rows]
-    bars = excited_panel.barh(axes, [axis.r_squared for axis in rows], color=colours, **_BAR)
-    for bar, axis in zip(bars, rows, strict=True):
-        label = f"{100.0 * axis.r_squared:.0f} %{'' if axis.excited else ', not predicted'}"
-        excited_panel.text(0.03, bar.get_y() + 0.31, label, va="center", fontsize=6.5)
-    excited_panel.axvline(MIN_R_SQUARED, color=style.FAINT, linewidth=0.9, linestyle="--")
-    excited_panel.set_xlim(0.0, 1.0)
-    excited_panel.set_xlabel("predicted share of\nthe response [1]")
-    start = np.zeros(len(axes))
-    for grade, (colour, hatch) in _GRADES.items():
-        counts = np.array([axis.count(grade) for axis in rows], dtype=float)
-        bars = grade_panel.barh(axes, counts, left=start, color=colour, hatch=hatch, **_BAR)
-        bars.set_label(grade.word)
-        start += counts
-    ranks = [f"rank {axis.rank}" for axis in rows]
-    grade_panel.bar_label(bars, ranks, padding=2.0, fontsize=6.5)
-    grade_panel.set_xlim(0.0, 1.32 * start.max())
-    grade_panel.locator_params(axis="x", integer=True, nbins=5)
-    grade_panel.set_xlabel(f"coefficients by grade,\n{style.escape_text(key, 24)}")
-    grade_panel.invert_yaxis()
-    for panel in (excited_panel, grade_panel):
-        panel.grid(visible=False, axis="y")
-        panel.tick_params(axis="y", length=0.0)
-    figure.legend(loc="outside upper right", ncols=4, handlelength=1.0)
-    return figure
-
-
 @style.with_style
 def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     """Draw the autocorrelation of the residuals of a fit by axis.
@@ -300,75 +232,3 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     most = max_damping_power(fit.damping, box).power
     style.legend(figure, [(f"{title}: at most {most:.3g} W", look.line)])
     return figure
-
-
-CELL_SIZE = 0.125  # in; side of a square with a readable label
-LABEL_WIDTH = 0.75  # in; width of the labels
-
-# Coefficients whose names fit the page.
-MAX_NAMED = int((style.PAGE - LABEL_WIDTH) / CELL_SIZE)
-
-
-@style.with_style
-def correlation_figure(fit: Fit) -> Figure:
-    """Draw the correlation of the errors of coefficients.
-
-    Parameters
-    ----------
-    fit : Fit
-        With covariance.
-
-    Returns
-    -------
-    figure : Figure
-        A triangle with a square a pair, in the order of the model, axes divided by lines. It
-        grows with the model until it takes the page; beyond, only axes are named.
-        Squares of coefficients without a standard error, such as those of zero regressors,
-        are grey.
-
-    Raises
-    ------
-    MethodError
-        If the fit has no covariance, or matplotlib is not installed.
-    """
-    model, covariance = fit.model, fit.damping.covariance
-    if covariance is None or not model.n_coefficients:
-        raise MethodError(
-            f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be "
-            "drawn: use a method that gives one"
-        )
-    n = model.n_coefficients
-    width = min(max(n * CELL_SIZE + LABEL_WIDTH, style.COLUMN), style.PAGE)
-    figure = style.new_figure(width, 1.06 * width)
-    panel = figure.subplots()
-    below = np.tri(n, k=-1, dtype=bool)
-    panel.imshow(np.ma.masked_array(np.full((n, n), 0.35), ~below), cmap="Greys", vmin=0, vmax=1)
-    correlations = np.ma.masked_invalid(np.where(below, correlation(covariance), np.nan))
-    image = panel.imshow(correlations, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
-    panel.grid(visible=False)
-    panel.spines[:].set_visible(False)
-    panel.tick_params(length=0.0, pad=1.5)
-    _divide(panel, model)
-    if n <= MAX_NAMED:
-        symbols = [style.coefficient_symbol(label) for label in model.labels]
-        panel.set_xticks(range(n), symbols, rotation=90.0)
-        panel.set_yticks(range(n), symbols)
-    bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
-    bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
-    bar.set_label("correlation of errors [1]")
-    panel.set_title(style.escape_text(f"{model.key} by {fit.method}", int(14 * width)))
-    return figure
-
-
-def _divide(panel: Axes, model: DampingModel) -> None:
-    """Separate axes by lines, and label them along the diagonal."""
-    start = 0
-    for axis, terms in zip(AXES, model.terms, strict=True):
-        end, n = start + len(terms) - 0.5, model.n_coefficients - 0.5
-        if terms:
-            panel.plot([-0.5, end, end], [end, end, n], color="#222222", linewidth=0.6)
-            middle = start + 0.5 * len(terms) - 0.5
-            panel.annotate(f"${axis}$", (middle, middle), (4.0, 3.0), textcoords="offset points")
-        start += len(terms)
-    panel.set_xticks([])
-    panel.set_yticks([])

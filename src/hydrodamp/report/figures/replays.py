@@ -1,16 +1,14 @@
-"""Time series: recorded channels and replays, figures 2 to 5 of the paper, and dive plans."""
+"""Replays, figures 4 and 5 of the paper, recorded channels, and dive plans."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import cycle
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.result import DivePlan
@@ -18,7 +16,6 @@ from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, critical_va
 from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
-from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.validation.compare import Row
 
 if TYPE_CHECKING:
@@ -32,68 +29,6 @@ class _Panel(NamedTuple):
     channels: dict[str, FloatArray]
     drawstyle: str = "default"
     downward: bool = False
-
-
-@style.with_style
-def velocities_figure(log: Log, rate_unit: RateUnit = "deg") -> Figure:
-    """Draw the recorded velocities, a panel each: figure 2 of the paper.
-
-    Parameters
-    ----------
-    log : Log
-        Training data, or any log.
-    rate_unit : {"deg", "rad"}
-        Unit of angular rates.
-
-    Returns
-    -------
-    figure : Figure
-        One column wide; joins dotted, segments named.
-
-    Raises
-    ------
-    MethodError
-        If the log has no velocity, or matplotlib is not installed.
-    """
-    names = log.velocity_names
-    if not names:
-        raise MethodError(
-            f"{log.source or 'log'}: no velocity was recorded, so there is nothing to draw"
-        )
-    labels = {name: style.velocity_label(name, rate_unit) for name in names}
-    velocities = {name: style.shown_velocities(log.velocity, name, rate_unit) for name in names}
-    panels = [_Panel(labels[name], {name: velocities[name]}) for name in names]
-    return draw_panels(log, panels, 0.72)
-
-
-@style.with_style
-def commands_figure(log: Log) -> Figure:
-    """Draw actuation, attitude and depth: figure 3 of the paper.
-
-    Parameters
-    ----------
-    log : Log
-        Commands or wrench, propulsion ratio, attitude and depth are drawn where they
-        are recorded. Angles run on where they wrap; depth grows downward. Commands of
-        one order of magnitude share a panel.
-
-    Returns
-    -------
-    figure : Figure
-        One column wide; joins dotted, segments named.
-
-    Raises
-    ------
-    MethodError
-        If none of them is recorded, or matplotlib is not installed.
-    """
-    panels = [*_actuation(log), *_pose(log)]
-    if not panels:
-        raise MethodError(
-            f"{log.source or 'log'}: neither commands, a wrench, attitude nor position is "
-            "recorded, so there is nothing to draw"
-        )
-    return draw_panels(log, panels, 0.85)
 
 
 def _actuation(log: Log) -> Iterator[_Panel]:
@@ -122,35 +57,6 @@ def recorded_channels(log: Log) -> Iterator[_Panel]:
             yield panel._replace(label=label)
     if log.position is not None:
         yield _Panel("depth [m]", {"depth": log.position[:, 2]}, downward=True)
-
-
-def _pose(log: Log) -> Iterator[_Panel]:
-    if log.attitude is not None:
-        roll, pitch, yaw = np.degrees(np.unwrap(euler_from_quaternion(log.attitude), axis=0)).T
-        yield _Panel(r"$\phi$, $\theta$ [deg]", {"roll": roll, "pitch": pitch})
-        yield _Panel(r"yaw $\psi$ [deg]", {"yaw": yaw})
-    if log.position is not None:
-        yield _Panel("depth [m]", {"depth": log.position[:, 2]}, downward=True)
-
-
-def draw_panels(log: Log, contents: list[_Panel], each: float) -> Figure:
-    """Draw stacked panels, with a legend for panels of several channels."""
-    figure, panels = style.stacked_panels(len(contents), each=each)
-    for panel, content in zip(panels, contents, strict=True):
-        several = len(content.channels) > 1
-        channels = content.channels.items()
-        for (name, values), colour in zip(channels, cycle(style.SERIES), strict=False):
-            points = style.trace(log, values)
-            (line,) = panel.plot(*points, drawstyle=content.drawstyle, linewidth=0.7)
-            line.set(color=colour if several else style.MEASURED, label=style.escape_text(name, 14))
-        panel.set_ylabel(content.label)
-        if several:
-            panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.0)
-        if content.downward:
-            panel.invert_yaxis()
-    style.mark_segments(panels, log)
-    figure.align_ylabels(panels)
-    return figure
 
 
 MAX_MARGIN = 0.4  # of a panel beyond the measurements, as a share of their range
