@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.forest import forest_rows
+from hydrodamp.report.forest import forest_rows, tick_values
 
 MODEL = hd.DampingModel.from_table({"X": "u v r", "Y": "v"}, key="mine")
 
@@ -28,7 +28,7 @@ def test_a_scale_is_linear_and_has_zero_values_and_intervals():
     assert first.value == pytest.approx((-10.0 - low) * scale, abs=0.006)
     ends = (26.08 - low) * scale, (33.92 - low) * scale
     assert second.interval == pytest.approx(ends, abs=0.006)
-    assert (first.text, first.is_cut) == ("mine: -10 ± 1.96", (False, False))
+    assert (first.text, first.is_cut) == ("-10 ± 1.96", (False, False))
     assert (rows[0].label, rows[0].unit) == ("X_u", "N/(m/s)")
 
 
@@ -60,3 +60,21 @@ def test_one_distant_value_does_not_squeeze_the_others_and_the_true_value_is_dra
     low, high = -10.0 - 0.98 - 0.05 * 24.0, 14.0 + 0.98 + 0.05 * 24.0
     assert row.truth == pytest.approx(100.0 * (14.0 - low) / (high - low), abs=0.006)
     assert row.description.endswith("; true value: 14")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        (-15.92, 35.92, [0.0, 20.0]),
+        (-0.9, 4.1, [0.0, 1.0, 2.0, 3.0, 4.0]),
+        (-2.6e-5, 2.7e-5, [-2e-5, 0.0, 2e-5]),
+    ],
+)
+def test_ticks_are_multiples_of_1_2_or_5_with_zero(low, high, expected):
+    assert tick_values(low, high) == pytest.approx(expected)
+
+
+def test_a_row_has_its_ticks_in_numbers():
+    (row, *_) = forest_rows([make_fit([-10.0, 1, 1, 1], [1.0] * 4)])
+    assert {text: position for position, text in row.ticks}["0"] == row.zero
+    assert row.unit == "N/(m/s)"

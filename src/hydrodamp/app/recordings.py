@@ -12,7 +12,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import parse_content
 from hydrodamp.app.project import MAPPING, MODEL, VEHICLE, Project
 from hydrodamp.arrays import FloatArray
@@ -28,6 +27,7 @@ from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 from hydrodamp.ingest.read import combine_recordings, is_canonical_recording, read_recordings
 from hydrodamp.models.files import read_models
 from hydrodamp.models.model import DampingModel
+from hydrodamp.report.decimation import DecimatedSeries
 from hydrodamp.vehicle.file import find_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 
 import numpy as np
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from hydrodamp.app.decimation import DecimatedSeries
 from hydrodamp.app.mapping_editor import add_step, format_content, parse_content
 from hydrodamp.app.project import MAPPING
 from hydrodamp.app.recordings import make_log, read_files, read_log
@@ -19,6 +17,7 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.channels import EULER, POSITION
 from hydrodamp.data.log import Log
+from hydrodamp.report.decimation import DecimatedSeries, encode_times, encode_values
 
 #: Points of a plot, and columns that are plotted at once.
 MAX_POINTS, MAX_COLUMNS = 1200, 400
@@ -63,12 +62,9 @@ def _answer(
     })  # fmt: skip
 
 
-def encode(time: FloatArray, values: FloatArray) -> dict[str, str]:
-    """Return times (float64) and values (float32) in base 64."""
-    return {
-        "x": base64.b64encode(np.ascontiguousarray(time, "<f8").tobytes()).decode("ascii"),
-        "y": base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii"),
-    }
+def encode(time: FloatArray, values: FloatArray) -> dict[str, object]:
+    """Return the times and values of a plot as a document."""
+    return {"x": encode_times(time), "y": encode_values(values)}
 
 
 def preview_step(request: Request, form: Form) -> Response:

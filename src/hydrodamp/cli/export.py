@@ -27,7 +27,7 @@ def export(
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
     from hydrodamp.export.export import check_export
-    from hydrodamp.report.page import read_card, write_fidelity_page
+    from hydrodamp.report.fidelity_report import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
 
     form = with_settings(hd.find_target(target), settings or ())

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def report(folder: Path, out: Path | None = None, force: bool = False, json: bool = False) -> None:
     """Write the HTML report of a folder of results without fitting again."""
     from hydrodamp.report.documents import selection_document
+    from hydrodamp.report.fidelity_report import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import COMPARISON, REPORT, read_comparison, read_content
-    from hydrodamp.report.page import CARD, PAGE, write_fidelity_page
 
     document = {"format": "hydrodamp-report", "version": 1}
     complete_exchange(folder)

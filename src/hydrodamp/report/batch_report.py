@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,19 +16,20 @@ import numpy as np
 
 from hydrodamp.batch.batch import BatchResult, GroupFit
 from hydrodamp.batch.groups import MIN_GROUPS, find_outlying_groups, group_reasons
-from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.identification.fit_files import fit_document
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.figures.style import (
     SERIES,
     coefficient_symbol,
-    figure_bytes,
     stacked_panels,
     with_style,
 )
+from hydrodamp.report.files import Picture
 from hydrodamp.report.fit_tables import half_widths, standard_errors
-from hydrodamp.report.page import installed, render_page
+from hydrodamp.report.page import Page, installed, render_page
+from hydrodamp.report.pictures import draw_pictures
+from hydrodamp.report.provenance import today
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import save_results
 from hydrodamp.status import Status
@@ -38,8 +40,6 @@ if TYPE_CHECKING:
 MAX_PANELS, MAX_LISTED_GROUPS = 6, 3  # of a figure, and of a note
 MAX_TICKS = 12  # of a figure
 MIN_P_VALUE = 1e-6  # printed; smaller ones depend on the tails of the distribution
-
-CAPTION = "Coefficients of {} with 95 % intervals; lines mark change points."
 
 #: Patterns of the files that a batch may write, relative to its folder.
 RESULT_FILES = ("coefficients.csv", "coefficients.parquet", "batch.html", "*.svg", "fits/*.json")
@@ -209,18 +209,16 @@ def write_batch(result: BatchResult, folder: Path) -> None:
         stream = io.BytesIO()
         parquet.write_table(csv.read_csv(io.BytesIO(table)), stream)
         contents[folder / "coefficients.parquet"] = stream.getvalue()
-    figures = {}
-    with suppress(MethodError):
-        figures = {
-            name: figure_bytes(time_series_figure(result, name), "svg")
-            for name in result.time_series
-        }
-    names = _file_names([(name,) for name in figures])
-    contents |= {
-        folder / f"{name}.svg": figure for name, figure in zip(names, figures.values(), strict=True)
-    }
+    names = _file_names([(name,) for name in result.time_series])
+    sketches = [
+        (file, f"Coefficients of {name} with 95 % intervals; lines mark change points.", draw)
+        for file, name in zip(names, result.time_series, strict=True)
+        for draw in [partial(time_series_figure, result, name)]
+    ]
+    pictures, _ = draw_pictures(sketches, {})
+    contents |= {folder / f"{each.name}.svg": each.svg for each in pictures}
     if installed():
-        contents[folder / "batch.html"] = render_batch_page(result, figures).encode("utf-8")
+        contents[folder / "batch.html"] = render_batch_page(result, pictures).encode("utf-8")
     save_results(contents, folder, RESULT_FILES)
 
 
@@ -235,20 +233,26 @@ def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
     ]
 
 
-def render_batch_page(result: BatchResult, figures: dict[str, bytes]) -> str:
+def render_batch_page(result: BatchResult, pictures: Sequence[Picture]) -> str:
     """Return the HTML page of a batch."""
     n_logs = {each.group: each.n_logs for each in result.fits}
-    counts = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted."
+    counts = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted"
+    stamps = (each.fit.damping.vehicle for each in result.fits)
+    vehicles = {stamp.name for stamp in stamps if stamp is not None}
     return render_page(
-        "Damping of groups of logs",
-        "One fit per group, and change points between the groups",
-        [" ".join((counts, *batch_verdict(result)))],
-        summary_tables(result)[::-1],
-        [(CAPTION.format(name), figure) for name, figure in figures.items()],
-        {
-            "grouped by": ", ".join(result.by),
-            "method": result.fits[0].fit.method,
-        },
+        Page(
+            title="Damping of groups of logs",
+            about={
+                "vehicle": ", ".join(sorted(vehicles)),
+                "log": f"{sum(n_logs.values())} logs by {', '.join(result.by)}",
+                "date": today(),
+                "units": "SI; RMS in m/s and deg/s",
+            },
+            notes=[f"{counts}.", *batch_verdict(result)],
+            pictures=pictures,
+            tables=summary_tables(result)[::-1],
+            facts={"grouped by": ", ".join(result.by), "method": result.fits[0].fit.method},
+        )
     )
 
 

@@ -1,4 +1,4 @@
-"""Forest plot: values and 95 % intervals of coefficients that fits share, on scales with zero."""
+"""Forest plot: values and 95 % intervals of coefficients, each on a scale of its own with zero."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from hydrodamp.report.table import coefficient
 
 MAX_HALF_WIDTH = 2.0  # half-width of a drawn interval over the range of the values
 MAX_VALUE = 3.0  # drawn value over the median, the first value and the true one, whichever is most
+N_TICKS = 5  # intervals between ticks of a scale, about
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,12 @@ class Mark:
 
 @dataclass(frozen=True)
 class ForestRow:
-    """A coefficient: label, unit, grade, positions of zero and of the true value, marks of fits."""
+    """A coefficient: label, unit, grade, ticks, positions of zero and the truth, marks of fits."""
 
     label: str
     unit: str
     grade: str
+    ticks: tuple[tuple[float, str], ...]
     zero: float
     truth: float | None
     truth_text: str
@@ -46,7 +48,8 @@ class ForestRow:
     @property
     def description(self) -> str:
         """The row in words."""
-        return "; ".join(filter(None, [*(mark.text for mark in self.marks), self.truth_text]))
+        texts = (f"{mark.model}: {mark.text}" for mark in self.marks)
+        return "; ".join(filter(None, [*texts, self.truth_text]))
 
 
 def forest_rows(
@@ -100,13 +103,24 @@ def _row(
     for model, value, half in listed:
         is_known = bool(np.isfinite(half))
         ends = (value - half, value + half) if is_known else (value, value)
-        text = f"{model}: {coefficient(value)}" + (f" ± {coefficient(half)}" if is_known else "")
+        text = coefficient(value) + (f" ± {coefficient(half)}" if is_known else "")
         drawn = position(ends[0]), position(ends[1])
         is_drawn = low <= value <= high
         interval = drawn if is_known or not is_drawn else None
         cut = ends[0] < low, ends[1] > high
         marks.append(Mark(model, text, position(value) if is_drawn else None, interval, cut))
+    ticks = tuple((position(value), f"{value:.6g}") for value in tick_values(low, high))
     unit = coefficient_unit(*read_label(label))
     true_position = None if truth is None else position(truth)
     text = "" if truth is None else f"true value: {coefficient(truth)}"
-    return ForestRow(label, unit, grade.word, position(0.0), true_position, text, tuple(marks))
+    return ForestRow(
+        label, unit, grade.word, ticks, position(0.0), true_position, text, tuple(marks)
+    )
+
+
+def tick_values(low: float, high: float) -> list[float]:
+    """Return the multiples of 1, 2 or 5 times a power of ten within an interval with zero."""
+    size = (high - low) / N_TICKS
+    power = 10.0 ** np.floor(np.log10(size))
+    step = power * next((each for each in (1.0, 2.0, 5.0) if each * power >= size), 10.0)
+    return [float(step * k) for k in range(int(np.ceil(low / step)), int(high / step) + 1)]

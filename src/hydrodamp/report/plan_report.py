@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,22 +14,15 @@ from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design import result as planning
 from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
-from hydrodamp.report.figures.replays import prediction_figure, setpoint_figure, track_figure
-from hydrodamp.report.figures.style import figure_bytes
-from hydrodamp.report.page import installed, render_page
+from hydrodamp.report.figures import style
+from hydrodamp.report.figures.replays import prediction_figure
+from hydrodamp.report.files import Picture
+from hydrodamp.report.page import Page, installed, render_page
+from hydrodamp.report.pictures import draw_pictures
+from hydrodamp.report.provenance import horizontal_track, today
+from hydrodamp.report.series import Panel, series_document
 from hydrodamp.report.table import Column, Table, coefficient, to_csv
 from hydrodamp.results import save_results
-
-FIGURES = {
-    "setpoints": (setpoint_figure, "Setpoints and commands; thin lines separate segments."),
-    "track": (track_figure, "Predicted track with the nominal damping."),
-    "predictions": (
-        prediction_figure,
-        "Standard errors relative to the coefficients; a coefficient left of the dashed line is "
-        "determined.",
-    ),
-}
-"""Figures of a plan, and their captions."""
 
 
 def prediction_table(plan: planning.DivePlan) -> Table:
@@ -90,7 +83,7 @@ def segment_table(plan: planning.DivePlan) -> Table:
 
 RESULTS = (
     *("plan.csv", "predictions.csv", "plan.json", "mission.plan", "track.csv", "plan.html"),
-    *(f"{name}.svg" for name in FIGURES),
+    "predictions.svg",
 )
 """Names of all files of a plan, relative to its folder."""
 
@@ -116,10 +109,12 @@ def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
         contents[folder / "mission.plan"] = planning.mission_plan(plan).encode("utf-8")
     except MethodError as error:
         missing.append(f"mission.plan is not written: {error}.")
-    pictures = {}
-    with suppress(MethodError):
-        pictures = {name: figure_bytes(draw(plan), "svg") for name, (draw, _) in FIGURES.items()}
-        contents |= {folder / f"{name}.svg": picture for name, picture in pictures.items()}
+    caption = (
+        "Standard errors relative to the coefficients; a coefficient left of the dashed line is "
+        "determined."
+    )
+    pictures, _ = draw_pictures([("predictions", caption, partial(prediction_figure, plan))], {})
+    contents |= {folder / f"{each.name}.svg": each.svg for each in pictures}
     with TemporaryDirectory() as name:
         temporary = Path(name)
         write_log(plan.track, temporary / "track.csv")
@@ -132,7 +127,7 @@ def write_plan(plan: planning.DivePlan, folder: Path) -> list[str]:
     return missing
 
 
-def page(plan: planning.DivePlan, pictures: dict[str, bytes]) -> str:
+def page(plan: planning.DivePlan, pictures: Sequence[Picture]) -> str:
     """Return the HTML page of a plan."""
     facts = {
         f"{key.replace('_', ' ')}{_UNITS.get(key, '')}": str(value)
@@ -140,11 +135,37 @@ def page(plan: planning.DivePlan, pictures: dict[str, bytes]) -> str:
         if value not in (None, {})
     }
     return render_page(
-        f"Dive plan for {plan.vehicle.name}",
-        f"Mode {plan.mode}: segments and predicted estimates",
-        [str(plan)],
-        [prediction_table(plan), segment_table(plan)],
-        [(FIGURES[name][1], picture) for name, picture in pictures.items()],
-        facts,
-        "Envelope",
+        Page(
+            title=f"Dive plan for {plan.vehicle.name}",
+            about={
+                "vehicle": plan.vehicle.name,
+                "log": f"none, predicted in mode {plan.mode} from {plan.prior}",
+                "date": today(),
+                "units": "SI, FRD and NED; angles in deg",
+            },
+            notes=[str(plan)],
+            track=horizontal_track(plan.track),
+            series=series_document(plan.track, [*_panels(plan)]),
+            pictures=pictures,
+            tables=[segment_table(plan), prediction_table(plan)],
+            facts=facts,
+        )
     )
+
+
+def _panels(plan: planning.DivePlan) -> Iterator[Panel]:
+    """Yield setpoints, predicted depth with its band, and predicted velocities."""
+    units = {"speed": "m/s", "heading": "deg", "depth": "m"}
+    track = plan.track
+    for name, values in plan.setpoints.items():
+        label = f"{name.replace('_', ' ')} [{units.get(name, 'as in the vehicle file')}]"
+        if name == "depth" and track.position is not None:
+            label += ", band: 90 % of the ensemble"
+            channels = {"predicted": track.position[:, 2], "setpoint": values}
+            yield Panel(label, channels, tuple(plan.depth_band.T), is_downward=True)
+        else:
+            converted = np.degrees(np.unwrap(values)) if name == "heading" else values
+            yield Panel(label, {name: converted})
+    for name in track.velocity_names:
+        velocity = style.shown_velocities(track.velocity, name)
+        yield Panel(f"{name} [{style.velocity_unit(name)}]", {name: velocity})

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import ast
 import platform
+from datetime import date
+from typing import NamedTuple
 
 import numpy as np
 
+from hydrodamp.data.log import Log
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.narrative import TRAINING_DATA, describe_data
 from hydrodamp.report.table import Table
@@ -20,7 +23,7 @@ _SHOWN_ELSEWHERE = ("files", "warnings", MISSIONS)
 
 
 def describe_run(comparison: Comparison, selected: Row | None) -> str:
-    """Return data, duration, sampling rate and date of a run in one line."""
+    """Return data, duration and sampling rate of a run in one line."""
     texts = comparison.provenance
     sentences = []
     if trained := texts.get("train_segments"):
@@ -35,7 +38,7 @@ def describe_run(comparison: Comparison, selected: Row | None) -> str:
         if selected is not None and selected.trajectory is not None:
             log = selected.trajectory.log
             sentences[-1] += f" ({log.duration:.4g} s at {log.sample_rate:.3g} Hz)"
-    return "; ".join(filter(None, [*sentences, texts.get("date")]))
+    return "; ".join(sentences)
 
 
 def timeline(comparison: Comparison, selected: Row | None) -> list[tuple[str, float, str]]:
@@ -57,18 +60,30 @@ def timeline(comparison: Comparison, selected: Row | None) -> list[tuple[str, fl
     return [("training", float(training.removesuffix(" s")), "train"), *segments]
 
 
-def track_points(selected: Row | None) -> str:
-    """Return the horizontal track of the replayed data as SVG points in a square of 100 px."""
-    log = None if selected is None or selected.trajectory is None else selected.trajectory.log
+class Track(NamedTuple):
+    """Horizontal track as SVG points in a square of 100 px, and the size of the square [m]."""
+
+    points: str
+    size: float
+
+
+def horizontal_track(log: Log | None) -> Track | None:
+    """Return the horizontal track of a log, if it has one."""
     if log is None or log.position is None or len(log.position) < MIN_TRACK_POINTS:
-        return ""
+        return None
     step = max(len(log.position) // MAX_TRACK_POINTS, 1)
     east, north = log.position[::step, 1], -log.position[::step, 0]
     size = max(float(np.ptp(east)), float(np.ptp(north)))
     if not np.isfinite(size) or size <= 0.0:
-        return ""
+        return None
     x, y = (100.0 * (values - values.min()) / size for values in (east, north))
-    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+    pairs = zip(x.tolist(), y.tolist(), strict=True)
+    return Track(" ".join(f"{a:.1f},{b:.1f}" for a, b in pairs), size)
+
+
+def today() -> str:
+    """Return the date of a page that is made now."""
+    return date.today().isoformat()
 
 
 def provenance_facts() -> dict[str, str]:
@@ -79,7 +94,15 @@ def provenance_facts() -> dict[str, str]:
     return {"report made by": version}
 
 
-def provenance_tables(comparison: Comparison, selected: Row | None) -> dict[str, object]:
+class Origin(NamedTuple):
+    """Facts, input files and settings of methods."""
+
+    facts: dict[str, str]
+    files: Table
+    settings: Table
+
+
+def provenance_tables(comparison: Comparison, selected: Row | None) -> Origin:
     """Return the provenance of a comparison: facts, files and settings."""
     texts = provenance_of(comparison)
     files = [line.strip().partition("  ") for line in texts.get("files", "").splitlines()]
@@ -97,11 +120,11 @@ def provenance_tables(comparison: Comparison, selected: Row | None) -> dict[str,
         for method in comparison.methods
         if (text := settings[method])
     ]
-    return {
-        "facts": (*facts.items(), *provenance_facts().items()),
-        "files": Table.of_words("Input files", ("file", "SHA-256"), "ll", read),
-        "settings": Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
-    }
+    return Origin(
+        facts,
+        Table.of_words("Input files", ("file", "SHA-256"), "ll", read),
+        Table.of_words("Settings of the methods", ("method", "settings"), "ll", used),
+    )
 
 
 def vehicle_facts(vehicle: Vehicle) -> dict[str, str]:

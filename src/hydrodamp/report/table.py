@@ -1,4 +1,4 @@
-"""Table of values, written as plain text, Markdown, LaTeX (booktabs) and CSV."""
+"""Table of values, written as plain text, Markdown, LaTeX (booktabs), HTML and CSV."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from html import escape
 from typing import Any
 
 from hydrodamp.errors import printable
@@ -166,6 +167,53 @@ def to_latex(table: Table) -> str:
         r"\end{table}",
     ]
     return "\n".join(lines)
+
+
+def to_html(
+    table: Table, name: str, rows: Sequence[Mapping[str, str]] = (), sorted_by: str = ""
+) -> str:
+    """Return a table as HTML whose heads sort, with its file name and attributes of its rows."""
+
+    def cell(tag: str, column: Column, text: str, **attributes: str) -> str:
+        classes = {"class": "number"} if column.number else {}
+        return f"<{tag}{_attributes({**attributes, **classes})}>{text}</{tag}>"
+
+    def head(column: Column) -> str:
+        order = {"aria-sort": "ascending"} if column.name == sorted_by else {}
+        button = {"type": "button", "data-numeric": str(int(column.number))}
+        button |= {"title": column.meaning} if column.meaning else {}
+        text = f'<span class="head">{escape(column.name)}</span>'
+        text += '<span class="arrow" aria-hidden="true"></span>'
+        return cell(
+            "th", column, f"<button{_attributes(button)}>{text}</button>", scope="col", **order
+        )
+
+    def body(values: Sequence[object], words: Sequence[str]) -> str:
+        cells = []
+        for index, (column, value, word) in enumerate(
+            zip(table.columns, values, words, strict=True)
+        ):
+            is_known = value is not None and value == value and value != NOTHING
+            key = {"data-key": str(value) if is_known else ""}
+            tag, scope = ("td", {}) if index else ("th", {"scope": "row"})
+            cells.append(cell(tag, column, escape(word), **scope, **key))
+        return "".join(cells)
+
+    pairs = zip(table.rows, table.words, rows or [{}] * len(table.rows), strict=True)
+    region = {"class": "wide", "role": "region", "aria-label": table.title, "tabindex": "0"}
+    return "\n".join([
+        f"<div{_attributes(region)}>",
+        f"<table{_attributes({'class': 'numbers sortable', 'data-file': name})}>",
+        f"<caption>{escape(table.title)}</caption>",
+        f"<thead><tr>{''.join(map(head, table.columns))}</tr></thead>",
+        "<tbody>",
+        *(f"<tr{_attributes(each)}>{body(values, words)}</tr>" for values, words, each in pairs),
+        "</tbody></table></div>",
+    ])  # fmt: skip
+
+
+def _attributes(values: Mapping[str, str]) -> str:
+    return "".join(f' {name}="{escape(text)}"' for name, text in values.items())
 
 
 def emphasise_best(table: Table, escape: Callable[[str], str], stress: str) -> list[list[str]]:

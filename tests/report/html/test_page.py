@@ -86,7 +86,7 @@ def test_names_from_files_stay_text(comparison):
     assert HOSTILE in found.one("h1").text
     data = json.loads(found.one("script", id="data").text)
     assert data["segments"][0]["name"] == HOSTILE
-    assert any(each["name"].endswith(HOSTILE) for each in data["replays"])
+    assert any(HOSTILE in each["label"] for each in data["lines"])
 
 
 def test_the_page_has_what_a_screen_reader_walks_by(comparison):
@@ -176,8 +176,10 @@ def test_warnings_files_and_words_of_the_run_are_told(comparison):
 def test_coefficients_that_models_share_are_drawn_on_scales_with_zero(comparison):
     found = take_apart(comparison_page(comparison))
     drawings = [e.attributes["aria-label"] for e in found.all("svg", role="img")]
-    assert len(drawings) == 6  # the diagonal of linear, which the others have too
-    assert drawings[0].startswith("X_u, not determined: linear: -1 ± 1.96; ")
+    assert len(drawings) == 36 + 6  # all of linear, then its diagonal, which the others have too
+    assert drawings[0] == "X_u, not determined: linear: -1 ± 1.96"
+    assert drawings[36].startswith("X_u, not determined: linear: -1 ± 1.96; ")
+    assert "uncoupled: -1" in drawings[36]
     summaries = [each.text for each in found.all("summary")]
     assert any(text.startswith("linear by ls") for text in summaries)
     assert not any(text.startswith("coe by ls") for text in summaries)

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.report.figures.style import Bins, model_colours
-from hydrodamp.report.pictures import series
+import hydrodamp as hd
+from hydrodamp.report.decimation import encode_values, trace
+from hydrodamp.report.figures.style import model_colours
+from hydrodamp.report.series import replay_series
 
 from .conftest import make_comparison, make_log
 
@@ -18,7 +20,7 @@ def unpacked(packed):
 
 
 def drawn_of(comparison, band=None, rows=None):
-    drawn = series(comparison, comparison.rows if rows is None else rows, band)
+    drawn = replay_series(comparison, comparison.rows if rows is None else rows, band)
     assert drawn is not None
     return drawn
 
@@ -29,7 +31,7 @@ def times_of(document):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    lengths=st.lists(st.integers(1, 40), min_size=1, max_size=4),
+    lengths=st.lists(st.integers(2, 40), min_size=1, max_size=4),
     points=st.integers(2, 60),
     seed=st.integers(0, 99),
 )
@@ -38,44 +40,40 @@ def test_stretches_keep_every_extreme_and_its_order(lengths, points, seed):
     bounds = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
     rng = np.random.default_rng(seed)
     values, time = rng.standard_normal(edges[-1]), np.cumsum(rng.uniform(0.1, 1.0, edges[-1]))
-    bins = Bins.over(np.array(bounds), points)
-    shown, when = bins.values(values), bins.times(time)
+    segments = tuple(hd.Segment(str(k), *each) for k, each in enumerate(bounds))
+    log = hd.Log(time, np.zeros((len(time), 6)), segments=segments)
+    when, shown = trace(log, values, points)
     assert shown.shape == when.shape
     assert np.all(np.diff(when) >= 0.0)
-    assert np.isnan(shown).sum() == len(lengths) - 1
-    for start, stop in bounds:
-        inside = shown[(when >= time[start]) & (when <= time[stop - 1])]
-        assert inside.min() == values[start:stop].min()
-        assert inside.max() == values[start:stop].max()
     if len(values) <= points:
         seen = np.isfinite(shown)
-        assert bins.is_exact
+        assert np.isnan(shown).sum() == len(lengths) - 1
         np.testing.assert_array_equal(shown[seen], values)
+    assert np.nanmin(shown) == values.min()
+    assert np.nanmax(shown) == values.max()
 
 
-def test_a_stretch_runs_the_way_its_samples_do():
-    pair = Bins.over(np.array([[0, 4]]), 2)
-    assert pair.values(np.array([3.0, 2.0, 1.0, 0.0])).tolist() == [3.0, 0.0]
-    assert pair.values(np.array([0.0, 1.0, 2.0, 3.0])).tolist() == [0.0, 3.0]
-    assert pair.values(np.array([0.0, 5.0, np.nan, np.nan])).tolist() == [0.0, 5.0]
-    assert np.isnan(pair.values(np.full(4, np.nan))).all()
+@pytest.mark.parametrize("values", [[0.0, np.nan, 1e300, -1e300], [np.nan, np.nan], [3.0, 3.0], []])
+def test_values_of_any_size_survive_the_encoding(values):
+    packed = encode_values(np.array(values))
+    np.testing.assert_allclose(unpacked(packed), values, atol=packed["step"])
 
 
 def test_a_short_log_is_drawn_as_it_is(comparison):
     """Of one row the replay diverged: it has no number at its last sample."""
     drawn = drawn_of(comparison)
     assert not drawn["is_thinned"]
-    assert len(drawn["document"]["replays"]) == 5
-    measured, first, second = (unpacked(drawn["document"]["series"][k][0]) for k in range(3))
+    assert len(drawn["lines"]) == 5
+    measured, first, second = (unpacked(drawn["panels"][0]["series"][k]) for k in range(3))
     log = comparison.rows[0].trajectory.log
     seen = np.isfinite(measured)
     assert np.flatnonzero(~seen).tolist() == [3]  # between two segments
     np.testing.assert_allclose(measured[seen], log.velocity[:, 0], atol=1e-3)
     np.testing.assert_allclose(first[seen], log.velocity[:, 0] + 0.5, atol=1e-3)
     assert np.isnan(second[-1])
-    rate = unpacked(drawn["document"]["series"][0][3])
+    rate = unpacked(drawn["panels"][3]["series"][0])
     np.testing.assert_allclose(rate[seen], np.degrees(log.velocity[:, 3]), rtol=1e-3)
-    time = times_of(drawn["document"])
+    time = times_of(drawn)
     assert time[0] == 0.0
     assert np.all(np.diff(time) >= 0.0)
 
@@ -85,15 +83,15 @@ def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     comparison = make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak"))
     drawn = drawn_of(comparison)
     assert drawn["is_thinned"]
-    assert 4_000 < len(times_of(drawn["document"])) < 25_000 < log.n
-    measured = unpacked(drawn["document"]["series"][0][0])
-    step = drawn["document"]["series"][0][0]["step"]
+    assert 4_000 < len(times_of(drawn)) < 25_000 < log.n
+    measured = unpacked(drawn["panels"][0]["series"][0])
+    step = drawn["panels"][0]["series"][0]["step"]
     assert np.nanmax(measured) == pytest.approx(log.velocity[:, 0].max(), abs=step)
     assert np.nanmin(measured) == pytest.approx(log.velocity[:, 0].min(), abs=step)
     assert drawn["left_out"] == 0
     methods = tuple(f"m{k}" for k in range(17))
     many = drawn_of(make_comparison(make_log(20.0, 10.0), ("linear", "fossen"), methods))
-    assert (len(many["document"]["replays"]), many["left_out"]) == (32, 2)
+    assert (len(many["lines"]), many["left_out"]) == (32, 2)
 
 
 def test_replays_have_the_colours_of_the_table_in_any_order():
@@ -106,5 +104,5 @@ def test_replays_have_the_colours_of_the_table_in_any_order():
         renamed.append(replace(row, fit=fit))
     comparison = replace(comparison, rows=tuple(renamed))
     expected = model_colours(comparison.models)
-    drawn = drawn_of(comparison, rows=comparison.rows[::-1])["document"]
-    assert {each["model"]: each["colour"] for each in drawn["replays"]} == expected
+    drawn = drawn_of(comparison, rows=comparison.rows[::-1])
+    assert {each["model"]: each["colour"] for each in drawn["lines"]} == expected

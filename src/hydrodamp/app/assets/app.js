@@ -28,11 +28,12 @@
     const found = await answer.json();
     home.replaceChildren();
     for (const [name, pair] of Object.entries(found.series)) {
-      const [before, after] = pair.map(seriesPlots.numbers);
       const place = document.createElement("div");
       home.append(Object.assign(document.createElement("h3"), { textContent: `${name} before and after ${step}` }), place);
-      const colours = [seriesPlots.colour("--faint"), seriesPlots.colour("--link")];
-      seriesPlots.makePlot(place, `${name} before and after`, [["before", colours[0]], ["after", colours[1]]], uPlot.join([before, after]), () => {});
+      const [before, after] = pair.map(seriesPlots.decode);
+      const lines = [{ label: "before", ...before, colour: "--faint" }, { label: "after", ...after }];
+      const view = seriesPlots.makeView([before.x[0], before.x.at(-1)], (low, high) => plot.setScale("x", { min: low, max: high }));
+      const plot = seriesPlots.plot(place, { label: `${name} before and after`, series: lines, view });
     }
     if (!Object.keys(found.series).length) home.textContent = "The step changes no channel.";
     home.scrollIntoView({ block: "nearest" });
@@ -129,7 +130,7 @@
       },
       hooks: { drawClear: [shade] },
     };
-    plots = seriesPlots.start(series, options || {});
+    plots = loadSeries(series, options || {});
     form?.addEventListener("input", () => plots.redraw());
   }
 }

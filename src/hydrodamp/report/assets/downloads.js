@@ -44,12 +44,11 @@
     const name = `${picture.dataset.file ?? "picture"}.svg`;
     addButton(picture.nextElementSibling, "Download SVG", name, () => download(name, picture.src));
   }
-  const provenance = document.getElementById("origin");
   const bar = document.createElement("p");
-  provenance.querySelector("h2").after(bar);
-  const comparison = document.getElementById("comparison").textContent;
-  addButton(bar, "Download JSON", "comparison.json", () => download("comparison.json", addressOf(comparison, "application/json")));
-  const terms = [...provenance.querySelectorAll("dt")];
+  document.querySelector("#origin h2").after(bar);
+  const comparison = document.getElementById("comparison")?.textContent;
+  if (comparison) addButton(bar, "Download JSON", "comparison.json", () => download("comparison.json", addressOf(comparison, "application/json")));
+  const terms = [...document.querySelectorAll("#origin dt")];
   const command = terms.find((term) => term.textContent === "command")?.nextElementSibling;
   if (command) addButton(bar, "Copy command", "this report", (event) => copy(event, command.textContent, "command.txt"));
 }

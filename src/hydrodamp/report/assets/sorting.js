@@ -46,6 +46,20 @@
     };
     for (const select of selects) select.addEventListener("change", filter);
   };
+  // A table that is wider than its box says so.
+  const addHint = (box) => {
+    const hint = Object.assign(document.createElement("p"), { className: "hint", textContent: "⇆ The table goes on to the right: scroll it sideways." });
+    box.before(hint);
+    new ResizeObserver(() => { hint.hidden = box.scrollWidth <= box.clientWidth; }).observe(box);
+  };
   for (const table of document.querySelectorAll("table.sortable")) addSorting(table);
+  for (const box of document.querySelectorAll(".wide")) addHint(box);
+  // A link of the contents opens what is folded there.
+  for (const link of document.querySelectorAll("nav a[href^='#']")) {
+    link.addEventListener("click", () => {
+      const [folded, ...others] = document.querySelector(link.hash).querySelectorAll(":scope > details");
+      if (folded && !others.length) folded.open = true;
+    });
+  }
   for (const parent of document.querySelectorAll("[data-filter]")) addFilter(parent);
 }

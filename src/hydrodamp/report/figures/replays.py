@@ -1,19 +1,19 @@
-"""Replays, figures 4 and 5 of the paper, recorded channels, and dive plans."""
+"""Replays, figures 4 and 5 of the paper, and the predicted estimates of a dive."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.data.log import Log
+from hydrodamp.basis.term import VELOCITY_OF
 from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.result import DivePlan
 from hydrodamp.identification.grades import MAX_RELATIVE_HALF_WIDTH, critical_value
 from hydrodamp.identification.predicted_error import PredictionBand
+from hydrodamp.report.decimation import trace
 from hydrodamp.report.figures import style
 from hydrodamp.report.table import error_size
 from hydrodamp.validation.compare import Row
@@ -22,43 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class _Panel(NamedTuple):
-    """Content of a panel."""
-
-    label: str
-    channels: dict[str, FloatArray]
-    drawstyle: str = "default"
-    downward: bool = False
-
-
-def _actuation(log: Log) -> Iterator[_Panel]:
-    groups: dict[tuple[int, int], dict[str, FloatArray]] = {}
-    for name in log.command_names:
-        values = log.command(name)
-        size = int(np.floor(np.log10(np.abs(values).max(initial=0.0) or 1.0)))
-        full = sum(len(group) for (size_class, _), group in groups.items() if size_class == size)
-        groups.setdefault((size, full // len(style.SERIES)), {})[name] = values
-    for group in groups.values():
-        label = style.escape_text(next(iter(group)), 16) if len(group) == 1 else "commands"
-        yield _Panel(f"{label}\n[as recorded]", group, "steps-post")
-    if log.propulsion_ratio is not None:
-        yield _Panel(r"$\bar\eta$ [1]", {"eta": log.propulsion_ratio})
-    if log.wrench is not None:
-        for letters, label in (("XYZ", "force [N]"), ("KMN", "moment [N m]")):
-            columns = {letter: log.wrench[:, AXES.index(letter)] for letter in letters}
-            yield _Panel(label, {name: value for name, value in columns.items() if value.any()})
-
-
-def recorded_channels(log: Log) -> Iterator[_Panel]:
-    """Yield actuation and depth with plain labels, for the page."""
-    for panel in _actuation(log):
-        if panel.channels:
-            label = panel.label.replace("\n", " ").replace(r"$\bar\eta$", "propulsion ratio")
-            yield panel._replace(label=label)
-    if log.position is not None:
-        yield _Panel("depth [m]", {"depth": log.position[:, 2]}, downward=True)
-
-
+POINTS = 1600  # of a line: more than twice the number of pixels of a column
 MAX_MARGIN = 0.4  # of a panel beyond the measurements, as a share of their range
 
 
@@ -111,17 +75,17 @@ def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> F
     for panel, axis in zip(panels, first.axes, strict=True):
         name = VELOCITY_OF[axis]
         measured = style.shown_velocities(log.velocity, name, unit)
-        panel.plot(*style.trace(log, measured), color=style.MEASURED, linewidth=1.1, zorder=2.5)
+        panel.plot(*trace(log, measured, POINTS), color=style.MEASURED, linewidth=1.1, zorder=2.5)
         replays = [style.shown_velocities(run.velocity, name, unit) for _, run in replayed]
         panel.set_ylim(*_limits(measured, np.concatenate(replays)))
         if band is not None:
             ends = (style.shown_velocities(end, name, unit) for end in (band.lower, band.upper))
-            time, lower, upper = style.trace(log, *ends)
+            (time, lower), (_, upper) = (trace(log, end, POINTS) for end in ends)
             area = panel.fill_between(time, lower, upper, facecolor=(looks[0].colour, style.BAND))
             area.set(edgecolor=(looks[0].colour, 0.6), linewidth=0.4, zorder=2.9)
         # The first lies on top.
         for values, look in [*zip(replays, looks, strict=True)][::-1]:
-            panel.plot(*style.trace(log, values), linewidth=0.8, zorder=3.0, **look.line)
+            panel.plot(*trace(log, values, POINTS), linewidth=0.8, zorder=3.0, **look.line)
         panel.set_ylabel(style.velocity_label(name, unit))
     style.mark_segments(panels, log)
     figure.align_ylabels(panels)
@@ -146,95 +110,6 @@ def legend_label(row: Row, band: PredictionBand | None) -> str:
         return f"{name}: diverged in {', '.join(segment for segment, _ in row.score.diverged)}"
     band_label = f", {100.0 * band.level:.0f} % band" if band is not None else ""
     return f"{name}, RMS {error_size(row.rms)}{band_label}"
-
-
-@style.with_style
-def setpoint_figure(plan: DivePlan) -> Figure:
-    """Draw setpoints and overlays, one panel each, with lines between segments.
-
-    Parameters
-    ----------
-    plan : DivePlan
-        From :func:`hydrodamp.plan`.
-
-    Returns
-    -------
-    figure : Figure
-        Heading in degrees, commands in the unit of the vehicle file.
-
-    Raises
-    ------
-    MethodError
-        If matplotlib is not installed.
-    """
-    figure, panels = style.stacked_panels(len(plan.setpoints), each=0.75)
-    units = {"speed": " [m/s]", "heading": " [deg]", "depth": " [m]"}
-    for panel, (name, values) in zip(panels, plan.setpoints.items(), strict=True):
-        plotted = np.degrees(np.unwrap(values)) if name == "heading" else values
-        panel.plot(plan.time, plotted, color=style.SERIES[0], drawstyle="steps-post", linewidth=0.6)
-        panel.set_ylabel(name.replace("_", "\n") + units.get(name, ""))
-        for segment in plan.segments[1:]:
-            panel.axvline(segment.start, color=style.FAINT, linewidth=0.4)
-        if name == "depth":
-            panel.invert_yaxis()
-    panels[-1].set_xlabel("time [s]")
-    figure.align_ylabels(panels)
-    return figure
-
-
-@style.with_style
-def track_figure(plan: DivePlan) -> Figure:
-    """Draw the predicted track from above and in depth, and the velocities.
-
-    Parameters
-    ----------
-    plan : DivePlan
-        From :func:`hydrodamp.plan`.
-
-    Returns
-    -------
-    figure : Figure
-        Limits are dashed; the depth band contains 90 % of the ensemble.
-
-    Raises
-    ------
-    MethodError
-        If matplotlib is not installed.
-    """
-    assert plan.track.position is not None
-    north, east, depth = plan.track.position.T
-    figure = style.new_figure(style.PAGE, 4.4)
-    horizontal, vertical, linear, angular = style.panel_grid(figure, 4, 2)
-    horizontal.plot(east, north, color=style.SERIES[0])
-    horizontal.plot(east[0], north[0], "o", color=style.MEASURED)
-    if plan.waypoints is not None:
-        _, points_north, points_east = plan.waypoints[:, :3].T
-        horizontal.plot(points_east, points_north, ".", color=style.MEASURED, markersize=3)
-    horizontal.set_aspect("equal", adjustable="datalim")
-    horizontal.set(xlabel="east [m]", ylabel="north [m]", title="Horizontal track, dot: start")
-    if (area := plan.envelope.area) is not None:
-        (west, east_end), (south, north_end) = area.east, area.north
-        corners = (
-            [west, east_end, east_end, west, west],
-            [south, south, north_end, north_end, south],
-        )
-        horizontal.plot(*corners, color=style.FAINT, linestyle="--")
-    vertical.fill_between(
-        plan.time, *plan.depth_band.T, color=style.SERIES[0], alpha=style.BAND, linewidth=0.0
-    )
-    vertical.plot(plan.time, depth, color=style.SERIES[0])
-    for limit in (plan.envelope.depth[0], plan.envelope.max_depth):
-        vertical.axhline(limit, color=style.FAINT, linestyle="--")
-    vertical.invert_yaxis()
-    vertical.set(xlabel="time [s]", ylabel="depth [m]", title="Depth, band: 90 % of the ensemble")
-    for panel, names in (linear, VELOCITIES[:3]), (angular, VELOCITIES[3:]):
-        for name, colour in zip(VELOCITIES, style.SERIES, strict=True):
-            if name in names:
-                values = style.shown_velocities(plan.track.velocity, name)
-                panel.plot(plan.time, values, color=colour, linewidth=0.5, label=name)
-        panel.set(xlabel="time [s]", ylabel=f"velocity [{style.velocity_unit(names[0])}]")
-        panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
-    return figure
 
 
 @style.with_style

@@ -1,4 +1,4 @@
-"""Style of figures: sizes, colours, dashes, axes, min-max decimation of series; saving."""
+"""Style of figures: sizes, colours, dashes, axes; saving."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import save_bytes
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.model import read_label
+from hydrodamp.report.decimation import clock
 from hydrodamp.simulation.replay import RateUnit
 
 if TYPE_CHECKING:
@@ -226,72 +226,8 @@ def error_scale(panel: Axes) -> None:
     panel.yaxis.set_major_formatter("{x:g}")
 
 
-# Points of a line: more than twice the number of pixels of a column.
-POINTS = 1600
-
 MAX_SEGMENT_NAMES = 8  # segments whose names are written
 PANEL_LETTERS = 56  # letters that fit above a panel
-
-
-@dataclass(frozen=True)
-class Bins:
-    """Min-max decimation: intervals of samples, drawn by their minimum and maximum."""
-
-    starts: IntArray
-    stops: IntArray
-    joins: IntArray  # intervals that start a segment, without the first
-
-    @classmethod
-    def over(cls, bounds: IntArray, points: int) -> Bins:
-        """Return intervals of equal length with a given number of points in total."""
-        n, edges = int(np.diff(bounds).sum()), []
-        for start, stop in bounds.tolist():
-            size = stop - start
-            count = size if n <= points else min(max(round(points / 2 * size / n), 1), size)
-            edges.append(np.linspace(start, stop, count + 1).astype(np.intp))
-        return cls(
-            starts=np.concatenate([edge[:-1] for edge in edges]),
-            stops=np.concatenate([edge[1:] for edge in edges]),
-            joins=np.cumsum([len(edge) - 1 for edge in edges])[:-1],
-        )
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether every interval is one sample."""
-        return bool(np.all(self.stops - self.starts == 1))
-
-    def times(self, time: FloatArray) -> FloatArray:
-        """Return the first and last time of each interval, and one between segments."""
-        between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
-        return self._interleave(time[self.starts], time[self.stops - 1], between)
-
-    def values(self, series: FloatArray) -> FloatArray:
-        """Return the extremes of each interval, in order of time."""
-        ends = np.column_stack([self.starts, self.stops]).ravel()
-        extended = np.append(series, np.nan)  # an index one past the end must be there
-        low, high = (extreme.reduceat(extended, ends)[0::2] for extreme in (np.fmin, np.fmax))
-        falling = series[self.starts] > series[self.stops - 1]
-        gaps = np.full(len(self.joins), np.nan)
-        first, second = np.where(falling, high, low), np.where(falling, low, high)
-        return self._interleave(first, second, gaps)
-
-    def _interleave(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
-        pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
-        series: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
-        return series
-
-
-def clock(log: Log) -> FloatArray:
-    """Return recorded time with segments end to end."""
-    steps = np.diff(log.time, prepend=log.time[0])
-    steps[[segment.start for segment in log.segments]] = 0.0
-    return np.cumsum(steps)
-
-
-def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
-    """Return decimated time and channels, with gaps between segments."""
-    bins = Bins.over(log.bounds, POINTS)
-    return bins.times(clock(log)), *map(bins.values, channels)
 
 
 def mark_segments(panels: Sequence[Axes], log: Log) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrodamp.app.decimation import BLOCK, DecimatedSeries
+from hydrodamp.report.decimation import BLOCK, DecimatedSeries
 
 
 @pytest.fixture(scope="module")

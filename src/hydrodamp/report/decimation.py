@@ -1,4 +1,4 @@
-"""Minimum and maximum of a series in intervals of time, for plots of any number of samples.
+"""Series of plots: time of a log, extremes in intervals of time, and their encoding for a page.
 
 Blocks of 64 samples have their extremes computed once; an interval that spans many blocks takes
 those of its blocks, any other its samples. NaN values are left out; an interval without values is
@@ -7,14 +7,19 @@ NaN.
 
 from __future__ import annotations
 
+import base64
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.data.log import Log
 
 #: Samples in a block.
 BLOCK = 64
+
+QUANTISATION_STEPS = 65_000  # steps of the range of a series, as uint16
+MISSING_STEP = 65_535  # step of a missing value
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,3 +66,39 @@ def _starts(time: FloatArray, edges: FloatArray) -> IntArray:
 
 def _extremes(low: FloatArray, high: FloatArray, starts: IntArray) -> FloatArray:
     return np.column_stack([np.fmin.reduceat(low, starts), np.fmax.reduceat(high, starts)])
+
+
+def clock(log: Log) -> FloatArray:
+    """Return recorded time with segments end to end."""
+    steps = np.diff(log.time, prepend=log.time[0])
+    steps[[segment.start for segment in log.segments]] = 0.0
+    return np.cumsum(steps)
+
+
+def trace(log: Log, values: FloatArray, n_points: int) -> tuple[FloatArray, FloatArray]:
+    """Return time and values in about this many points, with a gap between segments."""
+    time = clock(log)
+    segments: list[FloatArray] = []
+    for segment in log.segments:
+        inside = slice(segment.start, segment.stop)
+        n = max(-(-n_points * len(segment) // (2 * log.n)), 1)
+        points = DecimatedSeries.of(time[inside], values[inside]).between(-np.inf, np.inf, n)
+        segments += [np.array(points), np.array([[time[segment.stop - 1]], [np.nan]])]
+    moments, plotted = np.concatenate(segments[:-1], axis=1)
+    return moments, plotted
+
+
+def encode_times(time: FloatArray) -> str:
+    """Return times (float64) in base 64."""
+    return base64.b64encode(time.astype("<f8").tobytes()).decode("ascii")
+
+
+def encode_values(values: FloatArray) -> dict[str, object]:
+    """Return a series in steps of its range (uint16) in base 64."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    step = (high / QUANTISATION_STEPS - low / QUANTISATION_STEPS) or 1.0
+    with np.errstate(invalid="ignore", over="ignore"):
+        counts = np.rint(values / step - low / step)
+    steps = np.where(np.isfinite(values), counts, MISSING_STEP).astype("<u2")
+    return {"low": low, "step": step, "steps": base64.b64encode(steps.tobytes()).decode("ascii")}
