@@ -27,7 +27,13 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     crosses = [line for line in drawn if line.get_marker() == "x"]
     assert len(drawn) == len(comparison.rows)
     assert len(crosses) == sum(row.rms is None for row in comparison.rows) > 0
-    words = ["ls", "ai", "Pareto front", "not converged", "no error: diverged or failed"]
+    words = [
+        "ls",
+        "ai",
+        "Pareto front",
+        "not converged",
+        "diverged or failed: fossen, coe, uncoupled",
+    ]
     assert legend(figure) == words
     names = [text.get_text() for text in panel.get_xticklabels()]
     assert names == ["fossen, 12", "uncoupled, 24", "coe, 33", "linear, 36"]
@@ -68,6 +74,8 @@ def test_horizons_rise_and_divergence_is_marked(on_sheet):
     assert ticks == ["one step", "1 s", "10 s", "whole run"]
     first, second = panel.lines
     assert list(first.get_ydata()) == [0.1, 0.2, 0.5, 0.9]
+    low, high = panel.get_ylim()
+    assert {low, high} <= {0.05, 0.1, 1.0, 2.0}  # ends are ticks
     said = "fossen by ls, up to 25 % of windows diverged"
     assert legend(figure) == ["linear by ls", said]
     assert first.get_color() != second.get_color()

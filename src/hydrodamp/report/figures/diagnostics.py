@@ -90,9 +90,9 @@ def front_figure(comparison: Comparison) -> Figure:
     hollow = {"color": style.FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
     if not all(row.converged for row in rows if row.rms is not None):
         entries.append(("not converged", hollow))
-    if any(row.rms is None for row in rows):
-        entries.append(("no error: diverged or failed", {"color": style.FAINT, **_NO_ERROR}))
-    style.legend(figure, entries, columns=3)
+    if diverged := ", ".join(dict.fromkeys(row.model for row in rows if row.rms is None)):
+        entries.append((f"diverged or failed: {diverged}", {"color": style.FAINT, **_NO_ERROR}))
+    style.legend(figure, entries, columns=1 if diverged else 3)
     return figure
 
 
@@ -133,6 +133,10 @@ def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) ->
         suffix = f", up to {100.0 * share:.2g} % of windows diverged" if share else ""
         entries.append((f"{' by '.join(pair)}{suffix}", line))
     style.error_scale(panel)
+    ends, powers = panel.get_ylim(), range(-9, 10)
+    ticks = [float(f"{digit}e{power}") for power in powers for digit in (1, 2, 5)]
+    low = max((tick for tick in ticks if tick <= ends[0]), default=ends[0])
+    panel.set_ylim(low, min((tick for tick in ticks if tick >= ends[1]), default=ends[1]))
     panel.set_xlabel("prediction horizon")
     panel.set_ylabel(f"RMS error, eq. 24\n[m/s and {all_scores[0].score.rate_unit}/s]")
     style.legend(figure, entries)
