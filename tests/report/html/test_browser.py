@@ -108,6 +108,7 @@ def test_the_wheel_zooms_at_the_cursor_after_a_click(report):
     page.wait_for_timeout(200)
     assert view.inner_text() == whole
     plot.scroll_into_view_if_needed()
+    page.wait_for_timeout(500)  # the page scrolls smoothly
     box = plot.bounding_box()
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 20)
     page.mouse.wheel(0, -100)
