@@ -97,25 +97,6 @@ def test_dragging_zooms_all_plots_and_the_button_goes_back(report):
     assert view.inner_text() == whole
 
 
-def test_the_wheel_zooms_at_the_cursor_after_a_click(report):
-    page = report.page
-    view, plot = page.locator("#view"), page.locator("#plots .u-over").first
-    plot.scroll_into_view_if_needed()
-    whole = view.inner_text()
-    box = plot.bounding_box()
-    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 20)
-    page.mouse.wheel(0, -100)  # scrolls the page
-    page.wait_for_timeout(200)
-    assert view.inner_text() == whole
-    plot.scroll_into_view_if_needed()
-    page.wait_for_timeout(500)  # the page scrolls smoothly
-    box = plot.bounding_box()
-    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 20)
-    page.mouse.wheel(0, -100)
-    page.wait_for_timeout(500)
-    assert view.inner_text() != whole
-
-
 def test_a_wide_table_scrolls_in_its_box_with_a_hint_and_its_first_column(report):
     page = report.page
     for width in (390, 768, 1280):
