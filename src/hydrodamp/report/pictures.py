@@ -10,12 +10,10 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.dissipativity import TAIL, PowerMaximum
 from hydrodamp.identification.fit_files import Key
 from hydrodamp.identification.identifiability import Identifiability
-from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.progress import count_items, progress
 from hydrodamp.report.figures import diagnostics, style
 from hydrodamp.report.figures.replays import replays_figure

@@ -10,12 +10,12 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES
 from hydrodamp.data.log import Log
+from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.report.decimation import clock, encode_times, encode_values, trace
 from hydrodamp.report.figures import style
 from hydrodamp.report.pictures import band_caption
 from hydrodamp.report.table import percent
 from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.predicted_error import PredictionBand
 
 MAX_REPLAYS = 32  # replays drawn, those with the lowest errors
 MAX_VALUES = 600_000  # values of all series together, 1.6 MB as text
