@@ -244,11 +244,11 @@ def test_sizes_give_a_vehicle_file(server, canonical):
     vehicle = hd.read_vehicle(server.root / "dive.hydrodamp/vehicle.yaml")
     assert vehicle.axes == ("X", "Y", "N")
     assert vehicle.center_of_buoyancy[2] == pytest.approx(-0.012)
-    bad = server.post(
-        f"{project}/vehicle", 422, source="sizes", version=version_of(server, project),
-        **{**sizes, "mass": "heavy"},
-    )  # fmt: skip
-    assert "mass" in bad
+    form = {"source": "sizes", "version": version_of(server, project), **sizes, "mass": "heavy"}
+    status, headers, text = server.request("POST", f"{project}/vehicle", form)
+    assert status == 422
+    assert headers["HX-Retarget"] == "#error-mass"
+    assert b"must be a number [kg]" in text
 
 
 def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from starlette.requests import Request
 from starlette.responses import Response
 
-from hydrodamp.app.commands import probe_command
 from hydrodamp.app.mapping_editor import (
     COMMANDS,
     Assignment,
@@ -30,7 +29,7 @@ from hydrodamp.app.recordings import (
     resolve_content,
 )
 from hydrodamp.app.series import MAX_COLUMNS
-from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.app.web import Form, field_value, project_of, render_screen
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.errors import HydrodampError, LogError
 from hydrodamp.ingest.inspection.probe import topic_facts
@@ -73,14 +72,12 @@ class Row:
 def show_channels(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
-    version, files, text = project.version, read_files(project), project.text(MAPPING)
+    files, text = read_files(project), project.text(MAPPING)
     content = displayed_content(project)
     return render_screen(
         request,
         project,
         "channels",
-        version,
-        probe_command(project),
         facts=list(_facts(project, files)),
         rows=list(list_rows(files, content)),
         roles=roles(),
@@ -161,15 +158,15 @@ def _write(request: Request, form: Form, text: str, note: str = "") -> Response:
     project = project_of(request)
     before = {row.number: row for row in list_rows(read_files(project), displayed_content(project))}
     project.write(field_value(form, "version"), {MAPPING: text})
-    version, content = project.version, displayed_content(project)
+    content = displayed_content(project)
     changed = [
         row for row in list_rows(read_files(project), content) if row != before.get(row.number)
     ]
-    return render(
+    return render_screen(
         request,
+        project,
+        "channels",
         "channels_change.html.j2",
-        project=project,
-        version=version,
         note=note,
         rows=changed,
         roles=roles(),

@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from hydrodamp.app.channels import displayed_content, list_rows
 from hydrodamp.app.recordings import inspect_project, read_files
-from hydrodamp.app.web import Form, project_of, render
+from hydrodamp.app.web import Form, project_of, render_screen
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.inspection.draft_files import recommended_step
 from hydrodamp.ingest.inspection.probe import Inspection
@@ -29,10 +29,11 @@ def show_checks(request: Request, form: Form) -> Response:
     issues = [] if report is None else [(each, recommended_step(each)) for each in report.issues]
     by_channel = _issues_by_channel(report)
     rows = list_rows(read_files(project), displayed_content(project))
-    return render(
+    return render_screen(
         request,
+        project,
+        "channels",
         "checks.html.j2",
-        project=project,
         fault=fault or ("" if inspection is None else inspection.reason),
         report=report,
         issues=issues,

@@ -6,6 +6,7 @@ import shlex
 
 from hydrodamp.app.project import ENVELOPE, EXPORTS, MODEL, PLAN, RESULTS, SUFFIX, VEHICLE, Project
 from hydrodamp.identification.general_model import GENERAL_KEY
+from hydrodamp.identification.stepwise import SPARSE_KEY
 from hydrodamp.report.files import DAMPING
 
 
@@ -28,8 +29,8 @@ def models_argument(project: Project) -> str:
     """Return the models of the comparison: names, or the file that has gains of commands."""
     models = project.arguments.models
     if project.text(MODEL).strip():
-        general = [name for name in models if name == GENERAL_KEY]
-        return ",".join((*general, project.argument(MODEL)))
+        derived = [name for name in models if name in (GENERAL_KEY, SPARSE_KEY)]
+        return ",".join((*derived, project.argument(MODEL)))
     return ",".join(models)
 
 
@@ -53,17 +54,19 @@ def compare_command(project: Project, *, resume: bool = True) -> list[str]:
 
 def export_command(project: Project, target: str) -> list[str]:
     """Return the command that exports the selected model."""
-    damping = project.argument(f"{RESULTS}/{DAMPING}")
-    return ["export", target, damping, "--out", project.argument(f"{EXPORTS}/{target}"), "--force"]
+    damping, out = project.argument(f"{RESULTS}/{DAMPING}"), f"{EXPORTS}/{target}"
+    logs = [word for log in project.arguments.logs for word in ("--log", log)]
+    command = ["export", target, damping, *logs, *_with_mapping(project)]
+    is_new = not project.path(f"{out}/fidelity.json").is_file()  # `--force` accepts any error
+    return [*command, "--out", project.argument(out), *([] if is_new else ["--force"])]
 
 
-def plan_command(project: Project, duration: float, has_envelope: bool = False) -> list[str]:
+def plan_command(project: Project, duration: float) -> list[str]:
     """Return the command that designs the next dive for the selected model."""
-    envelope = ["--envelope", project.argument(ENVELOPE)] if has_envelope else []
     return [
         "plan", "--vehicle", vehicle_argument(project), "--damping",
         project.argument(f"{RESULTS}/{DAMPING}"), "--duration", f"{duration:g}", "--out",
-        project.argument(PLAN), "--force", *envelope,
+        project.argument(PLAN), "--force", "--envelope", project.argument(ENVELOPE),
     ]  # fmt: skip
 
 

@@ -93,6 +93,10 @@ class Jobs:
         """Return the latest job of a name."""
         return self._jobs.get((project.name, name))
 
+    def is_busy(self, project: Project) -> bool:
+        """Return whether a command of a project runs."""
+        return any(name == project.name and j.is_running for (name, _), j in self._jobs.items())
+
     def start(self, project: Project, name: str, command: list[str]) -> Job:
         """Start a command in the folder of the projects, unless it runs already."""
         with self._lock:

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import hashlib
 import re
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from threading import RLock
 from types import MappingProxyType
@@ -24,7 +26,7 @@ from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.faults import validate
 from hydrodamp.files import load_text, load_yaml, save_all
 from hydrodamp.identification.general_model import GENERAL_KEY
-from hydrodamp.ingest.formats.files import SUFFIXES, suffix_of
+from hydrodamp.ingest.formats.files import FORMATS, SUFFIXES, format_of, suffix_of
 
 #: Suffix of the folder of a project.
 SUFFIX = ".hydrodamp"
@@ -34,6 +36,9 @@ RESULTS, EXPORTS, PLAN, ENVELOPE = "results", "exported", "plan", "envelope.yaml
 
 #: Files that are the state of a project.
 STATE = (PROJECT, MAPPING, VEHICLE, MODEL)
+
+#: Characters of the name of a project.
+MAX_NAME = 80
 
 #: Models that are selected in a new project.
 DEFAULT_MODELS = (GENERAL_KEY, "linear", "fossen", "prestero")
@@ -160,17 +165,36 @@ def find_project(root: Path, name: str) -> Project:
 
 def create_project(root: Path, logs: tuple[str, ...]) -> Project:
     """Create a project of logs."""
-    stem = re.sub(r"[^\w.-]+", "-", Path(logs[0].split("+")[0]).stem).strip("-.") or "log"
-    with _lock:
-        name, number = stem, 1
-        while (root / f"{name}{SUFFIX}").exists():
-            number += 1
-            name = f"{stem}-{number}"
-        project = Project(root, name)
-        project.folder.mkdir()
+    project = _make_folder(root, Path(logs[0].split("+")[0]).stem)
     text = format_arguments(Arguments(logs=logs))
     save_all({project.path(PROJECT): text.encode("utf-8")})
     return project
+
+
+def _make_folder(root: Path, stem: str) -> Project:
+    """Create the folder of a new project, with a number where its name is in use."""
+    stem = re.sub(r"[^\w.-]+", "-", stem)[:MAX_NAME].strip("-.") or "log"
+    for number in count(1):
+        project = Project(root, stem if number == 1 else f"{stem}-{number}")
+        with suppress(FileExistsError):
+            project.folder.mkdir()
+            break
+    return project
+
+
+def duplicate_project(project: Project) -> Project:
+    """Copy a project with its results."""
+    copy = _make_folder(project.root, f"{project.name}-copy")
+    shutil.copytree(project.folder, copy.folder, dirs_exist_ok=True)
+    return copy
+
+
+def rename_project(project: Project, name: str) -> Project:
+    """Give a project another name."""
+    new = _make_folder(project.root, name)
+    new.folder.rmdir()
+    project.folder.rename(new.folder)
+    return new
 
 
 def find_project_of(root: Path, logs: tuple[str, ...]) -> Project | None:
@@ -210,7 +234,18 @@ MAX_LISTED, MAX_DEPTH = 200, 3
 
 def list_logs(root: Path) -> list[str]:
     """Return files below a folder that may be logs."""
-    return sorted(path.relative_to(root).as_posix() for path in _walk(root, 0))[:MAX_LISTED]
+    paths = sorted(
+        path.relative_to(root).as_posix() for path in _walk(root, 0) if _may_be_log(path)
+    )
+    return paths[:MAX_LISTED]
+
+
+def _may_be_log(path: Path) -> bool:
+    """Return whether a file is no plain text with the suffix of another format, as ``app.log``."""
+    with suppress(HydrodampError, OSError):  # opening a damaged one says what is wrong
+        form = format_of(path)
+        return form is not FORMATS[-1] or suffix_of(path) in form.suffixes
+    return True
 
 
 def _walk(folder: Path, depth: int) -> Iterator[Path]:

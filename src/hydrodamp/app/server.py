@@ -31,6 +31,8 @@ SHUTDOWN, START = 2, 120
 HANDLERS: dict[tuple[str, str], Handler] = {
     ("GET", "/"): start.show_start,
     ("POST", "/open"): start.open_logs,
+    ("POST", "/example"): start.open_example,
+    ("POST", "/p/{project}/project/{action}"): start.change_project,
     ("GET", "/p/{project}/channels"): channels.show_channels,
     ("GET", "/p/{project}/channels/checks"): checks.show_checks,
     ("POST", "/p/{project}/channels/column"): channels.change_column,

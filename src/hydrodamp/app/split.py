@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 from hydrodamp.app.project import Arguments, Project
 from hydrodamp.app.recordings import read_log, read_vehicle
-from hydrodamp.app.web import Form, field_value, project_of, render, render_screen
+from hydrodamp.app.web import Form, field_value, project_of, render_screen
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.intervals import find_overlap, select_data
 from hydrodamp.data.log import Log, concatenate
@@ -26,13 +26,13 @@ TRAINING_SHARE = 2.0 / 3.0
 def show_split(request: Request, form: Form) -> Response:
     """Return the screen; without a split it has the default, which the page saves."""
     project = project_of(request)
-    version, log, arguments = project.version, read_log(project), project.arguments
+    log, arguments = read_log(project), project.arguments
     is_new = not arguments.train and not arguments.test
     if is_new:
         train, test = default_split(log)
         arguments = arguments.model_copy(update={"train": train, "test": test})
     variables = _variables(project, arguments, log)
-    return render_screen(request, project, "split", version, None, is_new=is_new, **variables)
+    return render_screen(request, project, "split", is_new=is_new, **variables)
 
 
 def default_split(log: Log) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -120,10 +120,10 @@ def change_split(request: Request, form: Form) -> Response:
     for each in (*spans["train"], *spans["test"]):
         select_data(log, each)  # raises the fault of an interval before anything is written
     project.update(field_value(form, "version"), train=spans["train"], test=spans["test"])
-    return render(
+    return render_screen(
         request,
+        project,
+        "split",
         "split_change.html.j2",
-        project=project,
-        version=project.version,
         **_variables(project, project.arguments, log),
     )

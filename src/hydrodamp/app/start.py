@@ -6,6 +6,7 @@ import filecmp
 import os
 import re
 import secrets
+import shutil
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -20,21 +21,39 @@ from hydrodamp.app.project import (
     PROJECT,
     Project,
     create_project,
+    duplicate_project,
     find_project_of,
     list_logs,
     list_projects,
+    rename_project,
     resolve_log,
 )
 from hydrodamp.app.recordings import read_files
-from hydrodamp.app.web import Form, describe_disk_failure, redirect, render, render_error
-from hydrodamp.errors import FileError
+from hydrodamp.app.steps import Step, step_states
+from hydrodamp.app.web import (
+    FieldError,
+    Form,
+    describe_disk_failure,
+    field_value,
+    jobs_of,
+    project_of,
+    redirect,
+    render,
+    render_error,
+)
+from hydrodamp.data.canonical import write_log
+from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.files import temporary_prefix
+from hydrodamp.simulation.campaign.reenact import reenact
 
 #: Folder of dropped files, and the largest size of all of them [bytes].
 UPLOADS, MAX_UPLOAD = "logs", 16 * 2**30
 
 #: Bytes of the name of a dropped file: that of a file, less the temporary suffix.
 MAX_NAME = 180
+
+#: Log of the example, and the duration of each of its runs [s].
+EXAMPLE, EXAMPLE_SECONDS = "example-auv.csv", 60.0
 
 _NAME = re.compile(r"[^\w.()@ -]+")
 
@@ -47,11 +66,48 @@ def show_start(request: Request, form: Form) -> Response:
     return render(
         request,
         "start.html.j2",
-        title="hydrodamp",
-        root=str(root),
-        projects=list_projects(root),
+        title="Open a log",
+        screen="open",
+        steps=step_states(None),
+        projects=[(project, next_step(project)) for project in list_projects(root)],
         logs=list_logs(root),
     )
+
+
+def next_step(project: Project) -> Step | None:
+    """Return the first step of a project that is not done, None of a damaged one."""
+    with suppress(HydrodampError):
+        steps = step_states(project)
+        return next((step for step in steps if step.state != "done"), steps[-1])
+    return None
+
+
+def open_example(request: Request, form: Form) -> Response:
+    """Open the log of a simulated AUV, which is written into the folder of logs."""
+    root: Path = request.app.state.root
+    path = root / UPLOADS / EXAMPLE
+    if not path.is_file():
+        path.parent.mkdir(exist_ok=True)
+        write_log(reenact(seed=1, duration=EXAMPLE_SECONDS).train, path)
+    log = resolve_log(root, f"{UPLOADS}/{EXAMPLE}")
+    return redirect(request, open_project(root, (log,)), "channels")
+
+
+def change_project(request: Request, form: Form) -> Response:
+    """Rename, duplicate or delete the project; the logs stay."""
+    project, action = project_of(request), request.path_params["action"]
+    if jobs_of(request).is_busy(project):
+        raise ProblemError("a command of this project is running: cancel it, or wait for its end")
+    if action == "delete":
+        shutil.rmtree(project.folder)
+        return Response(headers={"HX-Redirect": f"{request.scope['root_path']}/"})
+    if action == "duplicate":
+        return redirect(request, duplicate_project(project), "channels")
+    if not (name := field_value(form, "name").strip()):
+        raise FieldError("name", "the project needs a name")
+    if name != project.name:
+        project = rename_project(project, name)
+    return redirect(request, project, "channels")
 
 
 def open_logs(request: Request, form: Form) -> Response:
@@ -60,7 +116,7 @@ def open_logs(request: Request, form: Form) -> Response:
     paths = [line.strip() for text in form.get("log", []) for line in text.splitlines()]
     logs = tuple(dict.fromkeys(resolve_log(root, path) for path in paths if path))
     if not logs:
-        raise FileError("name at least one log")
+        raise FieldError("log", "choose at least one log")
     if "joined" in form:
         logs = ("+".join(logs),)
     return redirect(request, open_project(root, logs), "channels")

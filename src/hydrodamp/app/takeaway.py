@@ -15,69 +15,110 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 
 from hydrodamp.app.commands import export_command, plan_command, script
+from hydrodamp.app.jobs import Job
 from hydrodamp.app.project import ENVELOPE, EXPORTS, PLAN, RESULTS, Project
 from hydrodamp.app.recordings import read_log, read_vehicle
-from hydrodamp.app.results_state import is_outdated, outdated_exports
-from hydrodamp.app.run import jobs_of
+from hydrodamp.app.steps import exported_targets, outdated_exports
 from hydrodamp.app.web import (
+    FieldError,
     Form,
     field_value,
+    jobs_of,
+    number_field,
     project_address,
     project_of,
-    render,
     render_screen,
 )
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
+from hydrodamp.experiment_design.envelope import read_envelope
 from hydrodamp.export.export import TARGETS
-from hydrodamp.files import save_text
-from hydrodamp.report.files import DAMPING, REPORT
-from hydrodamp.report.page import content_policy
+from hydrodamp.files import load_json, save_text
+from hydrodamp.report.files import COMPARISON, DAMPING, REPORT
+from hydrodamp.report.page import content_policy, read_card, read_sections
+
+#: Smallest limit that is not zero.
+SMALLEST = 1e-3
+
+#: Limits of the next dive: label, unit, smallest value and default.
+LIMITS = {
+    "duration": ("Duration", "s", 1.0, 600.0),
+    "slowest": ("Speed from", "m/s", 0.0, 1.0),
+    "fastest": ("Speed to", "m/s", 0.0, 2.5),
+    "shallowest": ("Depth from", "m", 0.0, 2.0),
+    "deepest": ("Depth to", "m", 0.0, 30.0),
+    "side": ("Side of the area, start in the middle", "m", SMALLEST, 1000.0),
+}
 
 
 def show_verdict(request: Request, form: Form) -> Response:
-    """Return the screen with the report of the comparison."""
+    """Return the screen with the sections of the report."""
     project = project_of(request)
-    return render_screen(
-        request,
-        project,
-        "verdict",
-        project.version,
-        ["report", project.argument(RESULTS)],
-        is_outdated=is_outdated(project),
-        has_report=project.path(f"{RESULTS}/{REPORT}").is_file(),
-        report=f"{project_address(request, project.name)}/file/{RESULTS}/{REPORT}",
-    )
+    has_report = project.path(f"{RESULTS}/{REPORT}").is_file()
+    page = read_sections(project.path(RESULTS)) if has_report else None
+    address = f"{project_address(request, project.name)}/file/{RESULTS}/{REPORT}"
+    return render_screen(request, project, "verdict", page=page, report=address)
 
 
 def show_files(request: Request, form: Form) -> Response:
     """Return the screen with all files, exports and commands."""
     project = project_of(request)
-    return render_screen(
-        request, project, "files", project.version, None, **_files(request, project)
-    )
+    return render_screen(request, project, "files", **_files(request, project))
 
 
 def _files(request: Request, project: Project) -> dict[str, Any]:
-    exported = [each for each in TARGETS if project.path(f"{EXPORTS}/{each}").is_dir()]
-    pending = {
-        name: job
-        for name in TARGETS
-        if (job := jobs_of(request).find(project, _export_name(name))) is not None
-    }
-    plan = jobs_of(request).find(project, PLAN)
+    jobs = jobs_of(request)
+    exports = [_describe_export(project, key, jobs.find(project, _export_name(key)))
+               for key in TARGETS]  # fmt: skip
+    plan, damping = jobs.find(project, PLAN), project.path(f"{RESULTS}/{DAMPING}")
+    jobs_of_page = [plan, *(each["job"] for each in exports)]
     return {
-        "is_outdated": is_outdated(project),
-        "outdated": outdated_exports(project),
         "folder": project.argument(EXPORTS),
-        "has_damping": project.path(f"{RESULTS}/{DAMPING}").is_file(),
+        "has_damping": damping.is_file(),
+        "headline": _headline(project) if damping.is_file() else "",
         "listed": list(list_files(project).items()),
-        "targets": [(key, TARGETS[key].description) for key in TARGETS],
-        "exported": exported,
-        "pending": pending,
-        "is_busy": any(job.is_running for job in [*pending.values(), plan] if job is not None),
-        "script": script(project, exported),
+        "exports": exports,
+        "is_busy": any(job.is_running for job in jobs_of_page if job is not None),
+        "script": script(project, sorted(exported_targets(project))),
         "plan": plan,
+        "limits": [
+            (key, *LIMITS[key][:2], f"{value:g}") for key, value in _limits(project).items()
+        ],
     }
+
+
+def _headline(project: Project) -> str:
+    """Return what the results say on the use of the exported model."""
+    with suppress(HydrodampError, KeyError, TypeError, IndexError):
+        document: Any = load_json(project.path(f"{RESULTS}/{COMPARISON}"))
+        return str(document["verdict"]["text"]).splitlines()[0]
+    return ""
+
+
+def _describe_export(project: Project, key: str, job: Job | None) -> dict[str, Any]:
+    """Return the state of an export, and what its card says on its worth."""
+    card: dict[str, Any] = {}
+    if key in exported_targets(project):
+        with suppress(HydrodampError):
+            card = read_card(project.path(f"{EXPORTS}/{key}"))
+    state = "exported" if card else ""
+    if job is not None and (job.is_running or job.status != 0):
+        state = "running" if job.is_running else "refused"
+    elif key in outdated_exports(project):
+        state = "outdated"
+    worth, description = str(card.get("text", "")).strip(), TARGETS[key].description
+    return {"key": key, "description": description, "state": state, "worth": worth, "job": job}
+
+
+def _limits(project: Project) -> dict[str, float]:
+    """Return the limits of the next dive: those of the project, else the defaults."""
+    values = {key: entry[-1] for key, entry in LIMITS.items()}
+    with suppress(HydrodampError):
+        envelope = read_envelope(project.path(ENVELOPE))
+        values["slowest"], values["fastest"] = envelope.speed
+        values["shallowest"], values["deepest"] = envelope.depth
+        if envelope.area is not None:
+            values["side"] = 2.0 * envelope.area.north[1]
+    return values
 
 
 def _export_name(target: str) -> str:
@@ -103,39 +144,42 @@ def start_export(request: Request, form: Form) -> Response:
 def start_plan(request: Request, form: Form) -> Response:
     """Design the next dive by the selected model."""
     project = project_of(request)
-    path = project.path(f"{RESULTS}/{DAMPING}")
-    if not path.is_file():
+    if not project.path(f"{RESULTS}/{DAMPING}").is_file():
         raise ProblemError("there is no damping file yet: run the comparison first")
-    try:
-        duration = float(field_value(form, "duration"))
-    except ValueError as error:
-        raise ProblemError("the duration must be a number of seconds") from error
-    has_envelope = _write_envelope(project)
-    command = plan_command(project, duration, has_envelope)
-    jobs_of(request).start(project, PLAN, command)
+    values = {key: number_field(form, key, unit, low) for key, (_, unit, low, _) in LIMITS.items()}
+    for low, high in (("slowest", "fastest"), ("shallowest", "deepest")):
+        if not values[low] < values[high]:
+            raise FieldError(high, f"must be above {values[low]:g}; got {values[high]:g}")
+    _write_envelope(project, values)
+    jobs_of(request).start(project, PLAN, plan_command(project, values["duration"]))
     return show_exports(request, form)
 
 
-def _write_envelope(project: Project) -> bool:
-    """Write the ranges of commands in the log as limits where the vehicle file has none."""
+def _write_envelope(project: Project, values: dict[str, float]) -> None:
+    """Write the limits, and the ranges of commands in the log where the vehicle has none."""
     vehicle, _ = read_vehicle(project)
-    log = read_log(project)
-    if vehicle is None or vehicle.commands or not log.command_names:
-        return False
-    low, high = log.commands.min(axis=0).tolist(), log.commands.max(axis=0).tolist()
-    limits = {
-        name: {"lowest": least, "highest": most}
-        for name, least, most in zip(log.command_names, low, high, strict=True)
-        if least < most
+    log, half = read_log(project), 0.5 * values["side"]
+    content: dict[str, Any] = {
+        "speed": [values["slowest"], values["fastest"]],
+        "depth": [values["shallowest"], values["deepest"]],
+        "area": {"north": [-half, half], "east": [-half, half]},
     }
-    save_text(str(yaml.safe_dump({"commands": limits})), project.path(ENVELOPE))
-    return True
+    if vehicle is not None and not vehicle.commands and log.command_names:
+        low, high = log.commands.min(axis=0).tolist(), log.commands.max(axis=0).tolist()
+        content["commands"] = {
+            name: {"lowest": least, "highest": most}
+            for name, least, most in zip(log.command_names, low, high, strict=True)
+            if least < most
+        }
+    save_text(str(yaml.safe_dump(content)), project.path(ENVELOPE))
 
 
 def show_exports(request: Request, form: Form) -> Response:
     """Return the files and the state of exports."""
     project = project_of(request)
-    return render(request, "files_change.html.j2", project=project, **_files(request, project))
+    return render_screen(
+        request, project, "files", "files_change.html.j2", **_files(request, project)
+    )
 
 
 def list_files(project: Project) -> dict[str, int]:
@@ -171,7 +215,7 @@ def send_archive(request: Request, form: Form) -> Response:
         for name in list_files(project):
             with suppress(FileNotFoundError):  # a job has removed it
                 archive.write(project.path(name), project.argument(name))
-        archive.writestr("commands.sh", script(project, _files(request, project)["exported"]))
+        archive.writestr("commands.sh", script(project, sorted(exported_targets(project))))
     disposition = f"attachment; filename*=UTF-8''{quote(project.name)}.zip"
     headers = {"Content-Disposition": disposition}
     return StreamingResponse(

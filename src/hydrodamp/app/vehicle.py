@@ -11,7 +11,7 @@ from starlette.responses import Response
 from hydrodamp.app.gains import is_edited, update_models
 from hydrodamp.app.project import MODEL, VEHICLE, Project
 from hydrodamp.app.recordings import inspect_project, read_log, read_vehicle
-from hydrodamp.app.web import Form, field_value, project_of, redirect, render_screen
+from hydrodamp.app.web import Form, field_value, number_field, project_of, redirect, render_screen
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import HydrodampError, ProblemError, VehicleError
 from hydrodamp.ingest.inspection.delay import Delay
@@ -27,27 +27,21 @@ MAX_SIZE = 1e9
 def show_vehicle(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
-    version = project.version
     vehicle, fault = read_vehicle(project)
     commands, delays = _commands(project)
     return render_screen(
         request,
         project,
         "vehicle",
-        version,
-        None,
         fleet=list(fleet),
-        chosen=project.arguments.vehicle,
         vehicle=vehicle,
         facts=_facts(vehicle),
         fault=fault,
         righting="" if vehicle is None else without_righting(vehicle),
-        text=project.text(VEHICLE),
         commands=commands,
         delays=delays,
         ticked=_ticked(project, delays),
         axes=AXES if vehicle is None else vehicle.axes,
-        model_text=project.text(MODEL),
         is_edited=is_edited(project),
         actuated=() if vehicle is None else tuple(vehicle.commands),
     )
@@ -138,15 +132,8 @@ def copy_fleet_vehicle(request: Request, form: Form) -> Response:
 
 
 def _estimate(form: Form) -> Vehicle:
-    sizes = {}
-    for name, unit in (("length", "m"), ("diameter", "m"), ("mass", "kg"), ("height", "mm")):
-        text = field_value(form, name)
-        try:
-            sizes[name] = float(text)
-        except ValueError as error:
-            raise VehicleError(f"`{name}` must be a number [{unit}]; got '{text}'") from error
-        if not 0.0 <= sizes[name] < MAX_SIZE:
-            raise VehicleError(f"`{name}` must be 0 to {MAX_SIZE:g} [{unit}]; got {text}")
+    units = {"length": "m", "diameter": "m", "mass": "kg", "height": "mm"}
+    sizes = {name: number_field(form, name, unit, 0.0, MAX_SIZE) for name, unit in units.items()}
     name = field_value(form, "name") or "my-vehicle"
     height = sizes.pop("height") / 1000.0
     axes = tuple(axis for axis in AXES if axis in form.get("axis", [])) or AXES

@@ -18,20 +18,25 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
-from hydrodamp.app.commands import format_command
-from hydrodamp.app.project import OutdatedEditError, Project, find_project
+from hydrodamp.app.commands import compare_command, format_command, probe_command
+from hydrodamp.app.jobs import Jobs
+from hydrodamp.app.project import RESULTS, OutdatedEditError, Project, find_project, list_projects
+from hydrodamp.app.steps import STEPS, find_blocker, step_states
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.report.page import page_environment
 
-#: Screens of a project: name, title.
-SCREENS = (
-    ("channels", "Channels"),
-    ("vehicle", "Vehicle"),
-    ("split", "Split"),
-    ("run", "Run"),
-    ("verdict", "Verdict"),
-    ("files", "Take away"),
-)
+#: Name of the comparison among the jobs of a project.
+COMPARE = "compare"
+
+#: Commands that repeat a screen.
+COMMANDS: dict[str, Callable[[Project], list[str]]] = {
+    "channels": probe_command,
+    "run": compare_command,
+    "verdict": lambda project: ["report", project.argument(RESULTS)],
+}
+
+#: Projects in the switcher.
+MAX_RECENT = 8
 
 #: Bytes of a form.
 MAX_FORM = 2_000_000
@@ -63,29 +68,47 @@ def render_screen(
     request: Request,
     project: Project,
     screen: str,
-    version: str,
-    command: list[str] | None,
+    template: str = "",
     **variables: Any,
 ) -> HTMLResponse:
-    """Return a screen of a version of a project, with the command that repeats it."""
-    return render(
-        request,
-        f"{screen}.html.j2",
-        project=project,
-        screen=screen,
-        screens=SCREENS,
-        title=dict(SCREENS)[screen],
-        version=version,
-        command=format_command(command) if command else "",
-        **variables,
-    )
+    """Return a screen of a project, or a fragment of it, with the state of all steps."""
+    job = jobs_of(request).find(project, COMPARE)
+    steps = step_states(project, job is not None and job.is_running)
+    blocker, listed = find_blocker(steps, screen), screen in COMMANDS
+    has_command = listed and (blocker is None or screen == "channels")
+    shell = {
+        "project": project,
+        "recent": list_projects(project.root)[:MAX_RECENT],
+        "screen": screen,
+        "title": STEPS[screen],
+        "steps": steps,
+        "blocker": blocker,
+        "version": getattr(request.state, "version", "") or project.version,
+        "command": format_command(COMMANDS[screen](project)) if has_command else "",
+    }
+    return render(request, template or f"{screen}.html.j2", **shell, **variables)
 
 
-def render_error(request: Request, text: str, status: int) -> HTMLResponse:
-    """Return a message in place of a fragment."""
-    response = render(request, "message.html.j2", text=text)
+def jobs_of(request: Request) -> Jobs:
+    """Return the jobs of the server."""
+    jobs: Jobs = request.app.state.jobs
+    return jobs
+
+
+class FieldError(ProblemError):
+    """A value of a field that is not possible."""
+
+    def __init__(self, field: str, text: str) -> None:
+        super().__init__(text)
+        self.field = field
+
+
+def render_error(request: Request, text: str, status: int, field: str = "") -> HTMLResponse:
+    """Return a message in place of a fragment: at its field, or at the top of the page."""
+    response = render(request, "message.html.j2", text=text, field=field)
     response.status_code = status
-    response.headers.update(MESSAGE_HEADERS)
+    at_field = {"HX-Retarget": f"#error-{field}"} if field else {}
+    response.headers.update(MESSAGE_HEADERS | at_field)
     return response
 
 
@@ -100,8 +123,11 @@ def field_value(form: Form, name: str, default: str = "") -> str:
 
 
 def project_of(request: Request) -> Project:
-    """Return the project that the path of a request names."""
-    return find_project(request.app.state.root, request.path_params["project"])
+    """Return the project that the path of a request names; a page has the version of its start."""
+    project = find_project(request.app.state.root, request.path_params["project"])
+    if request.method == "GET":
+        request.state.version = project.version
+    return project
 
 
 Handler = Callable[[Request, Form], Response]
@@ -146,13 +172,35 @@ def _render_failure(request: Request, error: Exception) -> Response:
     if not is_input:
         _logger.error("%s %s", request.method, request.url.path, exc_info=error)
     if request.headers.get("hx-request"):
-        return render_error(request, text, status)
+        return render_error(request, text, status, getattr(error, "field", ""))
     has_channels = "project" in request.path_params and "/channels" not in request.url.path
     page = render(
-        request, "error.html.j2", text=text, title="Not possible", has_channels=has_channels
+        request,
+        "error.html.j2",
+        text=text,
+        title="Not possible",
+        steps=step_states(None),
+        screen="",
+        has_channels=has_channels,
     )
     page.status_code = status
     return page
+
+
+def number_field(
+    form: Form, name: str, unit: str, low: float = 0.0, high: float = math.inf
+) -> float:
+    """Return the number of a field."""
+    text = field_value(form, name).strip().replace(",", ".")
+    try:
+        value = float(text)
+    except ValueError as error:
+        got = f"got '{text}'" if text else "it is empty"
+        raise FieldError(name, f"must be a number [{unit}]; {got}") from error
+    if not low <= value < high:
+        most = f" and below {high:g}" if high < math.inf else ""
+        raise FieldError(name, f"must be at least {low:g}{most} [{unit}]; got {text}")
+    return value
 
 
 def number(request: Request, name: str, default: float) -> float:

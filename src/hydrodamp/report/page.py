@@ -131,11 +131,7 @@ def render_page(page: Page) -> str:
         page_environment("hydrodamp.report")
         .get_template("page.html.j2")
         .render(
-            page=page,
-            run=page.run,
-            series=page.series,
-            facts={**page.facts, **provenance_facts()},
-            max_rows=MAX_OPEN_ROWS,
+            _variables(page),
             scripts=[*map(text_of, scripts)],
             styles=[*map(text_of, ["uplot.css"] * bool(page.series) + ["report.css"])],
             licence=text_of("uplot.LICENSE"),
@@ -143,10 +139,31 @@ def render_page(page: Page) -> str:
     )
 
 
+def _variables(page: Page) -> dict[str, Any]:
+    """Return the variables of the sections of a page."""
+    facts = {**page.facts, **provenance_facts()}
+    variables = {"page": page, "run": page.run, "series": page.series, "facts": facts}
+    return variables | {"max_rows": MAX_OPEN_ROWS}
+
+
 def comparison_page(comparison: Comparison, content: ReportContent | None = None) -> str:
     """Return the report of a comparison."""
-    content, provenance = content or ReportContent(), comparison.provenance
-    selected, unit = find_selected_row(comparison), comparison.rate_unit
+    return render_page(_comparison_content(comparison, content or ReportContent()))
+
+
+def read_sections(folder: Path) -> dict[str, Any]:
+    """Return the sections of the report of a folder of results as HTML, with their variables."""
+    comparison = read_comparison(folder)
+    page = _comparison_content(comparison, read_content(folder, comparison))
+    sections = page_environment("hydrodamp.report").get_template("sections.html.j2")
+    return {"sections": sections.render(_variables(page)), "series": page.series, "run": page.run}
+
+
+def _comparison_content(comparison: Comparison, content: ReportContent) -> Page:
+    """Return the content of the report of a comparison."""
+    selected, unit, provenance = (
+        find_selected_row(comparison), comparison.rate_unit, comparison.provenance
+    )
     pairs = zip(relative_errors(comparison), comparison.rows, strict=True)
     by_error = [row for _, row in sorted(pairs, key=lambda pair: (pair[0], pair[1].n_coefficients))]
     order = sorted(
@@ -161,18 +178,16 @@ def comparison_page(comparison: Comparison, content: ReportContent | None = None
         "date": provenance.get("date"),
         "units": f"SI, FRD and NED; angular rates in {unit}/s",
     }
-    return render_page(
-        Page(
-            title=title,
-            about=about,
-            track=horizontal_track(log),
-            series=replay_series(comparison, order, content.band),
-            pictures=content.pictures,
-            not_shown=content.not_shown,
-            facts=origin.facts,
-            sources=(origin.files, origin.settings),
-            run=_run_variables(comparison, content.identifiability, by_error, order),
-        )
+    return Page(
+        title=title,
+        about=about,
+        track=horizontal_track(log),
+        series=replay_series(comparison, order, content.band),
+        pictures=content.pictures,
+        not_shown=content.not_shown,
+        facts=origin.facts,
+        sources=(origin.files, origin.settings),
+        run=_run_variables(comparison, content.identifiability, by_error, order),
     )
 
 

@@ -1,11 +1,8 @@
 "use strict";
 {
   const find = (selector, home = document) => home.querySelector(selector);
-  const series = find("#series");
-  const say = (text) => {
-    const box = Object.assign(document.createElement("div"), { className: "fault", textContent: text });
-    find("#message").replaceChildren(box);
-  };
+  const series = find("#series[data-series]");
+  const say = (text) => find("#message").replaceChildren(Object.assign(document.createElement("div"), { className: "fault", textContent: text }));
 
   // Copy buttons, previews, dismissals: one listener, since htmx replaces parts of the page.
   document.addEventListener("click", async ({ target }) => {
@@ -39,6 +36,24 @@
     home.scrollIntoView({ block: "nearest" });
   }
 
+  // An error stays at its field until the field changes.
+  document.addEventListener("input", ({ target }) => find(".field-error", target.closest(".field") ?? document.createElement("i"))?.replaceChildren());
+
+  // The action of the first step counts the chosen logs.
+  const opening = find("#open");
+  const countLogs = () => {
+    const chosen = new FormData(opening).getAll("log").join("\n").split("\n").filter((line) => line.trim()).length;
+    Object.assign(find("#bar .primary"), { disabled: !chosen, textContent: chosen > 1 ? `Open ${chosen} logs` : "Open" });
+    find("#selected").textContent = chosen ? "" : "Choose, drop or enter a log, or open the example.";
+  };
+  opening?.addEventListener("input", countLogs);
+  if (opening) window.addEventListener("pageshow", countLogs);
+
+  // A menu of the header closes as menus do.
+  const switcher = find(".switcher");
+  document.addEventListener("click", ({ target }) => { if (switcher && !switcher.contains(target)) switcher.open = false; });
+  document.addEventListener("keydown", ({ key }) => { if (switcher?.open && key === "Escape") { switcher.open = false; find("summary", switcher).focus(); } });
+
   // A refused change shows what the file has.
   document.addEventListener("htmx:responseError", ({ detail }) => detail.elt.classList?.contains("controls") && detail.elt.reset());
 
@@ -60,6 +75,7 @@
         paths.value = `${paths.value.trimEnd()}\n${(await answer.json()).path}`.trimStart();
       }
       status.textContent = `${files.length} copied`;
+      countLogs();
     };
     find("#chooser").addEventListener("change", ({ target }) => send([...target.files]));
     drop.addEventListener("dragover", (event) => { event.preventDefault(); drop.classList.add("over"); });

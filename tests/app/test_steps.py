@@ -1,0 +1,125 @@
+"""The states of the steps of a project, the action of each, and changes of whole projects."""
+
+import json
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.app.commands import compare_command, format_command
+from hydrodamp.app.project import find_project
+from hydrodamp.app.steps import STEPS, find_blocker, step_states
+
+from .conftest import open_log, version_of
+
+
+def states(project):
+    """Return the state of each step."""
+    return [step.state for step in step_states(project)]
+
+
+def finish(project):
+    """Write results as the command of the project does."""
+    folder = project.path("results")
+    folder.mkdir(exist_ok=True)
+    command = format_command(compare_command(project))
+    document = {"provenance": {"command": command}, "verdict": {"text": "Use it.\nWhy."}}
+    (folder / "comparison.json").write_text(json.dumps(document), "utf-8")
+    (folder / "damping.json").write_text("{}", "utf-8")
+    (folder / "report.html").write_text("<p>", "utf-8")
+
+
+@pytest.fixture
+def chosen(server, canonical):
+    """A project with all choices."""
+    address = open_log(server, canonical)
+    form = {"train": "0:100", "test": "120:220", "version": version_of(server, address)}
+    server.post(f"{address}/split", **form)
+    project = find_project(server.root, "dive")
+    project.update(project.version, vehicle="vt690")
+    return project
+
+
+def test_steps_follow_the_choices(server, canonical):
+    address = open_log(server, canonical)
+    project = find_project(server.root, "dive")
+    assert states(project) == ["done", "done", "needs", "needs", "waits", "waits", "waits"]
+    assert find_blocker(step_states(project), "run").name == "vehicle"
+    assert find_blocker(step_states(project), "channels") is None
+    page = server.get(f"{address}/run")
+    assert "First, Vehicle: choose a vehicle." in page
+    assert f'{address}/vehicle">Go to Vehicle' in page
+    server.post(f"{address}/vehicle", source="fleet", name="vt690", version=project.version)
+    form = {"train": "0:100", "test": "120:220", "version": project.version}
+    assert 'hx-swap-oob="true"' in server.post(f"{address}/split", **form)
+    assert states(project)[3:] == ["done", "ready", "waits", "waits"]
+    assert "Run 4 fits" in server.get(f"{address}/run")
+    page = server.post(f"{address}/run/choice", method="weak", version=project.version)
+    assert "Choose a model and a method" in page
+    assert states(project)[4] == "needs"
+
+
+def test_results_of_other_choices_are_outdated(chosen):
+    finish(chosen)
+    assert states(chosen)[4:] == ["done", "done", "ready"]
+    card = chosen.path("exported/python/fidelity.json")
+    card.parent.mkdir(parents=True)
+    card.write_text("{}", "utf-8")
+    assert states(chosen)[4:] == ["done", "done", "done"]
+    chosen.update(chosen.version, models=("fossen",))
+    assert states(chosen)[4:] == ["outdated", "outdated", "outdated"]
+
+
+def test_a_mapping_without_a_velocity_needs_the_user(server):
+    (server.root / "odd.csv").write_text("t_s,a\n0,1\n1,2\n2,4\n", "utf-8")
+    address = open_log(server, "odd.csv")
+    assert step_states(find_project(server.root, "odd"))[1].note == "no column is a velocity"
+    for screen in [*STEPS][1:]:
+        status, _, page = server.request("GET", f"{address}/{screen}")
+        assert status == 200 or b"Go to Channels" in page, screen
+
+
+def test_a_renamed_project_keeps_its_results_and_a_copy_has_them(server, chosen):
+    finish(chosen)
+    _, headers, _ = server.request("POST", "/p/dive/project/rename", {"name": "sea trial, 2 m"})
+    assert headers["HX-Redirect"].endswith("/p/sea-trial-2-m/channels")
+    renamed = find_project(server.root, "sea-trial-2-m")
+    assert states(renamed)[4:6] == ["done", "done"]
+    server.post("/p/sea-trial-2-m/project/duplicate")
+    copy = find_project(server.root, "sea-trial-2-m-copy")
+    assert states(copy)[4:6] == ["done", "done"]
+    server.post("/p/sea-trial-2-m/project/delete")
+    assert not renamed.folder.exists()
+    assert copy.path("results/comparison.json").is_file()
+    assert (server.root / "dive.csv").is_file()
+
+
+@pytest.mark.parametrize("name", ["", "  "])
+def test_a_project_needs_a_name(server, chosen, name):
+    status, headers, _ = server.request("POST", "/p/dive/project/rename", {"name": name})
+    assert (status, headers["HX-Retarget"]) == (422, "#error-name")
+
+
+def test_the_example_is_a_log_with_a_project(server, monkeypatch):
+    from hydrodamp.app import start
+
+    monkeypatch.setattr(start, "EXAMPLE_SECONDS", 5.0)
+    _, headers, _ = server.request("POST", "/example", {})
+    assert headers["HX-Redirect"].endswith("/p/example-auv/channels")
+    assert len(hd.read_log(server.root / "logs/example-auv.csv").segments) == 4
+
+
+def test_the_next_dive_asks_for_limits(server, chosen):
+    finish(chosen)
+    page = server.get("/p/dive/files")
+    assert "Use it." in page
+    form = {"duration": "600", "slowest": "2", "fastest": "1", "shallowest": "2"}
+    form |= {"deepest": "20", "side": "300"}
+    status, headers, text = server.request("POST", "/p/dive/files/plan", form)
+    assert (status, headers["HX-Retarget"]) == (422, "#error-fastest")
+    assert b"must be above 2" in text
+    server.post("/p/dive/files/plan", **form | {"fastest": "2.5"})
+    envelope = hd.read_envelope(chosen.path("envelope.yaml"))
+    assert envelope.speed == (2.0, 2.5)
+    assert envelope.depth == (2.0, 20.0)
+    assert envelope.area.north == (-150.0, 150.0)
+    assert 'name="side" inputmode="decimal" size="8" value="300"' in server.get("/p/dive/files")
