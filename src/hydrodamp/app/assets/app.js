@@ -46,10 +46,9 @@
     Object.assign(find("#bar .primary"), { disabled: !chosen, textContent: chosen > 1 ? `Open ${chosen} logs` : "Open" });
     find("#selected").textContent = chosen ? "" : "Choose, drop or enter a log, or open the example.";
   };
-  opening?.addEventListener("input", countLogs);
-  if (opening) window.addEventListener("pageshow", countLogs);
+  if (opening) for (const kind of ["input", "pageshow"]) window.addEventListener(kind, countLogs);
 
-  // A menu of the header closes as menus do.
+  // The menu of projects closes by a click elsewhere and by Escape.
   const switcher = find(".switcher");
   document.addEventListener("click", ({ target }) => { if (switcher && !switcher.contains(target)) switcher.open = false; });
   document.addEventListener("keydown", ({ key }) => { if (switcher?.open && key === "Escape") { switcher.open = false; find("summary", switcher).focus(); } });
