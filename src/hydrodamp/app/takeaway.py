@@ -105,7 +105,9 @@ def _describe_export(project: Project, key: str, job: Job | None) -> dict[str, A
         state = "running" if job.is_running else "refused"
     elif key in outdated_exports(project):
         state = "outdated"
-    worth, description = str(card.get("text", "")).strip(), TARGETS[key].description
+    errors = [each for each in card.get("wrench_error", {}).values() if each is not None]
+    worth = f"Wrench error at most {max(errors):.2g} % of the damping." if errors else ""
+    description = TARGETS[key].description
     return {"key": key, "description": description, "state": state, "worth": worth, "job": job}
 
 
