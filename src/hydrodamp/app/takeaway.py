@@ -33,8 +33,9 @@ from hydrodamp.errors import FileError, HydrodampError, ProblemError
 from hydrodamp.experiment_design.envelope import read_envelope
 from hydrodamp.export.export import TARGETS
 from hydrodamp.files import load_json, save_text
+from hydrodamp.report.fidelity_report import read_card
 from hydrodamp.report.files import COMPARISON, DAMPING, REPORT
-from hydrodamp.report.page import content_policy, read_card, read_sections
+from hydrodamp.report.page import content_policy, read_sections
 
 #: Smallest limit that is not zero.
 SMALLEST = 1e-3

@@ -162,7 +162,9 @@ def read_sections(folder: Path) -> dict[str, Any]:
 def _comparison_content(comparison: Comparison, content: ReportContent) -> Page:
     """Return the content of the report of a comparison."""
     selected, unit, provenance = (
-        find_selected_row(comparison), comparison.rate_unit, comparison.provenance
+        find_selected_row(comparison),
+        comparison.rate_unit,
+        comparison.provenance,
     )
     pairs = zip(relative_errors(comparison), comparison.rows, strict=True)
     by_error = [row for _, row in sorted(pairs, key=lambda pair: (pair[0], pair[1].n_coefficients))]
