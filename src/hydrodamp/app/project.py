@@ -241,10 +241,9 @@ def list_logs(root: Path) -> list[str]:
 
 
 def _may_be_log(path: Path) -> bool:
-    """Return whether a file is no plain text with the suffix of another format, as ``app.log``."""
+    """Return whether a file is no text of a program, as the output of the app in ``app.log``."""
     with suppress(HydrodampError, OSError):  # opening a damaged one says what is wrong
-        form = format_of(path)
-        return form is not FORMATS[-1] or suffix_of(path) in form.suffixes
+        return suffix_of(path) != ".log" or format_of(path) is not FORMATS[-1]
     return True
 
 
