@@ -97,7 +97,6 @@ from .identification.fit import (
     Fit as Fit,
     Method as Method,
     Uncertainty as Uncertainty,
-    identify as identify,
     make_fit as make_fit,
 )
 from .identification.general_model import general_model as general_model
@@ -105,7 +104,6 @@ from .identification.grades import Grade as Grade
 from .identification.identifiability import (
     Identifiability as Identifiability,
     grade_fit as grade_fit,
-    grade_fits as grade_fits,
     identifiability as identifiability,
 )
 from .identification.least_squares import (
@@ -117,6 +115,7 @@ from .identification.methods import (
     METHODS as METHODS,
     cite as cite,
     find_method as find_method,
+    identify as identify,
     identify_all as identify_all,
 )
 from .identification.online import observe as observe

@@ -9,7 +9,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification import output_error
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
-from hydrodamp.identification.identifiability import grade_fits
+from hydrodamp.identification.identifiability import add_grades
 from hydrodamp.identification.parameter_estimates import describe_changes
 from hydrodamp.identification.parameters import (
     Parameter,
@@ -75,7 +75,7 @@ def test_a_wrong_guess_is_estimated_by_default_and_contradicted():
     table = hd.compare((fit, exact), vehicle, sail(2))
     first, second = (row.rms for row in table.rows)
     assert first < 0.5 * second
-    (graded,) = grade_fits(problem, (fit,))
+    graded, _ = add_grades(problem, fit)
     assert graded.grades["Y_v"].word == "determined"
     with warnings.catch_warnings():  # of coefficients that belong to another vehicle
         warnings.simplefilter("error", hd.HydrodampWarning)

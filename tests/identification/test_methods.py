@@ -1,5 +1,7 @@
 """Methods by key, and several models at once: one that is refused does not end the others."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,7 @@ def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
     assert np.isnan(refused.damping.coefficients).all()
     assert usable.status.usable
     assert set(map(id, told)) == set(map(id, fits))
+    assert (refused.grades, set(usable.grades)) == ({}, set(SMALL.labels))
     table = hd.compare(fits, short.vehicle, short.log)
     assert table.rows[0].status is hd.Status.REFUSED
     assert table.row(LARGE.key, "ridge").rms is None
@@ -40,6 +43,21 @@ def test_an_error_of_the_call_stays_an_error(short):
             hd.identify_all(narrow, [SMALL, LARGE], method)
     with pytest.raises(hd.MethodError, match="no method 'rigde'"):
         hd.find_method("rigde")
+
+
+@pytest.mark.parametrize(
+    ("key", "method"),
+    [("recommended", ()), ("weak", ("weak",)), ("dissipative", (hd.Dissipative(),))],
+)
+def test_fits_are_graded_and_by_default_of_the_recommended_method(key, method):
+    campaign = hd.reenact(seed=0, duration=60.0)
+    model, log = hd.catalog["linear"], campaign.train.select("yaw-1800", "depth-2600")
+    problem = hd.prepare(campaign.vehicle, log, model)
+    (fit,) = hd.identify_all(problem, [model], *method)
+    single = hd.identify(model, campaign.vehicle, log, *method)
+    assert fit.method == single.method == key
+    for each in (fit, single):
+        assert each.grades == dict(hd.grade_fit(problem, replace(each, grades={})).grades)
 
 
 @pytest.mark.parametrize("key", hd.METHODS)

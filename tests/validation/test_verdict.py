@@ -29,7 +29,7 @@ def campaign():
 def table(campaign):
     models = [hd.catalog[key] for key in ("linear", "prestero", "fossen")]
     problem = hd.prepare(campaign.vehicle, campaign.train, models)
-    fits = hd.grade_fits(problem, hd.identify_all(problem, models, hd.WeakForm()))
+    fits = hd.identify_all(problem, models, hd.WeakForm())
     return hd.compare(fits, campaign.vehicle, campaign.test)
 
 

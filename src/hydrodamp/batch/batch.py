@@ -67,7 +67,7 @@ class GroupFit:
         RMS error (equation 24) of a replay of the first log with a fit to the others; None for a
         single log or a divergence.
     grades : tuple of Grade
-        Grade of each coefficient; empty for methods without sufficient statistics.
+        Grade of each coefficient; empty where the logs are too short.
     """
 
     group: Group
@@ -206,7 +206,7 @@ def batch(
     (('2026-05-01',), 1)
     >>> folder.cleanup()
     """
-    identifier = find_method(method) if isinstance(method, str) else method
+    identifier = find_method(method)
     model_list = (models,) if isinstance(models, DampingModel) else tuple(models)
     vehicles = (vehicle,) if isinstance(vehicle, Vehicle) else tuple(vehicle)
     check_grouping(by, vehicles)

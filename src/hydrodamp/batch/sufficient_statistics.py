@@ -31,11 +31,11 @@ from hydrodamp.identification.fit import (
     Fit,
     Method,
     Uncertainty,
-    identify_or_refuse,
     jackknife,
 )
 from hydrodamp.identification.grades import Grade, grade_coefficients
 from hydrodamp.identification.least_squares import LeastSquares, WeakForm
+from hydrodamp.identification.methods import identify_all
 from hydrodamp.identification.regression import (
     AxisSolution,
     Triangle,
@@ -240,8 +240,7 @@ def identify_logs(
     """Identify models from concatenated logs, without statistics; return fits and outliers."""
     with suppress_warnings() as collected:
         problem = prepare(vehicle, read_logs(addresses, mapping), models)
-    fits = tuple(identify_or_refuse(method, problem, model) for model in models)
-    return fits, outlier_messages(collected)
+    return identify_all(problem, models, method), outlier_messages(collected)
 
 
 def replay_log(
@@ -327,7 +326,7 @@ def _jackknife(
 def grade_statistics(statistics: LogStatistics | None, fit: Fit) -> tuple[Grade, ...]:
     """Grade each coefficient by its interval and its contribution to the axis force."""
     if statistics is None or fit.uncertainty is None:
-        return ()
+        return tuple(fit.grades.values())
     half = fit.uncertainty.critical_value() * fit.uncertainty.standard_errors
     aliased = {label for group in fit.aliased for label in group}
     grades, first, root = list[Grade](), 0, np.sqrt(statistics.triangle.n_samples)

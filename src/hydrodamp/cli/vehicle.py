@@ -46,7 +46,7 @@ def add_actuators(text: str, log: hd.Log) -> str:
             "be estimated: omit `--log`, or use a log with more manoeuvres."
         )
     model = hd.catalog["fossen"].with_terms(terms)
-    fit = hd.identify(model, vehicle, log, hd.WeakForm())
+    fit = hd.WeakForm().identify(hd.prepare(vehicle, log, model), model)
     margins = dict(zip(fit.model.labels, half_widths(fit).tolist(), strict=True))
     lines = ["actuators:  # gains by the weak form, with 95 % intervals; valid with these masses"]
     for axis, names in terms.items():

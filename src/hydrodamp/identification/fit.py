@@ -16,7 +16,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, Shape, freeze, jackknife_covariance
 from hydrodamp.data.digests import MAX_DIGESTS, velocity_digests
-from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, first_few
 from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
@@ -25,7 +24,7 @@ from hydrodamp.identification.parameters import Estimate
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import command_ranges, missing_actuation
-from hydrodamp.simulation.problem import Problem, prepare, vehicle_stamp
+from hydrodamp.simulation.problem import Problem, vehicle_stamp
 from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -382,33 +381,6 @@ class Method(Protocol):
             Coefficients, status and, where the method gives it, covariance.
         """
         ...
-
-
-def identify(model: DampingModel, vehicle: Vehicle, log: Log, method: Method) -> Fit:
-    """Identify one model from one log.
-
-    Parameters
-    ----------
-    model : DampingModel
-        The terms.
-    vehicle : Vehicle
-        Mass matrix, restoring wrench and actuators.
-    log : Log
-        The measurements.
-    method : Method
-        Such as ``LeastSquares()``.
-
-    Returns
-    -------
-    fit : Fit
-        Coefficients, status and covariance.
-
-    Raises
-    ------
-    ProblemError
-        If the log lacks what the vehicle or a term needs.
-    """
-    return method.identify(prepare(vehicle, log, model), model)
 
 
 def digest(problem: Problem, model: DampingModel, method: object) -> str:

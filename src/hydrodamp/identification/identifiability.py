@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -280,25 +279,11 @@ def grade_fit(problem: Problem, fit: Fit) -> Identifiability:
     return _grade_fit(_excitation_of(problem, fit), fit)
 
 
-def grade_fits(problem: Problem, fits: Iterable[Fit]) -> tuple[Fit, ...]:
-    """Return fits with the grade of each coefficient, which a comparison and its verdict use.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log that the fits were identified from.
-    fits : iterable of Fit
-        Those with grades, without coefficients, or from too short a log are returned as they are.
-
-    Returns
-    -------
-    fits : tuple of Fit
-        In the same order, with ``grades``.
-    """
-    return tuple(add_grades(problem, fit)[0] for fit in fits)
+#: A fit with its grades, and what these are of or why there are none; None if not needed.
+GradedFit = tuple[Fit, "Identifiability | str | None"]
 
 
-def add_grades(problem: Problem, fit: Fit) -> tuple[Fit, Identifiability | str | None]:
+def add_grades(problem: Problem, fit: Fit) -> GradedFit:
     """Return a fit with grades, and what they are of or why there are none; None if not needed."""
     if fit.grades or not fit.status.usable or not fit.model.n_coefficients:
         return fit, None

@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING
 from hydrodamp.errors import MethodError, no_such
 
 if TYPE_CHECKING:
+    from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit, Method
+    from hydrodamp.identification.identifiability import GradedFit
     from hydrodamp.models.damping import Damping
     from hydrodamp.models.model import DampingModel
     from hydrodamp.simulation.problem import Problem
+    from hydrodamp.vehicle.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,13 @@ _DATA = tomllib.loads(Path(__file__).with_name("methods.toml").read_text("utf-8"
 METHODS = {key: _entry(**fields) for key, fields in _DATA["methods"].items()}
 
 
-def find_method(key: str) -> Method:
+def find_method(key: str | Method) -> Method:
     """Return a method with its default settings.
 
     Parameters
     ----------
-    key : str
-        Such as ``"ls"``.
+    key : str or Method
+        Such as ``"ls"``; a method is returned as it is.
 
     Returns
     -------
@@ -77,18 +80,55 @@ def find_method(key: str) -> Method:
     >>> find_method("ls")
     LeastSquares(derivative=None)
     """
+    if not isinstance(key, str):
+        return key
     if key not in METHODS:
         raise MethodError(no_such("method", key, METHODS))
     return METHODS[key].make()
 
 
+def identify(
+    model: DampingModel, vehicle: Vehicle, log: Log, method: str | Method = "recommended"
+) -> Fit:
+    """Identify one model from one log, and grade its coefficients.
+
+    Parameters
+    ----------
+    model : DampingModel
+        The terms.
+    vehicle : Vehicle
+        Mass matrix, restoring wrench and actuators.
+    log : Log
+        The measurements.
+    method : str or Method
+        A key, or a method with its settings such as ``LeastSquares()``.
+
+    Returns
+    -------
+    fit : Fit
+        Coefficients, status, covariance and grades; no grades from too short a log.
+
+    Raises
+    ------
+    ProblemError
+        If the log lacks what the vehicle or a term needs.
+    MethodError
+        If the method is unknown, or cannot identify the model from the log.
+    """
+    from hydrodamp.identification.identifiability import add_grades
+    from hydrodamp.simulation.problem import prepare
+
+    problem, identifier = prepare(vehicle, log, model), find_method(method)
+    return add_grades(problem, identifier.identify(problem, model))[0]
+
+
 def identify_all(
     problem: Problem,
     models: Iterable[DampingModel],
-    method: Method,
+    method: str | Method = "recommended",
     done: Callable[[Fit], None] = lambda _: None,
 ) -> tuple[Fit, ...]:
-    """Identify several models by one method, on all cores.
+    """Identify several models by one method, and grade their coefficients, on all cores.
 
     Work common to all models, such as the R factor of least squares, is done once. Where a method
     cannot identify one of the models, or only the terms of another model use the commands of the
@@ -101,18 +141,38 @@ def identify_all(
         Prepared for the terms of all models.
     models : iterable of DampingModel
         The terms.
-    method : Method
-        The method with its settings.
+    method : str or Method
+        A key, or a method with its settings.
     done : callable, optional
-        Called with each fit when it is complete; with all together where work is common.
+        Called with each fit when it is complete.
 
     Returns
     -------
     fits : tuple of Fit
-        In the order of the models.
+        In the order of the models, with grades; without them from too short a log.
+
+    Raises
+    ------
+    MethodError
+        If the method is unknown.
     """
+    graded = identify_and_grade(problem, models, find_method(method), lambda pair: done(pair[0]))
+    return tuple(fit for fit, _ in graded)
+
+
+def identify_and_grade(
+    problem: Problem,
+    models: Iterable[DampingModel],
+    method: Method,
+    done: Callable[[GradedFit], None],
+) -> tuple[GradedFit, ...]:
+    """Return the fits of :func:`identify_all`, each with what its grades are of."""
     from hydrodamp.identification.fit import check_actuation, check_sensors, identify_or_refuse
+    from hydrodamp.identification.identifiability import add_grades
     from hydrodamp.progress import run_parallel
+
+    def identify_one(model: DampingModel) -> GradedFit:
+        return add_grades(problem, identify_or_refuse(method, problem, model))
 
     requested = tuple(models)
     identify_jointly = getattr(method, "identify_all", None)
@@ -121,11 +181,9 @@ def identify_all(
             check_sensors(problem, method)
             for model in requested:
                 check_actuation(problem, model)
-            fits: tuple[Fit, ...] = identify_jointly(problem, requested)
-            for fit in fits:
-                done(fit)
-            return fits
-    return run_parallel(identify_or_refuse, [(method, problem, model) for model in requested], done)
+            fits = identify_jointly(problem, requested)
+            return run_parallel(add_grades, [(problem, fit) for fit in fits], done)
+    return run_parallel(identify_one, [(model,) for model in requested], done)
 
 
 def cite(subject: DampingModel | Damping | Fit) -> str:

@@ -18,7 +18,6 @@ from hydrodamp.errors import HydrodampWarning, MethodError
 from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.grades import Grade
-from hydrodamp.identification.identifiability import grade_fits
 from hydrodamp.identification.methods import identify_all
 from hydrodamp.identification.regression import Folds, Rows, folds
 from hydrodamp.identification.stepwise import StepwiseSelection
@@ -300,7 +299,7 @@ def cross_validate(
             fit for method in all_methods for fit in identify_all(problem, selected, method, done)
         ]
         table = compare(
-            grade_fits(problem, fits), vehicle, test,
+            fits, vehicle, test,
             attitude=attitude, rate_unit=rate_unit, horizon=horizon,
         )  # fmt: skip
         # Trajectories are dropped: they are as long as the log.

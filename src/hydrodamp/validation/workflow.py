@@ -16,8 +16,8 @@ from hydrodamp.identification.command_response import CommandResponse, estimate_
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.fit import Fit, Method, digest
 from hydrodamp.identification.fit_files import Key
-from hydrodamp.identification.identifiability import Identifiability, add_grades
-from hydrodamp.identification.methods import identify_all
+from hydrodamp.identification.identifiability import GradedFit, Identifiability
+from hydrodamp.identification.methods import identify_and_grade
 from hydrodamp.identification.model_request import SPARSE, ModelRequest
 from hydrodamp.identification.stepwise import StepwiseSelection
 from hydrodamp.identification.wrench_gains import check_gains
@@ -151,22 +151,22 @@ def estimate_response(
 
 
 def identify_study(
-    study: Study, fits: dict[Key, Fit], save: Callable[[Fit], None] = lambda _: None
+    study: Study, fits: dict[Key, GradedFit], save: Callable[[Fit], None] = lambda _: None
 ) -> None:
-    """Add the fits that are missing, each saved when it is complete."""
+    """Add the graded fits that are missing, each saved when it is complete."""
     for number, method in enumerate(study.methods, start=1):
         missing = [model for model in study.models if (model.key, method.key) not in fits]
         counter = f" ({number} of {len(study.methods)})" if len(study.methods) > 1 else ""
         with progress(f"identifying by {method.key}{counter}", len(missing)) as step:
 
-            def record_fit(fit: Fit, step: Callable[..., None] = step) -> None:
-                fit = replace(fit, provenance=fit.provenance | study.origin)
-                fits[fit.model.key, fit.method] = fit
+            def record_fit(graded: GradedFit, step: Callable[..., None] = step) -> None:
+                fit = replace(graded[0], provenance=graded[0].provenance | study.origin)
+                fits[fit.model.key, fit.method] = fit, graded[1]
                 save(fit)
                 step()
 
             if missing:
-                identify_all(study.problem, missing, method, record_fit)
+                identify_and_grade(study.problem, missing, method, record_fit)
 
 
 def assess_study(
@@ -179,16 +179,14 @@ def assess_study(
     Finished fits are reused, and `save` gets each new one. After Ctrl-C the assessment has the
     rows that are finished.
     """
-    fits, rows, label = dict(finished or {}), dict[Key, Row](), "replaying"
-    graded: dict[Key, Identifiability | str] = {}
+    fits: dict[Key, GradedFit] = {key: (fit, None) for key, fit in (finished or {}).items()}
+    rows, label, vehicle = dict[Key, Row](), "replaying", study.problem.vehicle
     try:
         identify_study(study, fits, save)
     except KeyboardInterrupt:
         label = "interrupted: replaying the finished fits"
-    for key in fits:
-        fits[key], grades = add_grades(study.problem, fits[key])
-        graded |= {} if grades is None else {key: grades}
-    ordered, vehicle = [fits[key] for key in study.requests if key in fits], study.problem.vehicle
+    graded = {key: grades for key, (_, grades) in fits.items() if grades is not None}
+    ordered = [fits[key][0] for key in study.requests if key in fits]
     with suppress(KeyboardInterrupt), progress(label, len(ordered)) as step:
 
         def record_row(row: Row) -> None:
@@ -228,7 +226,7 @@ def validate_study(study: Study, folds: int, by_horizon: bool) -> Validation:
 
     After Ctrl-C the table has the folds that are finished.
     """
-    tables, identified = list[CrossValidation](), dict[Key, Fit]()
+    tables, identified = list[CrossValidation](), dict[Key, GradedFit]()
     vehicle, log, selected = study.problem.vehicle, study.train, study.selected_model
     models = [study.selection if model is selected else model for model in study.models]
     windows: dict[str, Any] = {"attitude": study.attitude, "rate_unit": study.rate_unit}
@@ -241,7 +239,7 @@ def validate_study(study: Study, folds: int, by_horizon: bool) -> Validation:
         if not by_horizon:
             return Validation(tables[-1])
         identify_study(study, identified)
-        fits = tuple(identified[key] for key in study.requests)
+        fits = tuple(identified[key][0] for key in study.requests)
         scores = tuple(
             horizon_scores(estimated_vehicle(vehicle, fit), fit.damping, log, **windows)
             if fit.status.usable
