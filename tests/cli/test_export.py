@@ -20,6 +20,7 @@ def damping(folder):
 def test_writes_runs_and_tells(folder, call, damping):
     line = "export python d.json --vehicle planar.yaml --log b.csv --out sim"
     done = call(line)
+    assert done.stdout.startswith("Verdict: exact to rounding; read back and run by ")
     assert "every term of" in " ".join(done.stdout.split())
     assert "\nReplay RMS" in done.stdout
     assert f"written to sim: auv_planar.py\nsee {Path('sim', 'fidelity.html')} " in done.stderr
@@ -69,7 +70,7 @@ def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypat
     for target in ("c", "fmu"):
         done = call(f"export {target} d.json --vehicle planar.yaml --out {target}", 1)
         assert "error: the exported files do not run here: cc reports" in done.stderr
-        assert "Failed: cc reports" in " ".join(done.stdout.split())
+        assert "Verdict: failed: cc reports" in " ".join(done.stdout.split())
         assert (folder / target / "fidelity.html").is_file()
 
 

@@ -25,6 +25,8 @@ START = "live --vehicle planar.yaml --model linear"
 def test_a_log_is_told_as_the_batch_fit(folder, call):
     done = call(f"{START} --source b.csv --checkpoint s.json")
     line = json.loads(done.stdout.splitlines()[-1])
+    assert next(iter(line)) == "verdict"
+    assert line["verdict"].endswith("coefficients are determined")
     told = {label: one["value"] for label, one in line["coefficients"].items()}
     problem = hd.prepare(hd.read_vehicle("planar.yaml"), hd.read_log("b.csv"), hd.catalog["linear"])
     fit = METHODS["ai-composite"].identify(problem, hd.catalog["linear"])

@@ -22,6 +22,7 @@ def test_tells_segments_columns_and_verdict(folder, call):
     done = call("probe ab.csv --vehicle planar.yaml")
     for word in ("ab.csv: 800 samples", "one", "two", "ahead", "std", "Verdict: Suitable"):
         assert word in done.stdout
+    assert done.stdout.startswith("Verdict: Suitable")
     assert "Draft mapping" not in done.stdout
     assert "righting" not in done.output
 
@@ -118,6 +119,7 @@ def test_a_log_of_which_nothing_is_known(folder, call):
         "Verdict: Not suitable",
     ):
         assert word in done.stdout, word
+    assert done.stdout.startswith("Verdict: Not suitable")
     document = asked(call, "odd.csv")
     assert document["log"] is None
     assert not document["fit"]

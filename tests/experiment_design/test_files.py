@@ -31,6 +31,25 @@ def test_no_number_of_the_table_is_a_negative_zero(planned):
     assert "-0" not in commands_csv(zeros)
 
 
+def test_a_plan_states_whether_the_dive_is_worth_it(planned):
+    rows = planned.predictions
+    grades = {each.label: hd.Grade.NOT_DETERMINED for each in rows}
+    better = sum(each.grade is not hd.Grade.NOT_DETERMINED for each in rows)
+    assert str(planned).startswith(f"Worth it: {better} of 5 coefficients get a better grade")
+
+    def worth(share, grades):
+        std = [each.combined_std_error / share for each in rows]
+        pairs = zip(rows, std, strict=True)
+        known = tuple(replace(each, prior_std_error=today) for each, today in pairs)
+        return replace(planned, predictions=known, grades=grades).worth
+
+    assert worth(0.5, {}) == "Worth it: intervals become 50% as wide as today's, in the median."
+    assert worth(0.9, {}).startswith("Not worth it: intervals become 90%")
+    assert worth(0.9, grades).startswith(f"Worth it: {better} of 5 coefficients")
+    best = dict.fromkeys(grades, hd.Grade.DETERMINED)
+    assert worth(0.9, best).startswith("Not worth it: 0 of 5 coefficients get a better grade")
+
+
 def mission_items(plan):
     mission = json.loads(mission_plan(plan))
     assert (mission["fileType"], mission["version"]) == ("Plan", 1)

@@ -48,7 +48,8 @@ def test_rates_in_other_axes_are_told():
 def test_an_answer_before_its_command_is_told():
     log = Log(TIME, np.ones((len(TIME), 6)))
     early = Delay("rudder", "r", -0.3, 0.05, 0.4, -1, 40)
-    _, grid, _ = grids_of(log, early, Delay("rpm", "u", 0.2, None, 0.4, 1, 50))
+    verdict, _, grid, _ = grids_of(log, early, Delay("rpm", "u", 0.2, None, 0.4, 1, 50))
+    assert verdict.notes[0].startswith("Verdict: ")
     assert grid.words[0] == ["rudder", "r", "-1", "-0.30", "0.05", "40%", "40"]
     assert grid.words[1][4] == "-"
     assert any("precedes rudder:" in note for note in grid.notes)

@@ -52,18 +52,20 @@ def batch(
             exclude=out,
         )
     batch_report.write_batch(result, out)
-    table = batch_report.coefficient_table(result)
+    table, verdict = batch_report.coefficient_table(result), [*batch_report.batch_verdict(result)]
     rows = [dict(zip(table.header, row, strict=True)) for row in table.rows]
     document = {
         "format": "hydrodamp-batch",
         "version": 1,
-        "verdict": batch_report.batch_verdict(result),
+        "verdict": verdict,
         "coefficients": rows,
         "failed": result.failed,
         "outliers": result.outliers,
         "paths": {"folder": str(out), "report": str(out / "batch.html")},
     }
-    print_output(json, document, *batch_report.summary_tables(result))
+    print_output(
+        json, document, " ".join(("Verdict:", *verdict)), *batch_report.summary_tables(result)
+    )
     for log, duplicate_of in result.duplicates.items():
         note(f"{log} is a duplicate of {duplicate_of} and is used once.")
     if result.n_cached:

@@ -39,11 +39,11 @@ def _render(line: dict[str, Any]) -> RenderableType:
     from rich.console import Group
     from rich.table import Table
 
-    _, message, values = diagnostic_status(line)
+    values = diagnostic_status(line)[2]
     summary = Table.grid(padding=(0, 2))
+    summary.add_row(line["method"], line["verdict"])
     time = line["time"]
     summary.add_row("time", NOTHING if time is None else f"{time:.1f} s")
-    summary.add_row(line["method"], message)
     for name, value in values.items():
         if name.startswith("alarm") or name == "changes":
             summary.add_row(name, value or NOTHING)

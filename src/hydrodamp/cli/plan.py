@@ -56,7 +56,7 @@ def plan(
     paths = {"paths": {"folder": str(out), "plan": str(out / "plan.csv")}}
     verdict = str(dive_plan)
     document = plan_document(dive_plan) | {"verdict": verdict} | paths
-    print_output(json, document, verdict, *tables)
+    print_output(json, document, f"Verdict: {verdict}", *tables)
     for message in missing:
         note(message)
     note(f"written to {out}: execute plan.csv, then run `hydrodamp identify` on its log.")

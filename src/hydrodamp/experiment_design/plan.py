@@ -139,7 +139,8 @@ def plan(
         notes = (f"{_NOT_BETTER}{_WAYPOINT_CAUSE if context.mode == 'waypoints' else _CAUSE}.",)
         if not result.log_std_error < executed_result.log_std_error:
             dive, result = executed, executed_result
-    return replace(_make_plan(context, dive, result, baseline), notes=notes)
+    grades = {} if fit is None else fit.grades
+    return replace(_make_plan(context, dive, result, baseline), notes=notes, grades=grades)
 
 
 def optimise(

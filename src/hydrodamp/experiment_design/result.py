@@ -29,6 +29,9 @@ NAV_WAYPOINT, NAV_LAND, DO_CHANGE_SPEED = 16, 21, 178
 FRAME_MISSION, FRAME_RELATIVE_ALTITUDE = 2, 3
 """MAVLink frames: none, and altitude relative to home (``MAV_FRAME``)."""
 
+WORTH_RATIO = 0.5**0.5
+"""Width of intervals relative to today's, for a dive of as much information as today's data."""
+
 _CONTENT: Any = load_yaml(Path(__file__).with_name("plan.yaml"))
 
 UNITS: dict[str, str] = _CONTENT["units"]
@@ -124,6 +127,8 @@ class DivePlan:
         One per coefficient, in the model's order.
     notes : tuple of str
         Further remarks.
+    grades : dict of str to Grade
+        Grades of the earlier fit, by label; empty without one.
     """
 
     vehicle: Vehicle
@@ -143,22 +148,34 @@ class DivePlan:
     assumptions: tuple[str, ...]
     predictions: tuple[Prediction, ...]
     notes: tuple[str, ...] = field(default=())
+    grades: dict[str, Grade] = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
         """Duration of the dive [s]."""
         return float(self.time[-1])
 
-    def labels_of_grade(self, grade: Grade) -> tuple[str, ...]:
-        """Return the coefficients with a predicted grade."""
-        return tuple(item.label for item in self.predictions if item.grade is grade)
+    @property
+    def worth(self) -> str:
+        """Whether the dive is worth it: how many grades are better, and how intervals shrink."""
+        order, n, better, ratios = list(Grade), len(self.predictions), 0, list[float]()
+        for each in self.predictions:
+            better += order.index(each.grade) < order.index(self.grades.get(each.label, order[-1]))
+            if each.prior_std_error:
+                ratios.append(each.combined_std_error / each.prior_std_error)
+        ratio, has_grades = float(np.median(ratios or [1.0])), bool(self.grades) or not ratios
+        gains = [f"{better} of {n} coefficients get a better grade than today"] * has_grades
+        gains += [f"intervals become {ratio:.0%} as wide as today's, in the median"] * bool(ratios)
+        is_worth = ratio <= WORTH_RATIO or (has_grades and better)
+        return f"{'Worth it' if is_worth else 'Not worth it'}: {'; '.join(gains)}."
 
     def __str__(self) -> str:
-        """Return the predicted grades in a sentence."""
-        counts = ", ".join(f"{len(self.labels_of_grade(grade))} {grade.word}" for grade in Grade)
+        """Return whether the dive is worth it, and the predicted grades, in sentences."""
+        grades = [each.grade for each in self.predictions]
+        counts = ", ".join(f"{grades.count(grade)} {grade.word}" for grade in Grade)
         return (
-            f"A dive of {self.duration:.0f} s by {self.mode} for '{self.model.key}' on "
-            f"{self.vehicle.name}: {counts}; "
+            f"{self.worth} A dive of {self.duration:.0f} s by {self.mode} for '{self.model.key}' "
+            f"on {self.vehicle.name}: {counts}; "
             f"feasibility rate {100.0 * self.feasibility_rate:.0f} % of {self.n_members} members."
         )
 

@@ -153,6 +153,12 @@ class Fidelity:
 
 
 def _summary_lines(card: Fidelity) -> Iterator[str]:
+    worst, replays = max(card.wrench_error.values(), default=0.0), card.replays
+    size = "exact to rounding" if worst < 100.0 * ROUNDING else f"wrench error up to {worst:.2g} %"
+    if replays is not None and replays.source_to_target.diverged:
+        size += ", but the replay diverges"
+    ran = f"{size}; read back and run by {card.run_by}" if card.run_by else "not verified"
+    yield f"Verdict: {f'failed: {card.run_error}' if card.run_error else ran}."
     if card.exact:
         yield f"{card.description} represents every term of {card.model}."
     else:
@@ -166,14 +172,9 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
     if any(card.about):
         point = " ".join(f"{x:g}" for x in card.about)
         yield f"Reference point of its coefficients: {point} m in the vehicle's frame."
-    if card.run_by:
-        yield f"Read back and run by {card.run_by}."
     if card.not_run:
         yield f"Not run: {card.not_run}."
-    if card.run_error:
-        yield f"Failed: {card.run_error}."
     source = card.asked_at if card.run_by else f"{card.asked_at}, computed and not from the files"
-    worst = max(card.wrench_error.values(), default=0.0)
     if worst < 100.0 * ROUNDING:
         yield f"Wrench error at {source}: rounding only ({worst:.1g} %)."
     else:

@@ -230,7 +230,7 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
         strict=True,
     )
     present = np.unique(axes).tolist()
-    return {
+    line = {
         "time": _finite(state.validator.time),
         "method": state.method,
         "coefficients": {
@@ -247,6 +247,7 @@ def estimate_line(state: LiveState) -> dict[str, Any]:
         "alarm": state.alarm.line(present),
         "counts": state.counts,
     }
+    return {"verdict": diagnostic_status(line)[1], **line}
 
 
 def _finite(value: float) -> float | None:

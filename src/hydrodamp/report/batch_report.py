@@ -41,6 +41,10 @@ MAX_PANELS, MAX_LISTED_GROUPS = 6, 3  # of a figure, and of a note
 MAX_TICKS = 12  # of a figure
 MIN_P_VALUE = 1e-6  # printed; smaller ones depend on the tails of the distribution
 
+#: Why a method that reduces each log is used instead of the recommended one.
+_REASON = ", which reduces each log once; `recommended` takes more than ten times as long"
+REASONS = dict.fromkeys(("weak", "ls"), _REASON)
+
 #: Patterns of the files that a batch may write, relative to its folder.
 RESULT_FILES = ("coefficients.csv", "coefficients.parquet", "batch.html", "*.svg", "fits/*.json")
 
@@ -93,7 +97,6 @@ def _notes(result: BatchResult) -> Iterator[str]:
         "Standard errors and intervals include noise, but no bias that all logs share, such as "
         "that of noise in the velocities."
     )
-    yield from _change_notes(result)
     for name in result.changes:
         series = result.time_series[name]
         for index, labels in find_outlying_groups([each.fit for each in series]).items():
@@ -107,13 +110,8 @@ def _notes(result: BatchResult) -> Iterator[str]:
         yield f"omitted: {reason}"
 
 
-def batch_verdict(result: BatchResult) -> tuple[str, ...]:
-    """Return whether coefficients changed between groups, in sentences."""
-    return tuple(_change_notes(result))
-
-
-def _change_notes(result: BatchResult) -> Iterator[str]:
-    """Yield for each time series whether it changed, and when most coefficients did."""
+def batch_verdict(result: BatchResult) -> Iterator[str]:
+    """Yield for each time series whether and when coefficients changed, the logs and the method."""
     for name, changes in result.changes.items():
         series = result.time_series[name]
         n = sum(each.fit.uncertainty is not None for each in series)
@@ -130,6 +128,10 @@ def _change_notes(result: BatchResult) -> Iterator[str]:
                 f"{name}: {len(changes)} of {series[0].fit.model.n_coefficients} coefficients have "
                 f"a change point, {most} of them at {' '.join(series[first].group)}."
             )
+    n_logs = {each.group: each.n_logs for each in result.fits}
+    yield f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted."
+    method = result.fits[0].fit.method
+    yield f"Identified by `{method}`{REASONS.get(method, '')}."
 
 
 def change_point_table(result: BatchResult) -> Table:
@@ -248,7 +250,7 @@ def render_batch_page(result: BatchResult, pictures: Sequence[Picture]) -> str:
                 "date": today(),
                 "units": "SI; RMS in m/s and deg/s",
             },
-            notes=[f"{counts}.", *batch_verdict(result)],
+            notes=[f"{counts}.", " ".join(batch_verdict(result))],
             pictures=pictures,
             tables=summary_tables(result)[::-1],
             facts={"grouped by": ", ".join(result.by), "method": result.fits[0].fit.method},

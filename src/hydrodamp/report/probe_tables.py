@@ -24,7 +24,9 @@ _WORLD_NAMES = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-nort
 
 
 def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
-    """Yield the tables of a probed recording and its log."""
+    """Yield the verdict on a probed recording and its log, and their tables."""
+    verdict = UNUSABLE if judged.report is None else judged.report.verdict
+    yield Table("", (), (), (f"Verdict: {verdict}",))
     if judged.mapping or judged.is_drafted:
         yield _topic_table(found)
     if judged.is_drafted:
@@ -32,7 +34,7 @@ def probe_tables(found: Probe, judged: Inspection) -> Iterator[Table]:
     if judged.report is None:
         notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
         notes += [f"remark: {each}" for each in found.roles.vertical_axis.warnings]
-        yield Table("No log", (), (), (*notes, f"Verdict: {UNUSABLE}"))
+        yield Table("No log", (), (), tuple(notes))
         return
     notes_made = (f"Made {judged.mapping}.",) if judged.mapping else ()
     yield _segment_table(judged.report, (*notes_made, *judged.notes))
@@ -175,7 +177,6 @@ def _column_table(judged: QualityReport) -> Table:
         *judged.warnings,
         *(f"remark: {message}" for message in judged.remarks),
         *(f"identifiable: {message}" for message in judged.identifiable),
-        f"Verdict: {judged.verdict}",
     )
     channels = (*judged.velocities, *judged.commands)
     return Table.of_items("Columns", channels, _COLUMNS["channels"], notes)
