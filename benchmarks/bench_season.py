@@ -11,7 +11,7 @@ from interleaving import interleaved, on_all_cores
 
 import hydrodamp as hd
 from hydrodamp.batch.sufficient_statistics import summarise_address
-from hydrodamp.data.log import concatenate
+from hydrodamp.data.concatenation import concatenate
 
 MODEL, VEHICLE = hd.catalog["prestero"], hd.fleet["vt690"]
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}

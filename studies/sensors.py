@@ -27,7 +27,7 @@ from benchmark_crafts import CHANNELS, Joystick, rov, sail
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, rotation_matrices
-from hydrodamp.data.log import concatenate
+from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.measurement import KINDS, Measurement
 from hydrodamp.identification.information import predict_standard_errors
 from hydrodamp.simulation.campaign.conditions import Conditions

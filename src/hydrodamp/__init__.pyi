@@ -37,7 +37,8 @@ from .conditioning.quality_checks import (
     check_quality as check_quality,
 )
 from .data.canonical import write_log as write_log
-from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
+from .data.concatenation import concatenate as concatenate
+from .data.log import Log as Log, Segment as Segment
 from .data.measurement import Measurement as Measurement
 from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
@@ -181,6 +182,7 @@ from .report.figures.diagnostics import (
 from .report.figures.replays import replays_figure as replays_figure
 from .report.figures.style import save_figure as save_figure
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
+from .report.fit_tables import format_coefficients as format_coefficients
 from .report.page import write_report as write_report
 from .simulation.campaign.conditions import (
     WHITE_NOISE as WHITE_NOISE,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from html import escape
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -140,6 +141,19 @@ def list_faults(source: str, faults: Sequence[str]) -> str:
 def printable(text: str) -> str:
     """Return a text with a blank for each control character, such as ESC or the end of a line."""
     return text.translate(_CONTROLS)
+
+
+def repr_html(value: object, columns: Mapping[str, Sequence[object]] | None = None) -> str:
+    """Return the text of a value, and columns that are not empty as a table, as HTML."""
+    filled = {name: cells for name, cells in (columns or {}).items() if cells}
+    rows = [[*filled], *zip(*filled.values(), strict=True)]
+    lines = ("".join(f"<td>{escape(_cell(cell))}</td>" for cell in row) for row in rows if row)
+    table = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f'<pre style="white-space: pre-wrap">{escape(str(value))}</pre><table>{table}</table>'
+
+
+def _cell(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
 
 
 def has_controls(text: str) -> bool:

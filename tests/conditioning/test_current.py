@@ -11,7 +11,8 @@ from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.current import Current, estimate_current, subtract_current
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 SPEEDS = {1500.0: 1.5, 1000.0: 1.0}

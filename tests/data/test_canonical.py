@@ -14,7 +14,8 @@ from hypothesis.extra.numpy import arrays
 
 from hydrodamp.data.canonical import write_log
 from hydrodamp.data.channels import BLOCKS, RESERVED
-from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log

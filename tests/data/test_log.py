@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.channels import BLOCKS
-from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
 STILL = np.zeros((4, 6))

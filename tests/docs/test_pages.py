@@ -48,6 +48,8 @@ WITH_PYTHON = [page for page in PAGES if code(page) and page.parent != NOTEBOOKS
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=called)
 def test_the_python_of_a_page_runs(page, dive, sailed_once, capsys):
+    if "import pandas" in page.read_text("utf-8"):
+        pytest.importorskip("pandas", reason="the page needs the extra hydrodamp[pandas]")
     names: dict[str, Any] = {"hd": hd, "__name__": "__main__"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hd.HydrodampWarning)  # said to a reader, no fault

@@ -48,6 +48,7 @@ def test_a_plan_states_whether_the_dive_is_worth_it(planned):
     assert worth(0.9, grades).startswith(f"Worth it: {better} of 5 coefficients")
     best = dict.fromkeys(grades, hd.Grade.DETERMINED)
     assert worth(0.9, best).startswith("Not worth it: 0 of 5 coefficients get a better grade")
+    assert "<td>combined_std_error</td>" in planned._repr_html_()
 
 
 def mission_items(plan):

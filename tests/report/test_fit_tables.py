@@ -1,12 +1,15 @@
+import csv
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import hydrodamp as hd
 from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.report.fit_tables import fit_table, half_widths
+from hydrodamp.report.table import to_text
 
 from .conftest import column
 
@@ -75,3 +78,21 @@ def test_intervals_use_the_degrees_of_freedom_there_are(fit):
     known = replace(fit, uncertainty=Uncertainty(fit.damping.covariance, 5.0, "by hand"))
     assert half_widths(fit)[0] == pytest.approx(0.196, abs=1e-4)
     assert half_widths(known)[0] == pytest.approx(0.2571, abs=1e-4)
+
+
+def test_coefficients_are_written_in_each_form(comparison, fit):
+    latex = hd.format_coefficients(fit, "latex")
+    assert r"\toprule" in latex
+    assert r"X\_u & -1 & 0.1 & 0.196 & N/(m/s)" in latex
+    assert hd.format_coefficients(fit) == to_text(fit_table(fit))
+    with pytest.raises(hd.MethodError, match="`form` must be text or markdown or latex or csv"):
+        hd.format_coefficients(fit, "html")
+    rows = [*csv.DictReader(hd.format_coefficients(comparison, "csv").splitlines())]
+    for row in comparison.rows:
+        name, values = f"{row.model} {row.method}", row.fit.damping.as_dict()
+        if row.fit.status.usable:
+            halves = dict(zip(values, half_widths(row.fit), strict=True))
+            found = {each["coefficient"]: each for each in rows if each[name]}
+            assert {key: float(each[name]) for key, each in found.items()} == values
+            for key, half in halves.items():
+                assert found[key][f"{name} ±"] == str(half)

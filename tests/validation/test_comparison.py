@@ -87,3 +87,30 @@ def test_a_horizon_that_is_none_is_told_before_anything_is_replayed(vehicle, exa
         hd.compare(
             [], vehicle, exact_log(hd.Damping(hd.catalog["linear"], np.zeros(36))), horizon=0.0
         )
+
+
+def test_a_comparison_is_a_data_frame(comparison):
+    pytest.importorskip("pandas", reason="data frames need the extra hydrodamp[pandas]")
+    frame = comparison.to_dataframe()
+    assert [*frame["method"]] == ["ls", "ls", "ls", "ai", "wild"]
+    row, first = comparison.rows[0], frame.iloc[0]
+    assert (first["model"], first["n_coefficients"], first["rank"]) == ("linear", 36, 36)
+    assert (first["rms"], first["rms_u"]) == (row.rms, row.score.rms_by_axis["u"])
+    assert first["n_determined"] == [*row.grades.values()].count(hd.Grade.DETERMINED)
+    assert (frame.iloc[4]["status"], np.isnan(frame.iloc[4]["rms"])) == ("diverged", True)
+
+
+def test_notebooks_show_texts_and_tables(comparison, vehicle):
+    row = comparison.rows[0]
+    for value, words in (
+        (row.trajectory.log, ("samples", "median step")),
+        (vehicle, (vehicle.name,)),
+        (row.fit.damping, ("<td>X_u</td>", "<td>N/(m/s)</td>")),
+        (row.fit, ("full rank", "<td>± 95 %</td>", f"<td>{row.fit.grades['X_u'].word}</td>")),
+        (comparison, ("linear", "<td>relative_error</td>", "<td>wild</td>")),
+    ):
+        page = value._repr_html_()
+        assert all(word in page for word in words), words
+    assert "<td>" not in vehicle._repr_html_()
+    evil = replace(row.fit.damping, note="<script>")
+    assert "<script>" not in evil._repr_html_()

@@ -13,8 +13,9 @@ from hydrodamp.app.project import Arguments, Project
 from hydrodamp.app.recordings import read_log, read_vehicle
 from hydrodamp.app.web import Form, field_value, project_of, render_screen
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.intervals import find_overlap, select_data
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.dissipativity import velocity_unit
 from hydrodamp.validation.excitation import compare_logs, describe_overlap

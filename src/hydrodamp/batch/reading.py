@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hydrodamp.batch.discovery import ResolvedMapping, local_copy
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import OutlierWarning, WarningList, suppress_warnings
 from hydrodamp.ingest.read import read_log
 

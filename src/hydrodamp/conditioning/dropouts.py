@@ -14,9 +14,8 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import slerp
-from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import BLOCKS, POSITION
-from hydrodamp.data.log import Log, extract_segments, recorded_velocities
+from hydrodamp.data.log import Log, columns_of, extract_segments, recorded_velocities
 from hydrodamp.data.record import RELATIVE_GAP, Segment, max_step
 from hydrodamp.errors import LogError
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 
 #: Rounding of times that are copied from output [s].

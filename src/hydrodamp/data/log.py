@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,23 +17,19 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data import attitude as attitudes
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.checks import check_blocks, name_faults, record_faults, segment_faults
-from hydrodamp.data.measurement import (
-    Measurement,
-    concatenate_measurements,
-    extract_measurements,
-)
+from hydrodamp.data.columns import make_dataframe, record_of_dataframe
+from hydrodamp.data.measurement import Measurement, extract_measurements
 from hydrodamp.data.record import (
     EPOCH_GAP_S,
     Record,
     Segment as Segment,
     consecutive_segments,
     matches_name,
-    name_of_source,
     record_of_arrays,
     split_segments,
 )
 from hydrodamp.data.time_scale import motion_time_scale
-from hydrodamp.errors import GapWarning, LogError, first_few, no_such, warn
+from hydrodamp.errors import GapWarning, LogError, first_few, no_such, repr_html, warn
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
 _MAX_LISTED, _MAX_WIDTH = 12, 160  # lines and letters of each list in the text of a log
@@ -191,6 +186,51 @@ class Log:
         names = (block.name for block in BLOCKS)
         arrays = dict(zip(names, (time, attitude, velocity, *optional_blocks), strict=True))
         return cls.from_record(record_of_arrays(arrays, commands or {}, segment, source))
+
+    @classmethod
+    def from_dataframe(cls, frame: Any, source: str = "") -> Log:
+        """Return the log of a pandas DataFrame in the canonical form.
+
+        Of an xarray Dataset along time, give ``dataset.to_dataframe()``.
+
+        Parameters
+        ----------
+        frame : DataFrame
+            Canonical columns in SI units: ``u v w p q r``, ``roll pitch yaw`` or ``qw qx qy qz``,
+            ``X Y Z K M N``, ``segment``; any other is a command. The times are the column
+            ``time``, or else the index: seconds, datetimes (UTC without a time zone), or
+            time differences.
+        source : str, optional
+            Where the data came from.
+
+        Returns
+        -------
+        log : Log
+            Split as by :meth:`from_arrays`.
+
+        Raises
+        ------
+        LogError
+            With all faults of columns, names and values.
+        """
+        return cls.from_record(record_of_dataframe(frame, source))
+
+    def to_dataframe(self) -> Any:
+        """Return the log as a pandas DataFrame in the canonical form.
+
+        Returns
+        -------
+        frame : DataFrame
+            Indexed by ``time`` [s]; columns in SI units as :func:`hydrodamp.write_log` writes
+            them, and the ``segment`` of each sample. Sensors at their own times are left out.
+
+        Raises
+        ------
+        HydrodampError
+            If pandas is not installed.
+        """
+        labels = np.array([segment.name for segment in self.segments])[self.segment_numbers]
+        return make_dataframe(columns_of(self) | {"segment": labels}).set_index("time")
 
     @classmethod
     def from_record(cls, record: Record) -> Log:
@@ -363,6 +403,8 @@ class Log:
             raise LogError(faults, source=self.source)
         return extract_segments(self, [*pieces.values()])
 
+    _repr_html_ = repr_html
+
     def __repr__(self) -> str:
         """Return one line."""
         return f"<Log {self.source or 'of arrays'}: {self.n} samples, {self.duration:.6g} s>"
@@ -404,6 +446,22 @@ def recorded_velocities(log: Log) -> dict[str, FloatArray]:
     return {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
 
 
+def columns_of(log: Log) -> dict[str, FloatArray]:
+    """Return the columns of a log by name, without velocities not recorded."""
+    columns: dict[str, FloatArray] = {}
+    for block in BLOCKS:
+        values = getattr(log, block.name)
+        if values is not None:
+            columns |= dict(zip(block.columns, values.reshape(log.n, -1).T, strict=True))
+    for name in VELOCITIES:
+        if name not in log.velocity_names:
+            del columns[name]
+            columns.pop(f"d{name}", None)
+        elif np.isnan(columns.get(f"d{name}", 0.0)).all():
+            columns.pop(f"d{name}", None)
+    return columns | dict(zip(log.command_names, log.commands.T, strict=True))
+
+
 def extract_segments(log: Log, pieces: Sequence[Segment], every: int = 1) -> Log:
     """Return the log of given pieces, each a segment, or of every k-th sample of these."""
     rows = [np.arange(piece.start, piece.stop, every) for piece in pieces]
@@ -418,77 +476,3 @@ def recorded_arrays(log: Log) -> dict[str, FloatArray]:
     """Return the arrays that a log has, commands included."""
     blocks = {name: getattr(log, name) for name in _ARRAYS}
     return {name: block for name, block in blocks.items() if block is not None}
-
-
-def concatenate(logs: Iterable[Log]) -> Log:
-    """Return one log of several, each keeping its own clock and segments.
-
-    Parameters
-    ----------
-    logs : iterable of Log
-        Logs with the same columns; commands may be in another order.
-
-    Returns
-    -------
-    log : Log
-        A segment name that occurs again gets a number: ``dive``, ``dive-2``.
-
-    Raises
-    ------
-    LogError
-        If there is no log, or a log has other columns than the first.
-
-    Examples
-    --------
-    >>> log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
-    >>> [segment.name for segment in concatenate([log, log]).segments]
-    ['1', '1-2']
-    """
-    log_list = list(logs)
-    if not log_list:
-        raise LogError("there is no log to concatenate")
-    first = log_list[0]
-    if faults := [fault for log in log_list[1:] for fault in _column_differences(first, log)]:
-        raise LogError(faults)
-    order = [[log.command_names.index(name) for name in first.command_names] for log in log_list]
-    blocks: dict[str, Any] = {
-        name: np.concatenate([getattr(log, name) for log in log_list])
-        for name in recorded_arrays(first)
-        if name != "commands"
-    }
-    commands = [log.commands[:, columns] for log, columns in zip(log_list, order, strict=True)]
-    names = [name for log in log_list for name in _segment_names(log, log_list)]
-    lengths = [len(piece) for log in log_list for piece in log.segments]
-    return dataclasses.replace(
-        first,
-        **blocks,
-        commands=np.concatenate(commands),
-        measurements=concatenate_measurements(
-            [(log.measurements, len(log.segments)) for log in log_list]
-        ),
-        segments=consecutive_segments(names, lengths),
-        source=", ".join(dict.fromkeys(log.source for log in log_list if log.source)),
-        notes=tuple(dict.fromkeys(note for log in log_list for note in log.notes)),
-    )
-
-
-def _segment_names(log: Log, logs: Sequence[Log]) -> list[str]:
-    """Return the names of segments, by folder if several folders have a file of this name."""
-    label, folder = name_of_source(log.source), Path(log.source).parent.name
-    folders = {Path(item.source).parent for item in logs if name_of_source(item.source) == label}
-    names = [piece.name for piece in log.segments]
-    if not log.source or not folder or len(folders) < 2:
-        return names
-    return [folder + name.removeprefix(label) for name in names]
-
-
-def _column_differences(first: Log, other: Log) -> Iterator[str]:
-    """Yield the columns that only one of two logs has."""
-    for log, complete in ((other, first), (first, other)):
-        expected, present = (
-            {*item.velocity_names, *item.command_names, *recorded_arrays(item)}
-            for item in (complete, log)
-        )
-        if expected - present:
-            lacking = " ".join(sorted(expected - present))
-            yield f"{log.source or 'a log'} lacks {lacking}, which the others have"

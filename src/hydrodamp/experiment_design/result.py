@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, repr_html
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.experiment_design.guidance import Manoeuvre
 from hydrodamp.files import as_json, load_yaml
@@ -168,6 +168,12 @@ class DivePlan:
         gains += [f"intervals become {ratio:.0%} as wide as today's, in the median"] * bool(ratios)
         is_worth = ratio <= WORTH_RATIO or (has_grades and better)
         return f"{'Worth it' if is_worth else 'Not worth it'}: {'; '.join(gains)}."
+
+    def _repr_html_(self) -> str:
+        names = ("label", "value", "prior_std_error", "std_error", "combined_std_error")
+        columns = {name: [getattr(each, name) for each in self.predictions] for name in names}
+        grades = [each.grade.word for each in self.predictions]
+        return repr_html(self, columns | {"unit": self.model.units, "grade": grades})
 
     def __str__(self) -> str:
         """Return whether the dive is worth it, and the predicted grades, in sentences."""

@@ -16,12 +16,12 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, Shape, freeze, jackknife_covariance
 from hydrodamp.data.digests import MAX_DIGESTS, velocity_digests
-from hydrodamp.errors import MethodError, demand, first_few
+from hydrodamp.errors import MethodError, demand, first_few, repr_html
 from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
 from hydrodamp.identification.grades import Grade, critical_value
 from hydrodamp.identification.parameters import Estimate
-from hydrodamp.models.damping import Damping
+from hydrodamp.models.damping import Damping, coefficient_columns
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import command_ranges, missing_actuation
 from hydrodamp.simulation.problem import Problem, vehicle_stamp
@@ -340,6 +340,10 @@ class Fit:
         lines = (*self.warnings, self.status.value, *form, *self.remarks)
         note = str(self.uncertainty or WHITE_NOISE_NOTE)
         return lines if self.damping.covariance is None else (*lines, note)
+
+    def _repr_html_(self) -> str:
+        times = critical_value() if self.uncertainty is None else self.uncertainty.critical_value()
+        return repr_html(self, coefficient_columns(self.damping, times, self.grades.values()))
 
     def __str__(self) -> str:
         """Return summary and coefficients as text."""

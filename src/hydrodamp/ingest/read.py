@@ -12,10 +12,11 @@ import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.pipeline import clean
-from hydrodamp.data.canonical import record_of_columns
 from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
 from hydrodamp.data.checks import record_faults
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.columns import record_of_columns
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, first_few

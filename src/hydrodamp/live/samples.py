@@ -12,10 +12,9 @@ from functools import lru_cache
 import numpy as np
 
 from hydrodamp.basis.term import AXES, VELOCITIES
-from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import ATTITUDE, EULER, PROPULSION_RATIO, RESERVED, SEGMENT
 from hydrodamp.data.checks import NORM_ROUNDING, clock_faults
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, columns_of
 from hydrodamp.data.plausibility import MAX_ANGLES, MAX_NORM_ERROR, MAX_VELOCITY, SENTINELS
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.online import observe

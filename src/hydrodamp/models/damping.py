@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, freeze, frozen
 from hydrodamp.basis.term import AXES
-from hydrodamp.errors import ForeignVehicleWarning, ModelError
+from hydrodamp.errors import ForeignVehicleWarning, ModelError, repr_html
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label, table_of
+from hydrodamp.status import TextEnum
 
 
 @dataclass(frozen=True)
@@ -238,6 +239,9 @@ class Damping:
         moving = np.asarray(velocity, dtype=np.float64)
         return np.asarray(np.sum(moving * self.wrench(moving, **held), axis=-1))
 
+    def _repr_html_(self) -> str:
+        return repr_html(self, coefficient_columns(self))
+
     def __str__(self) -> str:
         """Return the damping in one screen."""
         model = self.model
@@ -254,6 +258,20 @@ class Damping:
             source=self.source,
             note=self.note,
         )
+
+
+def coefficient_columns(
+    damping: Damping, critical_value: float = 1.96, grades: Iterable[TextEnum] = ()
+) -> dict[str, Sequence[Any]]:
+    """Return coefficients, values, half-widths of 95 % intervals, units and grades, if known."""
+    covariance = np.empty((0, 0)) if damping.covariance is None else damping.covariance
+    return {
+        "coefficient": damping.model.labels,
+        "value": damping.coefficients.tolist(),
+        "± 95 %": (critical_value * np.sqrt(covariance.diagonal())).tolist(),
+        "unit": damping.model.units,
+        "grade": [grade.word for grade in grades],
+    }
 
 
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:

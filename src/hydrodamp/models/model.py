@@ -167,6 +167,11 @@ class DampingModel:
         )
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each coefficient."""
+        return tuple(coefficient_unit(*read_label(label)) for label in self.labels)
+
+    @property
     def n_coefficients(self) -> int:
         """The number of coefficients; in the paper n bar, the complexity of the model."""
         return sum(map(len, self.terms))

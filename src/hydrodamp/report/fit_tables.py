@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES
-from hydrodamp.errors import first_few
+from hydrodamp.errors import demand, first_few
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import (
@@ -21,8 +21,9 @@ from hydrodamp.identification.grades import (
     critical_value,
 )
 from hydrodamp.identification.identifiability import Identifiability
-from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
-from hydrodamp.report.table import Column, Table, coefficient
+from hydrodamp.models.model import DampingModel
+from hydrodamp.report.table import FORMATS, Column, Table, coefficient
+from hydrodamp.validation.compare import Comparison
 from hydrodamp.validation.diagnostics import correlated_pairs
 
 MAX_BRIEF_ROWS = 8  # coefficients on screen; `--verbose` shows all
@@ -49,9 +50,8 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     columns = [Column("coefficient", number=False), *numeric, Column("unit", number=False)]
     if grade_column:
         columns.append(Column("grade" if fit.grades or grades else "aliased", number=False))
-    units = [coefficient_unit(*read_label(label)) for label in model.labels]
     numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
-    texts = [units, grade_column] if grade_column else [units]
+    texts = [model.units, grade_column] if grade_column else [model.units]
     rows = zip(model.labels, *numbers, *texts, strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     graded = (
@@ -62,6 +62,56 @@ def fit_table(fit: Fit, grades: Identifiability | None = None) -> Table:
     title = f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
     notes = *fit.summary_lines, *_aliased(fit), *graded
     return Table(f"{title}{fit.n_samples} samples", tuple(columns), tuple(rows), notes)
+
+
+def format_coefficients(subject: Fit | Comparison, form: str = "text") -> str:
+    """Return the coefficients of a fit, or of the fits of a comparison, with 95 % intervals.
+
+    Parameters
+    ----------
+    subject : Fit or Comparison
+        A fit gives a row for each coefficient, with standard error, unit and grade; a comparison
+        gives the value and the half-width of the interval of each fit side by side.
+    form : {"text", "markdown", "latex", "csv"}
+        LaTeX has the rules of the booktabs package; CSV has full precision.
+
+    Returns
+    -------
+    text : str
+        The table.
+
+    Raises
+    ------
+    MethodError
+        If the form is unknown.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.damping import Damping
+    >>> from hydrodamp.status import Status
+    >>> fit = Fit(Damping.from_dict(None, {"X_u": -2.0}), "ls", Status.OK)
+    >>> print(format_coefficients(fit, "csv").splitlines()[1])
+    X_u,-2.0,nan,nan,N/(m/s)
+    """
+    demand(form in FORMATS, "form", " or ".join(FORMATS), form)
+    return FORMATS[form](fit_table(subject) if isinstance(subject, Fit) else _side_by_side(subject))
+
+
+def _side_by_side(comparison: Comparison) -> Table:
+    """Return the coefficients of the fits of a comparison, two columns for each."""
+    fits = [row.fit for row in comparison.rows if row.fit.status.usable]
+    units = {k: v for fit in fits for k, v in zip(fit.model.labels, fit.model.units, strict=True)}
+    cells: dict[str, list[object]] = {label: [label, unit] for label, unit in units.items()}
+    columns = [Column("coefficient", number=False), Column("unit", number=False)]
+    for fit in fits:
+        name = f"{fit.model.key} {fit.method}"
+        pairs = zip(fit.damping.coefficients.tolist(), half_widths(fit).tolist(), strict=True)
+        numbers = dict(zip(fit.model.labels, pairs, strict=True))
+        columns += [Column(name, form=coefficient), Column("±", form=coefficient, key=f"{name} ±")]
+        for label, row in cells.items():
+            row += numbers.get(label, (None, None))
+    rows = tuple(map(tuple, cells.values()))
+    return Table("Coefficients with the half-widths of 95 % intervals", tuple(columns), rows)
 
 
 def brief_fit_table(fit: Fit) -> Table:

@@ -240,6 +240,9 @@ def to_csv(table: Table) -> str:
     return stream.getvalue()
 
 
+FORMATS = {"text": to_text, "markdown": to_markdown, "latex": to_latex, "csv": to_csv}
+
+
 def _cell(value: object) -> object:
     """Return a cell; quote a text that a spreadsheet would evaluate."""
     if not isinstance(value, str):

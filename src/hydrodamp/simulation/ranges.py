@@ -17,9 +17,8 @@ from hydrodamp.conditioning.dropouts import (
     remove_samples,
     true_runs,
 )
-from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import PROPULSION_RATIO
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, columns_of
 from hydrodamp.data.plausibility import (
     MAX_RATIO,
     MAX_VELOCITY,

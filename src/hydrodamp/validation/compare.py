@@ -7,14 +7,16 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
+from hydrodamp.data.columns import make_dataframe
 from hydrodamp.data.log import Log
-from hydrodamp.errors import HydrodampWarning, MethodError
+from hydrodamp.errors import HydrodampWarning, MethodError, repr_html
 from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import velocity_ranges
 from hydrodamp.identification.estimated_vehicle import with_estimated_vehicle
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.grades import Grade, count_determined
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.identification.parameter_estimates import describe_changes
 from hydrodamp.models.damping import warn_if_foreign
@@ -40,7 +42,7 @@ from hydrodamp.validation.excitation import (
     find_shared_segments,
     find_untested,
 )
-from hydrodamp.validation.selection import Ranked, Selection, row_text, select_row
+from hydrodamp.validation.selection import Ranked, Selection, relative_errors, row_text, select_row
 from hydrodamp.validation.verdict import Verdict, judge_selection
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -271,6 +273,44 @@ class Comparison:
             If nothing was fitted.
         """
         return self.select().row
+
+    def to_dataframe(self) -> Any:
+        """Return the comparison as a pandas DataFrame.
+
+        Returns
+        -------
+        frame : DataFrame
+            A row for each fit: ``model``, ``method``, ``n_coefficients``, ``n_determined``,
+            ``rank``, ``relative_error`` [%], ``rms`` (equation 24) and ``status``; by velocity
+            ``rms_u`` [m/s, or ``rate_unit`` per second] and ``fit_u`` [%].
+
+        Raises
+        ------
+        HydrodampError
+            If pandas is not installed.
+        """
+        return make_dataframe(self._columns)
+
+    @property
+    def _columns(self) -> dict[str, Sequence[Any]]:
+        scores, keys = (
+            [row.score for row in self.rows],
+            ("model", "method", "n_coefficients", "rms"),
+        )
+        names = dict.fromkeys(name for score in scores for name in score.rms_by_axis)
+        return {
+            **{key: [getattr(row, key) for row in self.rows] for key in keys},
+            "n_determined": [count_determined(row.grades) for row in self.rows],
+            "rank": [row.fit.rank for row in self.rows],
+            "relative_error": relative_errors(self),
+            "status": [row.status.word for row in self.rows],
+            **{f"rms_{name}": [each.rms_by_axis.get(name) for each in scores] for name in names},
+            **{f"fit_{name}": [each.fit_by_axis.get(name) for each in scores] for name in names},
+        }
+
+    def _repr_html_(self) -> str:
+        is_scored = any(row.rms is not None for row in self.rows)
+        return repr_html(self.verdict() if is_scored else self, self._columns)
 
     def __str__(self) -> str:
         """Return the table as plain text."""

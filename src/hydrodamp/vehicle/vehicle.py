@@ -15,7 +15,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, Term
-from hydrodamp.errors import VehicleError, has_controls, printable
+from hydrodamp.errors import VehicleError, has_controls, printable, repr_html
 from hydrodamp.vehicle import hulls, mass as masses, priors
 from hydrodamp.vehicle.actuators import Actuator, Propeller
 
@@ -436,6 +436,8 @@ class Vehicle:
     def __hash__(self) -> int:
         """Return a hash of the name and the numbers of the mass matrix."""
         return hash((self.name, mass_matrix_digest(self.mass_matrix)))
+
+    _repr_html_ = repr_html
 
     def __str__(self) -> str:
         """Return the vehicle on one screen."""

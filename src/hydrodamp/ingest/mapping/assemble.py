@@ -19,7 +19,6 @@ from hydrodamp.data.attitude import (
     rotate_to_body,
     rotation_matrices,
 )
-from hydrodamp.data.canonical import is_in_degrees, record_of_columns
 from hydrodamp.data.channels import (
     ACCELERATION,
     ATTITUDE,
@@ -29,6 +28,7 @@ from hydrodamp.data.channels import (
     WRENCH,
     unit_factor,
 )
+from hydrodamp.data.columns import is_in_degrees, record_of_columns
 from hydrodamp.data.record import Record, split_segments, stack_columns
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import ClockWarning, LogError, warn
