@@ -73,7 +73,7 @@ def test_wrong_calls_are_refused(folder, call):
     for line, says in (
         (LINE.format("nothing*.csv", "day"), "no log matches"),
         (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
-        (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`--model sparse`"),
+        (LINE.format("a.csv", "folder").replace("linear", "sparse"), "the model `sparse`"),
         (
             LINE.format("a.csv", "folder") + " --mapping a.yaml --mapping b.yaml",
             "`--mapping` must be given once",
