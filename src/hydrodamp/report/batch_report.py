@@ -238,7 +238,6 @@ def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
 def render_batch_page(result: BatchResult, pictures: Sequence[Picture]) -> str:
     """Return the HTML page of a batch."""
     n_logs = {each.group: each.n_logs for each in result.fits}
-    counts = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted"
     stamps = (each.fit.damping.vehicle for each in result.fits)
     vehicles = {stamp.name for stamp in stamps if stamp is not None}
     return render_page(
@@ -250,7 +249,7 @@ def render_batch_page(result: BatchResult, pictures: Sequence[Picture]) -> str:
                 "date": today(),
                 "units": "SI; RMS in m/s and deg/s",
             },
-            notes=[f"{counts}.", " ".join(batch_verdict(result))],
+            notes=[" ".join(batch_verdict(result))],
             pictures=pictures,
             tables=summary_tables(result)[::-1],
             facts={"grouped by": ", ".join(result.by), "method": result.fits[0].fit.method},
