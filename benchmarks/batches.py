@@ -12,6 +12,7 @@ from multiprocessing import get_context
 from workload import FULL, PAPER, problem, truth
 
 import hydrodamp as hd
+from hydrodamp.identification.regression import accumulate
 from hydrodamp.kernels import core
 
 SAMPLES = 200_000
@@ -23,7 +24,7 @@ def batch(name: str) -> Callable[[], object]:
     """Return a batch, its data made once a process."""
     if name == "triangle":
         prepared = problem(SAMPLES, PAPER)
-        return lambda: hd.accumulate(prepared, hd.RecordedAcceleration())
+        return lambda: accumulate(prepared, hd.RecordedAcceleration())
     prepared = problem(SAMPLES)
     segments, inputs = prepared.segments, prepared.inputs
     if name == "replay":

@@ -17,7 +17,7 @@ import hydrodamp as hd
 from hydrodamp.export.c99 import SOURCES, STATES, STRICT, open_fmu
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.scripts import execute_module
-from hydrodamp.export.target import NotRun
+from hydrodamp.export.target import NotRun, Target
 
 VEHICLE, DAMPING = hd.fleet["vt690"], hd.published["vt690-sname2022"]
 STEPS = 100_000
@@ -47,7 +47,7 @@ def states(n: int) -> States:
     return States(velocity, down, inputs, np.zeros((n, 6)))
 
 
-def written(target: hd.Target, folder: Path) -> Path:
+def written(target: Target, folder: Path) -> Path:
     hd.export(DAMPING, VEHICLE, target, folder)
     return folder
 

@@ -11,6 +11,7 @@ from interleaving import interleaved
 from workload import PAPER, log, problem
 
 import hydrodamp as hd
+from hydrodamp.identification.regression import accumulate, damping_wrench
 
 METHOD = hd.LeastSquares(hd.RecordedAcceleration())
 GIGABYTE = 2.0**30
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("one_core")
 
 def literal(prepared: hd.Problem, model: hd.DampingModel) -> np.ndarray:
     """Equations 10 to 14: Kronecker product, masking, one least-squares problem."""
-    wrench = hd.damping_wrench(prepared, prepared.log.acceleration)
+    wrench = damping_wrench(prepared, prepared.log.acceleration)
     regressor = prepared.regressor()[:, prepared.equations.n_known :]
     mask = np.zeros((6, regressor.shape[1]), dtype=bool)
     for axis, terms in enumerate(model.terms):
@@ -69,7 +70,7 @@ def test_samples_through_the_triangle(benchmark, ledger):
         return np.linalg.qr(np.hstack([columns, prepared.inputs.wrench[part]]), mode="r")
 
     fast, slow = interleaved(
-        benchmark, lambda: hd.accumulate(prepared, METHOD.derivative), numpy_alone
+        benchmark, lambda: accumulate(prepared, METHOD.derivative), numpy_alone
     )
 
     ledger.reaches(
@@ -86,14 +87,14 @@ def test_samples_through_the_triangle(benchmark, ledger):
 def test_memory_of_the_triangle(benchmark, ledger):
     """Peak beyond the inputs, with twice the samples."""
     peaks = {}
-    hd.accumulate(problem(1_000, PAPER), METHOD.derivative)  # what is imported is no growth
+    accumulate(problem(1_000, PAPER), METHOD.derivative)  # what is imported is no growth
     for n in (1_000_000, 2_000_000):
         prepared = problem(n, PAPER)
         tracemalloc.start()
         if n == 1_000_000:
-            hd.accumulate(prepared, METHOD.derivative)
+            accumulate(prepared, METHOD.derivative)
         else:
-            benchmark.pedantic(hd.accumulate, (prepared, METHOD.derivative), rounds=1)
+            benchmark.pedantic(accumulate, (prepared, METHOD.derivative), rounds=1)
         peaks[n] = tracemalloc.get_traced_memory()[1] / 1e6
         tracemalloc.stop()
         log.cache_clear()
@@ -109,7 +110,7 @@ def test_memory_of_the_triangle(benchmark, ledger):
 def test_another_model_from_the_triangle(benchmark, ledger):
     """Without the data: all eight from a stored triangle, against passing over the data."""
     prepared = problem(100_000, PAPER)
-    triangle = hd.accumulate(prepared, METHOD.derivative)
+    triangle = accumulate(prepared, METHOD.derivative)
     fast, slow = interleaved(
         benchmark,
         lambda: [METHOD.solve(triangle, prepared, model) for model in PAPER],

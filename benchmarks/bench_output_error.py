@@ -10,6 +10,7 @@ from interleaving import interleaved
 from scipy.optimize import least_squares
 
 import hydrodamp as hd
+from hydrodamp.data.measurement import Measurement
 from hydrodamp.identification.continuation import initial_candidates, make_objective
 from hydrodamp.identification.gauss_newton import Iterate, minimise
 
@@ -55,13 +56,11 @@ def test_sensors_against_velocities(benchmark, ledger):
     """`oe` on five sensors at their own times, with p q r, against `oe` on all velocities."""
     campaign, model = hd.reenact(seed=0), hd.catalog["linear"]
     log = campaign.train
-    position = hd.Measurement("usbl", "position", *_every(log, 10, np.zeros((log.n, 3))))
-    speed = hd.Measurement("dvl", "velocity", *_every(log, 5, log.velocity[:, :3]))
-    force = hd.Measurement(
-        "imu", "specific_force", *_every(log, 1, np.tile([0, 0, -9.8], (log.n, 1)))
-    )
-    rates = hd.Measurement("gyro", "rates", *_every(log, 1, log.velocity[:, 3:]))
-    bottom = hd.Measurement("bottom", "ground_velocity", *_every(log, 2, log.velocity[:, :3]))
+    position = Measurement("usbl", "position", *_every(log, 10, np.zeros((log.n, 3))))
+    speed = Measurement("dvl", "velocity", *_every(log, 5, log.velocity[:, :3]))
+    force = Measurement("imu", "specific_force", *_every(log, 1, np.tile([0, 0, -9.8], (log.n, 1))))
+    rates = Measurement("gyro", "rates", *_every(log, 1, log.velocity[:, 3:]))
+    bottom = Measurement("bottom", "ground_velocity", *_every(log, 2, log.velocity[:, :3]))
     sensors = (position, speed, force, rates, bottom)
     bare = replace(log, velocity_names=("p", "q", "r"), measurements=sensors)
     problems = [hd.prepare(campaign.vehicle, each, model) for each in (bare, log)]

@@ -9,6 +9,7 @@ from interleaving import interleaved
 from workload import FULL, VEHICLE, log, truth
 
 import hydrodamp as hd
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.kernels.core import coriolis
 from hydrodamp.simulation.replay import replay
 
@@ -29,8 +30,8 @@ def _function(name: str):
     """Return one term by hand: products of velocities, absolute values and (eta-1)."""
     term = hd.Term.parse(name)
     values = {
-        **{axis: lambda x, k=k: x[k] for k, axis in enumerate(hd.VELOCITIES)},
-        **{f"|{axis}|": lambda x, k=k: np.abs(x[k]) for k, axis in enumerate(hd.VELOCITIES)},
+        **{axis: lambda x, k=k: x[k] for k, axis in enumerate(VELOCITIES)},
+        **{f"|{axis}|": lambda x, k=k: np.abs(x[k]) for k, axis in enumerate(VELOCITIES)},
         "V": lambda x: np.hypot(x[1], x[2]),
         "V_v": lambda x: np.sign(x[1]) * np.hypot(x[1], x[2]),
         "V_w": lambda x: np.sign(x[2]) * np.hypot(x[1], x[2]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion
 
 
@@ -46,7 +47,7 @@ def angle_rates(roll: float, pitch: float) -> np.ndarray:
 
 def simulate(vehicle: hd.Vehicle, damping: hd.Damping, log: hd.Log) -> np.ndarray:
     """Return the velocities of the whole log, linear and quadratic damping on each axis."""
-    names = list(zip(hd.AXES, hd.VELOCITIES, strict=True))
+    names = list(zip(AXES, VELOCITIES, strict=True))
     linear = np.array([damping[f"{axis}_{name}"] for axis, name in names])
     quadratic = np.array([damping[f"{axis}_{name}|{name}|"] for axis, name in names])
     mass, inverse = vehicle.mass_matrix, np.linalg.inv(vehicle.mass_matrix)

@@ -10,10 +10,11 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.basis.basis import UNION
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.kernels.core import coriolis
 
-FULL = hd.DampingModel.from_table({" ".join(hd.AXES): [str(term) for term in UNION]}, key="full")
+FULL = hd.DampingModel.from_table({" ".join(AXES): [str(term) for term in UNION]}, key="full")
 """All 85 terms on all six axes: 510 coefficients."""
 
 PAPER = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
@@ -25,8 +26,8 @@ _BLOCK = 100_000
 def truth(model: hd.DampingModel = FULL, seed: int = 7) -> hd.Damping:
     """Strong damping on the diagonal, a little of every other term."""
     rng = np.random.default_rng(seed)
-    inertia = dict(zip(hd.AXES, np.diag(VEHICLE.mass_matrix), strict=True))
-    own = {f"{axis}_{name}" for axis, name in zip(hd.AXES, hd.VELOCITIES, strict=True)}
+    inertia = dict(zip(AXES, np.diag(VEHICLE.mass_matrix), strict=True))
+    own = {f"{axis}_{name}" for axis, name in zip(AXES, VELOCITIES, strict=True)}
     values = [
         inertia[label[0]] * (-0.5 if label in own else rng.uniform(-0.01, 0.01))
         for label in model.labels

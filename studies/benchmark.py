@@ -53,6 +53,8 @@ from benchmark_measured import (
 )
 from benchmark_tables import HORIZONS, Row, markdown
 from hydrodamp.files import save_text
+from hydrodamp.identification.fit import Method
+from hydrodamp.simulation.replay import horizon_scores
 
 METHODS = tuple(hd.METHODS)
 """The methods that take part if none is named."""
@@ -81,13 +83,13 @@ kept = lru_cache(maxsize=2)(find_campaign)
 """The campaigns at hand: the jobs of one come in a row."""
 
 
-def find_method(name: str) -> hd.Method:
+def find_method(name: str) -> Method:
     """Return the method of a key, or the one that ``module:object`` names."""
     module, _, what = name.partition(":")
     if not what:
         return hd.find_method(name)
     found = getattr(import_module(module), what)
-    made: hd.Method = found() if isinstance(found, type) else found
+    made: Method = found() if isinstance(found, type) else found
     return made
 
 
@@ -122,7 +124,7 @@ def replayed(
 
     The error is None, and there is no fit, where a replay diverged.
     """
-    found = hd.horizon_scores(campaign.vehicle, fit.damping, campaign.test, HORIZONS.values())
+    found = horizon_scores(campaign.vehicle, fit.damping, campaign.test, HORIZONS.values())
     scores = {name: one.score for name, one in zip(HORIZONS, found, strict=True)}
     whole = scores["run"]
     shares = {} if whole.diverged else dict(whole.fit_by_axis)

@@ -13,7 +13,7 @@ import numpy as np
 import hydrodamp as hd
 from benchmark_crafts import Craft, Steered, sail
 from benchmark_plans import Sea
-from hydrodamp.simulation.campaign.conditions import Conditions
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
 from hydrodamp.vehicle.actuators import Actuator
 
 
@@ -143,7 +143,7 @@ class Sail:
     sea: Callable[[], Sea]
     seed: int
     duration: float
-    conditions: Conditions = hd.WHITE_NOISE
+    conditions: Conditions = WHITE_NOISE
     rate: float = 10.0
     recording: Recording = PLAIN
 
@@ -169,7 +169,7 @@ class Pilot:
     steered: Callable[[int, int, float, float], Steered]
     seed: int
     duration: float
-    conditions: Conditions = hd.WHITE_NOISE
+    conditions: Conditions = WHITE_NOISE
     rate: float = 10.0
     n_runs: int = 6
     speed: float = 0.0

@@ -35,6 +35,7 @@ from benchmark_plans import (
     remus_by_theory,
 )
 from conditions import COLOURED, SILENT, Coloured
+from hydrodamp.basis.term import AXES
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -115,7 +116,7 @@ def true_rov() -> hd.Damping:
     """Return the drag of the BlueROV2 with the gains of its thrusters."""
     model = hd.catalog["fossen"].with_terms(THRUSTERS, key="fossen+channels")
     gains = {
-        f"{axis}_{channel}": THRUST[CHANNELS.index(channel), hd.AXES.index(axis)]
+        f"{axis}_{channel}": THRUST[CHANNELS.index(channel), AXES.index(axis)]
         for axis, names in THRUSTERS.items()
         for channel in names.split()
     }

@@ -22,7 +22,7 @@ from benchmark_campaign import Campaign, Logs
 from benchmark_campaigns import campaigns
 from benchmark_tables import table
 from hydrodamp.kernels.core import coriolis
-from hydrodamp.simulation.replay import AttitudeSource, Horizon
+from hydrodamp.simulation.replay import AttitudeSource, Horizon, horizon_scores
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _error(
     horizon: Horizon = "run",
     attitude: AttitudeSource = "measured",
 ) -> float | None:
-    found = hd.horizon_scores(vehicle, damping, log, [horizon], attitude=attitude)
+    found = horizon_scores(vehicle, damping, log, [horizon], attitude=attitude)
     return found[0].score.rms
 
 

@@ -18,6 +18,7 @@ from benchmark_campaign import Campaign, Logs
 from benchmark_campaigns import EXAMPLES, field_turns, field_vehicle, load_module, read_runs
 from benchmark_tables import HORIZONS, Row, number, table
 from expert_script import replay_script
+from hydrodamp.basis.term import AXES
 from hydrodamp.simulation.replay import Trajectory, score
 
 SCRIPT = "script"
@@ -82,7 +83,7 @@ def script_row(campaign: Campaign) -> Row:
     """Return the row of the script, with fins that act by the square of the speed on a ship."""
     axes = campaign.vehicle.axes
     train, test, began = campaign.train, campaign.test, time.process_time()
-    places = [hd.AXES.index(axis) for axis in axes]
+    places = [AXES.index(axis) for axis in axes]
     velocity = replay_script(train, test, places, has_fins="Z" not in axes)
     took, found = (
         time.process_time() - began,

@@ -23,7 +23,10 @@ from benchmark_campaign import Campaign, Sail
 from benchmark_campaigns import campaigns
 from benchmark_measured import measured
 from benchmark_tables import table
-from hydrodamp.identification.command_response import interpolation_remarks
+from hydrodamp.identification.command_response import (
+    estimate_command_response,
+    interpolation_remarks,
+)
 from tables import replace_table
 
 MARKS = ("<!-- command response -->", "<!-- end of command response -->")
@@ -49,7 +52,7 @@ def rows(campaign: Campaign) -> Iterator[list[str]]:
         held = bool(interpolation_remarks(problem, model))
         yield [*start[:2], "", "", "", "", "wrench held" if held else "wrench: no difference"]
         return
-    response = hd.estimate_command_response(problem, model)
+    response = estimate_command_response(problem, model)
     low, high = response.intervals["lag"]
     verdict = "lag" if response.is_significant else "no lag"
     yield [

@@ -16,6 +16,7 @@ from hydrodamp.simulation.campaign.conditions import (
     Conditions,
     sample_normal,
 )
+from hydrodamp.simulation.campaign.reenact import Campaign
 from hydrodamp.simulation.closed_loop import stack_runs
 
 SPECIFIC_FORCE_VARIANCE = 3.847e-6
@@ -75,14 +76,14 @@ SILENT = Conditions(scale=0.0)
 """No error, no push: what the autopilot does when it sees the truth."""
 
 
-def training_pushes(campaign: hd.Campaign, seed: int, conditions: Conditions) -> FloatArray:
+def training_pushes(campaign: Campaign, seed: int, conditions: Conditions) -> FloatArray:
     """Return the wrench that pushed the vehicle from each training sample to the next."""
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
     drawn = conditions.sample_disturbances(seed, n_train + n_test, campaign.train.n // n_train)
     return stack_runs(drawn[:, :n_train])
 
 
-def accelerated(campaign: hd.Campaign, seed: int, scale: float) -> hd.Campaign:
+def accelerated(campaign: Campaign, seed: int, scale: float) -> Campaign:
     """Return a campaign whose attitude sensor's specific force is recorded, as in the paper."""
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
     normal = sample_normal(seed, n_train + n_test, campaign.train.n // n_train, 3, 1)

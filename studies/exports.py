@@ -24,6 +24,8 @@ from scipy.spatial.transform import Rotation
 
 import hydrodamp as hd
 from benchmark import fill
+from hydrodamp.export.export import TARGETS
+from hydrodamp.export.fidelity import Fidelity
 
 RATE = 100.0
 """Of the ROV's integration; a tenth of it is kept [Hz]."""
@@ -73,7 +75,7 @@ def rov(length: float, sailed: float) -> Sailed:
 class Cell:
     """One model, one target."""
 
-    card: hd.Fidelity | None
+    card: Fidelity | None
     refused: str = ""
 
     @cached_property
@@ -158,7 +160,7 @@ def main(
     which = [hd.catalog[key] for key in models or hd.PAPER_MODELS]
     lines = [f"Run with {run_by()}.\n"]
     for one in (torpedo(length, sailed), rov(length, sailed)):
-        lines += tables(one, which, list(targets or hd.TARGETS))
+        lines += tables(one, which, list(targets or TARGETS))
     text = "\n".join(lines)
     if page is not None:
         fill(page, text)

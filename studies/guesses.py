@@ -23,6 +23,7 @@ import typer
 import hydrodamp as hd
 from benchmark_tables import table
 from hydrodamp.basis.term import AXES
+from hydrodamp.data.log import Segment
 from tables import finish_jobs, replace_table
 
 MARKS = ("<!-- guesses -->", "<!-- end of guesses -->")
@@ -73,7 +74,7 @@ def sail(seed: int) -> hd.Log:
     wrench = np.zeros((N_SAMPLES, 6))
     wrench[:, 0], wrench[:, 5] = left + right, ARM * (left - right)
     time, start = STEP * np.arange(N_SAMPLES), np.eye(N_SAMPLES, 6)
-    segments = (hd.Segment("1", 0, N_SAMPLES),)
+    segments = (Segment("1", 0, N_SAMPLES),)
     log = hd.Log(time, start, ("u", "v", "r"), wrench=wrench, segments=segments)
     velocity = hd.simulate(HULL, TRUTH, log).velocity
     return replace(log, velocity=velocity + NOISE * HULL.free * rng.standard_normal((N_SAMPLES, 6)))

@@ -24,9 +24,11 @@ from scipy.stats import spearmanr
 import hydrodamp as hd
 from benchmark import fill
 from conditions import accelerated
+from hydrodamp.identification.fit import Method
 from hydrodamp.identification.online import Adaptation
 from hydrodamp.kernels.core import Gains
-from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, CampaignSetup
+from hydrodamp.simulation.campaign.conditions import Conditions
+from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, Campaign, CampaignSetup
 from hydrodamp.simulation.problem import EquationTable
 
 COMPOSITE = {"ai-composite": hd.CompositeIdentifier()}
@@ -80,7 +82,7 @@ UNITS = {
 
 
 def errors(
-    campaigns: Iterable[hd.Campaign], method: hd.Method, models: Sequence[hd.DampingModel]
+    campaigns: Iterable[Campaign], method: Method, models: Sequence[hd.DampingModel]
 ) -> tuple[Column, list[bool]]:
     """Return the median error of each model, and whether each fit had settled."""
     found: list[Column] = []
@@ -96,9 +98,9 @@ def errors(
 
 def sailed(
     seeds: int, truth: str, noise: float, duration: float = DURATION
-) -> tuple[hd.Campaign, ...]:
+) -> tuple[Campaign, ...]:
     """Return the campaigns of the first seeds."""
-    found = CampaignSetup.of(truth).simulate(range(seeds), duration, hd.Conditions(noise))
+    found = CampaignSetup.of(truth).simulate(range(seeds), duration, Conditions(noise))
     return tuple(accelerated(one, seed, noise) for seed, one in enumerate(found))
 
 
@@ -124,7 +126,7 @@ def identifier(seeds: int, longer: float) -> Iterator[str]:
     yield f"\nOf these {len(settled)} fits, {sum(settled)} converged.\n"
 
 
-def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[str]:
+def table(truth: str, campaigns: Sequence[Sequence[Campaign]]) -> Iterator[str]:
     """Yield Table I beside its re-enactments on one truth."""
     for name, methods in (
         ("ls", {"ls": hd.LeastSquares()}),

@@ -30,6 +30,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.term import AXES
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.context import PlanningContext
 from hydrodamp.experiment_design.ensemble import DampingEnsemble
@@ -41,7 +42,7 @@ from hydrodamp.experiment_design.verification import (
 )
 from hydrodamp.files import save_json, save_text
 from hydrodamp.progress import run_parallel
-from hydrodamp.simulation.campaign.conditions import Truth
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Truth
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 
 ENVELOPE = hd.Envelope(
@@ -84,7 +85,7 @@ def simulator_of_truth(
     if truth == "crossflow":
         truth_model = replace(truth_model, drift_factor=0.0)
     truth_model = replace(truth_model, fin_lag=0.0)
-    (campaign,) = replace(plan, truth=truth_model).simulate((SEED,), 100.0, hd.WHITE_NOISE)
+    (campaign,) = replace(plan, truth=truth_model).simulate((SEED,), 100.0, WHITE_NOISE)
     simulator_with_truth = ClosedLoopSimulator.of(
         simulator.vehicle,
         simulator.autopilot,
@@ -101,7 +102,7 @@ def _unmodelled_wrench(
     """Return the wrench of crossflow strips and of the drift angle at the fins."""
     fins = [item for item in simulator.vehicle.actuators if isinstance(item, hd.Fin)]
     indices = [simulator.autopilot.names.index(fin.command) for fin in fins]
-    forces = np.array([[dict(fin.force).get(axis, 0.0) for axis in hd.AXES] for fin in fins])
+    forces = np.array([[dict(fin.force).get(axis, 0.0) for axis in AXES] for fin in fins])
 
     def wrench(velocity: FloatArray, commands: FloatArray) -> FloatArray:
         angles = commands[:, indices]

@@ -27,6 +27,7 @@ import hydrodamp as hd
 from benchmark_tables import table
 from conditions import COLOURED, SILENT
 from consistency import CONDITIONS, DURATION, MODEL
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.files import save_text
 from hydrodamp.simulation.campaign.conditions import depth_run, heading_run
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
@@ -92,7 +93,7 @@ def predict(errors: str, draw: int) -> Iterator[Row]:
         std = np.nan_to_num(band.half_width / fit.uncertainty.critical_value())
         for segment in mission.segments:
             # a velocity that the mission leaves at rest has no error and no band
-            rows, names = slice(segment.start, segment.stop), hd.VELOCITIES
+            rows, names = slice(segment.start, segment.stop), VELOCITIES
             for k in np.flatnonzero(np.ptp(mission.velocity[rows], axis=0) > 1e-6).tolist():
                 covered = error[rows, k] <= np.nan_to_num(band.half_width[rows, k])
                 sizes = (float(np.sqrt(np.mean(each[rows, k] ** 2))) for each in (error, std))
@@ -111,7 +112,7 @@ def coverage_table(rows: list[Row]) -> str:
     for errors, model in dict.fromkeys((row.errors, row.model) for row in rows):
         cells = []
         of_case = [row for row in rows if (row.errors, row.model) == (errors, model)]
-        for name in (None, *hd.VELOCITIES):
+        for name in (None, *VELOCITIES):
             chosen = [row for row in of_case if name in (None, row.velocity)]
             draws = sorted({row.draw for row in chosen})
             means = [np.mean([row.covered for row in chosen if row.draw == k]) for k in draws]
@@ -120,7 +121,7 @@ def coverage_table(rows: list[Row]) -> str:
                 deviation = f" ± {100 * np.std(means) / np.sqrt(max(len(means) - 1, 1)):.0f}"
             cells.append(f"{100 * np.mean(means):.0f}{deviation}" if means else "")
         lines.append([errors, f"`{model}`", str(len({row.draw for row in of_case})), *cells])
-    return table(["errors", "model", "draws", "all [%]", *hd.VELOCITIES], lines)
+    return table(["errors", "model", "draws", "all [%]", *VELOCITIES], lines)
 
 
 def size_table(rows: list[Row]) -> str:

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 import hydrodamp as hd
+from hydrodamp.errors import FileError
 from hydrodamp.files import (
     KINDS,
     load_json,
@@ -47,7 +48,7 @@ def test_a_failed_write_leaves_nothing(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     for path in ("folder", "none/a.txt", "file/a.txt"):
-        with pytest.raises(hd.FileError, match=f"{path}: cannot be written"):
+        with pytest.raises(FileError, match=f"{path}: cannot be written"):
             save_bytes(b"one", tmp_path / path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
@@ -55,7 +56,7 @@ def test_a_failed_write_leaves_nothing(tmp_path):
 @pytest.mark.parametrize(
     ("error", "seen", "words"),
     [
-        (OSError(28, "No space left on device"), hd.FileError, "cannot be written: No space left"),
+        (OSError(28, "No space left on device"), FileError, "cannot be written: No space left"),
         (KeyboardInterrupt("stop"), KeyboardInterrupt, "stop"),
         (ValueError("half way"), ValueError, "half way"),
     ],
@@ -85,21 +86,21 @@ def test_a_file_is_on_the_disk_before_it_takes_its_name(tmp_path, monkeypatch):
 def test_several_files_are_written_in_their_order(tmp_path):
     (tmp_path / "b.txt").mkdir()
     contents = {tmp_path / "deep" / "a.txt": b"a", tmp_path / "b.txt": b"b", tmp_path / "c": b"c"}
-    with pytest.raises(hd.FileError, match=r"b\.txt: cannot be written"):
+    with pytest.raises(FileError, match=r"b\.txt: cannot be written"):
         save_all(contents)
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
-    with pytest.raises(hd.FileError, match=r"a\.txt: the folder"):
+    with pytest.raises(FileError, match=r"a\.txt: the folder"):
         save_all({tmp_path / "deep" / "a.txt" / "d": b"d"})
 
 
 def test_what_cannot_be_read_is_named(tmp_path):
     (tmp_path / "latin.txt").write_bytes(b"caf\xe9")
     for load in (load_text, load_yaml, load_json):
-        with pytest.raises(hd.FileError, match=r"none\.txt: cannot be read: No such file"):
+        with pytest.raises(FileError, match=r"none\.txt: cannot be read: No such file"):
             load(tmp_path / "none.txt")
-        with pytest.raises(hd.FileError, match="cannot be read: "):
+        with pytest.raises(FileError, match="cannot be read: "):
             load(tmp_path)
-        with pytest.raises(hd.FileError, match=r"latin\.txt: must be UTF-8 text; near byte 3"):
+        with pytest.raises(FileError, match=r"latin\.txt: must be UTF-8 text; near byte 3"):
             load(tmp_path / "latin.txt")
 
 
@@ -145,7 +146,7 @@ def test_the_nearest_neighbour_of_what_is_not_there(tmp_path, wanted, near):
 def test_unreadable_yaml_tells_its_line(tmp_path, text, line):
     path = tmp_path / "mine.yaml"
     path.write_text(text, "utf-8")
-    with pytest.raises(hd.FileError, match=rf"mine\.yaml, line {line}: cannot be read as YAML: \S"):
+    with pytest.raises(FileError, match=rf"mine\.yaml, line {line}: cannot be read as YAML: \S"):
         load_yaml(path)
 
 
@@ -154,7 +155,7 @@ def test_unreadable_yaml_tells_its_line(tmp_path, text, line):
     [("a: 1\nb: 2\na: 3\n", 3), ("x:\n  - a: 1\n    'a': 2\n", 3), ("1: a\n1: b\n", 2)],
 )
 def test_a_key_that_comes_twice_is_refused(text, line):
-    with pytest.raises(hd.FileError, match=rf"mine, line {line}: .*the key `.` is in line ."):
+    with pytest.raises(FileError, match=rf"mine, line {line}: .*the key `.` is in line ."):
         parse_yaml(text, "mine")
 
 
@@ -235,7 +236,7 @@ def test_json_is_strict_and_tells_its_line(tmp_path):
         save_json({"a": float("nan")}, path)
     assert load_json(path) == load_yaml(path) == content
     path.write_bytes(b'\xef\xbb\xbf{"format":\n !}')  # a byte-order mark is no fault
-    with pytest.raises(hd.FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
+    with pytest.raises(FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
         load_json(path)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-import hydrodamp as hd
+from hydrodamp.errors import FileError
 from hydrodamp.files import protected_inputs
 from hydrodamp.results import (
     MANIFEST,
@@ -56,7 +56,7 @@ def test_a_file_that_exists_needs_force(tmp_path):
     path = tmp_path / "a.json"
     check_new_file(path, force=False)
     path.write_text("mine", "utf-8")
-    with pytest.raises(hd.FileError, match=r"a\.json: exists already\..*`--force`"):
+    with pytest.raises(FileError, match=r"a\.json: exists already\..*`--force`"):
         check_new_file(path, force=False)
     check_new_file(path, force=True)
 
@@ -64,21 +64,21 @@ def test_a_file_that_exists_needs_force(tmp_path):
 def test_results_need_force_and_files_beside_them_do_not(home):
     check_results(home.with_name("new"), NAMES, force=False)
     check_results(home, ("other.csv", "other/*"), force=False)
-    with pytest.raises(hd.FileError, match=r"out: holds results already, such as table\.csv"):
+    with pytest.raises(FileError, match=r"out: holds results already, such as table\.csv"):
         check_results(home, NAMES, force=False)
-    with pytest.raises(hd.FileError, match=r"such as fits.a\.json"):
+    with pytest.raises(FileError, match=r"such as fits.a\.json"):
         check_results(home, NAMES[1:], force=False)
     check_results(home, NAMES, force=True)
 
 
 def test_force_replaces_nothing_of_a_users(home):
     (home / "fits" / "a.json").write_text("corrected", "utf-8")
-    with pytest.raises(hd.FileError, match=r"a\.json: was changed since hydrodamp wrote it"):
+    with pytest.raises(FileError, match=r"a\.json: was changed since hydrodamp wrote it"):
         check_results(home, NAMES, force=True)
     (home / "report.html").write_text("mine", "utf-8")
-    with pytest.raises(hd.FileError, match=r"report\.html: is not hydrodamp's"):
+    with pytest.raises(FileError, match=r"report\.html: is not hydrodamp's"):
         check_results(home, ("report.html",), force=True)
-    with pytest.raises(hd.FileError, match=r"mine\.json: is not hydrodamp's"):
+    with pytest.raises(FileError, match=r"mine\.json: is not hydrodamp's"):
         save_results(contents(home, table_csv=b"2", fits__mine_json=b"c"), home)
     assert (home / "table.csv").read_bytes() == b"1"  # all or none
 
@@ -87,9 +87,9 @@ def test_inputs_are_no_results(home):
     link = home.with_name("link.csv")
     os.link(home / "table.csv", link)
     with protected_inputs([link]):
-        with pytest.raises(hd.FileError, match=r"table\.csv: is one of the inputs .*link\.csv"):
+        with pytest.raises(FileError, match=r"table\.csv: is one of the inputs .*link\.csv"):
             check_results(home, NAMES, force=True)
-        with pytest.raises(hd.FileError, match=r"table\.csv: is one of the inputs"):
+        with pytest.raises(FileError, match=r"table\.csv: is one of the inputs"):
             save_results(contents(home, table_csv=b"2"), home)
     assert link.read_bytes() == (home / "table.csv").read_bytes() == b"1"
     check_results(home, NAMES, force=True)
@@ -206,7 +206,7 @@ def test_a_failed_write_leaves_the_old_files(home, number):
     old = files_of(home)
     with pytest.MonkeyPatch.context() as patch:
         at_call(patch, number, fail, "fsync rename")
-        with pytest.raises(hd.FileError, match="No space left"):
+        with pytest.raises(FileError, match="No space left"):
             change(home)
     assert files_of(home) == old
     assert not [path for path in home.rglob(".hydrodamp*") if path.name != MANIFEST]
@@ -218,10 +218,10 @@ def test_a_full_disk_is_named_with_the_file_and_leaves_all(home, monkeypatch):
 
     old, created = files_of(home), home.with_name("created")
     monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(hd.FileError, match=r"out.new\.csv: cannot be written: No space.*Free disk"):
+    with pytest.raises(FileError, match=r"out.new\.csv: cannot be written: No space.*Free disk"):
         change(home)
     assert files_of(home) == old
-    with pytest.raises(hd.FileError, match="No space left"):
+    with pytest.raises(FileError, match="No space left"):
         change(created)
     assert not created.exists()
 
@@ -232,10 +232,10 @@ def test_a_file_that_was_changed_after_an_abort_is_kept(home, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "replace", fail)
-        with pytest.raises(hd.FileError, match="Input/output error"):
+        with pytest.raises(FileError, match="Input/output error"):
             change(home)
     (home / "table.csv").write_text("mine", "utf-8")
-    with pytest.raises(hd.FileError, match=r"table\.csv: was changed while .* Move it elsewhere"):
+    with pytest.raises(FileError, match=r"table\.csv: was changed while .* Move it elsewhere"):
         check_results(home, NAMES, force=True)
     (home / "table.csv").rename(home / "mine.csv")
     check_results(home, NAMES, force=True)
@@ -283,7 +283,7 @@ def test_a_file_that_the_user_named_is_listed_in_a_folder_of_results(home):
 )
 def test_a_manifest_that_is_none_is_named(home, text):
     (home / MANIFEST).write_text(text, "utf-8")
-    with pytest.raises(hd.FileError, match=r"\.hydrodamp\.json"):
+    with pytest.raises(FileError, match=r"\.hydrodamp\.json"):
         check_results(home, NAMES, force=True)
 
 
@@ -291,7 +291,7 @@ def test_a_manifest_that_is_none_is_named(home, text):
 def test_a_journal_that_is_none_is_named(home, text):
     (home / ".hydrodamp-commit").mkdir()
     (home / ".hydrodamp-commit" / "journal.json").write_text(text, "utf-8")
-    with pytest.raises(hd.FileError, match=r"journal\.json: is not a journal"):
+    with pytest.raises(FileError, match=r"journal\.json: is not a journal"):
         check_results(home, NAMES, force=True)
 
 
@@ -307,7 +307,7 @@ def test_results_of_another_process_are_not_replaced_without_force(tmp_path):
     home = tmp_path / "out"
     check_results(home, NAMES, force=False)
     write_in_another_process(lambda: save_results(contents(home, fits__a_json=b"theirs"), home))
-    with pytest.raises(hd.FileError, match=r"a\.json: was written by another program while"):
+    with pytest.raises(FileError, match=r"a\.json: was written by another program while"):
         save_results(contents(home, table_csv=b"1"), home, NAMES)
     assert files_of(home) == {"fits/a.json": b"theirs"}
     check_results(home, NAMES, force=True)
@@ -320,7 +320,7 @@ def test_a_process_that_wrote_first_keeps_its_folder(tmp_path):
     change(tmp_path)
 
     def save_other():
-        with pytest.raises(hd.FileError, match=r"holds results already"):
+        with pytest.raises(FileError, match=r"holds results already"):
             check_results(tmp_path, NAMES, force=False)
 
     write_in_another_process(save_other)
@@ -337,7 +337,7 @@ def test_a_named_file_that_appeared_is_not_replaced_without_force(tmp_path, name
         path.unlink(missing_ok=True)
         check_new_file(path, force=False)
         path.write_text("theirs", "utf-8")
-        with pytest.raises(hd.FileError, match=r"json: was written by another program"):
+        with pytest.raises(FileError, match=r"json: was written by another program"):
             save()
         assert path.read_text("utf-8") == "theirs"
         check_new_file(path, force=True)
@@ -359,9 +359,7 @@ def commit_without_exchange(home):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Path, "replace", fail)
-        with pytest.raises(
-            hd.FileError, match=r"Input/output error.*\.hydrodamp-commit wait to be"
-        ):
+        with pytest.raises(FileError, match=r"Input/output error.*\.hydrodamp-commit wait to be"):
             change(home)
     assert (home / ".hydrodamp-commit").is_dir()
 
@@ -407,7 +405,7 @@ def test_what_hinders_an_exchange_is_refused_before_its_commit_point(home, hinde
 
         monkeypatch.setattr(Path, "stat", stat_of_mount)
     old = files_of(home)
-    with pytest.raises(hd.FileError, match=words):
+    with pytest.raises(FileError, match=words):
         change(home)
     assert files_of(home) == old
     assert not (home / ".hydrodamp-commit").exists()
@@ -418,9 +416,7 @@ def test_an_exchange_writes_nothing_through_a_link(home):
     commit_without_exchange(home)
     (home / "more").rmdir()
     link_out(home)
-    with pytest.raises(
-        hd.FileError, match=r"d\.json: is outside of .*\.hydrodamp-commit wait to be"
-    ):
+    with pytest.raises(FileError, match=r"d\.json: is outside of .*\.hydrodamp-commit wait to be"):
         complete_exchange(home)
     assert not [*(home.parent / "elsewhere").iterdir()]
     assert (home / "table.csv").read_bytes() == b"1"
@@ -431,7 +427,7 @@ def test_new_files_behind_a_link_are_not_taken(home):
     new, mine = home / ".hydrodamp-commit" / "new", home.with_name("mine")
     new.rename(mine)
     new.symlink_to(mine)
-    with pytest.raises(hd.FileError, match=r"is outside of"):
+    with pytest.raises(FileError, match=r"is outside of"):
         complete_exchange(home)
     assert (mine / "table.csv").read_bytes() == b"2"
 
@@ -448,7 +444,7 @@ def test_the_rest_of_an_earlier_abort_hinders_no_completion(home):
 def test_a_commit_that_lacks_files_is_refused(home):
     commit_without_exchange(home)
     (home / ".hydrodamp-commit" / "new" / "table.csv").unlink()
-    with pytest.raises(hd.FileError, match=r"table\.csv: its new content is lost"):
+    with pytest.raises(FileError, match=r"table\.csv: its new content is lost"):
         complete_exchange(home)
     assert not (home / "new.csv").exists()
 
@@ -467,5 +463,5 @@ def test_a_folder_that_cannot_be_opened_is_named(home, monkeypatch):
         raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(os, "open", fail)
-    with pytest.raises(hd.FileError, match=r"out: cannot be written: Permission denied"):
+    with pytest.raises(FileError, match=r"out: cannot be written: Permission denied"):
         save_results({}, home)

@@ -12,6 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import hydrodamp as hd
+from hydrodamp.basis.term import AXES
 from hydrodamp.models.model import group_axes
 
 TERMS_A_LINE = 5
@@ -96,7 +97,7 @@ class Counts(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the table."""
-        heads = ["model", "key", "n", *hd.AXES]
+        heads = ["model", "key", "n", *AXES]
         lines = [".. list-table::", "   :header-rows: 1", ""]
         for cells in (heads, *(_counted(model) for model in hd.catalog.values())):
             lines.append(f"   * - {cells[0]}")

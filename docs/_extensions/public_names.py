@@ -1,9 +1,10 @@
-"""The directive ``public-names``: the public names of a layer, from the package's stub."""
+"""The directive ``public-names``: the public names of a layer, and its documented modules."""
 
 from __future__ import annotations
 
 import ast
 import inspect
+import re
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +17,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import hydrodamp as hd
 
+_SECTION = re.compile(r"^(Parameters|Attributes|Returns|Examples)\n---", re.MULTILINE)
 STUB = Path(hd.__file__ or "").with_suffix(".pyi")
 
 
@@ -52,30 +54,59 @@ def layers() -> dict[str, dict[str, list[str]]]:
     return found
 
 
-def directive(name: str) -> list[str]:
+def module_names(layer: str) -> dict[str, list[str]]:
+    """Return the names of a layer whose docstrings have sections, and that are not public.
+
+    Parameters
+    ----------
+    layer : str
+        Such as ``data``.
+
+    Returns
+    -------
+    names : dict of str to list of str
+        By module, such as ``{"data.log": ["Segment"]}``.
+    """
+    names: dict[str, list[str]] = {}
+    root = STUB.parent
+    for path in sorted(root.glob(f"{layer}/**/*.py")) or [root / f"{layer}.py"]:
+        module = ".".join(path.relative_to(root).with_suffix("").parts)
+        for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(statement, (ast.ClassDef, ast.FunctionDef)):
+                text = ast.get_docstring(statement) or ""
+                is_error = layer == "errors" and isinstance(statement, ast.ClassDef)
+                is_shown = is_error or _SECTION.search(text)
+                is_private = statement.name.startswith("_") or statement.name in homes()
+                if is_shown and not is_private:
+                    names.setdefault(module, []).append(statement.name)
+    return names
+
+
+def directive(path: str) -> list[str]:
     """Return the lines that document a name by its docstring.
 
     Parameters
     ----------
-    name : str
-        A public name.
+    path : str
+        A public name, or a name with its module below ``hydrodamp``.
 
     Returns
     -------
     lines : list of str
         A directive of autodoc; for a constant, the text that follows it in its module.
     """
-    value = getattr(hd, name)
+    module, _, name = path.rpartition(".")
+    value = getattr(import_module(f"hydrodamp.{module}") if module else hd, name)
     if inspect.isclass(value):
         kind = "autoexception" if issubclass(value, BaseException) else "autoclass"
         if kind == "autoexception":
-            return [f".. {kind}:: hydrodamp.{name}", ""]
+            return [f".. {kind}:: hydrodamp.{path}", ""]
         foreign = [each.__name__ for each in value.__mro__ if "hydrodamp" not in each.__module__]
         inherited = f"   :inherited-members: {', '.join(foreign)}"
-        return [f".. {kind}:: hydrodamp.{name}", "   :members:", inherited, ""]
+        return [f".. {kind}:: hydrodamp.{path}", "   :members:", inherited, ""]
     if inspect.isfunction(value):
-        return [f".. autofunction:: hydrodamp.{name}", ""]
-    return [f".. py:data:: hydrodamp.{name}", "", *_constant(name), ""]
+        return [f".. autofunction:: hydrodamp.{path}", ""]
+    return [f".. py:data:: hydrodamp.{path}", "", *_constant(name), ""]
 
 
 def _constant(name: str) -> list[str]:
@@ -103,22 +134,27 @@ def heading(package: str) -> str:
 
 
 class PublicNames(SphinxDirective):
-    """A section for each package of a layer, with the names that live in it."""
+    """A section for each package of a layer and each module with further documented names."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
         self.env.note_dependency(str(STUB))
-        packages = layers()[self.arguments[0]]
+        layer = self.arguments[0]
+        sections = {
+            package: sorted(names, key=rank) for package, names in layers().get(layer, {}).items()
+        }
+        for module, names in module_names(layer).items():
+            sections[module] = [f"{module}.{name}" for name in names]
         return [
             section(
                 self,
                 nodes.Text(heading(package)),
                 f"names-{package}",
-                (line for name in sorted(names, key=rank) for line in directive(name)),
+                (line for name in names for line in directive(name)),
             )
-            for package, names in packages.items()
+            for package, names in sections.items()
             if names
         ]
 

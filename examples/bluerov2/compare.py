@@ -16,6 +16,7 @@ from pathlib import Path
 
 import hydrodamp as hd
 from hydrodamp.cli.output import print_results
+from hydrodamp.errors import PropulsionWarning
 from hydrodamp.report.comparison_tables import detail_tables, summary_tables
 
 HERE = Path(__file__).parent
@@ -45,7 +46,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, help="folder for comparison.json, tables and fits")
     parser.add_argument("--attitude", choices=("measured", "simulated"), default="measured")
     asked = parser.parse_args(arguments)
-    warnings.simplefilter("ignore", hd.PropulsionWarning)  # models.yaml says it of gertler-hagen
+    warnings.simplefilter("ignore", PropulsionWarning)  # models.yaml says it of gertler-hagen
     try:
         nested = asked.data / "bluerov2_kth"
         folder = nested if nested.is_dir() else asked.data

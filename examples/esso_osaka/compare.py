@@ -16,6 +16,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.cli.output import print_results
+from hydrodamp.errors import FileError
 from hydrodamp.report.comparison_tables import summary_tables
 
 HERE = Path(__file__).parent
@@ -46,7 +47,7 @@ def split(folder: Path) -> tuple[list[Path], list[Path]]:
     """Return the training and the test runs; raise if a test run is absent."""
     test = [folder / f"{name}.csv" for name in TEST]
     if absent := [path.name for path in test if not path.is_file()]:
-        raise hd.FileError(f"{folder}: no file {', '.join(absent)}")
+        raise FileError(f"{folder}: no file {', '.join(absent)}")
     runs = sorted(path for kind in KINDS for path in folder.glob(f"{kind}_*.csv"))
     return [path for path in runs if path not in test], test
 

@@ -17,7 +17,9 @@ from time import perf_counter
 
 import hydrodamp as hd
 from hydrodamp.cli.output import print_results
+from hydrodamp.errors import PropulsionWarning
 from hydrodamp.report.comparison_tables import detail_tables, summary_tables
+from hydrodamp.validation.compare import Row
 
 HERE = Path(__file__).parent
 SOURCE = (
@@ -42,7 +44,7 @@ def others(folder: Path) -> list[str]:
     return sorted(set(found) - set(RUNS))
 
 
-def percent(row: hd.Row) -> str:
+def percent(row: Row) -> str:
     """Return 100 (1 - rmse/std) of surge, sway and yaw rate."""
     if row.score.diverged:
         return "diverged"
@@ -80,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--models", help="of models.yaml, with commas; all by default")
     parser.add_argument("--each", action="store_true", help="hold out every run in turn, too")
     asked = parser.parse_args(arguments)
-    warnings.simplefilter("ignore", hd.PropulsionWarning)  # (eta-1) terms vanish; README says so
+    warnings.simplefilter("ignore", PropulsionWarning)  # (eta-1) terms vanish; README says so
     try:
         work(asked)
     except hd.HydrodampError as error:

@@ -14,6 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import hydrodamp as hd
+from hydrodamp.basis import term
+from hydrodamp.errors import GapWarning
+from hydrodamp.identification.identifiability import identifiability
 
 sys.path.insert(0, str(Path(__file__).parent))
 from roll import read_field_log
@@ -28,7 +31,7 @@ CHOSEN = ("steering", "oe")
 
 def vehicle(*axes: str) -> hd.Vehicle:
     """Return the 690 of the fleet with unknown fins, free along some axes."""
-    return replace(hd.fleet["vt690"], actuators=(), axes=axes or hd.AXES)
+    return replace(hd.fleet["vt690"], actuators=(), axes=axes or term.AXES)
 
 
 def held_out(parts: list[hd.Log], when: float) -> tuple[list[hd.Log], list[hd.Log]]:
@@ -58,7 +61,7 @@ def word(grade: hd.Grade) -> str:
 
 def grades(log: hd.Log, model: hd.DampingModel) -> str:
     """Return, axis by axis, how many coefficients the whole log determines."""
-    found = hd.identifiability(hd.prepare(vehicle(), log, model), model)
+    found = identifiability(hd.prepare(vehicle(), log, model), model)
     lines = [f"{'axis':4} {'excited':8}" + "".join(f"{word(grade):>16}" for grade in hd.Grade)]
     for axis in found.axes:
         own = [grade for label, grade in found.grades.items() if label.startswith(f"{axis.axis}_")]
@@ -74,7 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, help="folder for the log as prepared and the fit")
     parser.add_argument("--methods", default=METHODS, help=f"with commas; default {METHODS}")
     asked = parser.parse_args(arguments)
-    warnings.simplefilter("ignore", hd.GapWarning)  # the log's notes have it
+    warnings.simplefilter("ignore", GapWarning)  # the log's notes have it
     try:
         work(asked)
     except hd.HydrodampError as error:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.conditioning.current import subtract_current
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 
 HERE = Path(__file__).parent
@@ -38,7 +39,7 @@ N_STEPS = 4
 def read_field_log(folder: Path) -> hd.Log:
     """Return the log of a folder of .dat files, prepared."""
     log = roll_from_mixing(hd.read_log(folder, HERE / "mapping.yaml"))
-    return hd.subtract_current(hd.rates_from_attitude(log))
+    return subtract_current(hd.rates_from_attitude(log))
 
 
 def roll_from_mixing(log: hd.Log) -> hd.Log:

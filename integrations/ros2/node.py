@@ -22,6 +22,7 @@ from std_msgs.msg import String
 
 import hydrodamp as hd
 from hydrodamp.cli.inputs import find_model
+from hydrodamp.errors import ProblemError
 from hydrodamp.live.estimator import diagnostic_status
 from hydrodamp.live.readers import BoundedQueue, subscribe_new_topics
 from hydrodamp.live.runner import LiveRun
@@ -44,7 +45,7 @@ class Live(Node):
             name: self.declare_parameter(name, default).value for name, default in SETTINGS.items()
         }
         if missing := [name for name in ("vehicle", "model", "mapping") if not parameters[name]]:
-            raise hd.ProblemError(f"give the parameters {', '.join(missing)}: `-p NAME:=VALUE`.")
+            raise ProblemError(f"give the parameters {', '.join(missing)}: `-p NAME:=VALUE`.")
         self.estimates = self.create_publisher(String, "~/estimates", 10)
         self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         mapping = stream_mapping(hd.read_mapping(parameters["mapping"]), self.log_message)

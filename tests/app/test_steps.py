@@ -8,6 +8,7 @@ import hydrodamp as hd
 from hydrodamp.app.commands import compare_command, format_command
 from hydrodamp.app.project import find_project
 from hydrodamp.app.steps import STEPS, find_blocker, step_states
+from hydrodamp.experiment_design.envelope import read_envelope
 
 from .conftest import open_log, version_of
 
@@ -118,7 +119,7 @@ def test_the_next_dive_asks_for_limits(server, chosen):
     assert (status, headers["HX-Retarget"]) == (422, "#error-fastest")
     assert b"must be above 2" in text
     server.post("/p/dive/files/plan", **form | {"fastest": "2.5"})
-    envelope = hd.read_envelope(chosen.path("envelope.yaml"))
+    envelope = read_envelope(chosen.path("envelope.yaml"))
     assert envelope.speed == (2.0, 2.5)
     assert envelope.depth == (2.0, 20.0)
     assert envelope.area.north == (-150.0, 150.0)

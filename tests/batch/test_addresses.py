@@ -6,9 +6,9 @@ import os
 
 import pytest
 
-import hydrodamp as hd
 from hydrodamp.batch.discovery import ResolvedMapping, digest_files, expand_addresses
 from hydrodamp.batch.groups import assign_group, assign_vehicle, group_order, sort_groups
+from hydrodamp.errors import FileError, MethodError
 
 FILES = """\
 files: {pose: "*_pose.csv", cmd: "*_cmd.csv"}
@@ -56,7 +56,7 @@ def test_results_in_the_folder_of_logs_are_no_logs(logs):
     (logs / "season" / "coefficients.csv").write_text("x", "utf-8")
     assert "logs/season/coefficients.csv" in names("logs")
     assert "logs/season/coefficients.csv" not in names("logs", exclude="logs/season")
-    with pytest.raises(hd.FileError, match="no log but in"):
+    with pytest.raises(FileError, match="no log but in"):
         names("logs/season", exclude="logs/season")
 
 
@@ -73,7 +73,7 @@ def test_files_of_one_recording_are_one_log(tmp_path):
     assert digest_files(found[0], mapping) != before
     joint = f"{tmp_path}/run1_pose.csv+{tmp_path}/run1_cmd.csv"
     assert expand_addresses([joint]) == [joint]
-    with pytest.raises(hd.FileError, match="no log matches"):
+    with pytest.raises(FileError, match="no log matches"):
         expand_addresses([f"{tmp_path}/run1_pose.csv+{tmp_path}/run9_cmd.csv"])
 
 
@@ -97,7 +97,7 @@ def test_a_folder_with_a_file_for_each_topic_is_one_log(tmp_path):
 )
 def test_a_store_that_cannot_be_reached_is_a_sentence(address, says):
     pytest.importorskip("fsspec")
-    with pytest.raises(hd.FileError, match=says):
+    with pytest.raises(FileError, match=says):
         expand_addresses([address])
 
 
@@ -105,24 +105,24 @@ def test_the_path_holds_the_name_of_the_vehicle_as_a_word():
     assert assign_vehicle("gray/ray_1/a.csv", ["ray", "gray-seal"]) == "ray"
     assert assign_vehicle("ray-heavy/2026.csv", ["ray", "ray-heavy"]) == "ray-heavy"
     for path in ("gray/a.csv", "ray2/a.csv", "skate/a.csv"):
-        with pytest.raises(hd.MethodError, match="none of ray, ray-heavy"):
+        with pytest.raises(MethodError, match="none of ray, ray-heavy"):
             assign_vehicle(path, ["ray", "ray-heavy"])
-    with pytest.raises(hd.MethodError, match="ray, skate"):
+    with pytest.raises(MethodError, match="ray, skate"):
         assign_vehicle("ray/skate.csv", ["ray", "skate"])
 
 
 def test_a_date_is_a_day_of_the_calendar():
     assert assign_group(["day"], "2026-13-45/dive_20260501.csv", "v", 0.0) == ("2026-05-01",)
     for path in ("2026-13-45.csv", "2026-02-30.csv", "serial120260501.csv"):
-        with pytest.raises(hd.MethodError, match="neither its clock nor its path"):
+        with pytest.raises(MethodError, match="neither its clock nor its path"):
             assign_group(["day"], path, "v", 0.0)
-    with pytest.raises(hd.MethodError, match="no date"):
+    with pytest.raises(MethodError, match="no date"):
         assign_group(["day"], "2026-05-01.csv", "v", 1.7e18)  # nanoseconds
 
 
 @pytest.mark.parametrize("pattern", ["(zzz)|(.)", "(zzz)?x", "nothing", "x*?"])
 def test_a_pattern_without_a_group_is_refused(pattern):
-    with pytest.raises(hd.MethodError, match="gives no group"):
+    with pytest.raises(MethodError, match="gives no group"):
         assign_group([pattern], "x.csv", "v", 0.0)
 
 

@@ -16,6 +16,7 @@ from hydrodamp.batch.sufficient_statistics import (
     solve_model,
     summarise_log,
 )
+from hydrodamp.errors import ProblemError
 
 METHOD = hd.WeakForm()
 
@@ -74,7 +75,7 @@ def test_logs_beyond_the_blocks_that_are_kept(folds, fleet):
 
 def test_folds_of_different_terms_are_refused(folds, fleet):
     linear = summarise_log(fleet.log, fleet.vehicle, [hd.catalog["linear"]], METHOD)
-    with pytest.raises(hd.ProblemError, match="different terms"):
+    with pytest.raises(ProblemError, match="different terms"):
         merge_statistics([folds[0], linear])
-    with pytest.raises(hd.ProblemError, match="at least one log"):
+    with pytest.raises(ProblemError, match="at least one log"):
         merge_statistics([])

@@ -14,6 +14,7 @@ from batch.conftest import MODEL
 from hydrodamp.batch.groups import find_change_points
 from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
 from hydrodamp.conditioning.dropouts import remove_samples
+from hydrodamp.errors import FileError, GapWarning, LogError, MethodError, ProblemError
 from hydrodamp.identification.regression import merge
 
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
@@ -156,9 +157,9 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
         assert both.fit.damping.coefficients.tolist() == alone.fit.damping.coefficients.tolist()
     assert len(found.failed) == 3
     assert all("none of ray, ray-heavy" in why for why in found.failed.values())
-    with pytest.raises(hd.MethodError, match="must hold `vehicle`"):
+    with pytest.raises(MethodError, match="must hold `vehicle`"):
         hd.batch(tmp_path, [light, heavy], MODEL, client=threads)
-    with pytest.raises(hd.MethodError, match="different names"):
+    with pytest.raises(MethodError, match="different names"):
         hd.batch(tmp_path, [light, light], MODEL, **asked)
 
 
@@ -255,7 +256,7 @@ def test_warnings_are_as_before_after_a_season_on_threads(fleet, season, threads
     hd.write_log(replace(log, time=log.time + 100.0 * (log.time > log.time[log.n // 2])), path)
     found = hd.batch(path, fleet.vehicle, MODEL, client=threads, by=["folder"])
     assert not found.failed  # the gap is no error, though warnings are
-    with pytest.warns(hd.GapWarning):
+    with pytest.warns(GapWarning):
         hd.read_log(path)
 
 
@@ -269,19 +270,19 @@ def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, t
     assert "fast" in reasons
     assert "neither its clock nor its path has a date" in reasons
     assert len(found.fits) == 3
-    with pytest.raises(hd.ProblemError, match=r"none of 2 logs could be used. .*fast"):
+    with pytest.raises(ProblemError, match=r"none of 2 logs could be used. .*fast"):
         hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads)
 
 
 @pytest.mark.parametrize(
     ("more", "error", "says"),
     [
-        ({"logs": "nowhere"}, hd.FileError, "no log matches"),
-        ({"by": []}, hd.MethodError, "at least one of"),
-        ({"by": ["dive("]}, hd.MethodError, "patterns of the path"),
-        ({"timeout": 0.0}, hd.MethodError, "positive"),
-        ({"mapping": "avl69"}, hd.LogError, "Did you mean 'avl690'"),
-        ({"method": "lss"}, hd.MethodError, "Did you mean 'ls'"),
+        ({"logs": "nowhere"}, FileError, "no log matches"),
+        ({"by": []}, MethodError, "at least one of"),
+        ({"by": ["dive("]}, MethodError, "patterns of the path"),
+        ({"timeout": 0.0}, MethodError, "positive"),
+        ({"mapping": "avl69"}, LogError, "Did you mean 'avl690'"),
+        ({"method": "lss"}, MethodError, "Did you mean 'ls'"),
     ],
 )
 def test_a_wrong_call_is_refused_before_work(more, error, says, fleet, season):

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import hydrodamp as hd
 from hydrodamp.cli.main import app
+from hydrodamp.data.log import Segment
 from hydrodamp.report.files import ReportContent
 
 VEHICLE = """\
@@ -36,7 +37,7 @@ def motion(vehicle, seed, name="1", n=400):
         ("u", "v", "r"),
         commands=np.repeat(held, 20, axis=0),
         command_names=("ahead", "turn"),
-        segments=(hd.Segment(name, 0, n),),
+        segments=(Segment(name, 0, n),),
     )
     return replace(
         log, velocity=hd.simulate(vehicle, hd.Damping.from_dict(None, TRUTH), log).velocity

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import empty_fit
 from hydrodamp.report.files import Picture, ReportContent, picture_files
 from hydrodamp.results import save_results
@@ -21,7 +22,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
 
     def warn(*arguments, **options):
         warnings.warn("the sea was rough", hd.HydrodampWarning, stacklevel=1)
-        raise hd.MethodError("too rough to ask")
+        raise MethodError("too rough to ask")
 
     monkeypatch.setattr(hd, "diagnose", warn)
     done = call(f"{LINE} --out d.v2")

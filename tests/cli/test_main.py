@@ -7,6 +7,7 @@ import pytest
 import hydrodamp
 from hydrodamp.cli.compare import DEMO_METHODS
 from hydrodamp.cli.options import definition
+from hydrodamp.export.export import TARGETS
 from hydrodamp.ingest.mapping.log_mapping import presets
 from hydrodamp.vehicle.file import fleet
 
@@ -45,7 +46,7 @@ def test_python_m_hydrodamp():
 def test_names_are_those_of_the_tables():
     assert f"({', '.join(fleet)})" in definition("identify", "vehicle")["help"]
     assert f": {', '.join(hydrodamp.METHODS)}." in definition("identify", "method")["help"]
-    assert f": {', '.join(hydrodamp.TARGETS)}." in definition("export", "target")["help"]
+    assert f": {', '.join(TARGETS)}." in definition("export", "target")["help"]
     assert set(DEMO_METHODS.split(",")) < set(hydrodamp.METHODS)
 
 
@@ -61,7 +62,7 @@ def test_help_of_a_command_has_two_forms(call):
         ("methods", hydrodamp.METHODS, "weak form"),
         ("vehicles", fleet, "weight:"),
         ("presets", presets(), "velocity:"),
-        ("targets", hydrodamp.TARGETS, "Parameters"),
+        ("targets", TARGETS, "Parameters"),
     ],
 )
 def test_names_that_options_accept_are_listed_and_explained(call, kind, names, word):

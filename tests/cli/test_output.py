@@ -8,7 +8,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli.output import handle_errors
-from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.errors import FileError, GapWarning, LogError
 
 
 def status(error):
@@ -55,7 +55,7 @@ def test_warnings_are_one_line_each_and_come_once(capsys):
 def test_paths_are_told_from_the_working_directory(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     inside = tmp_path / "logs" / "a.csv"
-    assert status(hd.FileError(f"{inside}: is odd; see {tmp_path.parent}/b")) == 2
+    assert status(FileError(f"{inside}: is odd; see {tmp_path.parent}/b")) == 2
     said = capsys.readouterr().err
     assert said == f"error: {inside.relative_to(tmp_path)}: is odd; see {tmp_path.parent}/b\n"
 

@@ -6,6 +6,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.cli.vehicle import NO_ACTUATORS, add_actuators
+from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import fleet, parse_vehicle, read_vehicle
 
 SIZES = "--length 1.6 --diameter 0.19 --mass 40"
@@ -70,10 +71,10 @@ def test_gains_of_actuators_come_from_a_log(folder):
     wrenches = {item.commands[0]: item.wrench[0] for item in parse_vehicle(known).actuators}
     assert wrenches["ahead"][0] == pytest.approx(10.0, rel=0.02)
     assert wrenches["turn"][5] == pytest.approx(4.0, rel=0.05)
-    with pytest.raises(hd.VehicleError, match="this vehicle has some"):
+    with pytest.raises(VehicleError, match="this vehicle has some"):
         add_actuators((folder / "planar.yaml").read_text("utf-8"), log)
     still = replace(log, commands=np.zeros_like(log.commands))
-    with pytest.raises(hd.VehicleError, match="no command moves the vehicle"):
+    with pytest.raises(VehicleError, match="no command moves the vehicle"):
         add_actuators(f"{text}{NO_ACTUATORS}\n", still)
 
 

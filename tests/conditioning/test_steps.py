@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.conditioning import actuator_response, outliers
 from hydrodamp.conditioning.pipeline import clean, parse_steps
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
@@ -103,8 +104,10 @@ def test_settings_reach_the_function(turning: Log) -> None:
     ]
     steps, faults = parse_steps(content)
     assert not faults
-    cleaned = hd.remove_outliers(hd.clean(turning), names=["u"], threshold=1e6)
-    by_hand = hd.apply_first_order_lag(hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5})
+    cleaned = outliers.remove_outliers(hd.clean(turning), names=["u"], threshold=1e6)
+    by_hand = actuator_response.apply_first_order_lag(
+        hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5}
+    )
     found = clean(turning, steps)
     np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)

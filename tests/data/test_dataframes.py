@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import GapWarning, LogError
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +58,7 @@ def test_times_are_the_column_or_the_index(pandas, log, form):
 def test_missing_values_cut_a_log(pandas, log):
     frame = log.to_dataframe().drop(columns="segment").astype("Float64")
     frame.iloc[10:12, frame.columns.get_loc("v")] = pandas.NA
-    with pytest.warns(hd.GapWarning, match="2 samples with missing values"):
+    with pytest.warns(GapWarning, match="2 samples with missing values"):
         cut = hd.Log.from_dataframe(frame, "dive")
     assert [len(piece) for piece in cut.segments] == [10, 28]
     assert cut.source == "dive"
@@ -67,15 +68,15 @@ def test_all_faults_of_a_data_frame_are_named(pandas, log):
     frame = log.to_dataframe()
     stamps = pandas.to_datetime(frame.index, unit="s")
     wrong = frame.reset_index(drop=True).assign(u="fast", v=stamps)
-    with pytest.raises(hd.LogError, match="`time` is missing") as caught:
+    with pytest.raises(LogError, match="`time` is missing") as caught:
         hd.Log.from_dataframe(wrong)
     for name in ("u", "v"):
         assert f"column `{name}` must hold numbers; got" in str(caught.value)
-    with pytest.raises(hd.LogError, match="different names"):
+    with pytest.raises(LogError, match="different names"):
         hd.Log.from_dataframe(pandas.concat([frame, frame[["u"]]], axis=1))
-    with pytest.raises(hd.LogError, match="u v w p q r is missing"):
+    with pytest.raises(LogError, match="u v w p q r is missing"):
         hd.Log.from_dataframe(frame[["rudder"]])
-    with pytest.raises(hd.LogError):
+    with pytest.raises(LogError):
         hd.Log.from_dataframe(frame.iloc[:0])
 
 

@@ -3,9 +3,15 @@
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import FileError, ProblemError
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.ensemble import prior_damping
-from hydrodamp.experiment_design.envelope import Envelope, LoopGains, read_envelope
+from hydrodamp.experiment_design.envelope import (
+    Envelope,
+    LoopGains,
+    read_envelope,
+    read_envelope as public_read_envelope,
+)
 
 
 def write_envelope(folder, text):
@@ -16,7 +22,7 @@ def write_envelope(folder, text):
 
 def test_an_envelope_ends_above_the_bottom(tmp_path):
     path = write_envelope(tmp_path, "depth: [3, 30]\nbottom: 20\naltitude: 4\nnoise: {u: 0.1}")
-    envelope = hd.read_envelope(path)
+    envelope = public_read_envelope(path)
     assert (envelope.max_depth, envelope.mid_depth, envelope.noise_std[0]) == (16.0, 9.5, 0.1)
 
 
@@ -43,15 +49,15 @@ def test_an_envelope_ends_above_the_bottom(tmp_path):
     ],
 )
 def test_invalid_envelopes_are_refused_with_the_key(tmp_path, text, says):
-    with pytest.raises(hd.FileError, match=r"envelope\.yaml") as caught:
-        hd.read_envelope(write_envelope(tmp_path, text))
+    with pytest.raises(FileError, match=r"envelope\.yaml") as caught:
+        public_read_envelope(write_envelope(tmp_path, text))
     assert says in str(caught.value)
 
 
 def test_implausible_noise_is_refused(tmp_path):
     path = tmp_path / "band.yaml"
     path.write_text("noise: {u: 1.0e300}", "utf-8")
-    with pytest.raises(hd.FileError, match=r"`noise.u` must be at most 13.3, in SI units; got"):
+    with pytest.raises(FileError, match=r"`noise.u` must be at most 13.3, in SI units; got"):
         read_envelope(path)
 
 
@@ -60,7 +66,7 @@ def test_a_limit_beyond_the_actuator_is_refused(limit):
     vehicle = hd.fleet["vt690"]
     prior = prior_damping(vehicle, hd.catalog["prestero"], None)
     envelope = Envelope.model_validate({"commands": {"rpm": {"highest": limit}}})
-    with pytest.raises(hd.ProblemError, match=r"`commands.rpm.highest` must be within ±3.07e\+04"):
+    with pytest.raises(ProblemError, match=r"`commands.rpm.highest` must be within ±3.07e\+04"):
         design_autopilot(vehicle, prior, envelope)
 
 

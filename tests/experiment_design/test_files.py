@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.experiment_design.result import UNITS, commands_csv, mission_plan, plan_document
 from hydrodamp.files import as_json
 from hydrodamp.report.plan_report import write_plan
@@ -89,7 +90,7 @@ def test_a_mission_crosses_the_date_line(planned):
 
 
 def test_a_mission_is_of_waypoints_alone(planned):
-    with pytest.raises(hd.MethodError, match="plan with mode 'waypoints'"):
+    with pytest.raises(MethodError, match="plan with mode 'waypoints'"):
         mission_plan(replace(planned, waypoints=None))
 
 

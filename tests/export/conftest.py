@@ -15,6 +15,7 @@ from hydrodamp.export.target import save_files
 from hydrodamp.export.verification import sample_states
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
+from hydrodamp.simulation.campaign.reenact import Campaign
 
 # Behind all packages: one study has the name of one.
 sys.path.append(str(Path(__file__).parents[2] / "studies"))
@@ -97,7 +98,7 @@ def core(plant: ExportedPlant, at: States) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def campaign() -> hd.Campaign:
+def campaign() -> Campaign:
     """A short campaign of the paper's vehicle."""
     return hd.reenact(duration=20.0, seed=3)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.export.c99 import SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
 from microcontroller import TOOLS, run_on_cortex
@@ -161,5 +162,5 @@ def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
 
 
 def test_the_precision_is_one_of_two():
-    with pytest.raises(hd.MethodError, match="double or float; got 'half'"):
+    with pytest.raises(MethodError, match="double or float; got 'half'"):
         C(precision="half")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, execute_module
 
@@ -74,7 +75,7 @@ def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path
     card = hd.export(published, vehicle, CasADi(smooth=1e-3), tmp_path / "card", log=log)
     assert 1e-4 < card.wrench_error["N"] < 5.0
     assert "smoothed over 0.001" in card.ignores
-    with pytest.raises(hd.MethodError, match="zero or positive; got -1"):
+    with pytest.raises(MethodError, match="zero or positive; got -1"):
         CasADi(smooth=-1.0)
 
 

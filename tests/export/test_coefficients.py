@@ -10,8 +10,10 @@ import pytest
 import yaml
 
 import hydrodamp as hd
+from hydrodamp.errors import ModelError, VehicleError
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym
 from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.identification.dissipativity import OperatingBox
 
 from .conftest import accelerations_of, core, states, write_export
 
@@ -149,10 +151,10 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     assert card.replays.source_to_target.rms > 0.0
     assert card.not_run
     boat, damping, _ = planar
-    with pytest.raises(hd.VehicleError, match="six axes"):
+    with pytest.raises(VehicleError, match="six axes"):
         hd.export(damping, boat, key, tmp_path / "b")
     righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_down_y": 3.0})
-    with pytest.raises(hd.ModelError, match="no terms of attitude such as K_down_y"):
+    with pytest.raises(ModelError, match="no terms of attitude such as K_down_y"):
         hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b")
 
 
@@ -161,7 +163,7 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
 def test_any_name_and_words_make_xml_that_is_read(key, tmp_path):
     vehicle = replace(hd.fleet["vt690"], name='é <"x"> -- y', source='a -- b <c> & "d" --> e\n]]>')
     damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_v|v|": -2.0}, source="x --- y")
-    box = hd.OperatingBox([-1.0] * 6, [1.0] * 6)
+    box = OperatingBox([-1.0] * 6, [1.0] * 6)
     hd.export(damping, vehicle, key, tmp_path / "a", box=box, force=True)
     found = [path for path in (tmp_path / "a").iterdir() if path.suffix in XML]
     for path in found:

@@ -13,6 +13,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.errors import MethodError
 from hydrodamp.export.c99 import FMU, INPUTS, RATES, STATES, open_fmu
 from hydrodamp.export.plant import ExportedPlant
 
@@ -175,5 +176,5 @@ def test_why_there_is_no_binary_is_told(tmp_path, monkeypatch):
 
 
 def test_versions_that_are_not_written_are_refused():
-    with pytest.raises(hd.MethodError, match=r"`fmi` must be 2\.0 or 3\.0; got '1\.0'"):
+    with pytest.raises(MethodError, match=r"`fmi` must be 2\.0 or 3\.0; got '1\.0'"):
         FMU("1.0")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError, ModelError, VehicleError
 from hydrodamp.export import target
 from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.plant import ExportedPlant
@@ -177,9 +178,9 @@ def test_the_legacy_path(planar, tmp_path):
         replace(hd.fleet["bluerov2-heavy"], added_mass=np.diag([5.0, 6, 7, 0.1, 0.1, 0.2])),
     )
     damping = coefficients(hd.catalog["fossen"])
-    with pytest.raises(hd.MethodError, match=r"'vt690' has Y 1\.01, Z 1\.09, K 3\.96 times it"):
+    with pytest.raises(MethodError, match=r"'vt690' has Y 1\.01, Z 1\.09, K 3\.96 times it"):
         hd.export(PUBLISHED, hd.fleet["vt690"], legacy, tmp_path / "a")
-    with pytest.raises(hd.MethodError, match="`rigid_body` and `added_mass`"):
+    with pytest.raises(MethodError, match="`rigid_body` and `added_mass`"):
         hd.export(damping, replace(light, added_mass=None), legacy, tmp_path / "a")
     card = hd.export(damping, light, legacy, tmp_path / "a")
     assert ElementTree.parse(tmp_path / "a" / "model.sdf").findtext(".//disable_coriolis") == "true"
@@ -236,15 +237,15 @@ def test_gz_sims_own_forces_of_the_moving_frame_have_the_other_sign():
 
 def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
     boat, damping, _ = planar
-    with pytest.raises(hd.VehicleError, match="known on Y N alone"):
+    with pytest.raises(VehicleError, match="known on Y N alone"):
         hd.export(damping, replace(boat, axes=("Y", "N")), "gz-sim", tmp_path / "a")
     weightless = replace(hd.fleet["vt690"], weight=0.0)
-    with pytest.raises(hd.VehicleError, match="must be positive"):
+    with pytest.raises(VehicleError, match="must be positive"):
         hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a")
     steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_down_z": 1.0})
-    with pytest.raises(hd.ModelError, match=r"no terms of attitude such as Z_down_z:"):
+    with pytest.raises(ModelError, match=r"no terms of attitude such as Z_down_z:"):
         hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a")
-    with pytest.raises(hd.MethodError, match="`density` must be positive; got 0"):
+    with pytest.raises(MethodError, match="`density` must be positive; got 0"):
         GzSim(density=0.0)
     assert not [*tmp_path.iterdir()]
 

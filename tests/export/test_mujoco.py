@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError, VehicleError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import MuJoCo, execute_module
 
@@ -120,7 +121,7 @@ def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
 
 def test_locked_axes_and_time_that_stands_are_refused(planar, tmp_path):
     boat, damping, _ = planar
-    with pytest.raises(hd.VehicleError, match=r"'mujoco' .* six axes"):
+    with pytest.raises(VehicleError, match=r"'mujoco' .* six axes"):
         hd.export(damping, replace(boat, axes=("Y", "N")), "mujoco", tmp_path / "a")
-    with pytest.raises(hd.MethodError, match="`step` must be positive"):
+    with pytest.raises(MethodError, match="`step` must be positive"):
         MuJoCo(step=0.0)

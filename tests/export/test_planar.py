@@ -12,6 +12,7 @@ import hydrodamp as hd
 from hydrodamp.export.export import find_target
 from hydrodamp.export.planar import complete_plant
 from hydrodamp.export.plant import Body, ExportedPlant
+from hydrodamp.identification.dissipativity import OperatingBox
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 
 KEYS = ["gz-sim", "vrx", "mujoco"]
@@ -68,7 +69,7 @@ def test_it_floats_upright(key, engine, split, tmp_path):
         pytest.skip(f"{engine} is not installed")
     boat, damping, _ = split
     form = find_target(key)
-    hd.export(damping, boat, form, tmp_path / "a", box=hd.OperatingBox([-1] * 6, [1] * 6))
+    hd.export(damping, boat, form, tmp_path / "a", box=OperatingBox([-1] * 6, [1] * 6))
     plant, _ = complete_plant(ExportedPlant.of(boat, damping))
     turned, h, idle = np.zeros(6), 0.02, np.zeros(6)
     with form.open_engine(tmp_path / "a", plant) as running:

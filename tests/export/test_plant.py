@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
+from hydrodamp.errors import ModelError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.simulation.problem import vehicle_stamp
 
@@ -32,7 +34,7 @@ def test_gains_of_a_recorded_wrench_scale_the_wrench_of_the_log():
     vehicle = hd.Vehicle.from_hull(1.2, 0.17, 17.0)
     time = 0.02 * np.arange(500)
     phase = np.outer(time, np.linspace(0.5, 1.0, 6)) + np.arange(6.0)
-    segments = hd.Segment("a", 0, 200), hd.Segment("b", 200, 500)
+    segments = Segment("a", 0, 200), Segment("b", 200, 500)
     log = hd.Log(
         time, 0.1 * np.sin(phase), tuple("uvwpqr"), wrench=np.cos(phase), segments=segments
     )
@@ -56,10 +58,10 @@ def test_gains_of_a_recorded_wrench_scale_the_wrench_of_the_log():
 def test_what_cannot_leave_is_told():
     vehicle = hd.fleet["vt690"]
     lost = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_v": np.nan})
-    with pytest.raises(hd.ModelError, match="Y_v could not be determined"):
+    with pytest.raises(ModelError, match="Y_v could not be determined"):
         ExportedPlant.of(vehicle, lost)
-    with pytest.raises(hd.ModelError, match="gains of the actuators' wrench"):
+    with pytest.raises(ModelError, match="gains of the actuators' wrench"):
         ExportedPlant.of(vehicle, hd.Damping.from_dict(None, {"X_actuation_X": 0.1}))
     other = hd.Damping.from_dict(None, {"X_u": -1.0}, vehicle=vehicle_stamp(hd.fleet["remus100"]))
-    with pytest.raises(hd.ModelError, match="belong to vehicle 'remus100'"):
+    with pytest.raises(ModelError, match="belong to vehicle 'remus100'"):
         ExportedPlant.of(vehicle, other)

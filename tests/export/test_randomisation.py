@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError, ModelError
 from hydrodamp.export.export import Randomisation, draw_coefficients
 from hydrodamp.export.plant import ExportedPlant
 
@@ -58,7 +59,7 @@ def test_draws_that_inject_energy_are_rejected(damping):
     np.testing.assert_array_equal(draws, [active, passive])
     draws = draw_coefficients(plant, 2, generator, dissipative=True)
     np.testing.assert_array_equal(draws, [passive, passive])
-    with pytest.raises(hd.MethodError, match="only 0 of 20 draws"):
+    with pytest.raises(MethodError, match="only 0 of 20 draws"):
         draw_coefficients(plant, 1, Generator([active]), dissipative=True)
 
 
@@ -75,17 +76,17 @@ def test_each_draw_is_written_for_another_target(damping, tmp_path):
 
 def test_what_cannot_be_drawn_is_told(damping, tmp_path):
     bare = hd.Damping.from_dict(None, LABELS)
-    with pytest.raises(hd.ModelError, match="no covariance to draw from"):
+    with pytest.raises(ModelError, match="no covariance to draw from"):
         hd.export(bare, hd.fleet["vt690"], "randomisation", tmp_path / "a")
-    with pytest.raises(hd.MethodError, match="must be one of python"):
+    with pytest.raises(MethodError, match="must be one of python"):
         Randomisation(form="randomisation")
-    with pytest.raises(hd.MethodError, match="at least 1; got 0"):
+    with pytest.raises(MethodError, match="at least 1; got 0"):
         Randomisation(draws=0)
 
 
 def test_draws_for_a_form_that_lacks_terms_are_refused(damping, tmp_path):
     """Dropped silently, cross terms such as N_v would leave draws of another model."""
-    with pytest.raises(hd.MethodError, match=r"'urdf' .*N_v.* not projected"):
+    with pytest.raises(MethodError, match=r"'urdf' .*N_v.* not projected"):
         hd.export(
             damping, hd.fleet["bluerov2"], Randomisation(draws=2, form="urdf"), tmp_path / "x"
         )

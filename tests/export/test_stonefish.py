@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.export.coefficients import Stonefish, box_wrenches
 from hydrodamp.export.plant import ExportedPlant, States
 
@@ -119,7 +120,7 @@ def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path)
     assert "Stonefish" in card.not_run
     assert set(card.projected) == {x for x, value in published.as_dict().items() if value}
     assert card.power["target"] <= 0.0
-    with pytest.raises(hd.MethodError, match="`height` must be positive"):
+    with pytest.raises(MethodError, match="`height` must be positive"):
         Stonefish(height=-1.0)
 
 

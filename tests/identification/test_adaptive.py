@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import OutlierWarning
+from hydrodamp.errors import MethodError, OutlierWarning, ProblemError
 from hydrodamp.identification.differentiation import signal_to_noise
 
 LINEAR = hd.catalog["linear"]
@@ -44,7 +44,7 @@ def test_a_step_leaves_its_state_alone(prepared):
     after = method.step(state, problem.inputs.sample(1))
     assert np.array_equal(state.matrix, before)
     assert not np.array_equal(after.matrix, before)
-    with pytest.raises(hd.ProblemError, match="time must advance"):
+    with pytest.raises(ProblemError, match="time must advance"):
         method.step(after, problem.inputs.sample(0))
     for each in (state, after):
         with pytest.raises(ValueError, match="read-only"):
@@ -71,7 +71,7 @@ def test_history_ends_at_the_estimate(prepared):
     fit = method.identify(problem, LINEAR)
     np.testing.assert_array_equal(history.coefficients[-1], fit.damping.coefficients)
     assert method.history(problem, LINEAR, every=10).time.shape == (17,)
-    with pytest.raises(hd.MethodError, match="at least 1"):
+    with pytest.raises(MethodError, match="at least 1"):
         method.history(problem, LINEAR, every=0)
 
 
@@ -106,13 +106,13 @@ def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
     ],
 )
 def test_settings_without_a_proof_are_refused(settings):
-    with pytest.raises(hd.MethodError):
+    with pytest.raises(MethodError):
         hd.AdaptiveIdentifier(**settings)
 
 
 @pytest.mark.parametrize("method", [hd.RecursiveLeastSquares()])
 def test_settings_by_term_need_a_log(method, prepared):
-    with pytest.raises(hd.MethodError, match="from a log"):
+    with pytest.raises(MethodError, match="from a log"):
         method.bind(prepared(LINEAR, n=30).equations, LINEAR)
 
 

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.command_response import interpolation_remarks
+from hydrodamp.conditioning.interpolation import set_interpolation as public_set_interpolation
+from hydrodamp.errors import LogError, MethodError
+from hydrodamp.identification.command_response import (
+    estimate_command_response,
+    interpolation_remarks,
+)
+from hydrodamp.identification.weak_form import WeakRegression
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 
 LINEAR = hd.catalog["linear"]
@@ -33,13 +40,13 @@ def lagged():
     """The log of a vehicle whose fins follow their commands with a first-order lag."""
     setup = CampaignSetup.of("sname")
     truth = replace(setup.truth, fin_lag=LAG)
-    return replace(setup, truth=truth).simulate([3], 40.0, hd.WHITE_NOISE)[0].train
+    return replace(setup, truth=truth).simulate([3], 40.0, WHITE_NOISE)[0].train
 
 
 @pytest.mark.slow
 def test_a_lag_is_estimated_within_its_interval(vehicle, lagged):
     problem = hd.prepare(vehicle, lagged, LINEAR)
-    response = hd.estimate_command_response(problem, LINEAR, ("lag", "delay"))
+    response = estimate_command_response(problem, LINEAR, ("lag", "delay"))
     assert response.is_significant
     low, high = response.intervals["lag"]
     assert low <= LAG <= high
@@ -47,7 +54,7 @@ def test_a_lag_is_estimated_within_its_interval(vehicle, lagged):
 
 @pytest.mark.slow
 def test_a_log_without_lag_has_none(vehicle, log):
-    response = hd.estimate_command_response(hd.prepare(vehicle, log, LINEAR), LINEAR)
+    response = estimate_command_response(hd.prepare(vehicle, log, LINEAR), LINEAR)
     assert not response.is_significant
     assert response.intervals["lag"][0] == 0.0
     assert response.apply(log) is log
@@ -58,7 +65,7 @@ def test_a_delayed_recording_has_that_dead_time(vehicle, log):
     steps = 3
     early = replace(log, commands=np.roll(log.commands, -steps, axis=0))
     problem = hd.prepare(vehicle, early, LINEAR)
-    response = hd.estimate_command_response(problem, LINEAR, ("delay",))
+    response = estimate_command_response(problem, LINEAR, ("delay",))
     low, high = response.intervals["delay"]
     assert low <= steps * np.median(log.steps) <= high
     assert response.is_significant
@@ -79,13 +86,13 @@ def test_a_held_wrench_leads_by_half_a_step_unless_set(vehicle, log):
     actuators = [bool(term.commands) for term in vehicle.known_columns()]
     known = regressor[:, actuators] @ table.known[actuators]
     recorded = replace(log, wrench=known, commands=np.zeros((log.n, 0)), command_names=())
-    rows = hd.WeakRegression(support=1.0)
+    rows = WeakRegression(support=1.0)
     expected = rows.rows(problem).target
     difference = {
         name: np.linalg.norm(rows.rows(hd.prepare(vehicle, each, LINEAR)).target - expected)
         for name, each in {
             "linear": recorded,
-            "held": hd.set_interpolation(recorded, wrench="held"),
+            "held": public_set_interpolation(recorded, wrench="held"),
         }.items()
     }
     assert difference["held"] < 0.2 * difference["linear"]
@@ -97,10 +104,10 @@ def test_a_held_wrench_leads_by_half_a_step_unless_set(vehicle, log):
 
 def test_faults_of_the_settings(vehicle, log):
     problem = hd.prepare(vehicle, log, LINEAR)
-    with pytest.raises(hd.MethodError, match="lag, delay or both"):
-        hd.estimate_command_response(problem, LINEAR, ("gain",))
-    with pytest.raises(hd.LogError, match="held or linear"):
-        hd.set_interpolation(log, wrench="spline")
+    with pytest.raises(MethodError, match="lag, delay or both"):
+        estimate_command_response(problem, LINEAR, ("gain",))
+    with pytest.raises(LogError, match="held or linear"):
+        public_set_interpolation(log, wrench="spline")
     silent = replace(log, commands=np.zeros((log.n, 0)), command_names=(), wrench=log.velocity)
-    with pytest.raises(hd.MethodError, match="uses a command"):
-        hd.estimate_command_response(hd.prepare(vehicle, silent, LINEAR), LINEAR)
+    with pytest.raises(MethodError, match="uses a command"):
+        estimate_command_response(hd.prepare(vehicle, silent, LINEAR), LINEAR)

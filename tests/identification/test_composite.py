@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError, ProblemError
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.weak_form import step_equations
 
@@ -34,7 +35,7 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, prepared):
     *_, state = states(METHOD, problem, model)
     fit = METHOD.identify(problem, model)
     assert np.array_equal(state.coefficients, fit.damping.coefficients)
-    with pytest.raises(hd.ProblemError, match="time must advance"):
+    with pytest.raises(ProblemError, match="time must advance"):
         METHOD.step(state, problem.inputs.sample(0))
 
 
@@ -153,7 +154,7 @@ def test_the_prior_holds_ten_typical_blocks_and_no_more_than_the_memory(prepared
 
 
 def test_settings_by_term_need_a_log(prepared):
-    with pytest.raises(hd.MethodError, match="from a log"):
+    with pytest.raises(MethodError, match="from a log"):
         METHOD.bind(prepared(LINEAR, n=30).equations, LINEAR)
-    with pytest.raises(hd.MethodError, match="memory"):
+    with pytest.raises(MethodError, match="memory"):
         hd.CompositeIdentifier(memory=0.0)

@@ -7,6 +7,7 @@ import pytest
 from numpy.polynomial import polynomial
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.differentiation import default_derivative
 from hydrodamp.identification.regression import PointwiseRegression, accumulate
 
@@ -76,7 +77,7 @@ def test_recorded_accelerations_are_preferred(vehicle, exact_log, true_damping):
     assert default_derivative(recorded) == hd.RecordedAcceleration()
     bare = hd.prepare(vehicle, replace(log, acceleration=None), LINEAR)
     assert default_derivative(bare) == hd.FiniteDifference()
-    with pytest.raises(hd.MethodError, match="no acceleration columns"):
+    with pytest.raises(MethodError, match="no acceleration columns"):
         hd.RecordedAcceleration().acceleration(bare)
 
 
@@ -97,7 +98,7 @@ def test_absent_accelerations_are_differenced(bare):
 
 @pytest.mark.parametrize(("window", "order"), [(0.0, 3), (-1.0, 3), (1.0, 0), (1.0, 6)])
 def test_invalid_filters_are_refused(window, order):
-    with pytest.raises(hd.MethodError, match="must be"):
+    with pytest.raises(MethodError, match="must be"):
         hd.SavitzkyGolay(window=window, order=order)
 
 

@@ -6,13 +6,20 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.identification import dissipative
-from hydrodamp.identification.dissipativity import PowerRegressor
+from hydrodamp.identification.dissipativity import (
+    OperatingBox,
+    PowerRegressor,
+    max_damping_power,
+    operating_box,
+)
+from hydrodamp.identification.regression import PointwiseRegression
 
-EXACT = hd.PointwiseRegression(hd.RecordedAcceleration())
-UNIT = hd.OperatingBox([-1] * 6, [1] * 6)
-UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
-HOVERING = hd.OperatingBox(-UNDER_WAY.high, UNDER_WAY.high)
+EXACT = PointwiseRegression(hd.RecordedAcceleration())
+UNIT = OperatingBox([-1] * 6, [1] * 6)
+UNDER_WAY = OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
+HOVERING = OperatingBox(-UNDER_WAY.high, UNDER_WAY.high)
 LINEAR, PRESTERO = hd.catalog["linear"], hd.catalog["prestero"]
 PLANAR = LINEAR.restricted_to("XYN")
 
@@ -23,7 +30,7 @@ def inside(box, n=20_000):
 
 def drag(model):
     """Return drag on the own velocity of each axis, zero elsewhere."""
-    own = {f"{axis}_{nu}" for axis, nu in zip(hd.AXES, hd.VELOCITIES, strict=True)}
+    own = {f"{axis}_{nu}" for axis, nu in zip(AXES, VELOCITIES, strict=True)}
     own |= {f"{label}|{label[-1]}|" for label in own}
     return hd.Damping(model, [-20.0 if label in own else 0.0 for label in model.labels])
 
@@ -78,8 +85,8 @@ def test_no_velocity_of_the_box_pushes(key, box, true_damping):
 def test_a_box_away_from_rest_costs_less():
     """Forward drag pays for a coupling that no box around rest allows."""
     damping = hd.Damping.from_dict(None, {"X_u": -2.0, "N_v": 1.0, "N_r": -0.1})
-    away = hd.OperatingBox([1, -0.5, 0, 0, 0, -0.5], [2, 0.5, 0, 0, 0, 0.5])
-    around = hd.OperatingBox([-2, *away.low[1:]], away.high)
+    away = OperatingBox([1, -0.5, 0, 0, 0, -0.5], [2, 0.5, 0, 0, 0, 0.5])
+    around = OperatingBox([-2, *away.low[1:]], away.high)
     np.testing.assert_allclose(nearest(damping, away), damping.coefficients)
     assert abs(nearest(damping, around)[1]) < 1e-2
 
@@ -105,7 +112,7 @@ def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
     )
     plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, PRESTERO)
     fit = hd.Dissipative(EXACT).identify(problem, PRESTERO)
-    assert hd.max_damping_power(plain.damping, hd.operating_box(problem)).power < 0
+    assert max_damping_power(plain.damping, operating_box(problem)).power < 0
     size = np.abs(plain.damping.coefficients).max()
     np.testing.assert_allclose(
         fit.damping.coefficients, plain.damping.coefficients, atol=1e-4 * size
@@ -122,7 +129,7 @@ def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
         wrench=problem.inputs.wrench + np.random.default_rng(0).normal(size=(900, 6)),
     )
     problem = replace(problem, inputs=noisy)
-    rows, box = EXACT.rows(problem), hd.operating_box(problem)
+    rows, box = EXACT.rows(problem), operating_box(problem)
     plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, LINEAR)
     fit = hd.Dissipative(EXACT, box=replace(box, low=-box.high)).identify(problem, LINEAR)
     left = [
@@ -138,7 +145,7 @@ def test_what_was_checked_and_left_free_is_said(vehicle, pushing):
     table = {"X": "u", "Y N": "v r vV uv(eta-1)"}
     model = hd.DampingModel.from_table(table, key="with-v")
     problem = pushing(vehicle, model)
-    box = hd.operating_box(problem)
+    box = operating_box(problem)
     around = replace(box, low=-box.high)
     fit = hd.Dissipative(EXACT, box=around).identify(problem, model)
     assert fit.remarks[0].startswith("Dissipative by search, not proven")

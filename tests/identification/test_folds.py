@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.basis.basis import Basis
+from hydrodamp.errors import MethodError
+from hydrodamp.identification import regression
+from hydrodamp.identification.regression import Rows
 
 
 def rows_of(*lengths, step=0.1):
     """Random rows of segments of some lengths."""
     rng = np.random.default_rng(sum(lengths))
     n = sum(lengths)
-    return hd.Rows(
-        hd.Basis((hd.Term.parse("u"), hd.Term.parse("v"))),
+    return Rows(
+        Basis((hd.Term.parse("u"), hd.Term.parse("v"))),
         rng.normal(size=(n, 2)),
         rng.normal(size=(n, 6)),
         np.repeat(np.arange(len(lengths)), lengths),
@@ -21,20 +25,20 @@ def rows_of(*lengths, step=0.1):
 
 def test_a_fold_is_a_segment_where_there_are_several():
     rows = rows_of(30, 50, 20)
-    made = hd.folds(rows)
+    made = regression.folds(rows)
     np.testing.assert_array_equal(made.fold, rows.segment)
     assert (made.n, made.description) == (3, "3 folds, one per segment")
 
 
 def test_segment_numbers_may_have_holes():
     rows = rows_of(20, 20, 20)
-    made = hd.folds(rows.select(rows.segment != 1))
+    made = regression.folds(rows.select(rows.segment != 1))
     assert (made.n, set(made.fold.tolist())) == (2, {0, 1})
 
 
 def test_a_single_segment_is_cut_into_five_blocks_with_margins():
     rows = rows_of(500)
-    made = hd.folds(rows, gap=1.0)
+    made = regression.folds(rows, gap=1.0)
     assert made.n == 5
     for cut in (100, 200, 300, 400):  # the half second on both sides of a cut is in no fold
         margin = np.flatnonzero(made.fold[cut - 10 : cut + 10] < 0)
@@ -44,13 +48,13 @@ def test_a_single_segment_is_cut_into_five_blocks_with_margins():
 
 def test_margins_stay_within_their_segment():
     """Clocks of segments may overlap: a cut in one takes no row of another."""
-    made = hd.folds(rows_of(100, 40), n=3, gap=1.0)
+    made = regression.folds(rows_of(100, 40), n=3, gap=1.0)
     assert np.all(made.fold[100:] == 2)
     assert np.sum(made.fold < 0) == 10
 
 
 def test_the_longest_segments_are_cut_first():
-    made = hd.folds(rows_of(100, 30, 200), n=5, gap=0.0)
+    made = regression.folds(rows_of(100, 30, 200), n=5, gap=0.0)
     assert made.description == "5 folds, blocks of 3 segments"
     assert np.bincount(made.fold).tolist() == [50, 50, 30, 100, 100]
 
@@ -66,5 +70,5 @@ def test_the_longest_segments_are_cut_first():
     ],
 )
 def test_impossible_folds_are_a_sentence(lengths, asked, message):
-    with pytest.raises(hd.MethodError, match=message):
-        hd.folds(rows_of(*lengths), **asked)
+    with pytest.raises(MethodError, match=message):
+        regression.folds(rows_of(*lengths), **asked)

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.adequacy import Adequacy, ScoreTest
 from hydrodamp.identification.grades import Cause, grade_coefficients
-from hydrodamp.identification.identifiability import analyse_excitation, grade_by_excitation
+from hydrodamp.identification.identifiability import (
+    analyse_excitation,
+    grade_by_excitation,
+    grade_fit,
+    identifiability,
+)
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(hd.Grade)
@@ -79,7 +86,7 @@ def problem(campaign):
 
 @pytest.fixture(scope="module")
 def by_log(problem):
-    return hd.identifiability(problem, PRESTERO)
+    return identifiability(problem, PRESTERO)
 
 
 @pytest.mark.slow
@@ -93,7 +100,7 @@ def test_the_campaign_determines_the_main_coefficients(by_log):
 @pytest.mark.slow
 def test_aliased_columns_are_named(problem, campaign):
     twice = hd.DampingModel.from_table({"X": "u^2 u|u|", "K": "p"}, key="twice")
-    found = hd.identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
+    found = identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
     assert found.axes[0].groups == (("X_u^2", "X_u|u|"),)
     assert found.axes[0].condition == np.inf
     assert found.labels_with(hd.Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
@@ -111,8 +118,8 @@ def test_printed_on_one_screen(by_log):
 def test_a_log_that_is_too_short_is_refused(campaign):
     first = campaign.train.segments[0].name
     short = hd.prepare(campaign.vehicle, campaign.train.select(first).between(0.0, 6.0), LINEAR)
-    with pytest.raises(hd.MethodError, match="longer log"):
-        hd.identifiability(short, LINEAR)
+    with pytest.raises(MethodError, match="longer log"):
+        identifiability(short, LINEAR)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +133,7 @@ def with_errors(fit, covariance):
 
 @pytest.mark.slow
 def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
-    assert hd.grade_fit(problem, with_errors(fit, None)).grades == by_log.grades
+    assert grade_fit(problem, with_errors(fit, None)).grades == by_log.grades
 
 
 @pytest.mark.slow
@@ -138,7 +145,7 @@ def test_the_worse_holds(problem, fit, by_log):
     )
     by_fit = grade_by_excitation(seen, half, fit.damping.coefficients).grades
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
-    found = hd.grade_fit(problem, fit)
+    found = grade_fit(problem, fit)
     assert found.grades == worse
     assert tuple(found.causes) == found.labels_with(hd.Grade.NOT_DETERMINED)
     assert worse not in (by_log.grades, by_fit)
@@ -158,27 +165,27 @@ def replayed():
 def judge_form(*missing):
     """Return what score tests say of a form that lacks terms on these axes."""
     statistics = {axis: 900.0 if axis in missing else 9.0 for axis in "XYZKMN"}
-    tests = {k: hd.ScoreTest(v, 10, 2000) for k, v in statistics.items()}
-    return hd.Adequacy.judge(tests, dict.fromkeys(tests, 0.0), {})
+    tests = {k: ScoreTest(v, 10, 2000) for k, v in statistics.items()}
+    return Adequacy.judge(tests, dict.fromkeys(tests, 0.0), {})
 
 
 def test_poor_replays_do_not_count_where_the_form_is_adequate(replayed):
     problem, fit = replayed
-    assert set(hd.grade_fit(problem, fit).causes.values()) == {Cause.POORLY_EXCITED}
-    graded = hd.grade_fit(problem, replace(fit, adequacy=judge_form()))
+    assert set(grade_fit(problem, fit).causes.values()) == {Cause.POORLY_EXCITED}
+    graded = grade_fit(problem, replace(fit, adequacy=judge_form()))
     assert all(axis.excited for axis in graded.axes)
     half = fit.uncertainty.critical_value() * fit.uncertainty.standard_errors
     is_narrow = half <= 0.25 * np.abs(fit.damping.coefficients)
     assert graded.labels_with(hd.Grade.DETERMINED) == tuple(np.array(LINEAR.labels)[is_narrow])
-    lacking = hd.grade_fit(problem, replace(fit, adequacy=judge_form("K")))
+    lacking = grade_fit(problem, replace(fit, adequacy=judge_form("K")))
     assert set(lacking.causes.values()) == {Cause.POORLY_EXCITED}
 
 
 def test_no_coefficient_is_determined_where_terms_are_missing(replayed):
     problem, fit = replayed
     fit = replace(fit, held_out_r_squared=dict.fromkeys("XYZKMN", 0.9))
-    full = hd.grade_fit(problem, fit).grades
-    limited = hd.grade_fit(problem, replace(fit, adequacy=judge_form("N"))).grades
+    full = grade_fit(problem, fit).grades
+    limited = grade_fit(problem, replace(fit, adequacy=judge_form("N"))).grades
     changed = {label for label in full if limited[label] is not full[label]}
     assert changed == {k for k, v in full.items() if v is hd.Grade.DETERMINED and k[0] == "N"}
     assert changed

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
 from hydrodamp.identification import output_error
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.identifiability import add_grades
@@ -37,7 +38,7 @@ def sail(seed, n=600):
         np.eye(n, 6) * 0.5,  # from 0.5 m/s ahead
         ("u", "v", "r"),
         wrench=wrench,
-        segments=(hd.Segment("1", 0, n),),
+        segments=(Segment("1", 0, n),),
     )
     velocity = hd.simulate(BOAT, TRUTH, log).velocity
     noise = rng.standard_normal(velocity.shape) * BOAT.free * 2e-3

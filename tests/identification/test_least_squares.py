@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.regression import PointwiseRegression
 
 
 def identify(vehicle, log, model, method=None):
     return hd.identify(model, vehicle, log, method or hd.LeastSquares())
 
 
-ROWS = hd.PointwiseRegression()
+ROWS = PointwiseRegression()
 
 
 @pytest.mark.parametrize(

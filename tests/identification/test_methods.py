@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError, ModelError
 from hydrodamp.identification import dissipative
+from hydrodamp.identification.identifiability import grade_fit
+from hydrodamp.identification.methods import cite
 
 LARGE, SMALL = hd.catalog["mcfarland-whitcomb"], hd.catalog["fossen"]
 
@@ -39,9 +42,9 @@ def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
 def test_an_error_of_the_call_stays_an_error(short):
     narrow = hd.prepare(short.vehicle, short.log, SMALL)
     for method in (hd.Ridge(), hd.AdaptiveIdentifier()):
-        with pytest.raises(hd.ModelError, match="not prepared for"):
+        with pytest.raises(ModelError, match="not prepared for"):
             hd.identify_all(narrow, [SMALL, LARGE], method)
-    with pytest.raises(hd.MethodError, match="no method 'rigde'"):
+    with pytest.raises(MethodError, match="no method 'rigde'"):
         hd.find_method("rigde")
 
 
@@ -57,7 +60,7 @@ def test_fits_are_graded_and_by_default_of_the_recommended_method(key, method):
     single = hd.identify(model, campaign.vehicle, log, *method)
     assert fit.method == single.method == key
     for each in (fit, single):
-        assert each.grades == dict(hd.grade_fit(problem, replace(each, grades={})).grades)
+        assert each.grades == dict(grade_fit(problem, replace(each, grades={})).grades)
 
 
 @pytest.mark.parametrize("key", hd.METHODS)
@@ -88,7 +91,7 @@ def fit_by(method):
     [("ls", 1), ("ai-composite", 1), ("weak", 1), ("ridge", 2), ("recommended", 2), ("oe", 2)],
 )
 def test_each_source_is_a_line(method, sources):
-    lines, _, entry = hd.cite(fit_by(method)).partition("\n\n")
+    lines, _, entry = cite(fit_by(method)).partition("\n\n")
     first, *cited, model = lines.splitlines()
     assert (first, len(cited)) == (f"Method: {method} of hydrodamp", sources)
     assert model.startswith("Linear: ")

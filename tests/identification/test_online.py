@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import ProblemError
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def live():
     return vehicle, model, log
 
 
-@pytest.mark.filterwarnings("ignore::hydrodamp.PropulsionWarning")
+@pytest.mark.filterwarnings("ignore::hydrodamp.errors.PropulsionWarning")
 @pytest.mark.parametrize("recorded", ["commands", "wrench", "wrench and ratio"])
 def test_observed_samples_are_those_of_the_log_bit_for_bit(live, recorded):
     """U is summed in one order everywhere, so (eta-1) is zero live as it is in a batch."""
@@ -66,5 +67,5 @@ def test_a_sample_that_would_spoil_the_estimate_is_refused(live, change, message
     columns = hd.prepare(vehicle, log, model).equations
     commands = {"rudder": 0.0, "elevator": 0.0, "rpm": 0.0}
     good = {"time": 2.0, "velocity": np.zeros(6), "commands": commands}
-    with pytest.raises(hd.ProblemError, match=message):
+    with pytest.raises(ProblemError, match=message):
         hd.observe(columns, **(good | change))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.identification import continuation as module
 from hydrodamp.identification.continuation import (
     admissible_lengths,
@@ -140,7 +141,7 @@ def test_a_fit_that_stopped_names_the_axes_that_have_not_converged(campaign):
     assert set(stopped.unconverged) <= set(campaign.vehicle.axes)
     words = f"has not converged on {' '.join(stopped.unconverged)}: "
     assert any(words in remark for remark in stopped.remarks)
-    with pytest.raises(hd.MethodError, match="max_iterations"):
+    with pytest.raises(MethodError, match="max_iterations"):
         hd.OutputError(max_iterations=0)
 
 
@@ -175,7 +176,7 @@ def test_three_degrees_of_freedom_and_a_gain(exact_log):
 
 @pytest.mark.parametrize("windows", [(0.0,), (5.0, 5.0), (float("nan"),)])
 def test_window_lengths_must_increase(windows):
-    with pytest.raises(hd.MethodError, match="increasing"):
+    with pytest.raises(MethodError, match="increasing"):
         hd.OutputError(windows=windows)
 
 

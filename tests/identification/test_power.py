@@ -7,9 +7,16 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.cli.export import operating_box_of
-from hydrodamp.identification.dissipativity import PowerRegressor, is_damping_term
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.dissipativity import (
+    OperatingBox,
+    PowerRegressor,
+    is_damping_term,
+    max_damping_power,
+    operating_box,
+)
 
-UNDER_WAY = hd.OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
+UNDER_WAY = OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
 LINEAR = hd.catalog["linear"]
 
 
@@ -36,15 +43,15 @@ def test_what_is_damping():
 def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
     """X_v + Y_u = 2 couples: P = -u^2 + 2 u v + v^2 grows with v, falls with u beyond v."""
     damping = hd.Damping.from_dict(None, {"X_u": -1, "X_v": 2, "Y_v": 1})
-    box = hd.OperatingBox([1, -3, 0, 0, 0, 0], [4, 3, 0, 0, 0, 0])
-    worst = hd.max_damping_power(damping, box)
+    box = OperatingBox([1, -3, 0, 0, 0, 0], [4, 3, 0, 0, 0, 0])
+    worst = max_damping_power(damping, box)
     assert worst.power == pytest.approx(-(3.0**2) + 2 * 3 * 3 + 3**2, rel=1e-6)
     np.testing.assert_allclose(np.abs(worst.velocity[:2]), [3, 3], rtol=1e-3)
 
 
 def test_the_search_finds_what_dense_sampling_finds(true_damping):
     damping = true_damping(hd.catalog["gertler-hagen"])
-    worst = hd.max_damping_power(damping, UNDER_WAY)
+    worst = max_damping_power(damping, UNDER_WAY)
     assert np.all((worst.velocity >= UNDER_WAY.low) & (worst.velocity <= UNDER_WAY.high))
     assert worst.power >= damping.power(velocities(UNDER_WAY, 100_000)).max()
     assert worst.power == pytest.approx(float(damping.power(worst.velocity)))
@@ -58,7 +65,7 @@ def test_the_export_searches_the_box_of_reports(vehicle, exact_log, true_damping
     velocity[:, 0] = np.linspace(*surge, log.n)
     problem = hd.prepare(vehicle, replace(log, velocity=velocity), LINEAR)
     fit = hd.LeastSquares().identify(problem, LINEAR)
-    box, exported = hd.operating_box(problem), operating_box_of(fit)
+    box, exported = operating_box(problem), operating_box_of(fit)
     np.testing.assert_allclose(exported.low, box.low)
     np.testing.assert_allclose(exported.high, box.high)
 
@@ -68,7 +75,7 @@ def boxed(vehicle, exact_log, true_damping):
     def build(forward):
         log = exact_log(true_damping(LINEAR), forward=forward)
         problem = hd.prepare(vehicle, log, LINEAR)
-        return problem, hd.operating_box(problem)
+        return problem, operating_box(problem)
 
     return build
 
@@ -99,13 +106,13 @@ def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed
     velocity = problem.log.velocity.copy()
     velocity[100] += 4.5  # m/s, rad/s; less than 5 g in 0.1 s
     log = replace(problem.log, velocity=velocity)
-    other = hd.operating_box(hd.prepare(vehicle, log, LINEAR))
+    other = operating_box(hd.prepare(vehicle, log, LINEAR))
     np.testing.assert_allclose(other.max_abs, box.max_abs, rtol=0.05)
 
 
 def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
     planar = replace(vehicle, axes=("X", "Y", "N"))
-    box = hd.operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
+    box = operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
     np.testing.assert_array_equal(box.max_abs > 0, [True, True, False, False, False, True])
     assert "w" not in str(box)
 
@@ -119,5 +126,5 @@ def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
     ],
 )
 def test_what_is_no_box(low, high, said):
-    with pytest.raises(hd.MethodError, match=said):
-        hd.OperatingBox(low, high)
+    with pytest.raises(MethodError, match=said):
+        OperatingBox(low, high)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError, ProblemError
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import core
@@ -134,7 +135,7 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(voyage):
     fit = METHOD.identify(problem, MODEL)
     np.testing.assert_array_equal(state.damping.coefficients, fit.damping.coefficients)
     assert state.damping.vehicle == fit.damping.vehicle
-    with pytest.raises(hd.ProblemError, match="time must advance"):
+    with pytest.raises(ProblemError, match="time must advance"):
         METHOD.step(state, problem.inputs.sample(3))
 
 
@@ -215,5 +216,5 @@ def test_outcomes_that_are_no_numbers(voyage):
     [{"block": 0.0}, {"prior": -1.0}, {"prior": np.inf}, {"memory": 0.5}, {"memory": np.nan}],
 )
 def test_settings_that_make_no_sense_are_refused(settings):
-    with pytest.raises(hd.MethodError, match=next(iter(settings))):
+    with pytest.raises(MethodError, match=next(iter(settings))):
         RecursiveLeastSquares(**settings)

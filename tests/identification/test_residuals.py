@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.validation.diagnostics import (
     autocorrelation,
     autocorrelations,
@@ -58,7 +59,7 @@ def test_locked_axes_and_axes_without_terms_are_not_reported(campaign):
 def test_short_logs_have_no_correlation(campaign, problem):
     short = campaign.train.between(0.0, 1.0)
     damping = hd.LeastSquares().identify(problem, FOSSEN).damping
-    with pytest.raises(hd.MethodError, match="at least 4 residuals"):
+    with pytest.raises(MethodError, match="at least 4 residuals"):
         autocorrelations(hd.prepare(campaign.vehicle, short, FOSSEN), [damping])
 
 

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import OutlierWarning
+from hydrodamp.errors import ForeignVehicleWarning, MethodError, OutlierWarning
+from hydrodamp.identification import regression
+from hydrodamp.identification.regression import PointwiseRegression, accumulate
 
-RECORDED = hd.PointwiseRegression()
+RECORDED = PointwiseRegression()
 
 
 def noisy(log, size=5.0, seed=0):
@@ -70,7 +72,7 @@ def test_the_choice_is_that_of_refitting_without_each_fold(linear):
     """No strength of a fine grid predicts the rows left out better, by the normal equations."""
     truth, _, problem = linear
     rows, fit = RECORDED.rows(problem), hd.Ridge(RECORDED).identify(problem, truth.model)
-    made, size = hd.folds(rows), np.mean(rows.design**2, axis=0)
+    made, size = regression.folds(rows), np.mean(rows.design**2, axis=0)
     for axis, said in enumerate(fit.remarks[1:]):
         lost = []
         for strength in np.logspace(-6, 2, 200):
@@ -118,21 +120,21 @@ def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damp
     model = hd.catalog["mcfarland-whitcomb"]
     log = exact_log(true_damping(hd.catalog["linear"]), n=42)
     with pytest.raises(
-        hd.MethodError, match="28 rows for training where axis X of model 'mcfarland-w"
+        MethodError, match="28 rows for training where axis X of model 'mcfarland-w"
     ):
         hd.identify(model, vehicle, log, hd.Ridge(RECORDED))
 
 
 def test_settings_that_are_none_are_a_sentence():
     for wrong in (-1.0, float("nan"), float("inf")):
-        with pytest.raises(hd.MethodError, match="`strength` must be zero or positive"):
+        with pytest.raises(MethodError, match="`strength` must be zero or positive"):
             hd.Ridge(strength=wrong)
 
 
 def test_a_triangle_alone_has_no_folds(linear):
     truth, _, problem = linear
-    with pytest.raises(hd.MethodError, match="cross-validation needs the rows"):
-        hd.Ridge().solve(hd.accumulate(problem), problem, truth.model)
+    with pytest.raises(MethodError, match="cross-validation needs the rows"):
+        hd.Ridge().solve(accumulate(problem), problem, truth.model)
 
 
 @pytest.fixture
@@ -163,7 +165,7 @@ def test_the_closed_form_about_a_prior(prestero):
 def test_a_triangle_alone_gives_the_same(prestero):
     truth, _, problem = prestero
     method = hd.Ridge(RECORDED, strength=0.2, prior=truth)
-    alone = method.solve(hd.accumulate(problem), problem, truth.model)
+    alone = method.solve(accumulate(problem), problem, truth.model)
     whole = method.identify(problem, truth.model)
     np.testing.assert_allclose(alone.damping.coefficients, whole.damping.coefficients, rtol=1e-9)
 
@@ -202,5 +204,5 @@ def test_what_a_set_lacks_is_drawn_to_zero(prestero):
 def test_a_set_of_another_vehicle_warns(prestero):
     truth, _, problem = prestero
     known = hd.published["remus100-prestero-theory"]
-    with pytest.warns(hd.ForeignVehicleWarning, match="remus100"):
+    with pytest.warns(ForeignVehicleWarning, match="remus100"):
         hd.Ridge(RECORDED, prior=known).identify(problem, truth.model)

@@ -8,10 +8,12 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.conditioning.sensor_log import rebuild_velocities
 from hydrodamp.data.attitude import rotation_matrices
+from hydrodamp.errors import ProblemError
 from hydrodamp.identification import parameter_estimates
 from hydrodamp.identification.continuation import make_objective
 from hydrodamp.identification.gauss_newton import Iterate
 from hydrodamp.identification.held_out_replay import PieceNormals
+from hydrodamp.identification.identifiability import grade_fit
 from hydrodamp.identification.information import find_indirect_coefficients
 from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.identification.parameter_estimates import estimate_parameters
@@ -252,8 +254,8 @@ def test_indirect_coefficients_are_at_best_weak(exact):
     vehicle, log, _ = exact
     problem = hd.prepare(vehicle, log, MODEL)
     fit = hd.OutputError().identify(problem, MODEL)
-    by_axis = hd.grade_fit(problem, fit).grades
-    limited = hd.grade_fit(problem, replace(fit, indirect=("X_u",))).grades
+    by_axis = grade_fit(problem, fit).grades
+    limited = grade_fit(problem, replace(fit, indirect=("X_u",))).grades
     assert by_axis["X_u"] in {hd.Grade.DETERMINED, hd.Grade.MINOR}
     assert limited["X_u"] is hd.Grade.WEAK
     assert {**limited, "X_u": by_axis["X_u"]} == by_axis
@@ -281,11 +283,11 @@ def test_rebuilt_velocities_have_an_honest_standard_deviation(exact):
 def test_positions_without_attitude_are_told_before_any_work(exact):
     vehicle, log, _ = exact
     bare = replace(without(log, *"uvw", measurements=all_sensors(log)[:1]), attitude=None)
-    with pytest.raises(hd.ProblemError, match="`usbl` measures position, which needs the attitude"):
+    with pytest.raises(ProblemError, match="`usbl` measures position, which needs the attitude"):
         hd.prepare(vehicle, bare, MODEL)
 
 
 def test_velocities_that_no_sensor_observes_are_told(exact):
     vehicle, log, _ = exact
-    with pytest.raises(hd.ProblemError, match=r"u v w p q r; u v w not found.*or a sensor"):
+    with pytest.raises(ProblemError, match=r"u v w p q r; u v w not found.*or a sensor"):
         hd.prepare(vehicle, replace(without(log, *"uvw"), position=None), MODEL)

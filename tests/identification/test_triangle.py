@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import OutlierWarning
-from hydrodamp.identification.regression import column_span
+from hydrodamp.errors import OutlierWarning, ProblemError
+from hydrodamp.identification.regression import accumulate, column_span, damping_wrench, merge
 
 
 @pytest.fixture
@@ -16,18 +16,18 @@ def problem(vehicle, exact_log, true_damping):
 
 def rows_of(problem):
     xi = problem.regressor()[:, problem.equations.n_known :]
-    return np.hstack([xi, hd.damping_wrench(problem, problem.log.acceleration)])
+    return np.hstack([xi, damping_wrench(problem, problem.log.acceleration)])
 
 
 def segments_of(problem):
     for segment in problem.log.segments:
         part = hd.prepare(problem.vehicle, problem.log.select(segment.name), problem.models)
-        yield hd.accumulate(part)
+        yield accumulate(part)
 
 
 def test_segments_in_any_order_make_the_triangle_of_all_rows(problem):
     rows, (a, b, c) = rows_of(problem), segments_of(problem)
-    for triangle in (hd.accumulate(problem), hd.merge([a, b, c]), c.merge(a.merge(b))):
+    for triangle in (accumulate(problem), merge([a, b, c]), c.merge(a.merge(b))):
         assert triangle.n_samples == len(rows)
         np.testing.assert_allclose(
             triangle.r.T @ triangle.r, rows.T @ rows, rtol=1e-9, atol=1e-9 * np.abs(rows).max() ** 2
@@ -37,10 +37,10 @@ def test_segments_in_any_order_make_the_triangle_of_all_rows(problem):
 
 def test_triangles_of_different_terms_do_not_merge(problem, vehicle):
     other = hd.prepare(vehicle, problem.log, hd.catalog["fossen"])
-    with pytest.raises(hd.ProblemError, match="different terms"):
-        hd.accumulate(problem).merge(hd.accumulate(other))
-    with pytest.raises(hd.ProblemError, match="at least one"):
-        hd.merge([])
+    with pytest.raises(ProblemError, match="different terms"):
+        accumulate(problem).merge(accumulate(other))
+    with pytest.raises(ProblemError, match="at least one"):
+        merge([])
 
 
 def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
@@ -49,7 +49,7 @@ def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
     truth = hd.Damping(model, [3.0, -2.0, 1.5, -0.5])
     with pytest.warns(OutlierWarning, match="`X`: 3000 of 3000 samples .*; all are kept"):
         problem = hd.prepare(vehicle, exact_log(truth, forward=40.0), model)
-    triangle = hd.accumulate(problem)
+    triangle = accumulate(problem)
     design = triangle.r[:, :4]
     scaled = design / np.linalg.norm(design, axis=0)
     assert np.linalg.cond(scaled) > 1e6

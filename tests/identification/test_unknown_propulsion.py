@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import PropulsionWarning
 
 MODEL = hd.DampingModel.from_table(
     {
@@ -28,7 +29,7 @@ def noisy(vehicle, exact_log, true_damping):
 @pytest.mark.parametrize("key", ["ls", "weak", "ridge", "dissipative", "oe", "ai", "rls"])
 def test_every_method_leaves_them_zero_and_names_them(vehicle, noisy, key):
     """The weak form evaluates terms at smoothed velocities, output error at simulated ones."""
-    with pytest.warns(hd.PropulsionWarning, match="cannot be identified"):
+    with pytest.warns(PropulsionWarning, match="cannot be identified"):
         fit = hd.identify(MODEL, vehicle, noisy, hd.find_method(key))
     assert [fit.damping[label] for label in RATIO] == [0.0, 0.0, 0.0]
     assert {(label,) for label in RATIO} <= set(fit.aliased)
@@ -39,6 +40,6 @@ def test_a_replay_leaves_them_out_at_every_speed(vehicle, noisy, true_damping):
     damping = replace(true_damping(MODEL), vehicle=None)
     without = dict.fromkeys(RATIO, 0.0)
     reduced = hd.Damping.from_dict(MODEL, damping.as_dict() | without)
-    with pytest.warns(hd.PropulsionWarning):
+    with pytest.warns(PropulsionWarning):
         one, other = (hd.simulate(vehicle, each, noisy) for each in (damping, reduced))
     np.testing.assert_array_equal(one.velocity, other.velocity)

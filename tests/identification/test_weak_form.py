@@ -7,6 +7,7 @@ import pytest
 
 import hydrodamp as hd
 import oracle
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.differentiation import smooth_velocity
 from hydrodamp.identification.least_squares import WeakForm
 from hydrodamp.identification.weak_form import (
@@ -201,11 +202,11 @@ class TestChoice:
     ],
 )
 def test_invalid_settings_are_refused(settings):
-    with pytest.raises(hd.MethodError, match=next(iter(settings))):
+    with pytest.raises(MethodError, match=next(iter(settings))):
         WeakRegression(**settings)
 
 
 def test_a_support_longer_than_every_segment_is_refused(linear_problem):
     problem, _ = linear_problem
-    with pytest.raises(hd.MethodError, match="no segment of the log is as long"):
+    with pytest.raises(MethodError, match="no segment of the log is as long"):
         WeakForm(WeakRegression(support=1e4)).identify(problem, LINEAR)

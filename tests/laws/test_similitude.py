@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.identifiability import grade_fit
 from similitude import coefficient_scales, record_wrench, scale_log, scale_vehicle
 
 RATIOS = (0.1, 10.0, 160.0)
@@ -40,7 +41,7 @@ def results(campaign):
             train, test = (scale_log(log, ratio) for log in campaign[1:])
             problem = hd.prepare(vehicle, train, [MODEL])
             fit = METHODS[key].identify(problem, MODEL)
-            grades = hd.grade_fit(problem, fit).grades
+            grades = grade_fit(problem, fit).grades
             step = min(0.05, 0.05 * np.sqrt(ratio))
             replay = hd.simulate(vehicle, fit.damping, test, max_step=step)
             error = replay.velocity - test.velocity

@@ -11,6 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.conditioning.quality_checks import check_quality
+from hydrodamp.identification.command_response import estimate_command_response
 from hydrodamp.ingest.inspection.delay import estimate_delays
 from similitude import scale_log, scale_vehicle
 
@@ -98,7 +99,7 @@ def test_lags_of_commands_scale(campaign, ratio):
     vehicle, train = scale_vehicle(campaign.vehicle, 1.0), campaign.train
     early = replace(train, commands=np.roll(train.commands, -2, axis=0))
     expected, response = (
-        hd.estimate_command_response(
+        estimate_command_response(
             hd.prepare(scale_vehicle(vehicle, each), scale_log(early, each), MODEL), MODEL
         )
         for each in (1.0, ratio)

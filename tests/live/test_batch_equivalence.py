@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import GapWarning
 from hydrodamp.live import estimator, readers, sources
 from hydrodamp.live.readers import BoundedQueue
 from hydrodamp.live.samples import rows_of
@@ -78,7 +79,7 @@ def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
     rows = [*itertools.islice(rows_of(log), 400)]
     rows = [*rows[:150], *rows[180:250], rows[250] | {"u": float("nan")}, *rows[251:]]
     names = [name for name in rows[0] if name in "uvwpqr"]
-    with pytest.warns(hd.GapWarning):
+    with pytest.warns(GapWarning):
         whole = hd.Log.from_arrays(
             [row["time"] for row in rows],
             {name: [row[name] for row in rows] for name in names},

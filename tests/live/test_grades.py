@@ -4,6 +4,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.identifiability import grade_fit
 from hydrodamp.live.estimator import diagnostic_status
 from hydrodamp.live.samples import rows_of
 from live.conftest import MODEL, run_live
@@ -35,7 +36,7 @@ def test_nothing_is_determined_that_identify_does_not_determine(seed):
     campaign = hd.reenact(seed=seed, duration=200.0)
     line = run_live(rows_of(campaign.train), campaign.vehicle).lines[-1]
     problem = hd.prepare(campaign.vehicle, campaign.train, MODEL)
-    wanted = hd.grade_fit(problem, hd.RecursiveLeastSquares().identify(problem, MODEL)).grades
+    wanted = grade_fit(problem, hd.RecursiveLeastSquares().identify(problem, MODEL)).grades
     found = {label: one["grade"] for label, one in line["coefficients"].items()}
     determined = {label for label, grade in found.items() if grade == "determined"}
     assert determined

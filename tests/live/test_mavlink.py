@@ -9,7 +9,7 @@ from time import sleep
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import ProblemError
+from hydrodamp.errors import GapWarning, ProblemError
 from hydrodamp.live import estimator
 from hydrodamp.live.sources import open_source
 from live.conftest import MODEL, run_live
@@ -52,7 +52,7 @@ def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
     vehicle, _ = dive
     path = tmp_path / "dive.tlog"
     path.write_bytes(b"".join(round(1e6 * (START + at)).to_bytes(8) + one for at, one in sent))
-    with pytest.warns(hd.GapWarning):
+    with pytest.warns(GapWarning):
         log = hd.read_log(path, MAPPING)
     batch = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY).identify(
         hd.prepare(vehicle, log, MODEL), MODEL

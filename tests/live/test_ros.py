@@ -12,7 +12,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_product
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import ProblemError
+from hydrodamp.errors import GapWarning, ProblemError
 from hydrodamp.ingest.formats.rosbag import deserialize_columns
 from hydrodamp.live import estimator, sources
 from hydrodamp.live.readers import message_fields, subscribe_new_topics
@@ -157,7 +157,7 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     source.close()
     node.destroy_node()
     rclpy.shutdown()
-    with pytest.warns(hd.GapWarning):
+    with pytest.warns(GapWarning):
         whole = hd.read_mapping(path).log(recorded(messages))
     way = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY)
     fit = way.identify(hd.prepare(vehicle, whole, MODEL), MODEL)

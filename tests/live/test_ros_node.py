@@ -9,6 +9,7 @@ from unittest.mock import MagicMock
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import FileError
 
 NODE = Path(__file__).parents[2] / "integrations" / "ros2" / "node.py"
 ROS = ("rclpy", "rclpy.executors", "rclpy.node", "diagnostic_msgs", "diagnostic_msgs.msg")
@@ -47,7 +48,7 @@ def test_a_node_starts_with_its_parameters_and_ends(monkeypatch):
 
 @pytest.mark.parametrize(
     ("error", "text"),
-    [(hd.FileError("s.json: in use"), "s.json: in use"), (ValueError("odd"), "ValueError: odd")],
+    [(FileError("s.json: in use"), "s.json: in use"), (ValueError("odd"), "ValueError: odd")],
 )
 @pytest.mark.parametrize("is_running", [True, False])
 def test_an_error_is_logged_and_ends_the_node(monkeypatch, error, text, is_running):

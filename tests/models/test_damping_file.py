@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.models.damping import warn_if_foreign
+from hydrodamp.errors import FileError, ForeignVehicleWarning, ModelError
+from hydrodamp.models.damping import VehicleStamp, warn_if_foreign
 from hydrodamp.models.files import damping_document, damping_from_document
 
-STAMP = hd.VehicleStamp("toy", 466.5, 470.0, "0123456789abcdef")
+STAMP = VehicleStamp("toy", 466.5, 470.0, "0123456789abcdef")
 
 
 @pytest.fixture
@@ -109,17 +110,17 @@ def put(value, *path):
 def test_faults_are_named(damping, change, says):
     document = damping_document(damping)
     change(document)
-    with pytest.raises(hd.ModelError, match=says):
+    with pytest.raises(ModelError, match=says):
         damping_from_document(document, "damping.json")
 
 
 def test_what_is_no_damping_file(tmp_path):
     path = tmp_path / "damping.json"
     path.write_text('{"format":\n !}', encoding="utf-8")
-    with pytest.raises(hd.FileError, match=r"line 2: cannot be read as JSON: .* column 2"):
+    with pytest.raises(FileError, match=r"line 2: cannot be read as JSON: .* column 2"):
         hd.read_damping(path)
     path.write_text("[]", encoding="utf-8")
-    with pytest.raises(hd.ModelError, match="it must be a table"):
+    with pytest.raises(ModelError, match="it must be a table"):
         hd.read_damping(path)
 
 
@@ -134,19 +135,19 @@ def test_terms_may_be_typed_as_text(damping):
 @pytest.mark.parametrize(
     ("other", "says"),
     [
-        (hd.VehicleStamp("b", 466.5, 470.0, "f" * 16), "the mass matrix is another"),
-        (hd.VehicleStamp("b", 400.0, 470.0, ""), "weight 466.5 N there, 400 N here"),
-        (hd.VehicleStamp("b", 466.5, 471.0, STAMP.mass_matrix_digest), "buoyancy 470 N there"),
+        (VehicleStamp("b", 466.5, 470.0, "f" * 16), "the mass matrix is another"),
+        (VehicleStamp("b", 400.0, 470.0, ""), "weight 466.5 N there, 400 N here"),
+        (VehicleStamp("b", 466.5, 471.0, STAMP.mass_matrix_digest), "buoyancy 470 N there"),
     ],
 )
 def test_another_vehicle_is_warned_of(damping, other, says):
-    with pytest.warns(hd.ForeignVehicleWarning, match=rf"belong to vehicle 'toy'.*'b'.*{says}"):
+    with pytest.warns(ForeignVehicleWarning, match=rf"belong to vehicle 'toy'.*'b'.*{says}"):
         warn_if_foreign(damping, other)
 
 
 def test_the_same_vehicle_or_an_unknown_one_is_not_warned_of(damping):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_if_foreign(damping, hd.VehicleStamp("renamed", 466.5, 470.0, STAMP.mass_matrix_digest))
-        warn_if_foreign(damping, hd.VehicleStamp("renamed", 466.5, 470.0))
+        warn_if_foreign(damping, VehicleStamp("renamed", 466.5, 470.0, STAMP.mass_matrix_digest))
+        warn_if_foreign(damping, VehicleStamp("renamed", 466.5, 470.0))
         warn_if_foreign(hd.Damping(hd.catalog["fossen"], np.zeros(12)), STAMP)

@@ -3,6 +3,7 @@
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import ModelError
 
 
 @pytest.fixture
@@ -60,7 +61,7 @@ models:
   - {name: j, extends: sparse}
 """
     )
-    with pytest.raises(hd.ModelError) as caught:
+    with pytest.raises(ModelError) as caught:
         hd.read_models(path)
     message = str(caught.value)
     assert message.startswith(f"{path}: 14 faults\n  - ")
@@ -96,5 +97,5 @@ LIST, MAPPING = "`models` must be a list of at least one", "a model file must be
     ],
 )
 def test_a_file_that_is_neither_a_model_nor_a_list_of_them(file, text, says):
-    with pytest.raises(hd.ModelError, match=says):
+    with pytest.raises(ModelError, match=says):
         hd.read_models(file(text))

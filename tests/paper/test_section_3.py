@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.regression import damping_wrench
 
 
 def literal_least_squares(problem, model):
     """Equations 10 to 14 with the Kronecker product and the masking matrix."""
-    tau = hd.damping_wrench(problem, problem.log.acceleration)
+    tau = damping_wrench(problem, problem.log.acceleration)
     regressor = problem.regressor()[:, problem.equations.n_known :]
     n_terms = regressor.shape[1]
     mask = np.zeros((6, n_terms), dtype=bool)
@@ -51,7 +52,7 @@ def test_equation_3_subtracts_everything_known(vehicle, exact_log, true_damping)
     log = exact_log(truth, n=300)
     problem = hd.prepare(vehicle, log, truth.model)
 
-    tau = hd.damping_wrench(problem, log.acceleration)
+    tau = damping_wrench(problem, log.acceleration)
 
     expected = truth.wrench(log.velocity, propulsion_ratio=log.propulsion_ratio)
     np.testing.assert_allclose(tau, expected, rtol=1e-10, atol=1e-10)

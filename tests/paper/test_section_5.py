@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.basis.term import AXES
 from hydrodamp.simulation.replay import score
 
 
-def trajectory(error, axes=hd.AXES):
+def trajectory(error, axes=AXES):
     """A replay that is so far from a log of a vehicle at rest."""
     log = hd.Log(np.arange(len(error)) / 10, np.zeros_like(error))
     return hd.Trajectory(log, error, diverged=(), attitude="measured", axes=axes)

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
+from hydrodamp.models.damping import VehicleStamp
 from hydrodamp.validation.compare import replayed_row
 
 NAMES = ("u", "v", "w", "p", "q", "r")
-STAMP = hd.VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")
+STAMP = VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")
 
 
 def make_fit(model, method, status=hd.Status.OK, rank=None):
@@ -30,7 +32,7 @@ def make_row(fit, rms, diverged=()):
     log = hd.Log(
         np.array([0.0, 0.1, 0.2, 5.0, 5.1]),
         np.arange(30.0).reshape(5, 6),
-        segments=(hd.Segment("dive", 0, 3), hd.Segment("turn", 3, 5)),
+        segments=(Segment("dive", 0, 3), Segment("turn", 3, 5)),
         source="test.csv",
     )
     velocity = log.velocity + 0.5

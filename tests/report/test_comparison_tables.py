@@ -11,6 +11,8 @@ from hydrodamp.report.comparison_tables import (
     summary_tables,
 )
 from hydrodamp.report.table import to_text
+from hydrodamp.simulation.replay import HorizonScore
+from hydrodamp.validation.compare import Row
 
 from .conftest import column
 
@@ -55,7 +57,7 @@ def test_axes_have_error_and_fit(comparison):
 
 def test_locked_axes_are_left_out(comparison):
     score = hd.Score(0.1, {"u": 0.1, "r": 0.02}, {"u": None, "r": 5.0}, "rad", ())
-    planar = hd.Comparison((hd.Row(comparison.rows[0].fit, score),), "rad")
+    planar = hd.Comparison((Row(comparison.rows[0].fit, score),), "rad")
     (grid,) = axis_tables(planar)
     assert grid.header == ("model", "u", "%", "r", "%")
     assert grid.words == [["linear", "0.100", "-", "0.0200", "5"]]
@@ -103,8 +105,8 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     first, second = comparison.rows[:2]
     errors = {"dive": 0.2, "turn": 0.8}
     own = replace(first, score=replace(first.score, rms_by_segment=errors))
-    windows = hd.HorizonScore(10.0, first.score, 4, 0)
-    lost = hd.HorizonScore(10.0, second.score, 4, 1)
+    windows = HorizonScore(10.0, first.score, 4, 0)
+    lost = HorizonScore(10.0, second.score, 4, 1)
     rows = (replace(own, windows=windows), replace(second, windows=lost))
     found = replace(comparison, rows=rows)
     runs, parts = to_text(segment_tables(found)[0]), to_text(horizon_tables(found)[0])

@@ -5,8 +5,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import FileError
+from hydrodamp.identification.adequacy import Adequacy, ScoreTest
 from hydrodamp.identification.fit_files import read_finished_fits, read_fit, write_fit
+from hydrodamp.identification.parameters import Estimate
 from hydrodamp.report.documents import comparison_document
+from hydrodamp.simulation.replay import HorizonScore
 from hydrodamp.validation.compare import replayed_row
 
 
@@ -47,7 +51,7 @@ def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
 
 def test_a_comparison_reads_back_as_it_was(comparison, tmp_path):
     first, *others = comparison.rows
-    windows = hd.HorizonScore(10.0, replace(first.score, rms_by_segment={}), 6, 1)
+    windows = HorizonScore(10.0, replace(first.score, rms_by_segment={}), 6, 1)
     rows = (replace(first, windows=windows), *others)  # with the errors of their replays
     rows = tuple(replayed_row(row.fit, row.score, row.trajectory, row.windows) for row in rows)
     comparison = replace(comparison, rows=rows)
@@ -126,7 +130,7 @@ def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
     (tmp_path / name).unlink()
     if content is not None:
         (tmp_path / name).write_text(content, "utf-8")
-    with pytest.raises(hd.FileError, match=words):
+    with pytest.raises(FileError, match=words):
         hd.read_comparison(tmp_path)
 
 
@@ -150,16 +154,16 @@ def test_a_document_that_was_spoilt_is_refused_with_its_place(
         content = content[key]
     content[last] = value
     (tmp_path / name).write_text(json.dumps(document), "utf-8")
-    with pytest.raises(hd.FileError, match=words):
+    with pytest.raises(FileError, match=words):
         hd.read_comparison(tmp_path)
 
 
 def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
     """Every attribute of a fit is in its file."""
     row = comparison.rows[0]
-    labels, held = row.fit.model.labels, hd.Estimate(9.0, 0.5, 12.0, "kg", "Wide.").hold_at_prior()
+    labels, held = row.fit.model.labels, Estimate(9.0, 0.5, 12.0, "kg", "Wide.").hold_at_prior()
     rows = np.append(np.linspace(-0.1, 0.1, len(labels)), 0.01)[None]
-    tests = {"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}
+    tests = {"K": ScoreTest(210.0, 10, 2000, ("K_p|u|",))}
     fit = replace(
         row.fit,
         status=hd.Status.RANK_DEFICIENT,
@@ -171,12 +175,12 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         training_range={"u": (-1.0, 1.0)},
         grades=dict.fromkeys(labels, hd.Grade.WEAK),
         vehicle=hd.fleet["vt690"],
-        estimates={"A_N": hd.Estimate(14.2, 0.1, 12.0, "kg"), "A_X": held},
+        estimates={"A_N": Estimate(14.2, 0.1, 12.0, "kg"), "A_X": held},
         parameter_covariance=rows,
         indirect=labels[:1],
         held_out_r_squared={"X": 0.5},
         form_errors={"X": (0.1, 3.0, 0.2)},
-        adequacy=hd.Adequacy.judge(tests, {"X": 0.01}, {"X": 0.5}),
+        adequacy=Adequacy.judge(tests, {"X": 0.01}, {"X": 0.5}),
         command_range={"rudder": (-0.3, 0.2)},
         unconverged=("N",),
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.report.fit_tables import fit_table, half_widths
@@ -85,7 +86,7 @@ def test_coefficients_are_written_in_each_form(comparison, fit):
     assert r"\toprule" in latex
     assert r"X\_u & -1 & 0.1 & 0.196 & N/(m/s)" in latex
     assert hd.format_coefficients(fit) == to_text(fit_table(fit))
-    with pytest.raises(hd.MethodError, match="`form` must be text or markdown or latex or csv"):
+    with pytest.raises(MethodError, match="`form` must be text or markdown or latex or csv"):
         hd.format_coefficients(fit, "html")
     rows = [*csv.DictReader(hd.format_coefficients(comparison, "csv").splitlines())]
     for row in comparison.rows:

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.identification.adequacy import Adequacy, ScoreTest
 from hydrodamp.report.narrative import explain_failure, remarks
 from hydrodamp.validation.compare import Comparison
 
@@ -45,8 +46,8 @@ def test_without_a_replay_nothing_is_recommended(comparison):
 
 
 def test_the_forms_of_several_models_are_one_sentence(comparison):
-    sound = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {})
-    lacking = hd.Adequacy.judge({"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {"K": 0.0}, {})
+    sound = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {})
+    lacking = Adequacy.judge({"K": ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {"K": 0.0}, {})
     forms = (lacking, None, sound)
     rows = tuple(
         replace(row, fit=replace(row.fit, adequacy=form))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import ProblemError
 from hydrodamp.simulation.checks import actuation, with_gains
 
 LINEAR = hd.catalog["linear"]
@@ -47,8 +48,8 @@ def test_without_a_known_wrench_there_is_no_gain(vehicle):
         commands=np.ones((3, 1)),
         command_names=("stick",),
     )
-    with pytest.raises(hd.ProblemError, match="no actuator gain"):
+    with pytest.raises(ProblemError, match="no actuator gain"):
         with_gains(vehicle, log, LINEAR)
     sticks = LINEAR.with_terms({"X": "stick", "Y": "actuation_Y"})
-    with pytest.raises(hd.ProblemError, match="no command 'actuation_Y', which a term uses"):
+    with pytest.raises(ProblemError, match="no command 'actuation_Y', which a term uses"):
         hd.prepare(vehicle, log, sticks)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import ProblemError
 from hydrodamp.simulation.checks import check_log, missing_actuation, unused_commands
 
 TIME = np.arange(20) / 10
@@ -41,7 +42,7 @@ def model(**terms):
 )
 def test_a_log_that_says_nothing_of_the_drive(name, commands, words):
     vehicle, log, models = hd.fleet[name], log_of(*commands), (model(X="u"),)
-    with pytest.raises(hd.ProblemError) as caught:
+    with pytest.raises(ProblemError) as caught:
         check_log(vehicle, log, models)
     message = str(caught.value)
     assert message == f"dive.csv: {missing_actuation(vehicle, log, models)}"
@@ -68,7 +69,7 @@ def test_what_drives_is_a_wrench_an_actuator_or_a_term():
 
 
 def test_commands_that_are_missing_come_together():
-    with pytest.raises(hd.ProblemError) as caught:
+    with pytest.raises(ProblemError) as caught:
         check_log(hd.fleet["vt690"], log_of("rpm", "tilter"), (model(N="down_y stick tiller"),))
     assert str(caught.value) == (
         "dive.csv: there is no command 'stick', 'tiller', which a term uses, nor 'elevator', "

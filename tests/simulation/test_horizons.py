@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.simulation.replay import horizon_scores, replay, score, window_bounds
 
 LINEAR = hd.catalog["linear"]
@@ -93,5 +94,5 @@ def test_windows_that_diverge_are_counted(vehicle):
 
 @pytest.mark.parametrize("horizon", [0.0, -1.0, np.nan, np.inf, "day"])
 def test_a_horizon_that_is_none_is_refused(vehicle, log, horizon):
-    with pytest.raises(hd.MethodError, match="positive number of seconds, 'step' or 'run'"):
+    with pytest.raises(MethodError, match="positive number of seconds, 'step' or 'run'"):
         horizon_scores(vehicle, SOFT, log, [horizon])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import ProblemError, PropulsionWarning
 
 LINEAR = hd.catalog["linear"]
 
@@ -48,7 +49,7 @@ def test_an_unknown_ratio_is_one_even_at_rest():
     velocity = np.zeros((20, 6))
     log = log_of(velocity=velocity, wrench=np.zeros((20, 6)))
     vehicle = replace(hd.fleet["vt690"], actuators=())
-    with pytest.warns(hd.PropulsionWarning):
+    with pytest.warns(PropulsionWarning):
         problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
     etas = [k for k, term in enumerate(problem.equations.basis) if term.needs_propulsion]
     assert not problem.regressor()[:, problem.equations.n_known :][:, etas].any()
@@ -81,17 +82,17 @@ def test_locked_axes_are_zero_and_leave_the_table():
 def test_missing_attitude_matters_where_weight_acts_along_it():
     log = log_of(attitude=None, wrench=np.zeros((20, 6)))
     vehicle = replace(hd.fleet["vt690"], actuators=())
-    with pytest.raises(hd.ProblemError, match="attitude is missing"):
+    with pytest.raises(ProblemError, match="attitude is missing"):
         hd.prepare(vehicle, log, LINEAR)
     floating = replace(vehicle, center_of_gravity=vehicle.center_of_buoyancy)
     assert hd.prepare(floating, log, LINEAR).n_samples == 20
-    with pytest.raises(hd.ProblemError, match="down_y"):
+    with pytest.raises(ProblemError, match="down_y"):
         hd.prepare(floating, log, LINEAR.with_terms({"K": "down_y"}))
 
 
 def test_wrench_and_commands_together_are_refused_with_which_to_drop():
     log = log_of(wrench=np.zeros((20, 6)), commands=commands_of())
-    with pytest.raises(hd.ProblemError, match="drop the wrench columns"):
+    with pytest.raises(ProblemError, match="drop the wrench columns"):
         hd.prepare(hd.fleet["vt690"], log, LINEAR)
 
 
@@ -107,7 +108,7 @@ def test_a_wrench_needs_no_actuators_and_no_commands():
 
 def test_all_lacks_are_named_at_once():
     log = hd.Log.from_arrays([0.0, 0.1], {"u": [1, 1]}, commands={"rpm": [1, 1]})
-    with pytest.raises(hd.ProblemError) as caught:
+    with pytest.raises(ProblemError) as caught:
         hd.prepare(hd.fleet["vt690"], log, LINEAR)
     text = str(caught.value)
     assert "3 faults" in text

@@ -12,7 +12,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.log import Log
 from hydrodamp.data.plausibility import mask_absurd
-from hydrodamp.errors import OutlierWarning
+from hydrodamp.errors import LogError, OutlierWarning
 from hydrodamp.simulation.ranges import ranges_of, remove_implausible
 
 CAMPAIGN = hd.reenact(duration=30.0)
@@ -213,7 +213,7 @@ def test_an_impossible_quaternion_does_not_refuse_a_log():
 
 def test_degrees_are_refused():
     columns = {"u": np.ones(40)}
-    with pytest.raises(hd.LogError, match="at most 50 m/s"):
+    with pytest.raises(LogError, match="at most 50 m/s"):
         Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]})
 
 

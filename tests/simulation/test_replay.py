@@ -7,7 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydrodamp as hd
-from hydrodamp.simulation.replay import score
+from hydrodamp.errors import ForeignVehicleWarning, MethodError
+from hydrodamp.models.damping import VehicleStamp
+from hydrodamp.simulation.replay import horizon_scores, score
 
 
 def quiet_log(n=200, velocity=(1.5, 0.2, -0.1, 0.1, 0.05, -0.1), **more):
@@ -69,12 +71,12 @@ def test_divergence_is_a_status(vehicle):
 def test_settings_are_checked(vehicle):
     log = quiet_log(20, wrench=np.zeros((20, 6)))
     nothing = hd.Damping(hd.catalog["linear"], np.zeros(36))
-    with pytest.raises(hd.MethodError, match="'measured' or 'simulated'"):
+    with pytest.raises(MethodError, match="'measured' or 'simulated'"):
         hd.simulate(vehicle, nothing, log, attitude="guessed")
     for step in (0.2, 1e-12):
-        with pytest.raises(hd.MethodError, match="max_step"):
+        with pytest.raises(MethodError, match="max_step"):
             hd.simulate(vehicle, nothing, log, max_step=step)
-    with pytest.raises(hd.MethodError, match="'deg' or 'rad'"):
+    with pytest.raises(MethodError, match="'deg' or 'rad'"):
         score(hd.simulate(vehicle, nothing, log), rate_unit="grad")
     planar = replace(vehicle, axes=("X", "Y", "N"))
     bare = hd.Log.from_arrays(
@@ -84,9 +86,9 @@ def test_settings_are_checked(vehicle):
     assert turning.status is hd.Status.OK
 
 
-@pytest.mark.parametrize("use", [hd.simulate, hd.horizon_scores])
+@pytest.mark.parametrize("use", [hd.simulate, horizon_scores])
 def test_a_foreign_damping_warns(vehicle, use):
-    stamp = hd.VehicleStamp("other", weight=500.0, buoyancy=466.5)
+    stamp = VehicleStamp("other", weight=500.0, buoyancy=466.5)
     foreign = hd.Damping(hd.catalog["linear"], np.zeros(36), vehicle=stamp)
-    with pytest.warns(hd.ForeignVehicleWarning, match="weight"):
+    with pytest.warns(ForeignVehicleWarning, match="weight"):
         use(vehicle, foreign, quiet_log(20, wrench=np.zeros((20, 6))))

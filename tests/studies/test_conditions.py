@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from conditions import COLOURED, accelerated, training_pushes
-from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions
 
 
 def autocorrelation(series, lag):
@@ -66,6 +66,6 @@ def test_accelerometers_change_nothing_else():
     assert np.isnan(one.test.acceleration[:, 3:]).all()
     noise = one.train.acceleration[:, :3] - one.exact_train.acceleration[:, :3]
     assert np.all((noise.std(axis=0) > 1.9e-3) & (noise.std(axis=0) < 5e-3))
-    silent = hd.reenact(1, duration=5.0, conditions=hd.Conditions(0.0))
+    silent = hd.reenact(1, duration=5.0, conditions=Conditions(0.0))
     still, exact = accelerated(silent, 1, 0.0), silent.exact_train.acceleration
     np.testing.assert_allclose(still.train.acceleration[:, :3], exact[:, :3], atol=1e-12)

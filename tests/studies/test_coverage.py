@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.adequacy import Form
 from hydrodamp.simulation.campaign.conditions import Conditions
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -123,6 +124,6 @@ def test_a_strength_of_noise_that_vanished_at_a_biased_estimate_grows_again(stud
     # the first estimate of the noise leaves none to the sensor of q
     logs = study.ROV(study.FIRST_SEED + 1, study.DURATION, study.TETHERED["push 1"])()
     fit = hd.identify(logs.true.model, logs.vehicle, logs.train, hd.Recommended())
-    assert fit.adequacy.form is hd.Form.ADEQUATE
+    assert fit.adequacy.form is Form.ADEQUATE
     errors = fit.damping.coefficients - logs.true.coefficients
     assert np.sqrt(np.mean((errors / fit.uncertainty.standard_errors) ** 2)) < 1.5

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.report.table import to_text
 from hydrodamp.report.verdict_tables import verdict_table
+from hydrodamp.validation.verdict import Light
 
 SPLITS = [
     pytest.param((0.0, 0.75), (0.75, 1.0), id="the last quarter"),
@@ -33,7 +35,7 @@ def test_a_verdict_is_short_follows_its_lights_and_depends_on_no_unit(train, tes
     assert degrees.lines == radians.lines
     assert degrees.relative_error == pytest.approx(radians.relative_error)
     lights = {axis.light for axis in degrees.axes}
-    assert degrees.headline.startswith("Usable: ") == (hd.Light.RED not in lights)
+    assert degrees.headline.startswith("Usable: ") == (Light.RED not in lights)
     assert len(to_text(verdict_table(degrees, ("Next: a command.",)), 80).splitlines()) <= 12
     selection = by_unit[0].select()
     smaller = [row for row in selection.equivalent if row.n_coefficients < degrees.n_coefficients]
@@ -74,5 +76,5 @@ def test_a_band_covers_the_samples_of_velocities_within_their_range(train, test,
     bound = np.hypot(band.half_width, 1.96 * sensors)
     covered = np.mean(np.abs(band.velocity - parts[1].velocity) <= bound, axis=0)
     assert len(band.extrapolated) < 4
-    for name, share in zip(hd.VELOCITIES, covered.tolist(), strict=True):
+    for name, share in zip(VELOCITIES, covered.tolist(), strict=True):
         assert share > 0.94 or name in band.extrapolated, (name, share)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.files import as_json
 from hydrodamp.identification import predicted_error
 from hydrodamp.identification.adequacy import Adequacy, Form
@@ -89,13 +90,13 @@ def test_terms_of_locked_axes_do_not_matter(coasting):
     ],
 )
 def test_bad_settings_are_a_sentence(coasting, settings, message):
-    with pytest.raises(hd.MethodError, match=message):
+    with pytest.raises(MethodError, match=message):
         hd.prediction_band(*coasting, **settings)
 
 
 def test_without_covariance_there_is_no_band(coasting):
     problem, damping = coasting
-    with pytest.raises(hd.MethodError, match="have no covariance"):
+    with pytest.raises(MethodError, match="have no covariance"):
         hd.prediction_band(problem, replace(damping, covariance=None))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.validation.compare import is_paper_campaign
 from hydrodamp.validation.selection import pareto_front
 
@@ -45,9 +46,9 @@ def test_a_diverged_replay_is_a_row_with_a_status(comparison):
     assert comparison.best() in pareto_front(comparison)
     assert row not in pareto_front(comparison)
     nothing = replace(comparison, rows=(replace(row, blocks=None),))
-    with pytest.raises(hd.MethodError, match="nothing was fitted"):
+    with pytest.raises(MethodError, match="nothing was fitted"):
         nothing.best()
-    with pytest.raises(hd.MethodError, match="no row of model 'coe'"):
+    with pytest.raises(MethodError, match="no row of model 'coe'"):
         comparison.row("coe", "ls")
 
 
@@ -83,7 +84,7 @@ def test_one_run_that_diverges_leaves_the_errors_of_others(vehicle, exact_log, t
 
 
 def test_a_horizon_that_is_none_is_told_before_anything_is_replayed(vehicle, exact_log):
-    with pytest.raises(hd.MethodError, match="positive number of seconds"):
+    with pytest.raises(MethodError, match="positive number of seconds"):
         hd.compare(
             [], vehicle, exact_log(hd.Damping(hd.catalog["linear"], np.zeros(36))), horizon=0.0
         )

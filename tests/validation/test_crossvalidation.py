@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import make_fit
 from hydrodamp.validation.cross_validation import cross_validate, split_holdout
 
@@ -124,14 +125,14 @@ def test_too_few_samples_for_the_folds(vehicle, log):
     short = log.between(0.0, 0.65)
     table = cross_validate(vehicle, short, LINEAR, hd.LeastSquares(), folds=3, gap=0.0)
     assert {fold.status for fold in table.rows[0].folds} == {hd.Status.TOO_FEW_SAMPLES}
-    with pytest.raises(hd.MethodError, match="too few for 5 folds"):
+    with pytest.raises(MethodError, match="too few for 5 folds"):
         cross_validate(vehicle, short, FOSSEN, hd.LeastSquares())
-    with pytest.raises(hd.MethodError, match="no two neighbouring samples to replay"):
+    with pytest.raises(MethodError, match="no two neighbouring samples to replay"):
         split_holdout(short, n=7, gap=0.0)
     uneven = hd.Log(time=[0.0, 1.0, 2.0, 3.0, 3.2, 10.0], velocity=np.zeros((6, 6)))
-    with pytest.raises(hd.MethodError, match="no two neighbouring samples to identify from"):
+    with pytest.raises(MethodError, match="no two neighbouring samples to identify from"):
         split_holdout(uneven, n=2, gap=1.5)
-    with pytest.raises(hd.MethodError, match="at least 2 folds"):
+    with pytest.raises(MethodError, match="at least 2 folds"):
         cross_validate(vehicle, log, LINEAR, hd.LeastSquares(), folds=1)
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.grades import Grade
 from hydrodamp.simulation.block_errors import BlockErrors
 from hydrodamp.validation.selection import pareto_front, select_row
@@ -34,7 +35,7 @@ class Entry:
     method: str = "ls"
     divergences: tuple[str, ...] = ()
     grades: dict[str, Grade] = field(default_factory=dict)
-    adequacy: hd.Adequacy | None = None
+    adequacy: Adequacy | None = None
 
     @property
     def rms(self):
@@ -112,8 +113,8 @@ def test_equal_for_use_holds_for_every_velocity_that_is_predicted():
 
 
 def test_of_equal_rows_those_of_adequate_form_count():
-    large = Entry("large", 88, (0.5,), adequacy=hd.Adequacy.judge({}, {}, {}))
-    small = Entry("small", 30, (0.6,), adequacy=hd.Adequacy.judge({}, {"X": 1.0}, {}))
+    large = Entry("large", 88, (0.5,), adequacy=Adequacy.judge({}, {}, {}))
+    small = Entry("small", 30, (0.6,), adequacy=Adequacy.judge({}, {"X": 1.0}, {}))
     assert select_row([small, large]).row is large
     best = Entry("best", 99, (0.45,))
     assert " have an adequate form: error" in select_row([small, large, best]).sentence
@@ -229,7 +230,7 @@ def test_velocities_that_the_test_does_not_excite_do_not_count():
 
 
 def test_without_a_replay_nothing_is_selected():
-    with pytest.raises(hd.MethodError, match="nothing was fitted"):
+    with pytest.raises(MethodError, match="nothing was fitted"):
         select_row([EMPTY])
 
 

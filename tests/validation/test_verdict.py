@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.adequacy import Adequacy, ScoreTest
 from hydrodamp.simulation.block_errors import BlockErrors, block_errors, pool
-from hydrodamp.validation.cross_validation import ValidatedRow
+from hydrodamp.validation.cross_validation import CrossValidation, ValidatedRow
 from hydrodamp.validation.excitation import (
     compare_logs,
     describe_folds,
@@ -15,7 +16,7 @@ from hydrodamp.validation.excitation import (
     find_untested,
     select_folds,
 )
-from hydrodamp.validation.verdict import judge_axes
+from hydrodamp.validation.verdict import Light, judge_axes
 
 RNG = np.random.default_rng(3)
 
@@ -112,7 +113,7 @@ def test_lights_follow_fit_identifiability_and_doubts():
     assert [axis.light.name for axis in axes.values()] == ["GREEN", "AMBER", "RED", "AMBER"]
     assert axes["p"].reason == "no coefficient determined"
     (doubtful, *_) = judge_axes(blocks, grades, {"u": "excited in fold 3 only"}, {})
-    assert (doubtful.light, doubtful.reason) == (hd.Light.AMBER, "excited in fold 3 only")
+    assert (doubtful.light, doubtful.reason) == (Light.AMBER, "excited in fold 3 only")
     still = replace(blocks, noise=0.6 * blocks.deviation * [1.0, 0.0, 0.0, 0.0])
     lights = [axis.light.name for axis in judge_axes(still, grades, {}, {"v": "not excited"})]
     assert lights == ["GREY", "GREY", "RED", "AMBER"]
@@ -180,7 +181,7 @@ def test_the_headline_names_what_is_usable_for_each_velocity_in_all_rows(table):
     only = headline(wild)
     assert only.headline == "Not usable: wild by weak, because a replay diverged."
     assert "Fit: not usable u, v, w, p, q, r (a replay diverged)." in only.lines
-    assert (only.rms, {axis.light for axis in only.axes}) == (None, {hd.Light.RED})
+    assert (only.rms, {axis.light for axis in only.axes}) == (None, {Light.RED})
     assert {axis.reason for axis in only.axes} == {"a replay diverged"}
 
 
@@ -189,7 +190,7 @@ def test_lights_from_training_data_are_grey(table, campaign):
     assert not table.overlap
     seen = hd.compare(fits, campaign.vehicle, campaign.train)
     verdict = seen.verdict()
-    assert {axis.light for axis in verdict.axes} == {hd.Light.GREY}
+    assert {axis.light for axis in verdict.axes} == {Light.GREY}
     assert not verdict.recommended
     assert verdict.headline.startswith("Not tested: ")
     assert verdict.headline.endswith(", because all test data are training data.")
@@ -197,7 +198,7 @@ def test_lights_from_training_data_are_grey(table, campaign):
     mixed = hd.concatenate([campaign.train.select(campaign.train.segments[0].name), campaign.test])
     partly = hd.compare(fits, campaign.vehicle, mixed)
     assert partly.overlap == f"segments {campaign.train.segments[0].name}"
-    assert {axis.light for axis in partly.verdict().axes} == {hd.Light.GREY}
+    assert {axis.light for axis in partly.verdict().axes} == {Light.GREY}
     assert ", because part of the test data are training data." in partly.verdict().headline
 
 
@@ -246,8 +247,8 @@ def test_a_verdict_names_the_row_of_the_selection_and_for_what_it_is_usable(tabl
     assert "determined" not in verdict.headline
 
 
-LACKING = hd.Adequacy.judge({"K": hd.ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {"K": 0.0}, {})
-SOUND = hd.Adequacy.judge({"K": hd.ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {})
+LACKING = Adequacy.judge({"K": ScoreTest(210.0, 10, 2000, ("K_p|u|",))}, {"K": 0.0}, {})
+SOUND = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {})
 
 
 def test_the_verdict_states_form_and_missions_once(table):
@@ -266,7 +267,7 @@ def test_the_verdict_states_form_and_missions_once(table):
 def test_a_cross_validation_states_the_worst_form_of_the_folds_that_count(table):
     folds = [replace(table.rows[0], fit=replace(table.rows[0].fit, adequacy=each))
              for each in (SOUND, LACKING)]  # fmt: skip
-    validated = hd.CrossValidation((ValidatedRow(tuple(folds)),), (("a",), ("b",)))
+    validated = CrossValidation((ValidatedRow(tuple(folds)),), (("a",), ("b",)))
     assert str(LACKING) in validated.verdict().reasons
     counted = replace(validated, rows=(ValidatedRow(tuple(folds), (True, False)),))
     assert str(SOUND) in counted.verdict().reasons

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import VehicleError
 
 ALL = [
     hd.Matrix(("forward", "turn"), [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 2]]),
@@ -22,14 +23,14 @@ ALL = [
 @pytest.mark.parametrize("actuator", ALL, ids=lambda one: f"{type(one).__name__}")
 class TestEveryKind:
     def test_missing_command_is_named(self, actuator):
-        with pytest.raises(hd.VehicleError, match=f"`{actuator.commands[0]}`; got none"):
+        with pytest.raises(VehicleError, match=f"`{actuator.commands[0]}`; got none"):
             actuator.channels({})
-        with pytest.raises(hd.VehicleError, match=r"; got .*s, fuel\. Did you mean"):
+        with pytest.raises(VehicleError, match=r"; got .*s, fuel\. Did you mean"):
             actuator.channels({f"{actuator.commands[0]}s": np.zeros(2), "fuel": np.zeros(2)})
 
 
 def test_a_matrix_has_a_row_a_command():
-    with pytest.raises(hd.VehicleError, match=r"`wrench` must have shape \(1, 6\)"):
+    with pytest.raises(VehicleError, match=r"`wrench` must have shape \(1, 6\)"):
         hd.Matrix(("forward",), [[1, 2, 3]])
 
 
@@ -38,9 +39,9 @@ def test_dead_zones_of_fins_and_propellers():
     np.testing.assert_array_equal(fin["rudder_limited"], [-0.02, 0, 0, 0, 0.03])
     propeller = ALL[5].channels({"rpm": np.array([-200.0, 0.0, 150.0, 151.0, 2000.0])})
     np.testing.assert_array_equal(propeller["rpm_limited"], [-200, 0, 0, 151, 1500])
-    with pytest.raises(hd.VehicleError, match=r"`dead_zone` must be \(lowest, highest\)"):
+    with pytest.raises(VehicleError, match=r"`dead_zone` must be \(lowest, highest\)"):
         hd.Fin("rudder", {"Y": 9.0}, dead_zone=(0.1, -0.1))
-    with pytest.raises(hd.VehicleError, match=r"`dead_zone` must have shape \(2\)"):
+    with pytest.raises(VehicleError, match=r"`dead_zone` must have shape \(2\)"):
         hd.Propeller("rpm", 3e-6, dead_zone=(1, 2, 3))
 
 
@@ -66,7 +67,7 @@ def test_propulsion_speed():
     ],
 )
 def test_refusals(call, message):
-    with pytest.raises(hd.VehicleError, match=message):
+    with pytest.raises(VehicleError, match=message):
         call()
 
 
@@ -92,5 +93,5 @@ def test_thruster_limit_dead_zone_and_gain():
     ],
 )
 def test_thruster_refusals(settings, message):
-    with pytest.raises(hd.VehicleError, match=message):
+    with pytest.raises(VehicleError, match=message):
         hd.Thruster("bow", **{"position": (0, 0, 0), "direction": (1, 0, 0), **settings})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp import errors
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import fleet, format_vehicle, parse_vehicle
 
@@ -79,7 +80,7 @@ def test_what_locked_axes_need_may_stay_empty():
 
 def test_what_free_axes_need_may_not_stay_empty():
     text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [null, null, null]}\n"
-    with pytest.raises(hd.VehicleError) as caught:
+    with pytest.raises(errors.VehicleError) as caught:
         parse_vehicle(text + ADDED.replace("8.0", "null"))
     assert "2 faults" in str(caught.value)
     assert "`rigid_body.inertia[2]` is still empty" in str(caught.value)
@@ -88,7 +89,7 @@ def test_what_free_axes_need_may_not_stay_empty():
 
 def test_shapes_that_cannot_be_are_left_for_the_message():
     text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [[1, 2], 3]}\n"
-    with pytest.raises(hd.VehicleError) as caught:
+    with pytest.raises(errors.VehicleError) as caught:
         parse_vehicle(text + "added_mass: [1, 2, 3, 4, 5, null]\ncenter_of_gravity: 3\n")
     message = str(caught.value)
     assert "`added_mass[0]` must be a list; got 1" in message
@@ -151,7 +152,7 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
 def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
     path = tmp_path / "mine.yaml"
     path.write_text(text)
-    with pytest.raises(hd.VehicleError) as caught:
+    with pytest.raises(errors.VehicleError) as caught:
         hd.read_vehicle(path)
     message = str(caught.value)
     assert message.startswith(str(path))
@@ -160,7 +161,7 @@ def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
 
 
 def test_long_values_are_cut_in_messages():
-    with pytest.raises(hd.VehicleError, match=r"got 'w{12}\.\.\.w{13}'$"):
+    with pytest.raises(errors.VehicleError, match=r"got 'w{12}\.\.\.w{13}'$"):
         parse_vehicle(REST + f"mass_matrix: [[{'w' * 90}]]\n")
 
 

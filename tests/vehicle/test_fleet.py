@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import FileError, VehicleError
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import without_righting
 
@@ -114,13 +115,13 @@ def test_unknown_name_names_the_nearest(equipped, tmp_path, monkeypatch):
     assert len(hd.fleet) == 8
     assert "lauv" in hd.fleet
     assert 5 not in hd.fleet
-    with pytest.raises(hd.VehicleError, match=r"no vehicle `vt609`.*Did you mean 'vt690'"):
+    with pytest.raises(VehicleError, match=r"no vehicle `vt609`.*Did you mean 'vt690'"):
         hd.fleet["vt609"]
-    with pytest.raises(hd.VehicleError, match=r"Did you mean 'remus100'.*path of its YAML"):
+    with pytest.raises(VehicleError, match=r"Did you mean 'remus100'.*path of its YAML"):
         hd.find_vehicle("remus")
     hd.write_vehicle(equipped, tmp_path / "mine.yaml")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(hd.VehicleError, match=r"no vehicle `mine`.*Did you mean 'mine\.yaml'"):
+    with pytest.raises(VehicleError, match=r"no vehicle `mine`.*Did you mean 'mine\.yaml'"):
         hd.find_vehicle("mine")
 
 
@@ -128,9 +129,9 @@ def test_find_vehicle_takes_names_and_files(equipped, tmp_path):
     hd.write_vehicle(equipped, tmp_path / "mine.yaml")
     assert hd.find_vehicle(tmp_path / "mine.yaml") == equipped
     assert hd.find_vehicle("lauv") is hd.fleet["lauv"]
-    with pytest.raises(hd.FileError, match=r"yours\.yaml: cannot be read: No such file"):
+    with pytest.raises(FileError, match=r"yours\.yaml: cannot be read: No such file"):
         hd.find_vehicle(tmp_path / "yours.yaml")
-    with pytest.raises(hd.FileError, match=r"Did you mean '.*mine\.yaml'"):
+    with pytest.raises(FileError, match=r"Did you mean '.*mine\.yaml'"):
         hd.find_vehicle(tmp_path / "mine.yml")
 
 

@@ -25,6 +25,7 @@ from hydrodamp.cli.output import (
     run_provenance,
 )
 from hydrodamp.cli.report import write_results
+from hydrodamp.errors import FileError
 from hydrodamp.results import check_results
 
 if TYPE_CHECKING:
@@ -196,7 +197,7 @@ def check_resume(folder: Path, fits: Iterable[hd.Fit], force: bool) -> None:
     if force or not names <= (listed or set()):
         return
     if listed is not None:
-        raise hd.FileError(
+        raise FileError(
             f"{folder}: holds a finished comparison, so there is nothing to resume. Name another "
             "folder, or replace it with `--force`; `--resume --force` reuses its fits of this call."
         )

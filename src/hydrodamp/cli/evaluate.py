@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.output import check_out_log, fail, note, print_output, warn_quality_issues
 from hydrodamp.errors import ModelError
 from hydrodamp.progress import progress
+
+if TYPE_CHECKING:
+    from hydrodamp.identification.predicted_error import PredictionBand
 
 
 def simulate(
@@ -92,7 +95,7 @@ def simulate(
         )
 
 
-def simulated_log(trajectory: hd.Trajectory, band: hd.PredictionBand | None) -> hd.Log:
+def simulated_log(trajectory: hd.Trajectory, band: PredictionBand | None) -> hd.Log:
     """Return the log with simulated instead of measured velocities and, if known, their band."""
     import numpy as np
 

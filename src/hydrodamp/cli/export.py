@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import hydrodamp as hd
+from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.cli.inputs import read_damping_and_vehicle, read_logs_as_fitted
 from hydrodamp.cli.output import fail, note, print_output
 from hydrodamp.errors import MethodError, demand, first_few
+
+if TYPE_CHECKING:
+    from hydrodamp.export.target import Target
+    from hydrodamp.identification.dissipativity import OperatingBox
 
 MAX_FILES = 6  # names in the message
 
@@ -45,7 +51,7 @@ def export(
     note(f"see {page} for the fidelity card{replayed}")
 
 
-def with_settings(target: hd.Target, texts: Iterable[str]) -> hd.Target:
+def with_settings(target: Target, texts: Iterable[str]) -> Target:
     """Return a target with settings given as ``NAME=VALUE``."""
     from pydantic import TypeAdapter
 
@@ -66,12 +72,14 @@ def with_settings(target: hd.Target, texts: Iterable[str]) -> hd.Target:
     return replace(target, **values)
 
 
-def operating_box_of(fit: hd.Fit | None) -> hd.OperatingBox | None:
+def operating_box_of(fit: hd.Fit | None) -> OperatingBox | None:
     """Return the operating box of the training data of a fit, if known."""
     import numpy as np
 
+    from hydrodamp.identification.dissipativity import OperatingBox
+
     ranges = {} if fit is None else fit.training_range
-    if not any(name in ranges for name in hd.VELOCITIES):
+    if not any(name in ranges for name in VELOCITIES):
         return None
-    low, high = np.array([ranges.get(name, (0.0, 0.0)) for name in hd.VELOCITIES]).T
-    return hd.OperatingBox(low, high).widen()
+    low, high = np.array([ranges.get(name, (0.0, 0.0)) for name in VELOCITIES]).T
+    return OperatingBox(low, high).widen()

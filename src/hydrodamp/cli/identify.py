@@ -15,6 +15,7 @@ from hydrodamp.files import as_json
 from hydrodamp.results import check_new_file, check_results
 
 if TYPE_CHECKING:
+    from hydrodamp.identification.identifiability import Identifiability
     from hydrodamp.report.table import Table
 
 
@@ -59,7 +60,7 @@ def identify(
     document = fit_document(fit) | {"verdict": selection_document(comparison)}
     document["predicted_missions"] = comparison.missions
     text = as_json(document)
-    grades = graded if isinstance(graded, hd.Identifiability) else None
+    grades = None if isinstance(graded, str) else graded
     extra = [f"Coefficients are not graded: {graded}"] if isinstance(graded, str) else []
     tables = fit_output(comparison, grades, out, verbose)
     if json:
@@ -78,7 +79,7 @@ def identify(
 
 
 def fit_output(
-    comparison: hd.Comparison, grades: hd.Identifiability | None, out: Path | None, verbose: bool
+    comparison: hd.Comparison, grades: Identifiability | None, out: Path | None, verbose: bool
 ) -> tuple[Table, ...]:
     """Return the verdict on a fit with the next command, and its coefficients."""
     from hydrodamp.report.fit_tables import brief_fit_table, fit_table

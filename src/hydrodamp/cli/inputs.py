@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.cli.output import note
 from hydrodamp.errors import (
+    FileError,
     HydrodampError,
     HydrodampWarning,
     ModelError,
@@ -20,6 +21,7 @@ from hydrodamp.errors import (
 )
 
 if TYPE_CHECKING:
+    from hydrodamp.identification.fit import Method
     from hydrodamp.identification.model_request import ModelRequest
 
 #: Model of an expert's terms, and model whose terms are selected: both need the training data.
@@ -105,7 +107,7 @@ def find_model(name: str) -> ModelRequest:
     return listed
 
 
-def list_methods(listed: str) -> tuple[hd.Method, ...]:
+def list_methods(listed: str) -> tuple[Method, ...]:
     """Return the methods of a comma-separated list."""
     demand(bool(split_names(listed)), "--methods", "at least one method", "an empty list")
     return tuple(hd.find_method(name) for name in split_names(listed))
@@ -133,7 +135,7 @@ def read_damping_and_vehicle(
         craft = hd.find_vehicle(vehicle)
         return numbers, fit, craft if fit is None else estimated_vehicle(craft, fit)
     if fit is None or fit.vehicle is None:
-        raise hd.FileError(
+        raise FileError(
             f"{damping}: contains no vehicle. Give its vehicle with `--vehicle`, or identify again "
             "with `hydrodamp identify --out`."
         )

@@ -65,7 +65,9 @@ def _descriptions(kind: str) -> dict[str, str]:
     if kind == "presets":
         return {key: describe_preset(key) for key in presets()}
     if kind == "targets":
-        return {key: hd.find_target(key).description for key in hd.TARGETS}
+        from hydrodamp.export.export import TARGETS
+
+        return {key: hd.find_target(key).description for key in TARGETS}
     return {key: dataset.title for key, dataset in datasets().items()}
 
 
@@ -114,14 +116,14 @@ def _show_models(name: str | None, json: bool) -> None:
 
 def _download(name: str, out: Path | None, yes: bool, json: bool) -> None:
     """Verify the files of a public log, and download those that are missing."""
-    from hydrodamp.ingest.datasets import check_folder
+    from hydrodamp.ingest.datasets import check_folder, fetch, find_dataset
 
-    dataset = hd.find_dataset(name)
+    dataset = find_dataset(name)
     target = out or Path("datasets", name)
     present = check_folder(dataset, target)
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
-    files = hd.fetch(dataset, target) if yes else present
+    files = fetch(dataset, target) if yes else present
     if len(files.lacking) == len(dataset.files):
         raise FileError(
             f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"

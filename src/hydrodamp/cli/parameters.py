@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import hydrodamp as hd
 from hydrodamp.cli import inputs
 from hydrodamp.cli.output import note
-from hydrodamp.errors import demand, no_such
+from hydrodamp.errors import MethodError, demand, no_such
 
 if TYPE_CHECKING:
+    from hydrodamp.identification.fit import Method
     from hydrodamp.identification.model_request import ModelRequest
     from hydrodamp.validation.workflow import Study
 
@@ -24,7 +25,7 @@ def prepare_study(
     train: hd.Log,
     test: hd.Log,
     request: ModelRequest,
-    methods: Sequence[hd.Method],
+    methods: Sequence[Method],
     estimate: str | None,
     mapping: str | None,
 ) -> Study:
@@ -36,7 +37,7 @@ def prepare_study(
     names = list_parameters(estimate, vehicle)
     known = (*PARAMETERS, *VEHICLE_PARAMETERS, GAINS)
     if unknown := [name for name in names if name not in known]:
-        raise hd.MethodError(no_such("parameter", unknown[0], known))
+        raise MethodError(no_such("parameter", unknown[0], known))
     study = workflow.prepare_study(
         vehicle,
         train,
@@ -75,8 +76,8 @@ def check_folds(log: hd.Log, folds: int) -> int:
 
     try:
         n_folds = count_folds(log, folds)
-    except hd.MethodError as error:
-        raise hd.MethodError(f"`--folds {folds}`: {error}") from error
+    except MethodError as error:
+        raise MethodError(f"`--folds {folds}`: {error}") from error
     if n_folds < folds:
         note(f"`--folds {folds}`: the log is long enough for {n_folds} folds, which are used.")
     return n_folds
@@ -88,13 +89,13 @@ def list_parameters(option: str | None, vehicle: hd.Vehicle) -> tuple[str, ...]:
         return tuple(name.replace("_", "-") for name in vehicle.estimate)
     names = tuple(inputs.split_names(option))
     if NONE in names and len(names) > 1:
-        raise hd.MethodError(f"`--estimate {option}`: name parameters, or `{NONE}` alone")
+        raise MethodError(f"`--estimate {option}`: name parameters, or `{NONE}` alone")
     return tuple(name for name in names if name != NONE)
 
 
 def set_parameters(
-    methods: Sequence[hd.Method], names: Sequence[str], option: str | None
-) -> tuple[hd.Method, ...]:
+    methods: Sequence[Method], names: Sequence[str], option: str | None
+) -> tuple[Method, ...]:
     """Return the methods with the parameters that they estimate."""
     from hydrodamp.identification.parameters import VEHICLE_PARAMETERS
 
@@ -102,7 +103,7 @@ def set_parameters(
     is_minimised = any(isinstance(each, hd.OutputError) for each in methods)
     if of_vehicle and not is_minimised:
         keys = " ".join(f"`{each.key}`" for each in methods)
-        raise hd.MethodError(
+        raise MethodError(
             f"{keys} does not estimate {' '.join(of_vehicle)}: use the method `recommended` or "
             f"`oe`, or `--estimate {NONE}` to keep the values of the vehicle file"
         )
@@ -113,7 +114,7 @@ def set_parameters(
     )
 
 
-def note_stopped(methods: Sequence[hd.Method], fits: Sequence[hd.Fit]) -> None:
+def note_stopped(methods: Sequence[Method], fits: Sequence[hd.Fit]) -> None:
     """Name the setting for more iterations where a fit has stopped before it converged."""
     for method in methods:
         of_method = [fit for fit in fits if fit.method == method.key]

@@ -8,6 +8,7 @@ from typing import Literal
 import hydrodamp as hd
 from hydrodamp.cli.inputs import find_model, read_damping_and_vehicle
 from hydrodamp.cli.output import note, print_output
+from hydrodamp.errors import ProblemError
 from hydrodamp.results import check_results
 
 
@@ -24,6 +25,7 @@ def plan(
     json: bool = False,
 ) -> None:
     """Plan the next dive for identification, and predict the accuracy of the coefficients."""
+    from hydrodamp.experiment_design.envelope import read_envelope
     from hydrodamp.experiment_design.result import plan_document
     from hydrodamp.report.plan_report import RESULTS, prediction_table, segment_table, write_plan
 
@@ -36,7 +38,7 @@ def plan(
     elif vehicle and model:
         craft = hd.find_vehicle(vehicle)
     else:
-        raise hd.ProblemError(
+        raise ProblemError(
             "`--vehicle` or `--model` is missing: give both, or a fit with `--damping`, whose "
             "vehicle and model are the defaults."
         )
@@ -47,7 +49,7 @@ def plan(
         damping_model,
         duration,
         damping=prior,
-        envelope=None if envelope is None else hd.read_envelope(envelope),
+        envelope=None if envelope is None else read_envelope(envelope),
         mode=mode,
         fit=fit,
     )

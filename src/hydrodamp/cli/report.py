@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import hydrodamp as hd
 from hydrodamp.cli.output import collected_warnings, emit, note
+from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import protected_inputs
 from hydrodamp.results import (
     MANIFEST,
@@ -34,7 +35,7 @@ def report(folder: Path, out: Path | None = None, force: bool = False, json: boo
     is_export = (folder / CARD).is_file()
     if not is_export and not (folder / COMPARISON).is_file():
         problem = f"has no {COMPARISON}" if folder.is_dir() else "does not exist"
-        raise hd.FileError(
+        raise FileError(
             f"{folder}: the folder {problem}; give one that `compare`, but with `--folds`, `demo` "
             "or `export` wrote."
         )
@@ -62,7 +63,7 @@ def render_report(comparison: hd.Comparison, path: Path, content: ReportContent)
 
     try:
         return comparison_page(comparison, content)
-    except hd.MethodError as error:
+    except MethodError as error:
         note(f"{path} is not written: {error}.")
         return None
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats.dates import is_date, parse_dates
 from hydrodamp.ingest.read import read_recordings
 
@@ -19,7 +20,7 @@ def write_dive(path: Path, *dates: str, suffix: str = "") -> str:
     return str(path)
 
 
-def start_day(recording: hd.Recording) -> str:
+def start_day(recording: Recording) -> str:
     return f"{datetime.fromtimestamp(recording.topics[0].fields['when'][0], tz=UTC):%m-%d}"
 
 

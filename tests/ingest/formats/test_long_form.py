@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.read import read_recordings
 
 
-def read_rows(path: Path, header: str, *rows: str) -> hd.Recording:
+def read_rows(path: Path, header: str, *rows: str) -> Recording:
     path.write_text("\n".join([header, *rows]), encoding="utf-8")
     return hd.read_recording(path)
 

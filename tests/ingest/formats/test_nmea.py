@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError
 
 YAW = 0.5 * np.sin(0.2 * np.arange(0.0, 60.0, 0.2))
@@ -65,7 +66,7 @@ def test_other_sentences_are_refused_by_name(tmp_path: Path) -> None:
         hd.read_recording(path)
 
 
-def read_topics(path: Path, *bodies: str) -> hd.Recording:
+def read_topics(path: Path, *bodies: str) -> Recording:
     path.write_text("\n".join(map(sentence, bodies)), encoding="ascii")
     return hd.read_recording(path)
 

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.dissipativity import OperatingBox
+from hydrodamp.report.figures.diagnostics import power_figure
 
 from .conftest import labels, legend
 
@@ -24,38 +27,38 @@ def test_only_axes_with_coefficients_have_residuals(sailed):
     assert len(hd.residuals_figure(sailed.problem, fit).axes) == 2
 
 
-BOX = hd.OperatingBox([1.0, -0.5, 0.0, 0.0, 0.0, 0.0], [2.0, 0.5, 0.0, 0.0, 0.0, 0.0])
+BOX = OperatingBox([1.0, -0.5, 0.0, 0.0, 0.0, 0.0], [2.0, 0.5, 0.0, 0.0, 0.0, 0.0])
 ONE = hd.Fit(hd.Damping.from_dict(None, {"X_u": -2.0, "Y_v": 4.0}), "ls", hd.Status.OK)
-TURN = hd.OperatingBox([1, -1, 0, 0, 0, -0.3], [2, 1, 0, 0, 0, 0.3])
+TURN = OperatingBox([1, -1, 0, 0, 0, -0.3], [2, 1, 0, 0, 0, 0.3])
 
 
 def test_velocities_that_move_have_a_panel_of_power(on_sheet):
-    figure = hd.power_figure(ONE, TURN, "rad")
+    figure = power_figure(ONE, TURN, "rad")
     assert labels(figure, "x") == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [rad/s]"]
     on_sheet(figure)
 
 
 def test_the_band_is_the_power_over_the_box_and_the_legend_says_the_most():
     """Power -2 u^2 + 4 v^2 is greatest at v = 0.5, for every u; over the box at u = 1."""
-    figure = hd.power_figure(ONE, BOX)
+    figure = power_figure(ONE, BOX)
     greatest = figure.axes[0].lines[0]
     assert greatest.get_ydata() == pytest.approx(-2.0 * greatest.get_xdata() ** 2 + 1.0)
     assert legend(figure) == ["custom by ls: at most -1 W"]
 
 
 FAILED = hd.Fit(ONE.damping, "ls", hd.Status.FAILED)
-POINT = hd.OperatingBox([0.0] * 6, [0.0] * 6)
+POINT = OperatingBox([0.0] * 6, [0.0] * 6)
 
 
 @pytest.mark.parametrize(
     ("draw", "words"),
     [
         (lambda sailed: hd.residuals_figure(sailed.problem, FAILED), "has no coefficients to draw"),
-        (lambda _: hd.power_figure(FAILED, BOX), "has no coefficients to draw"),
-        (lambda _: hd.power_figure(ONE, POINT), "box with an extent"),
+        (lambda _: power_figure(FAILED, BOX), "has no coefficients to draw"),
+        (lambda _: power_figure(ONE, POINT), "box with an extent"),
         (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients has an error"),
     ],
 )
 def test_what_has_nothing_to_draw_is_refused(sailed, draw, words):
-    with pytest.raises(hd.MethodError, match=words):
+    with pytest.raises(MethodError, match=words):
         draw(sailed)

@@ -13,6 +13,8 @@ draws them anew; look at them before they are kept.
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.dissipativity import OperatingBox
+from hydrodamp.report.figures.diagnostics import power_figure
 
 pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
 
@@ -41,6 +43,6 @@ def test_replays(comparison):
 
 @pictured
 def test_power():
-    box = hd.OperatingBox([0.5, -0.4, 0.0, 0.0, 0.0, -0.3], [2.0, 0.4, 0.0, 0.0, 0.0, 0.3])
+    box = OperatingBox([0.5, -0.4, 0.0, 0.0, 0.0, -0.3], [2.0, 0.4, 0.0, 0.0, 0.0, 0.3])
     damping = hd.Damping.from_dict(None, {"X_u": -3.0, "Y_v": 8.0, "N_r": -10.0})
-    return shapes(hd.power_figure(hd.Fit(damping, "weak", hd.Status.OK), box))
+    return shapes(power_figure(hd.Fit(damping, "weak", hd.Status.OK), box))

@@ -9,6 +9,8 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
+from hydrodamp.errors import FileError, MethodError
 from hydrodamp.report.figures.style import (
     escape_text,
     figure_bytes,
@@ -54,7 +56,7 @@ def test_models_differ_for_eyes_without_green():
 )
 def test_any_name_is_printed_as_it_is(name, comparison):
     row = comparison.rows[0]
-    segments = (hd.Segment(name, 0, 3), hd.Segment("$", 3, 5))
+    segments = (Segment(name, 0, 3), Segment("$", 3, 5))
     log = replace(row.trajectory.log, segments=segments, time=0.1 * np.arange(5))
     figure = hd.replays_figure([replace(row, trajectory=replace(row.trajectory, log=log))])
     assert b"<script>" not in figure_bytes(figure, "svg")
@@ -71,7 +73,7 @@ def test_settings_of_the_user_and_the_look_leave_each_other_alone(comparison):
 
 def test_without_matplotlib_the_message_says_what_to_install(comparison, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(hd.MethodError, match=r'pip install "hydrodamp\[report\]"'):
+    with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):
         hd.replays_figure(comparison.rows[:1])
 
 
@@ -89,8 +91,8 @@ def test_figures_are_written_the_same_each_time(ending, start, tmp_path):
 
 def test_a_file_that_cannot_be_is_refused(tmp_path):
     figure = with_style(lambda: new_figure(1.0, 1.0))()
-    with pytest.raises(hd.FileError, match=r"\.pdf, \.svg or \.png"):
+    with pytest.raises(FileError, match=r"\.pdf, \.svg or \.png"):
         hd.save_figure(figure, tmp_path / "a.jpg")
-    with pytest.raises(hd.FileError, match="cannot be written"):
+    with pytest.raises(FileError, match="cannot be written"):
         hd.save_figure(figure, tmp_path / "nowhere" / "a.png")
     assert not list(tmp_path.iterdir())

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
 from hydrodamp.report.figures.style import MEASURED, line_styles
 
 from .conftest import labels, legend
@@ -66,8 +67,8 @@ def test_rows_without_a_replay_are_left_out_and_of_other_logs_refused(sailed):
     row = sailed.table.row("linear", "weak")
     lost = replace(row, trajectory=None)
     assert len(legend(hd.replays_figure([row, lost]))) == 2
-    with pytest.raises(hd.MethodError, match="no row has a replay"):
+    with pytest.raises(MethodError, match="no row has a replay"):
         hd.replays_figure([lost])
     other = hd.simulate(sailed.vehicle, row.fit.damping, sailed.train)
-    with pytest.raises(hd.MethodError, match="of the same log"):
+    with pytest.raises(MethodError, match="of the same log"):
         hd.replays_figure([row, replace(row, trajectory=other)])

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.report.figures.diagnostics import horizons_figure
 from hydrodamp.report.figures.style import model_colours
+from hydrodamp.simulation.replay import HorizonScore
+from hydrodamp.validation.selection import pareto_front
 
 from .conftest import legend
 
@@ -20,7 +24,7 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     figure = hd.front_figure(comparison)
     (panel,) = figure.axes
     steps, *_ = panel.lines
-    names, front = comparison.select().velocities, hd.pareto_front(comparison)
+    names, front = comparison.select().velocities, pareto_front(comparison)
     errors = [100.0 * row.blocks.relative_error(names) for row in front]
     np.testing.assert_allclose(steps.get_ydata(), errors)
     drawn = points(panel)
@@ -61,14 +65,14 @@ def scores(errors, lost=()):
     found = []
     for horizon, error in errors.items():
         score = hd.Score(None if horizon in lost else error, {}, {}, "deg", ())
-        found.append(hd.HorizonScore(horizon, score, 12, 3 if horizon in lost else 0))
+        found.append(HorizonScore(horizon, score, 12, 3 if horizon in lost else 0))
     return tuple(found)
 
 
 def test_horizons_rise_and_divergence_is_marked(on_sheet):
     good = scores({"step": 0.1, 1.0: 0.2, 10.0: 0.5, "run": 0.9})
     bad = scores({"step": 0.1, 1.0: 0.3, 10.0: 0.0, "run": 0.0}, lost=(10.0, "run"))
-    figure = hd.horizons_figure({("linear", "ls"): good, ("fossen", "ls"): bad})
+    figure = horizons_figure({("linear", "ls"): good, ("fossen", "ls"): bad})
     (panel,) = figure.axes
     ticks = [text.get_text() for text in panel.get_xticklabels()]
     assert ticks == ["one step", "1 s", "10 s", "whole run"]
@@ -84,10 +88,10 @@ def test_horizons_rise_and_divergence_is_marked(on_sheet):
 
 
 def test_nothing_and_mixed_units_are_refused():
-    with pytest.raises(hd.MethodError, match="no score"):
-        hd.horizons_figure({})
+    with pytest.raises(MethodError, match="no score"):
+        horizons_figure({})
     first = scores({"run": 1.0})
     (one,) = first
     other = (replace(one, score=replace(one.score, rate_unit="rad")),)
-    with pytest.raises(hd.MethodError, match="rate_unit"):
-        hd.horizons_figure({("a", "ls"): first, ("b", "ls"): other})
+    with pytest.raises(MethodError, match="rate_unit"):
+        horizons_figure({("a", "ls"): first, ("b", "ls"): other})

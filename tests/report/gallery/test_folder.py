@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.errors import FileError
 from hydrodamp.report.files import (
     ReportContent,
     picture_files,
@@ -65,7 +66,7 @@ def test_spoilt_files_are_refused(home, path, old, new, words):
     text = (home / path).read_text("utf-8")
     assert old in text
     (home / path).write_text(text.replace(old, new), "utf-8")
-    with pytest.raises(hd.FileError, match=words):
+    with pytest.raises(FileError, match=words):
         read_content(home, hd.read_comparison(home))
 
 
@@ -79,7 +80,7 @@ def test_a_picture_that_was_deleted_is_left_out_with_a_sentence(home):
 @pytest.mark.parametrize("content", [b"", b"no zip"])
 def test_a_damaged_band_is_refused(home, content):
     (home / "band.npz").write_bytes(content)
-    with pytest.raises(hd.FileError, match=r"band\.npz: cannot be read"):
+    with pytest.raises(FileError, match=r"band\.npz: cannot be read"):
         read_content(home, hd.read_comparison(home))
 
 
@@ -89,6 +90,6 @@ def test_pictures_stand_alone_beside_a_damping_file(examined, tmp_path):
     listed = json.loads((tmp_path / MANIFEST).read_text("utf-8"))["files"]
     assert {*listed} == {f"{home.name}/{path.name}" for path in home.iterdir()}
     (tmp_path / "file").write_text("", "utf-8")
-    with pytest.raises(hd.FileError, match="cannot be"):
+    with pytest.raises(FileError, match="cannot be"):
         save_results(picture_files(ReportContent(), tmp_path / "file"), tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {MANIFEST, home.name, "file"}

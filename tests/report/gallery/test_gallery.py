@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.dissipativity import max_damping_power, operating_box
 from hydrodamp.report import pictures as drawing
 from hydrodamp.report.pictures import residual_caption
 from hydrodamp.validation import diagnostics
@@ -57,7 +58,7 @@ def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(exam
         said = {one.name: one.caption for one in found.pictures}
         assert said["residuals"].startswith(hd.diagnose(problem, fit.damping)[0])
         assert ("injects energy" in said["power"]) == driven
-        power, velocity = hd.max_damping_power(fit.damping, hd.operating_box(problem))
+        power, velocity = max_damping_power(fit.damping, operating_box(problem))
         assert (f"{power:.3g} W at most" in said["power"]) == driven
         assert (f"v {velocity[1]:.2g}" in said["power"]) == driven
     caption = residual_caption(("Many residuals are outliers.",))

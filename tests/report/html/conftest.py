@@ -8,6 +8,8 @@ from html.parser import HTMLParser
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
+from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.validation.compare import replayed_row
 
 VOID = {"meta", "link", "br", "input", "img", "hr"}
@@ -81,7 +83,7 @@ def make_log(seconds, rate, names=("dive", "turn")):
     phase = np.arange(1.0, 7.0) * time[:, None] / 40.0
     rng = np.random.default_rng(5)
     velocity = np.sin(phase) + 0.05 * rng.standard_normal((len(time), 6))
-    segments = tuple(hd.Segment(name, k * n, (k + 1) * n) for k, name in enumerate(names))
+    segments = tuple(Segment(name, k * n, (k + 1) * n) for k, name in enumerate(names))
     return hd.Log(time, velocity, segments=segments, source="long.csv")
 
 
@@ -109,4 +111,4 @@ def make_band(comparison, half=0.2):
     width = np.full_like(run.velocity, half)
     width[[segment.start + len(segment) // 3 for segment in run.log.segments]] *= 10.0
     ends = run.velocity - width, run.velocity + width
-    return hd.PredictionBand(run.log, run.velocity, *ends, 0.95)
+    return PredictionBand(run.log, run.velocity, *ends, 0.95)

@@ -8,6 +8,8 @@ from itertools import pairwise
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
+from hydrodamp.errors import MethodError
 from hydrodamp.report import page as pages
 from hydrodamp.report.files import ReportContent
 from hydrodamp.report.page import comparison_page
@@ -64,7 +66,7 @@ def hostile(comparison):
         )
         trajectory = row.trajectory
         if trajectory is not None:
-            named = (hd.Segment(HOSTILE, 0, 3), hd.Segment("turn", 3, 5))
+            named = (Segment(HOSTILE, 0, 3), Segment("turn", 3, 5))
             trajectory = replace(trajectory, log=replace(trajectory.log, segments=named))
         diverged = tuple((HOSTILE, time) for _, time in row.score.diverged)
         score = replace(row.score, diverged=diverged)
@@ -197,5 +199,5 @@ def test_a_report_is_made_again_with_what_the_run_wrote_of_itself(comparison, tm
 
 def test_without_jinja2_the_error_says_what_to_install(comparison, monkeypatch):
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
-    with pytest.raises(hd.MethodError, match=r'pip install "hydrodamp\[report\]"'):
+    with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):
         made(comparison)

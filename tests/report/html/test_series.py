@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import hydrodamp as hd
+from hydrodamp.data.log import Segment
 from hydrodamp.report.decimation import encode_values, trace
 from hydrodamp.report.figures.style import model_colours
 from hydrodamp.report.series import replay_series
@@ -40,7 +41,7 @@ def test_stretches_keep_every_extreme_and_its_order(lengths, points, seed):
     bounds = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
     rng = np.random.default_rng(seed)
     values, time = rng.standard_normal(edges[-1]), np.cumsum(rng.uniform(0.1, 1.0, edges[-1]))
-    segments = tuple(hd.Segment(str(k), *each) for k, each in enumerate(bounds))
+    segments = tuple(Segment(str(k), *each) for k, each in enumerate(bounds))
     log = hd.Log(time, np.zeros((len(time), 6)), segments=segments)
     when, shown = trace(log, values, points)
     assert shown.shape == when.shape

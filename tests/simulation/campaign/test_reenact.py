@@ -7,7 +7,8 @@ import pytest
 
 import hydrodamp as hd
 import oracle
-from hydrodamp.simulation.campaign.conditions import true_damping
+from hydrodamp.errors import MethodError
+from hydrodamp.simulation.campaign.conditions import WHITE_NOISE, Conditions, true_damping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
 
 
@@ -32,7 +33,7 @@ def test_logs_have_a_segment_a_run_and_three_commands(campaign):
 def test_measured_log_is_the_exact_one_with_published_noise(campaign):
     """0.0133 m/s of the DVL, 8.7e-4 rad/s of the gyro; each run has its own errors."""
     noise = campaign.train.velocity - campaign.exact_train.velocity
-    errors = hd.WHITE_NOISE.sample_sensor_errors(3, 6, 301)[:, :4, :6]
+    errors = WHITE_NOISE.sample_sensor_errors(3, 6, 301)[:, :4, :6]
     np.testing.assert_allclose(noise, np.concatenate([*errors.swapaxes(0, 1)]), atol=1e-12)
     np.testing.assert_allclose(noise[:, :3].std(axis=0), 0.0133, rtol=0.1)
     np.testing.assert_allclose(noise[:, 3:].std(axis=0), 8.7e-4, rtol=0.1)
@@ -81,14 +82,14 @@ def check_control(log):
 )
 def test_impossible_arguments_are_refused(arguments, message):
     """With what is required and what was got."""
-    with pytest.raises(hd.MethodError, match=message):
+    with pytest.raises(MethodError, match=message):
         hd.reenact(**arguments)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
 def test_side_by_side_or_one_by_one():
     """Campaigns of several seeds at once are those of each seed, to rounding."""
-    together = CampaignSetup.of("sname").simulate([3, 4], 10.0, hd.WHITE_NOISE)
+    together = CampaignSetup.of("sname").simulate([3, 4], 10.0, WHITE_NOISE)
     for seed, one in zip((3, 4), together, strict=True):
         alone = hd.reenact(seed, duration=10.0)
         for name in ("train", "test", "exact_train", "exact_test"):
@@ -105,7 +106,7 @@ def test_a_plan_sails_at_the_rate_of_its_autopilot():
         period=0.02,
         training_runs=plan.training_runs[1:2],
     )
-    (ten,), (fifty,) = (one.simulate((0,), 8.0, hd.Conditions(0.0)) for one in (plan, fast))
+    (ten,), (fifty,) = (one.simulate((0,), 8.0, Conditions(0.0)) for one in (plan, fast))
     assert fifty.train.n == 401
     assert [segment.name for segment in fifty.train.segments] == ["yaw-1800"]
     np.testing.assert_allclose(np.diff(fifty.train.time), 0.02)
