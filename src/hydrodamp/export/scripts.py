@@ -63,8 +63,8 @@ class CasADi(Target):
     Parameters
     ----------
     smooth : float
-        Width over which |x|, sign(x) and speeds are smoothed, so that they are differentiable at
-        rest [m/s, rad/s or the unit of a command]; 0 disables smoothing.
+        Width over which ``|x|``, ``sign(x)`` and speeds are smoothed, so that they are
+        differentiable at rest [m/s, rad/s or the unit of a command]; 0 disables smoothing.
     """
 
     key: ClassVar[str] = "casadi"
