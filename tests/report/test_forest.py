@@ -7,6 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report.forest import forest_rows, tick_values
+from hydrodamp.report.table import format_interval
 
 MODEL = hd.DampingModel.from_table({"X": "u v r", "Y": "v"}, key="mine")
 
@@ -28,7 +29,7 @@ def test_a_scale_is_linear_and_has_zero_values_and_intervals():
     assert first.value == pytest.approx((-10.0 - low) * scale, abs=0.006)
     ends = (26.08 - low) * scale, (33.92 - low) * scale
     assert second.interval == pytest.approx(ends, abs=0.006)
-    assert (first.text, first.is_cut) == ("-10 ± 1.96", (False, False))
+    assert (first.text, first.is_cut) == ("-10.0 ± 2.0", (False, False))
     assert (rows[0].label, rows[0].unit) == ("X_u", "N/(m/s)")
 
 
@@ -78,3 +79,17 @@ def test_a_row_has_its_ticks_in_numbers():
     (row, *_) = forest_rows([make_fit([-10.0, 1, 1, 1], [1.0] * 4)])
     assert {text: position for position, text in row.ticks}["0"] == row.zero
     assert row.unit == "N/(m/s)"
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "text"),
+    [
+        (-3.2441, 0.04374, "-3.244 ± 0.044"),
+        (1414.0, 4193.0, "1400 ± 4200"),
+        (1e-9, 2e-10, "1e-09 ± 2e-10"),
+        (5.0, 0.0, "5 ± 0"),
+        (np.nan, 1.0, "- ± 1"),
+    ],
+)
+def test_half_widths_have_two_significant_digits(value, half, text):
+    assert format_interval(value, half) == text

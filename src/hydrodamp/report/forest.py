@@ -11,7 +11,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.fit_tables import half_widths
-from hydrodamp.report.table import coefficient
+from hydrodamp.report.table import coefficient, format_interval
 
 MAX_HALF_WIDTH = 2.0  # half-width of a drawn interval over the range of the values
 MAX_VALUE = 3.0  # drawn value over the median, the first value and the true one, whichever is most
@@ -103,7 +103,7 @@ def _row(
     for model, value, half in listed:
         is_known = bool(np.isfinite(half))
         ends = (value - half, value + half) if is_known else (value, value)
-        text = coefficient(value) + (f" ± {coefficient(half)}" if is_known else "")
+        text = format_interval(value, half) if is_known else coefficient(value)
         drawn = position(ends[0]), position(ends[1])
         is_drawn = low <= value <= high
         interval = drawn if is_known or not is_drawn else None

@@ -20,6 +20,8 @@ NOTHING = "-"  # where there is no number
 #: Characters per line of plain text.
 WIDTH = 80
 
+MAX_DECIMALS = 6  # of a value with its half-width; smaller and larger ones have an exponent
+
 _FORMULAS = ("=", "+", "-", "@")  # first characters of spreadsheet formulas
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -271,6 +273,16 @@ def percent(value: float | None) -> str:
     if value is None or math.isnan(value):
         return NOTHING
     return "<0" if value < 0.0 else f"{value:.0f}"
+
+
+def format_interval(value: float, half: float) -> str:
+    """Return a value and its half-width, which has two significant digits: ``-3.244 ± 0.044``."""
+    is_known = math.isfinite(value) and 0.0 < half < math.inf
+    decimals = 1 - math.floor(math.log10(half)) if is_known else MAX_DECIMALS + 1
+    if abs(decimals) > MAX_DECIMALS:
+        return f"{coefficient(value)} ± {coefficient(half)}"
+    digits = max(decimals, 0)
+    return f"{round(value, decimals):.{digits}f} ± {round(half, decimals):.{digits}f}"
 
 
 def coefficient(value: float | None) -> str:
