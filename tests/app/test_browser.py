@@ -38,6 +38,7 @@ class Visit:
         self.page.get_by_role("button", name=name, exact=True).first.click()
 
     def go(self, screen):
+        self.page.wait_for_load_state()  # with its styles
         if self.page.locator(".rail-menu").is_visible():
             self.page.locator(".rail-menu").click()
         steps = self.page.get_by_role("navigation", name="Steps")
@@ -190,7 +191,7 @@ def test_from_a_canonical_log_to_an_export(visit, campaign):
     assert "hydrodamp export python" in script
 
 
-def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, campaign):
+def test_roles_in_the_table_and_an_interval_dragged_onto_the_split(visit, campaign):
     root, page = visit.server.root, visit.page
     log, time = campaign.train, campaign.train.time
     table = [time, *log.velocity.T[[0, 1, 5]], log.commands[:, 0]]
@@ -199,13 +200,10 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
     (root / "boat.csv").write_text("\n".join(lines), "utf-8")
     visit.open_listed("boat.csv")
     for column, role in (("fwd", "velocity.u"), ("sidewise", "velocity.v")):
-        visit.wait_for_checks()  # they move the columns of a narrow page
-        target = page.locator(f'[data-target="{role}"]')
-        page.locator(f'[data-column="{column}"]').drag_to(target)
+        page.get_by_label(f"Role of {column}").select_option(role)
         wait_for_text(page, f"{role[-1]}: {column}")
     visit.wait_for_checks()
-    handle = page.locator("article", has=page.locator('[data-column="turn"]'))
-    handle.locator("select[name=role]").select_option("velocity.r")
+    page.get_by_label("Role of turn").select_option("velocity.r")
     wait_for_text(page, "r: turn")
     mapping = hd.read_mapping(root / "boat.hydrodamp/mapping.yaml")
     roles = {entry.channel: entry.column for entry in mapping.entries}
@@ -229,6 +227,30 @@ def test_dragging_a_column_onto_a_role_and_an_interval_onto_the_split(visit, cam
     start, end = map(float, project["train"][0].split(":"))
     assert start == pytest.approx(0.1 * time[-1], rel=0.1)
     assert end == pytest.approx(0.5 * time[-1], rel=0.1)
+
+
+@WIDE
+def test_channels_go_into_any_panel(visit, campaign):
+    page = visit.page
+    hd.write_log(campaign.train, visit.server.root / "dive.csv")
+    visit.open_listed("dive.csv")
+    first = page.get_by_role("region", name="Panel 1")
+    first.get_by_label("Kind of plot").focus()  # by keys alone
+    page.get_by_role("button", name="rpm", exact=True).press("Enter")
+    first.get_by_role("button", name="Remove rpm").wait_for()
+    assert first.locator(".u-axis").count() == 3  # rev/min beside m/s
+    page.get_by_role("button", name="Add a panel").press("Enter")
+    panel = page.locator(".panel").last
+    for name in ("u", "r"):
+        panel.get_by_label("Add a channel").select_option(name)
+        panel.get_by_role("button", name=f"Remove {name} ").wait_for()
+    panel.get_by_label("Kind of plot").select_option("xy")
+    panel.get_by_label("r against u").wait_for()
+    first.locator(".u-over").hover()
+    panel.locator(".xy-values", has_text="r ").wait_for()  # the shared cursor with values
+    panel.get_by_label("Kind of plot").select_option("track")
+    panel.get_by_text("no position").or_(panel.get_by_label("Track, north")).first.wait_for()
+    visit.check("panels")
 
 
 @WIDE
@@ -265,6 +287,7 @@ def test_from_a_bag_of_another_vehicle_to_an_export(visit):
     visit.check("bag")
     visit.go("Vehicle")
     page.get_by_label("Length [m]").fill("2")
+    page.get_by_role("radio", name="AUV").check()
     page.get_by_label("Diameter [m]").fill("0.2")
     page.get_by_label("Mass with flooded spaces [kg]").fill("45")
     visit.click("Estimate")
@@ -278,15 +301,40 @@ def test_from_a_bag_of_another_vehicle_to_an_export(visit):
 
 
 @WIDE
+def test_from_a_run_of_a_ship_to_an_export(visit, measured_logs):
+    """A planar log proposes the axes X Y N and gains by the names of rudder and propeller."""
+    page, folder = visit.page, measured_logs("esso_osaka")
+    visit.open_file(folder / "random_06-Aug-2020_16_24_25_1.csv")
+    visit.wait_for_checks()
+    visit.go("Vehicle")
+    page.get_by_role("radio", name="ship").check()
+    for label, value in (("Length", "3"), ("Beam", "0.49"), ("Draft", "0.2"), ("Mass", "243")):
+        page.get_by_label(re.compile(f"^{label}.* \\[")).fill(value)
+    page.locator(".sketch.of-ship").get_by_text("243").wait_for()
+    visit.check("ship")
+    visit.click("Estimate")
+    page.get_by_role("heading", name="my-vehicle").wait_for()
+    assert page.get_by_label("Length [m]").input_value() == "3"
+    ticked = page.locator("[name=gain]:checked").evaluate_all("each => each.map((e) => e.value)")
+    assert ticked == ["propeller|X", "rudder|Y", "rudder|N"]
+    visit.go("Split")
+    visit.wait_for_plots()
+    visit.go("Run")
+    choose_models(visit, "fossen")
+    project = run_and_export(visit)
+    damping = hd.read_damping(project / "results/damping.json")
+    assert {"Y_u|u|*rudder", "X_propeller*|propeller|"} <= {*damping.model.labels}
+
+
+@WIDE
 def test_names_of_columns_that_objects_have_are_drawn(visit):
     names = ["t_s", *(f"c{number}" for number in range(30)), "__proto__", "constructor"]
     rows = [",".join(f"{index + k}.5" for k in range(len(names))) for index in range(50)]
     (visit.server.root / "odd.csv").write_text("\n".join([",".join(names), *rows]), "utf-8")
     visit.open_listed("odd.csv")
     for name in names[-2:]:
-        plot = visit.page.locator(f'[data-plot="{name}"]')
-        plot.scroll_into_view_if_needed()
-        plot.locator(".uplot").wait_for()
+        visit.page.get_by_role("button", name=name, exact=True).click()
+        visit.page.locator(".u-legend", has_text=name).first.wait_for(state="attached")
 
 
 @pytest.fixture

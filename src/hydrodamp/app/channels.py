@@ -4,23 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, cast, get_args, get_type_hints
 
+import numpy as np
 from starlette.requests import Request
 from starlette.responses import Response
 
-from hydrodamp.app.mapping_editor import (
-    COMMANDS,
-    Assignment,
-    Content,
-    add_step,
-    assign,
-    assignments,
-    format_content,
-    parse_content,
-    roles,
-    set_frame,
-    units_of,
-)
 from hydrodamp.app.project import MAPPING, Project
 from hydrodamp.app.recordings import (
     Files,
@@ -30,23 +19,34 @@ from hydrodamp.app.recordings import (
 )
 from hydrodamp.app.series import MAX_COLUMNS
 from hydrodamp.app.web import Form, field_value, project_of, render_screen
-from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.conditioning.consistency import Fix
 from hydrodamp.errors import HydrodampError, LogError
+from hydrodamp.ingest.inspection.mapping_editor import (
+    COMMANDS,
+    Assignment,
+    Content,
+    assign,
+    assignments,
+    correct,
+    format_content,
+    parse_content,
+    roles,
+    set_frame,
+    units_of,
+)
 from hydrodamp.ingest.inspection.probe import topic_facts
 from hydrodamp.ingest.mapping.channel_schema import VERTICAL_ALIASES
 from hydrodamp.ingest.mapping.log_mapping import default_world, load_content, resolve_extends
+from hydrodamp.report.decimation import DecimatedSeries
 
 #: Role of the four components of an attitude in one column.
 QUATERNION = "attitude.quaternion"
 
-#: Groups onto which a column can be dragged.
-DROP_TARGETS = (
-    *(f"velocity.{name}" for name in VELOCITIES),
-    *(f"attitude.{name}" for name in ("roll", "pitch", "yaw")),
-    *(f"position.{name}" for name in ("north", "east", "down", "depth")),
-    "commands",
-    "time",
-)
+#: Intervals of a sparkline; its box has this width.
+SPARK = 40
+
+#: Channels of the first panel, and of the second.
+FIRST_PANELS = (("u", "v", "w"), ("p", "q", "r", "yaw"))
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,13 @@ class Row:
     units: list[str]
     evidence: str
     confidence: int | None
+    spark: str
+
+    @property
+    def unit(self) -> str:
+        """The unit of the values as recorded, empty where it is not known."""
+        known = self.assignment.unit or next(filter(None, self.units), "")
+        return known if self.assignment.role else ""
 
     @property
     def channels(self) -> list[str]:
@@ -74,18 +81,30 @@ def show_channels(request: Request, form: Form) -> Response:
     project = project_of(request)
     files, text = read_files(project), project.text(MAPPING)
     content = displayed_content(project)
+    rows = list(list_rows(files, content))
     return render_screen(
         request,
         project,
         "channels",
         facts=list(_facts(project, files)),
-        rows=list(list_rows(files, content)),
+        rows=rows,
         roles=roles(),
-        targets=DROP_TARGETS,
+        panels=_first_panels(rows),
         text=text,
         **_axes(content),
         presets=files.probe.presets,
     )
+
+
+def _first_panels(rows: list[Row]) -> list[list[str]]:
+    """Return the columns of the panels that the page begins with: velocities, rates, commands."""
+    roles_of = {row.column: row.assignment.role for row in rows}
+    panels = [
+        [each for each, role in roles_of.items() if role.partition(".")[2] in names][: len(names)]
+        for names in FIRST_PANELS
+    ]
+    panels.append([each for each, role in roles_of.items() if role == COMMANDS][:4])
+    return [panel for panel in panels if panel] or [[row.column] for row in rows[1:3]]
 
 
 def displayed_content(project: Project) -> Content:
@@ -130,8 +149,20 @@ def list_rows(files: Files, content: Content) -> Iterator[Row]:
         evidence = "; ".join(guess.evidence) if guess else reason
         yield Row(
             index, column, chosen, _units(chosen), evidence,
-            guess.confidence if guess else None,
+            guess.confidence if guess else None, _sparkline(files.series[column]),
         )  # fmt: skip
+
+
+def _sparkline(series: DecimatedSeries) -> str:
+    """Return the points of a series in a box of SPARK by 1."""
+    time, values = series.between(-np.inf, np.inf, SPARK)
+    inside = np.isfinite(values)
+    if not inside.any():
+        return ""
+    time, values = time[inside], values[inside]
+    x = SPARK * (time - time[0]) / (np.ptp(time) or 1.0)
+    y = 1.0 - (values - values.min()) / (np.ptp(values) or 1.0)
+    return " ".join(f"{a:.1f},{b:.2f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
 
 
 def _units(assignment: Assignment) -> list[str]:
@@ -185,6 +216,12 @@ def _content(project: Project) -> Content:
     return parse_content(project.text(MAPPING), MAPPING)
 
 
+def _own_content(project: Project) -> Content:
+    """Return the content of the mapping; the channels of a canonical log become its own."""
+    content = _content(project)
+    return content if set(content) - {"steps"} else displayed_content(project)
+
+
 def change_column(request: Request, form: Form) -> Response:
     """Set role, unit and sign of a column."""
     project = project_of(request)
@@ -192,9 +229,7 @@ def change_column(request: Request, form: Form) -> Response:
     known = {each for group in roles().values() for each in group}
     if role not in known and role != QUATERNION:
         raise LogError(f"there is no role `{role}`")
-    content, displayed = _content(project), displayed_content(project)
-    if not set(content) - {"steps"}:  # a canonical log: its channels become those of the mapping
-        content = displayed
+    content, displayed = _own_content(project), displayed_content(project)
     sign = -1 if field_value(form, "sign") == "-1" else 1
     known_units = {each.unit for each in assignments(displayed)}
     unit = unit if unit in {*units_of(role), *known_units} else ""
@@ -217,11 +252,15 @@ def change_frame(request: Request, form: Form) -> Response:
     return _write(request, form, format_content(set_frame(_content(project), frame, world)))
 
 
-def apply_step(request: Request, form: Form) -> Response:
-    """Add a cleaning step."""
-    project = project_of(request)
-    content = add_step(_content(project), field_value(form, "step"))
-    return _write(request, form, format_content(content))
+def apply_fix(request: Request, form: Form) -> Response:
+    """Apply the correction of an issue: a cleaning step, unit, sign, delay, axes or omission."""
+    project, kind = project_of(request), field_value(form, "kind", "step")
+    if kind not in get_args(get_type_hints(Fix)["kind"]):
+        raise LogError(f"there is no correction `{kind}`")
+    fix = Fix(cast(Any, kind), field_value(form, "step"))
+    displayed, channels = displayed_content(project), field_value(form, "channel").split()
+    changed = correct(_own_content(project), fix, channels, displayed)
+    return _write(request, form, format_content(changed))
 
 
 def apply_preset(request: Request, form: Form) -> Response:

@@ -12,7 +12,6 @@ from hydrodamp.app.channels import displayed_content, list_rows
 from hydrodamp.app.recordings import inspect_project, read_files
 from hydrodamp.app.web import Form, project_of, render_screen
 from hydrodamp.errors import HydrodampError
-from hydrodamp.ingest.inspection.draft_files import recommended_step
 from hydrodamp.ingest.inspection.probe import Inspection
 from hydrodamp.ingest.inspection.quality_report import QualityReport
 
@@ -26,7 +25,11 @@ def show_checks(request: Request, form: Form) -> Response:
     except HydrodampError as error:
         fault = str(error)
     report = None if inspection is None else inspection.report
-    issues = [] if report is None else [(each, recommended_step(each)) for each in report.issues]
+    issues = () if report is None else (*report.issues, *report.options)
+    stated = tuple(each.evidence for each in issues)
+    remarks = (
+        [] if report is None else [each for each in report.remarks if not each.startswith(stated)]
+    )
     by_channel = _issues_by_channel(report)
     rows = list_rows(read_files(project), displayed_content(project))
     return render_screen(
@@ -37,6 +40,7 @@ def show_checks(request: Request, form: Form) -> Response:
         fault=fault or ("" if inspection is None else inspection.reason),
         report=report,
         issues=issues,
+        remarks=remarks,
         light=_light(report),
         rows=[
             (row, [text for name in row.channels for text in by_channel.get(name, [])])

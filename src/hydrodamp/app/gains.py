@@ -13,6 +13,7 @@ import yaml
 from hydrodamp.app.project import MODEL, Arguments, Project
 from hydrodamp.basis.term import AXES
 from hydrodamp.models.catalog import catalog
+from hydrodamp.simulation.draft_gains import gain_term
 
 #: Suffix of models with gains of commands.
 SUFFIX = "gains"
@@ -20,7 +21,9 @@ SUFFIX = "gains"
 
 def format_models(models: tuple[str, ...], gains: Mapping[str, str]) -> str:
     """Return a file of models that extend others by gains of commands, empty without gains."""
-    terms = {axis: gains[axis] for axis in AXES if gains.get(axis)}
+    terms = {
+        axis: " ".join(map(gain_term, gains[axis].split())) for axis in AXES if gains.get(axis)
+    }
     entries = [
         {"name": f"{model}-{SUFFIX}", "extends": model, "terms": dict(terms)}
         for model in models

@@ -49,13 +49,15 @@ _lock = RLock()
 class Arguments(BaseModel):
     """Arguments of the commands, and the gains of the models, which are no other files.
 
-    The vehicle is a name of the fleet, or ``vehicle.yaml``; gains are commands by axis.
+    The vehicle is a name of the fleet, or ``vehicle.yaml``; gains are commands by axis; sizes are
+    what was entered for an estimate.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     logs: Annotated[tuple[str, ...], Field(min_length=1)]
     vehicle: str = ""
+    sizes: dict[str, str] = {}
     gains: dict[Literal["X", "Y", "Z", "K", "M", "N"], str] = {}
     models: tuple[str, ...] = DEFAULT_MODELS
     methods: tuple[str, ...] = ("recommended",)

@@ -12,7 +12,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from hydrodamp.app.mapping_editor import parse_content
 from hydrodamp.app.project import MAPPING, MODEL, VEHICLE, Project
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
@@ -21,6 +20,7 @@ from hydrodamp.errors import HydrodampError, suppress_warnings
 from hydrodamp.identification.log_requirements import find_requirements
 from hydrodamp.ingest.formats.files import split_joined_paths
 from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
+from hydrodamp.ingest.inspection.mapping_editor import parse_content
 from hydrodamp.ingest.inspection.probe import Inspection, Probe, inspect, probe
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends

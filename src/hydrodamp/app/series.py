@@ -8,7 +8,6 @@ import numpy as np
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from hydrodamp.app.mapping_editor import add_step, format_content, parse_content
 from hydrodamp.app.project import MAPPING
 from hydrodamp.app.recordings import make_log, read_files, read_log
 from hydrodamp.app.web import Form, number, project_of
@@ -17,10 +16,12 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.channels import EULER, POSITION
 from hydrodamp.data.log import Log
+from hydrodamp.ingest.inspection.mapping_editor import add_step, format_content, parse_content
 from hydrodamp.report.decimation import DecimatedSeries, encode_times, encode_values
+from hydrodamp.report.provenance import horizontal_track
 
-#: Points of a plot, and columns that are plotted at once.
-MAX_POINTS, MAX_COLUMNS = 1200, 400
+#: Points of a plot, columns that are listed, and points of a plot of two channels.
+MAX_POINTS, MAX_COLUMNS, MAX_PAIRS = 1200, 400, 3000
 
 #: Channels of a preview, and its samples on either side of the first change.
 MAX_PREVIEWS, PREVIEW_SAMPLES = 6, 100
@@ -34,15 +35,45 @@ def column_series(request: Request, form: Form) -> Response:
     return _answer(request, series, files.extent, files.starts)
 
 
+def column_pair(request: Request, form: Form) -> Response:
+    """Return a column against another in an interval of time; without columns, the track."""
+    names = request.query_params.getlist("column")
+    if not names:
+        return track(request, form)
+    series = read_files(project_of(request)).series
+    x, y = (series[name] for name in (*names, names[0])[:2] if name in series)
+    return _answer_pair(request, x.time, x.values, np.interp(x.time, y.time, y.values))
+
+
 def log_series(request: Request, form: Form) -> Response:
-    """Return the velocities and commands of the log, in an interval of time."""
+    """Return velocities and commands of the log in an interval of time."""
     log = read_log(project_of(request))
+    channels = log_channels(log)
+    names = request.query_params.getlist("column") or [*channels]
     series = {
-        name: DecimatedSeries.of(log.elapsed, values)
-        for name, values in (_velocities(log) | _commands(log)).items()
+        name: DecimatedSeries.of(log.elapsed, channels[name]) for name in names if name in channels
     }
     starts = log.elapsed[log.bounds[:, 0]].tolist()
     return _answer(request, series, (0.0, float(log.elapsed[-1])), starts)
+
+
+def track(request: Request, form: Form) -> Response:
+    """Return the horizontal track of the log in an interval of time."""
+    log = read_log(project_of(request))
+    if horizontal_track(log) is None or log.position is None:
+        return JSONResponse({"text": "The log has no position: give columns the roles of one."})
+    north, east, _ = log.position.T
+    return _answer_pair(request, log.elapsed, east, north)
+
+
+def _answer_pair(request: Request, time: FloatArray, x: FloatArray, y: FloatArray) -> Response:
+    """Return every k-th pair of an interval of time."""
+    inside = (time >= number(request, "start", -np.inf)) & (time <= number(request, "end", np.inf))
+    rows = np.flatnonzero(inside)
+    rows = rows[:: max(-(-len(rows) // MAX_PAIRS), 1)]
+    return JSONResponse({
+        "t": encode_times(time[rows]), "x": encode_values(x[rows]), "y": encode_values(y[rows]),
+    })  # fmt: skip
 
 
 def _answer(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,11 @@ from hydrodamp.data.intervals import find_overlap, select_data
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, ProblemError
 from hydrodamp.identification.dissipativity import velocity_unit
-from hydrodamp.validation.excitation import compare_logs, describe_overlap
+from hydrodamp.report.provenance import horizontal_track
+from hydrodamp.validation.excitation import compare_logs, describe_overlap, propose_split
 
-#: Share of one recording that trains by default.
-TRAINING_SHARE = 2.0 / 3.0
+#: Velocities of a panel.
+PANELS = ("uvw", "pqr")
 
 
 def show_split(request: Request, form: Form) -> Response:
@@ -30,25 +31,17 @@ def show_split(request: Request, form: Form) -> Response:
     log, arguments = read_log(project), project.arguments
     is_new = not arguments.train and not arguments.test
     if is_new:
-        train, test = default_split(log)
+        vehicle, _ = read_vehicle(project)
+        train, test = propose_split(log, AXES if vehicle is None else vehicle.axes)
         arguments = arguments.model_copy(update={"train": train, "test": test})
     variables = _variables(project, arguments, log)
-    return render_screen(request, project, "split", is_new=is_new, **variables)
-
-
-def default_split(log: Log) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return all segments but the last for training, or two thirds of a single one."""
-    names = [segment.name for segment in log.segments]
-    if len(names) > 1 and len(set(names)) == len(names):
-        return tuple(names[:-1]), (names[-1],)
-    end = float(log.elapsed[-1])
-    middle = f"{TRAINING_SHARE * end:.3f}"
-    return (f"0:{middle}",), (f"{middle}:{np.floor(end) + 1.0:.0f}",)
-
-
-def select_all(log: Log, values: Sequence[str]) -> Log:
-    """Return the segments and intervals of a log that texts name."""
-    return concatenate(select_data(log, each) for each in values)
+    names = [[name for name in log.velocity_names if name in group] for group in PANELS]
+    names += [[*log.command_names[k : k + 4]] for k in range(0, len(log.command_names), 4)]
+    panels = [*filter(None, names), *([[]] if horizontal_track(log) else [])]
+    units = {name: velocity_unit(name) for name in log.velocity_names}
+    return render_screen(
+        request, project, "split", is_new=is_new, panels=panels, units=units, **variables
+    )
 
 
 def _variables(project: Project, arguments: Arguments, log: Log) -> dict[str, Any]:
@@ -60,7 +53,10 @@ def _variables(project: Project, arguments: Arguments, log: Log) -> dict[str, An
     try:
         if not arguments.train or not arguments.test:
             raise ProblemError("training and test data need at least one interval each")
-        train, test = (select_all(log, each) for each in (arguments.train, arguments.test))
+        train, test = (
+            concatenate(select_data(log, text) for text in each)
+            for each in (arguments.train, arguments.test)
+        )
         sentences = (*_describe_overlap(log, arguments), *compare_logs(train, test, axes).sentences)
         sentences += tuple(_constant_commands(project, train))
         rows = [_excitation(VELOCITY_OF[axis], train, test) for axis in axes]

@@ -9,11 +9,11 @@ from itertools import takewhile
 from typing import Any
 
 from hydrodamp.app.commands import compare_command
-from hydrodamp.app.mapping_editor import assignments
 from hydrodamp.app.project import EXPORTS, RESULTS, Project
 from hydrodamp.app.recordings import read_vehicle, resolve_content
 from hydrodamp.errors import HydrodampError
 from hydrodamp.files import load_json
+from hydrodamp.ingest.inspection.mapping_editor import assignments
 from hydrodamp.report.files import COMPARISON, DAMPING, REPORT
 from hydrodamp.results import complete_exchange
 

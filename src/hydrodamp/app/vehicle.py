@@ -3,22 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 from starlette.requests import Request
 from starlette.responses import Response
 
+from hydrodamp.app.channels import displayed_content
 from hydrodamp.app.gains import is_edited, update_models
-from hydrodamp.app.project import MODEL, VEHICLE, Project
-from hydrodamp.app.recordings import inspect_project, read_log, read_vehicle
-from hydrodamp.app.web import Form, field_value, number_field, project_of, redirect, render_screen
+from hydrodamp.app.project import MAPPING, MODEL, VEHICLE, Project
+from hydrodamp.app.recordings import inspect_project, make_log, read_log, read_vehicle
+from hydrodamp.app.web import (
+    FieldError,
+    Form,
+    field_value,
+    number_field,
+    project_of,
+    redirect,
+    render_screen,
+)
 from hydrodamp.basis.term import AXES
+from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, ProblemError, VehicleError
 from hydrodamp.ingest.inspection.delay import Delay
-from hydrodamp.ingest.inspection.draft_files import group_commands
+from hydrodamp.ingest.inspection.mapping_editor import format_content, mix_commands
+from hydrodamp.simulation.draft_gains import (
+    draft_gains,
+    find_dependent,
+    gain_term,
+    is_wind,
+    propose_commands,
+)
 from hydrodamp.vehicle.file import fleet, format_vehicle, parse_vehicle
-from hydrodamp.vehicle.template import vehicle_template
+from hydrodamp.vehicle.hulls import PLANAR
+from hydrodamp.vehicle.template import SIZES, vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle, without_righting
+
+#: Units of the sizes of an estimate, and what is assumed of those that are not entered.
+UNITS = {
+    "length": "m", "diameter": "m", "beam": "m", "draft": "m", "mass": "kg",
+    "block_coefficient": "", "height": "mm",
+}  # fmt: skip
+DEFAULTS = {**dict.fromkeys(UNITS, ""), "name": "my-vehicle", "height": "10", "axes": ""}
+
+#: Kinds that move in all axes: the height of the center of buoyancy is theirs.
+SUBMERGED = ("auv", "rov")
 
 #: Largest length [m], mass [kg] and height [mm] of an estimate.
 MAX_SIZE = 1e9
@@ -28,7 +57,10 @@ def show_vehicle(request: Request, form: Form) -> Response:
     """Return the screen."""
     project = project_of(request)
     vehicle, fault = read_vehicle(project)
-    commands, delays = _commands(project)
+    log, delays = _commands(project)
+    names = () if log is None else log.command_names
+    gains = project.arguments.gains or _drafted_gains(project, vehicle)
+    planar = log is not None and {*log.velocity_names} <= {"u", "v", "r"}
     return render_screen(
         request,
         project,
@@ -38,10 +70,16 @@ def show_vehicle(request: Request, form: Form) -> Response:
         facts=_facts(vehicle),
         fault=fault,
         righting="" if vehicle is None else without_righting(vehicle),
-        commands=commands,
+        commands=[name for name in names if not is_wind(name)],
+        term_of=gain_term,
         delays=delays,
-        ticked=_ticked(project, delays),
-        axes=AXES if vehicle is None else vehicle.axes,
+        ticked={(name, axis) for axis, each in gains.items() for name in each.split()},
+        unmatched=propose_commands(vehicle, log, delays.values()),
+        kinds=SIZES,
+        submerged=SUBMERGED,
+        units=UNITS,
+        sizes={**DEFAULTS, "kind": "boat" if planar else "auv", **project.arguments.sizes},
+        axes=vehicle.axes if vehicle is not None else PLANAR if planar else AXES,
         is_edited=is_edited(project),
         actuated=() if vehicle is None else tuple(vehicle.commands),
     )
@@ -69,26 +107,22 @@ def _facts(vehicle: Vehicle | None) -> list[tuple[str, str]]:
     ]  # fmt: skip
 
 
-def _commands(project: Project) -> tuple[list[str], dict[str, Delay]]:
-    """Return the commands of the log, and the delay of each that moves the vehicle."""
+def _commands(project: Project) -> tuple[Log | None, dict[str, Delay]]:
+    """Return the log, and the delay of each command that moves the vehicle."""
     try:
         log, report = read_log(project), inspect_project(project).report
     except HydrodampError:
-        return [], {}
-    delays = () if report is None else report.delays
-    return list(log.command_names), {each.command: each for each in delays}
+        return None, {}
+    return log, {each.command: each for each in (() if report is None else report.delays)}
 
 
-def _ticked(project: Project, delays: dict[str, Delay]) -> set[tuple[str, str]]:
-    """Return commands and axes with a gain: those of the project, else those of the log."""
-    gains = project.arguments.gains or drafted_gains(delays)
-    return {(name, axis) for axis, names in gains.items() for name in names.split()}
-
-
-def drafted_gains(delays: dict[str, Delay]) -> dict[str, str]:
-    """Return the commands that move each axis."""
-    groups = group_commands(delays.values())
-    return {axis: " ".join(each.command for each in group) for axis, group in groups.items()}
+def _drafted_gains(project: Project, vehicle: Vehicle | None) -> dict[str, str]:
+    """Return the commands of each axis that the draft of gains has."""
+    log, delays = _commands(project)
+    if log is None:
+        return {}
+    gains = draft_gains(log, delays.values(), AXES if vehicle is None else vehicle.axes)
+    return {axis: " ".join(names) for axis, names in gains.items()}
 
 
 def choose_vehicle(request: Request, form: Form) -> Response:
@@ -102,10 +136,14 @@ def choose_vehicle(request: Request, form: Form) -> Response:
         project.update(version, vehicle=name)
     else:
         text = field_value(form, "text").replace("\r\n", "\n")
+        sizes = project.arguments.sizes
         if source == "sizes":
-            text = format_vehicle(_estimate(form))
+            entered = {key: values[-1] for key, values in form.items() if key in (*UNITS, "name")}
+            kind = field_value(form, "kind", "auv")
+            sizes = {**sizes, **entered, "kind": kind, "axes": " ".join(form.get("axis", []))}
+            text = format_vehicle(_estimate(form, kind))
         parse_vehicle(text, source=VEHICLE)
-        project.update(version, {VEHICLE: text}, vehicle=VEHICLE)
+        project.update(version, {VEHICLE: text}, vehicle=VEHICLE, sizes=sizes)
     _draft_gains(project)
     return redirect(request, project, "vehicle")
 
@@ -116,7 +154,7 @@ def _draft_gains(project: Project) -> None:
     vehicle, _ = read_vehicle(project)
     if vehicle is None or vehicle.commands or project.arguments.gains:
         return
-    if gains := drafted_gains(_commands(project)[1]):
+    if gains := _drafted_gains(project, vehicle):
         update_models(project, version, gains=gains)
 
 
@@ -131,14 +169,19 @@ def copy_fleet_vehicle(request: Request, form: Form) -> Response:
     return redirect(request, project, "vehicle")
 
 
-def _estimate(form: Form) -> Vehicle:
-    units = {"length": "m", "diameter": "m", "mass": "kg", "height": "mm"}
-    sizes = {name: number_field(form, name, unit, 0.0, MAX_SIZE) for name, unit in units.items()}
+def _estimate(form: Form, kind: str) -> Vehicle:
+    """Return the estimate from the dimensions of a kind; optional ones may be empty."""
+    if kind not in SIZES:
+        raise FieldError("kind", f"must be one of {', '.join(SIZES)}")
+    needed, optional = SIZES[kind]
+    entered = [*needed, *(name for name in optional if field_value(form, name).strip())]
+    sizes = {name: number_field(form, name, UNITS[name], 0.0, MAX_SIZE) for name in entered}
+    height = number_field(form, "height", "mm", 0.0, MAX_SIZE) if kind in SUBMERGED else 0.0
+    axes = tuple(axis for axis in AXES if axis in form.get("axis", [])) or None
     name = field_value(form, "name") or "my-vehicle"
-    height = sizes.pop("height") / 1000.0
-    axes = tuple(axis for axis in AXES if axis in form.get("axis", [])) or AXES
-    vehicle = parse_vehicle(vehicle_template(name, axes, **sizes), source=VEHICLE)
-    return replace(vehicle, center_of_buoyancy=np.array([0.0, 0.0, -height]))
+    text = vehicle_template(name, axes if kind in SUBMERGED else None, cast(Any, kind), **sizes)
+    vehicle = parse_vehicle(text, source=VEHICLE)
+    return replace(vehicle, center_of_buoyancy=np.array([0.0, 0.0, -height / 1000.0]))
 
 
 def choose_gains(request: Request, form: Form) -> Response:
@@ -147,7 +190,35 @@ def choose_gains(request: Request, form: Form) -> Response:
     if is_edited(project):
         raise ProblemError(f"{MODEL} was edited by hand: remove it, then the page writes it")
     pairs = [each.rpartition("|")[::2] for each in form.get("gain", [])]
-    gains = {axis: " ".join(name for name, moved in pairs if moved == axis) for axis in AXES}
+    gains = {axis: [name for name, moved in pairs if moved == axis] for axis in AXES}
     gains = {axis: names for axis, names in gains.items() if names}
-    update_models(project, field_value(form, "version"), gains=gains)
+    log, _ = _commands(project)
+    for axis, names in gains.items():
+        for name, reason in find_dependent(log, names):
+            raise ProblemError(f"{axis}: {reason}; untick {name} or the others")
+    texts = {axis: " ".join(names) for axis, names in gains.items()}
+    update_models(project, field_value(form, "version"), gains=texts)
+    return redirect(request, project, "vehicle")
+
+
+def map_actuators(request: Request, form: Form) -> Response:
+    """Make the commands of actuators of those of the log; leave out the actuators without any."""
+    project, version = project_of(request), field_value(form, "version")
+    vehicle, _ = read_vehicle(project)
+    content, log = displayed_content(project), read_log(project)
+    absent: set[str] = set()
+    for name in propose_commands(vehicle, log):
+        first, second = field_value(form, f"first-{name}"), field_value(form, f"second-{name}")
+        if not first:
+            absent.add(name)
+            continue
+        weight = -1 if field_value(form, f"sign-{name}") == "-1" else 1
+        content = mix_commands(content, name, first, second, weight)
+    contents, changes = {MAPPING: format_content(content)}, {}
+    if vehicle is not None and absent:
+        actuators = tuple(each for each in vehicle.actuators if absent.isdisjoint(each.commands))
+        contents[VEHICLE] = format_vehicle(replace(vehicle, actuators=actuators))
+        changes["vehicle"] = VEHICLE
+    make_log(project, contents[MAPPING])  # raises its faults before anything is written
+    project.update(version, contents, **changes)
     return redirect(request, project, "vehicle")

@@ -47,15 +47,20 @@ _BURST_STEP_SHARE = 0.01  # of the mean step
 
 
 class Fix(NamedTuple):
-    """A change of a mapping that corrects an issue."""
+    """A change of a mapping that corrects an issue; an ``option`` is a step to decide on."""
 
-    kind: Literal["step", "unit", "sign"]
+    kind: Literal["step", "option", "unit", "sign", "delay", "omit", "frame"]
     value: str
 
     def __str__(self) -> str:
         """Return the change as advice."""
         return {
             "step": f"add `{self.value}` to `steps` of the mapping",
+            "option": f"derive it: `steps: [{self.value}]`",
+            "delay": f"for a clock offset, add `delay: {self.value}` to its column in the mapping",
+            "omit": f"omit {self.value} from `commands` of the mapping",
+            "frame": f"write `frame: {self.value}` in a mapping, and list deviating sensors under "
+            "`sensors`",
             "unit": f"write `unit: {self.value}` for it in the mapping"
             if self.value
             else "state the units of the file in the mapping, for example `unit: deg` for an angle",
@@ -79,7 +84,7 @@ class QualityIssue:
     where : str
         The affected samples; empty if the whole channel is affected.
     remedy : str
-        Advice, where no change of the mapping corrects it.
+        Advice in place of that of the change of the mapping.
     is_minor : bool
         Whether only single samples are affected, which the remedy removes.
     fix : Fix or None
@@ -102,7 +107,7 @@ class QualityIssue:
     def __str__(self) -> str:
         """Return one sentence."""
         evidence = ", ".join(filter(None, (self.evidence, self.where)))
-        advice = self.remedy if self.fix is None else str(self.fix)
+        advice = self.remedy or ("" if self.fix is None else str(self.fix))
         details = "; ".join(filter(None, (evidence, advice)))
         return f"quality issue: `{self.channel}` {self.problem}: {details}"
 
@@ -240,8 +245,8 @@ def _velocity_issues(
         correlations = ", ".join(f"{regressions[name].correlation:.2f}" for name in names)
         comparison = f"{scales} times the {reference} (correlation {correlations})"
         evidence = f"over {regressions[names[0]].window_s:.3g} s it is {comparison}"
-        remedy = f"derive it: `steps: [{step}: {{names: [{', '.join(names)}]}}]`"
-        yield QualityIssue(" ".join(names), problem, evidence, remedy=remedy, fix=fix)
+        fix = fix or Fix("option", f"{step}: {{names: [{', '.join(names)}]}}")
+        yield QualityIssue(" ".join(names), problem, evidence, fix=fix)
 
 
 def _regress(log: Log, columns: list[int], reference: FloatArray) -> ChannelRegression:

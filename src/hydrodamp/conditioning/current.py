@@ -8,7 +8,7 @@ piecewise linear (random-walk prior). Block sums account for the autocorrelation
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy import sparse
 
 from hydrodamp.arrays import FloatArray, IntArray, freeze, mad_std
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.conditioning.derivatives import required_blocks
 from hydrodamp.data.attitude import euler_from_quaternion, rotate_to_body, rotation_matrices
 from hydrodamp.data.log import Log
@@ -37,6 +38,26 @@ _MIN_CURRENT = 0.05  # m/s; less is attributed to tether or tank
 
 def current_warning(log: Log) -> str:
     """Return a warning if velocities are over ground and contain a current."""
+    return "".join(f"{each.evidence}: {each.remedy}." for each in find_current(log))
+
+
+def find_current(log: Log) -> Iterator[QualityIssue]:
+    """Yield the current that the velocities contain, if one is determined."""
+    if evidence := _describe_current(log):
+        step = "subtract_current"
+        names = " ".join(name for name in VELOCITIES[:3] if name in log.velocity_names)
+        yield QualityIssue(
+            names,
+            "contains a current",
+            evidence,
+            remedy=f"subtract it by the step `{step}`",
+            is_minor=True,
+            fix=Fix("option", step),
+        )
+
+
+def _describe_current(log: Log) -> str:
+    """Return how large a current the velocities contain, empty if none is determined."""
     if log.n > _MAX_CHECK_SAMPLES or log.duration < _MIN_CHECK_DURATION:
         return ""
     try:
@@ -49,7 +70,7 @@ def current_warning(log: Log) -> str:
         return ""
     return (
         "the velocities are over ground and contain a current of "
-        f"{speeds.min():.2g} to {speeds.max():.2g} m/s: subtract it by the step `subtract_current`."
+        f"{speeds.min():.2g} to {speeds.max():.2g} m/s"
     )
 
 

@@ -232,7 +232,8 @@ def _accelerometer_issues(log: Log) -> Iterator[QualityIssue]:
             problem = "has the opposite sign, or the log has z up"
             evidence = f"{test.message}, but z must be down"
             remedy = "if the whole log has z up, write `frame: FLU` in a mapping, else `sign: -1`"
-            yield QualityIssue("specific_force", problem, evidence, remedy=remedy)
+            fix = Fix("frame", "FLU")
+            yield QualityIssue("specific_force", problem, evidence, remedy=remedy, fix=fix)
 
 
 def _pulse_width_issues(log: Log) -> Iterator[QualityIssue]:

@@ -8,10 +8,10 @@ from itertools import compress
 
 import numpy as np
 
-from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.data.digests import velocity_digests
-from hydrodamp.data.intervals import ALL_TEST_DATA
-from hydrodamp.data.log import Log
+from hydrodamp.data.intervals import ALL_TEST_DATA, select_data
+from hydrodamp.data.log import Log, concatenate
 from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
 from hydrodamp.identification.fit import Fit
 from hydrodamp.simulation.replay import Trajectory
@@ -22,6 +22,12 @@ MAX_RANGE_RATIO = 10.0**0.5
 
 #: Hashes of a segment that are those of training data, least; a single equality may be chance.
 MIN_MATCHES = 2
+
+_N_PARTS = 9  # of one recording, of which a third is the test
+_TEST_SHARES = (0.15, 0.5)  # of the samples, for a test of whole segments
+_MISSING_COST = (
+    1e3  # imbalance of a velocity that one side alone excites: more than any sum of ratios
+)
 
 #: Correlation times of the velocities before a divergence in which its motion is described.
 _RELATIVE_WINDOW = 5.0
@@ -90,6 +96,54 @@ def compare_logs(train: Log, test: Log, axes: Sequence[str]) -> Imbalance:
 def compare_excitation(train: Ranges, test: Ranges) -> Imbalance:
     """Return the velocities that only the training or only the test data excite, by ranges."""
     return Imbalance(dict(_exceedances(test, train)), dict(_exceedances(train, test)))
+
+
+def propose_split(log: Log, axes: Sequence[str] = AXES) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return training and test data with nearly the same ranges of each velocity.
+
+    The test is about a third: whole segments, or an interval where no segments are that long.
+    """
+    choices = [*_choices_of_segments(log)] or [*_choices_of_intervals(log)]
+    costs = [_imbalance(_select(log, train), _select(log, test), axes) for train, test in choices]
+    return choices[int(np.argmin(costs))]
+
+
+def _choices_of_segments(log: Log) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Yield choices of segments with a test that is neither short nor most of the log."""
+    lengths = {segment.name: len(segment) for segment in log.segments}
+    names = [*lengths]
+    if len(names) < len(log.segments):
+        return
+    n = max(len(names) // 3, 1)
+    tests = [names[k : k + n] for k in range(len(names) - n, -1, -1)]
+    for test in (*tests, *(names[k::3] for k in range(3))):
+        share = sum(lengths[name] for name in test) / log.n
+        if _TEST_SHARES[0] <= share <= _TEST_SHARES[1]:
+            yield tuple(name for name in names if name not in test), tuple(test)
+
+
+def _choices_of_intervals(log: Log) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
+    end, third = float(log.elapsed[-1]), _N_PARTS // 3
+    edges = [f"{each:.3f}" for each in (end * np.arange(_N_PARTS) / _N_PARTS).tolist()]
+    edges.append(f"{np.floor(end) + 1.0:.0f}")
+    for k in range(_N_PARTS - third, -1, -1):
+        sides = [(first, last) for first, last in ((0, k), (k + third, _N_PARTS)) if first < last]
+        train = tuple(f"{edges[first]}:{edges[last]}" for first, last in sides)
+        yield train, (f"{edges[k]}:{edges[k + third]}",)
+
+
+def _imbalance(train: Log, test: Log, axes: Sequence[str]) -> float:
+    """Return by how much two logs differ in the ranges of their velocities."""
+    ranges = [velocity_ranges(log.velocity, axes) for log in (train, test)]
+    only = compare_excitation(*ranges)
+    sizes = [np.array([np.ptp(each) for each in limits.values()]) for limits in ranges]
+    moving = np.minimum(*sizes) > 0.0
+    ratios = np.log(sizes[1][moving] / sizes[0][moving])
+    return len(only.untested) * _MISSING_COST + float(np.sum(np.abs(ratios)))
+
+
+def _select(log: Log, names: Iterable[str]) -> Log:
+    return concatenate(select_data(log, name) for name in names)
 
 
 def select_folds(imbalances: Sequence[Imbalance]) -> tuple[bool, ...]:

@@ -20,6 +20,14 @@ from hydrodamp.vehicle.vehicle import Vehicle, checked_axes
 
 VehicleKind = HullKind | Literal["auv"]
 
+_HULL = (("length", "beam", "draft"), ("mass", "block_coefficient"))
+
+SIZES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "auv": (("length", "diameter", "mass"), ()),
+    **dict.fromkeys(("rov", "boat", "catamaran", "ship"), _HULL),
+}
+"""Needed and optional sizes of each kind of vehicle."""
+
 MAX_MASS_RATIO = 3.0
 """Mass over displaced mass of a spheroid, or its inverse, beyond which units are refused."""
 
@@ -77,8 +85,7 @@ def rename_vehicle(text: str, name: str) -> str:
 
 def _estimate(kind: VehicleKind, sizes: Mapping[str, float], axes: Sequence[str]) -> Vehicle:
     """Return the vehicle estimated from its sizes."""
-    needed = ("length", "diameter", "mass") if kind == "auv" else ("length", "beam", "draft")
-    optional = () if kind == "auv" else ("mass", "block_coefficient")
+    needed, optional = SIZES[kind]
     if {*needed} - {*sizes} or {*sizes} - {*needed, *optional}:
         more = f", and {' or '.join(f'`{name}`' for name in optional)}" if optional else ""
         raise VehicleError(

@@ -39,6 +39,9 @@
   // An error stays at its field until the field changes.
   document.addEventListener("input", ({ target }) => find(".field-error", target.closest(".field") ?? document.createElement("i"))?.replaceChildren());
 
+  // The sketch of a vehicle has the numbers of the form.
+  document.addEventListener("input", ({ target }) => { for (const text of document.querySelectorAll(`[data-of="${target.name}"]`)) text.textContent = target.value || "?"; });
+
   // The action of the first step counts the chosen logs.
   const opening = find("#open");
   const countLogs = () => {
@@ -54,7 +57,9 @@
   document.addEventListener("keydown", ({ key }) => { if (switcher?.open && key === "Escape") { switcher.open = false; find("summary", switcher).focus(); } });
 
   // A refused change shows what the file has.
-  document.addEventListener("htmx:responseError", ({ detail }) => detail.elt.classList?.contains("controls") && detail.elt.reset());
+  document.addEventListener("htmx:responseError", ({ detail }) => {
+    if (detail.elt.matches("tr")) for (const option of detail.elt.querySelectorAll("option")) option.selected = option.defaultSelected;
+  });
 
   // Dropped or chosen files go into the folder of logs.
   const drop = find("#drop");
@@ -86,27 +91,6 @@
     });
   }
 
-  // A column dragged onto a role takes it.
-  let dragged;
-  for (const handle of document.querySelectorAll("[data-column]")) {
-    handle.addEventListener("dragstart", (event) => {
-      dragged = handle.closest("article");
-      event.dataTransfer.setData("text/plain", handle.dataset.column);
-    });
-  }
-  for (const target of document.querySelectorAll("[data-target]")) {
-    target.addEventListener("dragover", (event) => { event.preventDefault(); target.classList.add("over"); });
-    target.addEventListener("dragleave", () => target.classList.remove("over"));
-    target.addEventListener("drop", (event) => {
-      event.preventDefault();
-      target.classList.remove("over");
-      const select = dragged && find("[data-role]", dragged);
-      if (!select) return;
-      select.value = target.dataset.target;
-      select.dispatchEvent(new Event("change", { bubbles: true }));
-    });
-  }
-
   // Intervals of training and test data.
   const form = find("#split");
   const lines = (side) => find(`#${side}`).value.split("\n").map((text) => text.trim()).filter(Boolean);
@@ -123,29 +107,35 @@
       return segment ? segment.slice(1) : text.split(":").map(Number);
     }).filter(([low, high]) => low < high);
   };
+  const SIDES = { train: "--train", test: "--test" };
   const shade = (plot) => {
-    for (const [side, name] of [["train", "--link"], ["test", "--chosen"]]) {
-      plot.ctx.save();
-      plot.ctx.globalAlpha = side === "train" ? 0.15 : 0.9;
+    plot.ctx.save();
+    plot.ctx.globalAlpha = 0.2;
+    for (const [side, name] of Object.entries(SIDES)) {
       plot.ctx.fillStyle = seriesPlots.colour(name);
       for (const [low, high] of spans(side)) {
-        const [left, right] = [low, high].map((time) => plot.valToPos(time, "x", true));
-        plot.ctx.fillRect(left, plot.bbox.top, right - left, plot.bbox.height);
+        const [left, right] = [Math.max(low, plot.scales.x.min), Math.min(high, plot.scales.x.max)].map((time) => plot.valToPos(time, "x", true));
+        plot.ctx.fillRect(left, plot.bbox.top, Math.max(right - left, 0), plot.bbox.height);
       }
-      plot.ctx.restore();
     }
+    plot.ctx.restore();
   };
   let plots;
   if (series) {
-    const options = form && {
-      onSelect: (low, high, zoom) => {
-        const side = new FormData(form).get("side");
-        if (side) addInterval(side, `${low.toFixed(1)}:${high.toFixed(1)}`);
-        else zoom(low, high);
-      },
-      hooks: { drawClear: [shade] },
+    const ask = async (kind, names, view) => {
+      const span = view ? [["start", view.low], ["end", view.high]] : [];
+      const columns = (kind || names.length ? names : [""]).map((name) => ["column", name]);
+      const answer = await fetch(`${document.body.dataset.project}/${series.dataset.series}${kind}?${new URLSearchParams([...span, ...columns])}`);
+      return answer.ok ? answer.json() : { series: {}, text: "This cannot be drawn." };
     };
-    plots = loadSeries(series, options || {});
+    const onSelect = (low, high, zoom) => {
+      const side = new FormData(form).get("side");
+      if (side) addInterval(side, `${low.toFixed(1)}:${high.toFixed(1)}`);
+      else zoom(low, high);
+    };
+    const sideOf = (time) => Object.keys(SIDES).find((side) => spans(side).some(([low, high]) => low <= time && time <= high));
+    const shadeTrack = (time) => SIDES[sideOf(time)] ?? "--line";
+    plots = seriesPlots.serve(series, form ? { ask, isFixed: true, onSelect, hooks: { drawClear: [shade] }, shade: shadeTrack, height: 130 } : { ask });
     form?.addEventListener("input", () => plots.redraw());
   }
 }

@@ -158,8 +158,9 @@ def read_files(
     if not expanded:
         raise FileError("no file was given; at least one is required")
     files = [file for path in expanded for file in _list_files(path)]
-    if len(expanded) > 1 and files == expanded and len({file.name for file in files}) == len(files):
-        patterns = patterns or filename_patterns(expanded)
+    if len({file.name for file in files}) == len(files) > 1:
+        exact = {name_of_source(file.name): file.name for file in files if files == expanded}
+        patterns = patterns or filename_patterns(files) or exact
     topics = topic_names(files, patterns or {})
     if len(topics) == 1 and topics == {expanded[0]: ""}:
         return _read_file(expanded[0])
@@ -268,7 +269,11 @@ def split_joined_paths(path: str | Path) -> list[Path]:
 
 
 def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
-    """Return the file name pattern of each topic; ``*`` matches the recording's name."""
+    """Return the file name pattern of each topic; ``*`` matches the recording's name.
+
+    What the names share is the recording's if it has a number, such as `run1` or a date; a word
+    that all topics share, as in `share_depth`, is of the topics.
+    """
     stems = [name_of_source(file.name) for file in files]
     suffixes = [file.name.removeprefix(stem) for file, stem in zip(files, stems, strict=True)]
     tokens = [_SEPARATOR.split(stem) for stem in stems]
@@ -276,14 +281,15 @@ def filename_patterns(files: Sequence[Path]) -> dict[str, str]:
         columns = zip(*(split if is_prefix else split[::-1] for split in tokens), strict=False)
         count = sum(1 for _ in takewhile(lambda place: len(set(place)) == 1, columns))
         count -= 1 - count % 2  # the separator stays with the topic
-        if count > 0:
+        shared = "".join(tokens[0][:count] if is_prefix else tokens[0][len(tokens[0]) - count :])
+        if count > 0 and any(map(str.isdigit, shared)):
             patterns: dict[str, str] = {}
             for split, suffix in zip(tokens, suffixes, strict=True):
                 name = "".join(split[count:] if is_prefix else split[:-count])
                 topic = _SEPARATOR.sub(" ", name).strip().replace(" ", "_") or _DEFAULT_TOPIC
                 patterns[topic] = (f"*{name}" if is_prefix else f"{name}*") + suffix
             return patterns
-    return {stem: file.name for stem, file in zip(stems, files, strict=True)}
+    return {}
 
 
 def match_pattern(name: str, patterns: Mapping[str, str]) -> tuple[str, str] | None:

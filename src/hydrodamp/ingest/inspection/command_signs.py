@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.conditioning.consistency import QualityIssue
+from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.ingest.inspection.delay import (
     MIN_RESPONSE_SHARE,
@@ -61,9 +61,8 @@ def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
         and delay.confidence >= _MIN_SIGN_CONFIDENCE
     }
     if against:
-        remedy = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
-        evidence = ", ".join(against.values())
-        yield QualityIssue(" ".join(against), "acts against its sign", evidence, remedy=remedy)
+        evidence, fix = ", ".join(against.values()), Fix("sign", "-1")
+        yield QualityIssue(" ".join(against), "acts against its sign", evidence, fix=fix)
 
 
 def leading_responses(log: Log, delays: Sequence[Delay]) -> Iterator[QualityIssue]:
@@ -86,6 +85,7 @@ def leading_responses(log: Log, delays: Sequence[Delay]) -> Iterator[QualityIssu
         " ".join(names),
         "follows the motion: clock offset, or a command that a controller derives from the motion",
         f"the response comes {lead:.2g} s before the command",
+        fix=Fix("delay", f"{lead:.2g}"),
         remedy=f"for a clock offset, add `delay: {lead:.2g}` to its column under `{group}` in the "
         "mapping",
     )
@@ -97,7 +97,7 @@ def contradicted_signs(
     """Yield thrusters that turn or push the vehicle against their geometry, or else their names."""
     by_command = {each.command: each for each in delays if each.command in log.command_names}
     from_geometry = {} if expected is None else dict(expected)
-    signs = from_geometry or _signs_by_side(by_command)
+    signs = from_geometry or signs_by_side(by_command)
     axis_of = {name: axis for name in by_command if (axis := _named_axis(name))}
     if not by_command or not (signs or axis_of):
         return
@@ -134,6 +134,7 @@ def _contradiction(
     turns, surges = (name, "r") in against, (name, "u") in against
     partners = {key[0] for key in against if key[1] == "r"} - {name}
     remedy = f"write `sign: -1` for `{name}` under `commands` in the mapping"
+    fix: Fix | None = Fix("sign", "-1")
     if turns and surges:
         problem = "acts with the opposite sign"
     elif surges:
@@ -143,19 +144,19 @@ def _contradiction(
         problem = f"turns the vehicle to {to}: labels swapped, or sign of the command or of r"
         if partners:
             exchange = f"exchange the columns of `{name}` and `{min(partners)}` in the mapping"
-            remedy = f"{exchange}, or check the axes (`frame`)"
+            remedy, fix = f"{exchange}, or check the axes (`frame`)", None
         elif effects.get((name, "u"), 0.0) >= _MIN_SIGNIFICANCE:
-            remedy = "check which side it is on"
+            remedy, fix = "check which side it is on", None
     evidence = ", ".join(
         f"{velocity} {'increases' if effects[key] > 0.0 else 'decreases'} with it by "
         f"{abs(effects[key]):.0f} standard errors, against {basis}"
         for key in against
         if (velocity := key[1]) and key[0] == name
     )
-    return QualityIssue(name, problem, evidence, remedy=remedy)
+    return QualityIssue(name, problem, evidence, remedy=remedy, fix=fix)
 
 
-def _signs_by_side(names: Iterable[str]) -> dict[tuple[str, str], int]:
+def signs_by_side(names: Iterable[str]) -> dict[tuple[str, str], int]:
     """Return the signs of thrusters named by their side that push ahead, where both sides exist."""
     sides: dict[str, int] = {}
     for name in names:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.conditioning.consistency import QualityIssue
+from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.inspection.columns import TopicClock, synchronise, topic_series
@@ -54,7 +54,8 @@ class EquivalentCommands:
             "`commands` of the mapping"
         )
         problem = "are recordings of the same signal, whose gains cannot be separated"
-        return QualityIssue(names, problem, self.evidence, remedy=remedy, is_minor=True)
+        fix = Fix("omit", " ".join(self.omitted))
+        return QualityIssue(names, problem, self.evidence, remedy=remedy, is_minor=True, fix=fix)
 
 
 @dataclass(frozen=True)

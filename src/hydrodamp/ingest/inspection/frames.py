@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.conditioning.consistency import QualityIssue
+from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.conditioning.dropouts import true_runs
 from hydrodamp.conditioning.vertical_axis import (
     AxisEvidence,
@@ -267,5 +267,4 @@ def wrong_frame(upright: VerticalAxis, issues: Sequence[QualityIssue]) -> Iterat
     if upright.body == "FLU" and upright.is_sure and not is_reported:
         problem = "is forward-port-up, not forward-starboard-down"
         evidence = "; ".join(test.message for test in upright.evidence if test.log_odds < 0.0)
-        remedy = "write `frame: FLU` in a mapping, and list deviating sensors under `sensors`"
-        yield QualityIssue("frame", problem, evidence, remedy=remedy)
+        yield QualityIssue("frame", problem, evidence, fix=Fix("frame", "FLU"))

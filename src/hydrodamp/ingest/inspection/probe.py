@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
 from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
@@ -18,7 +19,6 @@ from hydrodamp.errors import HydrodampError, suppress_warnings
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.draft import Draft, draft_from_preset, write_draft
-from hydrodamp.ingest.inspection.draft_files import recommended_step
 from hydrodamp.ingest.inspection.frames import format_convention
 from hydrodamp.ingest.inspection.names import NO_ROLE, words
 from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, report_quality
@@ -295,7 +295,7 @@ def _is_identity(mapping: LogMapping, roles: Roles) -> bool:
 
 def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityReport:
     """Do not recommend steps that the mapping contains."""
-    issues, missing = report.issues, report.missing
+    issues, missing, options = report.issues, report.missing, report.options
     for step in steps:
         name = str(getattr(getattr(step, "func", step), "__name__", ""))
         remedy = (
@@ -303,13 +303,21 @@ def omit_applied_steps(report: QualityReport, steps: Sequence[Step]) -> QualityR
             "accept it"
         )
         issues = tuple(
-            replace(issue, remedy=remedy, fix=None) if recommended_step(issue) == name else issue
+            replace(issue, remedy=remedy, fix=None) if _step_of(issue) == name else issue
             for issue in issues
         )
         missing = tuple(
             item.replace(f"`{name}`", f"`{name}` (already applied)") for item in missing
         )
-    return replace(report, issues=issues, missing=missing)
+        options = tuple(issue for issue in options if _step_of(issue) != name)
+    return replace(report, issues=issues, missing=missing, options=options)
+
+
+def _step_of(issue: QualityIssue) -> str:
+    """Return the name of the step that an issue proposes, empty without one."""
+    fix = issue.fix
+    is_step = fix is not None and fix.kind in ("step", "option")
+    return fix.value.partition(":")[0] if fix is not None and is_step else ""
 
 
 def _vertical_axis(

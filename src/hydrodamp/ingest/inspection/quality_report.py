@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import MOTIONS, VELOCITIES
 from hydrodamp.conditioning.consistency import VehicleScale
-from hydrodamp.conditioning.current import current_warning
+from hydrodamp.conditioning.current import find_current
 from hydrodamp.conditioning.derivatives import rates_from_attitude
 from hydrodamp.conditioning.quality_checks import QualityIssue, check_quality
 from hydrodamp.conditioning.vertical_axis import UNDECIDED, VerticalAxis, vertical_tests
@@ -100,6 +100,7 @@ class QualityReport:
     required: tuple[str, ...]
     vertical_axis: VerticalAxis
     responses: tuple[str, ...]
+    options: tuple[QualityIssue, ...] = ()  # issues that a remark states, with a step to decide on
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -181,6 +182,7 @@ def report_quality(
     issues = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
     issues = (*issues, *wrong_frame(upright, issues), *(group.issue() for group in equivalent))
     issues = (*issues, *check_commands(log_with_rates, delays, needs.signs))
+    options = tuple(find_current(log))
     missing = needs.missing
     if log.n < _MIN_SAMPLES:
         few = f"samples: {log.n} are too few to determine coefficients"
@@ -190,6 +192,7 @@ def report_quality(
         *(() if any(issue.channel == "time" for issue in issues) else _jitter_remark(log)),
         *([PLANAR_REMARK] if is_boat else []),
         *_remarks(log, size, segments, required, commands),
+        *(f"{each.evidence}: {each.remedy}." for each in options),
         *wrench_remark(log, delays),
         *needs.reservations,
     ]
@@ -212,6 +215,7 @@ def report_quality(
         required=needs.velocities,
         vertical_axis=upright,
         responses=list_responses(delays),
+        options=options,
     )
 
 
@@ -289,8 +293,6 @@ def _remarks(
         )
     if constant := [channel.name for channel in commands if channel.low == channel.high]:
         yield f"commands that never change: {' '.join(constant)}."
-    if warning := current_warning(log):
-        yield warning
     if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
 

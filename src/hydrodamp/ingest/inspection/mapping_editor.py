@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import yaml
 
+from hydrodamp.conditioning.consistency import Fix
 from hydrodamp.data.channels import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.files import parse_yaml
@@ -124,17 +125,21 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def assign(
-    content: Content, new: Assignment, inherited: Mapping[str, Any] = MappingProxyType({})
+    content: Content,
+    new: Assignment,
+    inherited: Mapping[str, Any] = MappingProxyType({}),
+    **more: object,
 ) -> Content:
     """Return the content with a column in one role; an empty role removes the column.
 
-    Other keys of the entry, such as scale and delay, stay, and so does the name of a command.
+    Other keys of the entry, such as scale and delay, stay unless ``more`` changes them, and so does
+    the name of a command.
     ``inherited`` is the content with `extends` resolved; what it has alone is set to null.
     """
     known = next((slot for slot in _slots(content) if slot.column == new.column), None)
     known = known or next((slot for slot in _slots(inherited) if slot.column == new.column), None)
     options = dict(known.choice) if known and isinstance(known.choice, dict) else {}
-    options = {"column": new.column, **_without(options, "unit", "sign")}
+    options = {"column": new.column, **_without(options, "unit", "sign"), **more}
     options |= {"unit": new.unit} if new.unit else {}
     options |= {"sign": -1} if new.sign < 0 else {}
     entry: Any = new.column if len(options) == 1 else options
@@ -188,6 +193,42 @@ def add_step(content: Content, step: str) -> Content:
     parsed = parse_yaml(f"[{step}]", "step")
     added = parsed if isinstance(parsed, list) else []
     return {**content, "steps": [*_choices(content.get("steps")), *added]}
+
+
+def correct(content: Content, fix: Fix, channels: Sequence[str], displayed: Content) -> Content:
+    """Return the content with a correction of channels."""
+    if fix.kind in ("step", "option"):
+        return add_step(content, fix.value)
+    if fix.kind == "frame":
+        return set_frame(content, fix.value, "NWU")
+    names = fix.value.split() if fix.kind == "omit" else channels
+    for each in assignments(displayed):
+        if each.channel not in names:
+            continue
+        delay = {"delay": float(fix.value)} if fix.kind == "delay" else {}
+        new = each._replace(
+            role="" if fix.kind == "omit" else each.role,
+            unit=fix.value if fix.kind == "unit" else each.unit,
+            sign=-each.sign if fix.kind == "sign" else each.sign,
+        )
+        content = assign(content, new, displayed, **delay)
+    return content
+
+
+def mix_commands(content: Content, name: str, first: str, second: str, weight: int) -> Content:
+    """Return the content with a command made of another, or of the mean of two, weighted."""
+    table = _table(content.get(COMMANDS))
+    known = {each.channel: each for each in assignments({COMMANDS: table})}
+    entry = table[first] if isinstance(table[first], dict) else {"column": table[first]}
+    scale = entry.get("scale", 1.0)
+    if second:
+        addend = table[second] if isinstance(table[second], dict) else {}
+        share = weight * addend.get("scale", 1.0) * addend.get("sign", 1) * entry.get("sign", 1)
+        plus = {known[second].column: 0.5 * share}
+        entry = {**entry, "scale": 0.5 * scale, "plus": plus}
+    elif weight < 0:
+        entry = {**entry, "sign": -entry.get("sign", 1)}
+    return {**content, COMMANDS: {**table, name: entry}}
 
 
 def _without(content: Mapping[str, Any], *names: str) -> Content:

@@ -2,7 +2,8 @@
 
 import pytest
 
-from hydrodamp.app.mapping_editor import (
+from hydrodamp.errors import FileError
+from hydrodamp.ingest.inspection.mapping_editor import (
     Assignment,
     add_step,
     assign,
@@ -13,7 +14,6 @@ from hydrodamp.app.mapping_editor import (
     set_frame,
     units_of,
 )
-from hydrodamp.errors import FileError
 from hydrodamp.ingest.mapping import LogMapping
 
 TEXT = """
