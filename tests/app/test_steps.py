@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
@@ -124,3 +125,62 @@ def test_the_next_dive_asks_for_limits(server, chosen):
     assert envelope.depth == (2.0, 20.0)
     assert envelope.area.north == (-150.0, 150.0)
     assert 'name="side" inputmode="decimal" size="8" value="300"' in server.get("/p/dive/files")
+
+
+def test_actuators_take_mixed_commands_of_the_log_or_are_left_out(server):
+    time = np.arange(0.0, 60.0, 0.1)
+    rng = np.random.default_rng(1)
+    fins = {name: 0.1 * rng.standard_normal(len(time)) for name in ("top", "bottom", "port")}
+    log = hd.Log.from_arrays(
+        time, {"u": 1.0 + 0.1 * np.sin(time), "r": np.cos(time)}, commands=fins
+    )
+    hd.write_log(log, server.root / "dive.csv")
+    address = open_log(server, "dive.csv")
+    project = find_project(server.root, "dive")
+    server.post(f"{address}/vehicle", source="fleet", name="vt690", version=project.version)
+    assert "Actuators that the log does not command" in server.get(f"{address}/vehicle")
+    form = {"first-rudder": "bottom", "sign-rudder": "-1", "second-rudder": "top"}
+    form |= {"first-elevator": "port", "sign-elevator": "-1", "second-elevator": ""}
+    server.post(f"{address}/vehicle/actuators", version=project.version, **form)
+    mapped = hd.read_log(server.root / "dive.csv", mapping=str(project.path("mapping.yaml")))
+    expected = 0.5 * (fins["bottom"] - fins["top"])
+    np.testing.assert_allclose(mapped.command("rudder"), expected, atol=1e-12)
+    np.testing.assert_allclose(mapped.command("elevator"), -fins["port"], atol=1e-12)
+    assert hd.read_vehicle(project.path("vehicle.yaml")).commands == ("rudder", "elevator")
+    assert "does not command" not in server.get(f"{address}/vehicle")
+    gains = ["top|N", "bottom|N", "rudder|N"]
+    refusal = server.post(f"{address}/vehicle/gains", 422, gain=gains, version=project.version)
+    assert "rudder is determined by top and bottom" in refusal
+
+
+def test_entered_sizes_stay_and_a_planar_log_proposes_a_boat(server):
+    time = np.arange(0.0, 60.0, 0.1)
+    log = hd.Log.from_arrays(time, {"u": np.sin(time), "v": np.cos(time), "r": np.sin(2 * time)})
+    hd.write_log(log, server.root / "boat.csv")
+    address = open_log(server, "boat.csv")
+    assert 'value="boat" checked' in server.get(f"{address}/vehicle")
+    project = find_project(server.root, "boat")
+    sizes = {"length": "1.35", "beam": "0.98", "draft": "0.11", "mass": "28"}
+    form = {"source": "sizes", "kind": "catamaran", "height": "", **sizes}
+    server.post(f"{address}/vehicle", version=project.version, **form)
+    assert hd.read_vehicle(project.path("vehicle.yaml")).axes == ("X", "Y", "N")
+    server.post(f"{address}/vehicle", source="fleet", name="otter", version=project.version)
+    page = server.get(f"{address}/vehicle")
+    assert 'value="catamaran" checked' in page
+    assert 'name="beam" inputmode="decimal" size="8" value="0.98"' in page
+
+
+def test_each_correction_of_an_issue_changes_the_mapping(server, canonical):
+    address = open_log(server, canonical)
+    project = find_project(server.root, "dive")
+    for kind, step, channel in [
+        ("sign", "-1", "rudder"), ("delay", "0.25", "rudder"), ("omit", "rpm", "rpm rudder"),
+        ("option", "subtract_current", "u v w"), ("unit", "deg", "elevator"),
+    ]:  # fmt: skip
+        form = {"kind": kind, "step": step, "channel": channel, "version": project.version}
+        server.post(f"{address}/channels/step", **form)
+    content = hd.files.load_yaml(project.path("mapping.yaml"))
+    assert content["commands"]["rudder"] == {"column": "rudder", "sign": -1, "delay": 0.25}
+    assert content["commands"]["elevator"]["unit"] == "deg"
+    assert "rpm" not in content["commands"]
+    assert content["steps"] == ["subtract_current"]

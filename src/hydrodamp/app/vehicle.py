@@ -26,7 +26,12 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError, ProblemError, VehicleError
 from hydrodamp.ingest.inspection.delay import Delay
-from hydrodamp.ingest.inspection.mapping_editor import format_content, mix_commands
+from hydrodamp.ingest.inspection.mapping_editor import (
+    add_commands,
+    assignments,
+    format_content,
+    mix_commands,
+)
 from hydrodamp.simulation.draft_gains import (
     draft_gains,
     find_dependent,
@@ -206,6 +211,9 @@ def map_actuators(request: Request, form: Form) -> Response:
     project, version = project_of(request), field_value(form, "version")
     vehicle, _ = read_vehicle(project)
     content, log = displayed_content(project), read_log(project)
+    commands = {each.channel: each.column for each in assignments(content)}
+    listed = {name: name for name in log.command_names if name not in commands}
+    content = add_commands(content, listed)  # of a canonical log
     absent: set[str] = set()
     for name in propose_commands(vehicle, log):
         first, second = field_value(form, f"first-{name}"), field_value(form, f"second-{name}")

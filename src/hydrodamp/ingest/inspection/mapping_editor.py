@@ -215,6 +215,12 @@ def correct(content: Content, fix: Fix, channels: Sequence[str], displayed: Cont
     return content
 
 
+def add_commands(content: Content, columns: Mapping[str, str]) -> Content:
+    """Return the content with further commands of columns."""
+    table = {**_table(content.get(COMMANDS)), **columns}
+    return {**content, COMMANDS: table} if table else content
+
+
 def mix_commands(content: Content, name: str, first: str, second: str, weight: int) -> Content:
     """Return the content with a command made of another, or of the mean of two, weighted."""
     table = _table(content.get(COMMANDS))

@@ -258,7 +258,7 @@ seriesPlots.serve = (home, { ask, isFixed = false, onSelect, hooks = {}, shade, 
   const units = JSON.parse(home.dataset.units ?? "{}");
   const rows = () => [...document.querySelectorAll("[data-channel]")];
   const unitOf = (name) => rows().find((row) => row.dataset.channel === name)?.querySelector("[data-unit]")?.dataset.unit ?? (Object.hasOwn(units, name) ? units[name] : "");
-  const KINDS = { time: "over time", xy: "against each other", track: "track" };
+  const KINDS = { time: "over time", xy: "XY", track: "track" };
   const panels = [];
   let active, view, marks = [], count = 0, asked = 0; // requests so far: an answer to an earlier one is late
   const activate = (panel) => {
