@@ -51,7 +51,7 @@ const seriesPlots = (() => {
         view.show(view.low + step, view.high + step);
       },
       whole: () => view.show(start, end),
-      isWhole: () => view.low <= start && view.high >= end,
+      isWhole: () => view.high - view.low > 0.999 * (end - start),
     };
     return view;
   };
@@ -78,12 +78,12 @@ const seriesPlots = (() => {
   // The wheel zooms where the pointer was moved to, after a click, and with Ctrl. A plot that the
   // scrolled page brings below a resting pointer does not take the wheel, nor does one without more to show.
   let scrolled = -Infinity;
-  document.addEventListener("scroll", ({ timeStamp }) => { scrolled = timeStamp; }, { capture: true, passive: true });
+  document.addEventListener("scroll", () => { scrolled = performance.now(); }, { capture: true, passive: true });
   const addWheel = (over, zoom, isWhole) => {
     let moved = -Infinity;
     const group = over.closest("[tabindex]");
     over.addEventListener("mousedown", () => group?.focus({ preventScroll: true }));
-    over.addEventListener("mousemove", ({ timeStamp, movementX, movementY }) => { if (movementX || movementY) moved = timeStamp; });
+    over.addEventListener("mousemove", ({ movementX, movementY }) => { if (movementX || movementY) moved = performance.now(); });
     over.addEventListener("wheel", (event) => {
       const isMeant = event.ctrlKey || event.metaKey || document.activeElement === group || moved > scrolled + 200;
       if (!isMeant || (event.deltaY > 0 && isWhole())) return;
@@ -240,7 +240,7 @@ const seriesPlots = (() => {
     addWheel(made.over, (factor, left, top) => {
       const at = [made.posToVal(left, "x"), made.posToVal(top, "y")];
       show(shown.map(([low, high], k) => [at[k] - factor * (at[k] - low), at[k] + factor * (high - at[k])]));
-    }, () => shown.every(([low, high], k) => low <= whole[k][0] && high >= whole[k][1]));
+    }, () => shown.every(([low, high], k) => high - low > 0.999 * (whole[k][1] - whole[k][0])));
     describe(made, label);
     show(whole);
     return Object.assign(made, { mark });
