@@ -9,9 +9,10 @@ from itertools import compress
 import numpy as np
 
 from hydrodamp.basis.term import AXES, VELOCITIES
+from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.digests import velocity_digests
 from hydrodamp.data.intervals import ALL_TEST_DATA, select_data
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
 from hydrodamp.identification.fit import Fit
 from hydrodamp.simulation.replay import Trajectory

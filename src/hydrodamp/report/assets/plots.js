@@ -75,17 +75,12 @@ const seriesPlots = (() => {
     });
   };
 
-  // The wheel zooms where the pointer was moved to, after a click, and with Ctrl. A plot that the
-  // scrolled page brings below a resting pointer does not take the wheel, nor does one without more to show.
-  let scrolled = -Infinity;
-  document.addEventListener("scroll", () => { scrolled = performance.now(); }, { capture: true, passive: true });
+  // The wheel zooms after a click on a plot, and with Ctrl, unless there is no more to show: else it scrolls the page.
   const addWheel = (over, zoom, isWhole) => {
-    let moved = -Infinity;
     const group = over.closest("[tabindex]");
     over.addEventListener("mousedown", () => group?.focus({ preventScroll: true }));
-    over.addEventListener("mousemove", ({ movementX, movementY }) => { if (movementX || movementY) moved = performance.now(); });
     over.addEventListener("wheel", (event) => {
-      const isMeant = event.ctrlKey || event.metaKey || document.activeElement === group || moved > scrolled + 200;
+      const isMeant = event.ctrlKey || event.metaKey || document.activeElement === group;
       if (!isMeant || (event.deltaY > 0 && isWhole())) return;
       event.preventDefault();
       const { left, top } = over.getBoundingClientRect();
@@ -395,6 +390,7 @@ if (document.getElementById("data")) {
     for (const plot of plots) plot.destroy();
     for (const place of document.querySelectorAll("#series .plot")) place.remove();
     plots = about.panels.map(addPanel);
+    resize(); // the first plots were made before there were two columns
     view.show(view.low, view.high);
   };
   seriesPlots.addControls(home, () => view);
