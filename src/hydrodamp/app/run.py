@@ -18,7 +18,7 @@ from hydrodamp.app.gains import SUFFIX, is_edited, update_models
 from hydrodamp.app.jobs import Job
 from hydrodamp.app.project import MODEL, RESULTS, Project
 from hydrodamp.app.recordings import read_log
-from hydrodamp.app.steps import find_blocker, is_outdated, step_states
+from hydrodamp.app.steps import Step, find_blocker, is_outdated, step_states
 from hydrodamp.app.web import (
     COMPARE,
     Form,
@@ -169,10 +169,14 @@ def cancel_run(request: Request, form: Form) -> Response:
 
 
 def show_status(request: Request, form: Form) -> Response:
-    """Return the state of the comparison, or go to the verdict of a finished one."""
+    """Return the state of the comparison, or go to the verdict of a finished one.
+
+    A comparison whose replays all diverge fails with a verdict.
+    """
     project = project_of(request)
     job = jobs_of(request).find(project, COMPARE)
-    if job is not None and job.status == 0 and "wait" in request.query_params:
+    is_finished = job is not None and job.status in (0, 1) and "wait" in request.query_params
+    if is_finished and step_states(project)[-2] == Step("verdict", "done"):
         return redirect(request, project, "verdict")
     return _render_status(request, project)
 

@@ -219,7 +219,7 @@ def split_segments(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tupl
     joins, missing = record.joins, record.missing
     steps = np.diff(record.time, prepend=record.time[:1])
     inside = steps[1:][~joins[1:]]
-    gaps = (steps > max_step(inside)) & ~joins
+    gaps = (steps > max_step(inside, 0.0)) & ~joins
     if gaps.any():  # long against the motion, too
         gaps &= steps > max_step(inside, _shortest_gap(record))
     starts = joins | gaps | (missing != np.roll(missing, 1))
