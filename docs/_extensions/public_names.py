@@ -146,7 +146,7 @@ class PublicNames(SphinxDirective):
             package: sorted(names, key=rank) for package, names in layers().get(layer, {}).items()
         }
         for module, names in module_names(layer).items():
-            sections[module] = [f"{module}.{name}" for name in names]
+            sections.setdefault(module, []).extend(f"{module}.{name}" for name in names)
         return [
             section(
                 self,

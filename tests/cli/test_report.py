@@ -45,9 +45,9 @@ def test_the_report_is_made_again_as_it_was(results, call):
     done = call("report out --force")
     assert done.stderr == "written to out/report.html\n"
     assert (results / "report.html").read_bytes() == first
-    for words in (b"Usable: linear by ", b"fit ", b'"name":"r"'):
+    for words in (b"Usable: linear by ", b"fit ", b'"label":"r [deg/s]"'):
         assert words in first
-    assert b'"name":"w"' not in first  # a locked velocity is not drawn
+    assert b'"label":"w [m/s]"' not in first  # a locked velocity is not drawn
 
 
 @pytest.mark.parametrize(
