@@ -179,8 +179,8 @@ def test_coefficients_that_models_share_are_drawn_on_scales_with_zero(comparison
     found = take_apart(comparison_page(comparison))
     drawings = [e.attributes["aria-label"] for e in found.all("svg", role="img")]
     assert len(drawings) == 36 + 6  # all of linear, then its diagonal, which the others have too
-    assert drawings[0] == "X_u, not determined: linear: -1 ± 1.96"
-    assert drawings[36].startswith("X_u, not determined: linear: -1 ± 1.96; ")
+    assert drawings[0] == "X_u, not determined: linear: -1.0 ± 2.0"
+    assert drawings[36].startswith("X_u, not determined: linear: -1.0 ± 2.0; ")
     assert "uncoupled: -1" in drawings[36]
     summaries = [each.text for each in found.all("summary")]
     assert any(text.startswith("linear by ls") for text in summaries)
