@@ -3,8 +3,9 @@
     HYDRODAMP_DATA=DATA python studies/command_response.py [--page PAGE]
 
 Each row compares the lag that the log was simulated with and the estimate of
-:func:`hydrodamp.estimate_command_response`. Where a simulated log has a wrench in place of
-commands, the wrench was held from sample to sample; the row states whether ``probe`` says so.
+:func:`~hydrodamp.identification.command_response.estimate_command_response`.
+Where a simulated log has a wrench in place of commands, the wrench was held from sample to sample;
+the row states whether ``probe`` says so.
 """
 
 from __future__ import annotations

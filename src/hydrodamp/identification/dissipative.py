@@ -74,7 +74,7 @@ class Dissipative:
         Rows of the regression; the weak form by default.
     box : OperatingBox, optional
         Velocities at which the damping must be dissipative; by default from the quantiles of
-        the log, see :func:`hydrodamp.operating_box`.
+        the log, see :func:`~hydrodamp.identification.dissipativity.operating_box`.
 
     Examples
     --------

@@ -253,7 +253,7 @@ class Ridge(LinearEstimator):
         Rows of the regression; the weak form by default.
     strength : float, optional
         By default chosen per axis by cross-validation over segments, see
-        :func:`hydrodamp.folds`.
+        :func:`~hydrodamp.identification.regression.folds`.
     prior : Damping, optional
         κ₀: a published set or an earlier fit. Missing coefficients are zero; all of them by
         default.

@@ -192,7 +192,7 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     fit : Fit
         With coefficients.
     box : OperatingBox
-        Such as :func:`hydrodamp.operating_box` of a log.
+        Such as :func:`~hydrodamp.identification.dissipativity.operating_box` of a log.
     rate_unit : {"deg", "rad"}
         Unit of angular rates.
 
