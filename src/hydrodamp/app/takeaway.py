@@ -68,8 +68,12 @@ def show_files(request: Request, form: Form) -> Response:
 
 def _files(request: Request, project: Project) -> dict[str, Any]:
     jobs = jobs_of(request)
-    exports = [_describe_export(project, key, jobs.find(project, _export_name(key)))
-               for key in TARGETS]  # fmt: skip
+    exported, outdated = exported_targets(project), outdated_exports(project)
+    exports = []
+    for key in TARGETS:
+        state = "outdated" if key in outdated else "exported" if key in exported else ""
+        job = jobs.find(project, _export_name(key))
+        exports.append(_describe_export(project, key, state, job))
     plan, damping = jobs.find(project, PLAN), project.path(f"{RESULTS}/{DAMPING}")
     jobs_of_page = [plan, *(each["job"] for each in exports)]
     return {
@@ -79,7 +83,7 @@ def _files(request: Request, project: Project) -> dict[str, Any]:
         "listed": list(list_files(project).items()),
         "exports": exports,
         "is_busy": any(job.is_running for job in jobs_of_page if job is not None),
-        "script": script(project, sorted(exported_targets(project))),
+        "script": script(project, sorted(exported)),
         "plan": plan,
         "limits": [
             (key, *LIMITS[key][:2], f"{value:g}") for key, value in _limits(project).items()
@@ -95,17 +99,16 @@ def _headline(project: Project) -> str:
     return ""
 
 
-def _describe_export(project: Project, key: str, job: Job | None) -> dict[str, Any]:
+def _describe_export(project: Project, key: str, state: str, job: Job | None) -> dict[str, Any]:
     """Return the state of an export, and what its card says on its worth."""
     card: dict[str, Any] = {}
-    if key in exported_targets(project):
+    if state:
         with suppress(HydrodampError):
             card = read_card(project.path(f"{EXPORTS}/{key}"))
-    state = "exported" if card else ""
+    if state == "exported" and not card:
+        state = ""
     if job is not None and (job.is_running or job.status != 0):
         state = "running" if job.is_running else "refused"
-    elif key in outdated_exports(project):
-        state = "outdated"
     errors = [each for each in card.get("wrench_error", {}).values() if each is not None]
     worth = f"Wrench error at most {max(errors):.2g} % of the damping." if errors else ""
     description = TARGETS[key].description
