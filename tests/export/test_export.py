@@ -338,7 +338,7 @@ def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("target", ["python", "c", "octave", "casadi", "fmu", "mujoco"])
+@pytest.mark.parametrize("target", ["python", "c", "octave", "casadi", "jax", "fmu", "mujoco"])
 @pytest.mark.parametrize("name", ["hd", "*/ x; /*", "sqrt", "norm", "cos", "INPUTS"])
 def test_names_of_built_ins_and_of_the_files_themselves_run(target, name, tmp_path):
     vehicle = replace(hd.fleet["bluerov2"], name=name)

@@ -21,6 +21,7 @@ from hydrodamp.export.c99 import FMU, C
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym, Stonefish
 from hydrodamp.export.fidelity import Fidelity, first_labels, measure_fidelity
 from hydrodamp.export.gazebo import VRX, GzSim
+from hydrodamp.export.optimisers import JAX, Acados, DoMPC, PyTorch
 from hydrodamp.export.planar import complete_log, complete_plant
 from hydrodamp.export.plant import UNIT_BOX, ExportedPlant
 from hydrodamp.export.scripts import CasADi, MuJoCo, Octave, Python
@@ -201,7 +202,8 @@ def _check_replay(card: Fidelity) -> None:
 
 
 _ROBOTS = GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish
-_SINGLE_TARGETS = Python, C, Octave, CasADi, FMU, *_ROBOTS
+_OPTIMISERS = CasADi, JAX, PyTorch, Acados, DoMPC
+_SINGLE_TARGETS = Python, C, Octave, *_OPTIMISERS, FMU, *_ROBOTS
 SINGLE_TARGETS: dict[str, Target] = {target.key: target() for target in _SINGLE_TARGETS}
 """The targets that write one plant, by their keys, with default settings."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -32,6 +32,8 @@ from hydrodamp.export.target import (
 )
 from hydrodamp.export.verification import Engine, Simulator, attitude_quaternions
 from hydrodamp.files import load_text
+
+DEPTH_STEP = "depth_step.py"
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,9 @@ class CasADi(Target):
 
     key: ClassVar[str] = "casadi"
     description: ClassVar[str] = "CasADi 3.6 or newer"
+    template: ClassVar[str] = "casadi.py.j2"
+    examples: ClassVar[Mapping[str, str]] = {"mpc.py": "mpc.py.j2"}
+    """Templates of the other files, by their names."""
     smooth: float = 0.0
 
     def __post_init__(self) -> None:
@@ -82,12 +87,10 @@ class CasADi(Target):
         return f"corners of |x|, smoothed over {self.smooth:g}" if self.smooth else ""
 
     def render_files(self, plant: ExportedPlant) -> Files:
-        """Return the module, and an example of predictive control."""
+        """Return the module, and an example of its use."""
         values, name = template_values(plant, CASADI), vehicle_identifier(plant)
-        return {
-            f"{name}.py": render_template("casadi.py.j2", **values, smooth=self.smooth),
-            "mpc.py": render_template("mpc.py.j2", name=name, free=plant.vehicle.free.astype(int)),
-        }
+        module = render_template(self.template, **values, smooth=self.smooth)
+        return {f"{name}.py": module, **render_examples(plant, self.examples)}
 
     @contextmanager
     def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
@@ -101,6 +104,18 @@ def execute_module(path: Path) -> ModuleType:
     module = ModuleType(path.stem)
     exec(compile(load_text(path), str(path), "exec"), module.__dict__)
     return module
+
+
+def render_examples(plant: ExportedPlant, examples: Mapping[str, str], **values: object) -> Files:
+    """Return the files of templates, but no depth step of a plant that keeps its depth."""
+    vehicle = plant.vehicle
+    values |= {"name": vehicle_identifier(plant), "free": vehicle.free.astype(int)}
+    values["masses"] = vehicle.mass_matrix.diagonal().tolist()
+    return {
+        path: render_template(template, **values)
+        for path, template in examples.items()
+        if path != DEPTH_STEP or "Z" in vehicle.axes
+    }
 
 
 def _module(folder: Path, plant: ExportedPlant, name: str) -> Engine:

@@ -45,10 +45,12 @@ class RunError(NotRun):
     """The installed compiler or interpreter failed on the files."""
 
 
-def require_package(package: str, name: str = "") -> None:
-    """Raise NotRun if a package of the extra ``export`` is not installed."""
+def require_package(
+    package: str, name: str = "", source: str = 'pip install "hydrodamp[export]"'
+) -> None:
+    """Raise NotRun with its source if a package is not installed."""
     if find_spec(package) is None:
-        raise NotRun(f'{name or package} is not installed (pip install "hydrodamp[export]")')
+        raise NotRun(f"{name or package} is not installed ({source})")
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,204 @@
+"""Functions for optimisers: the core's accelerations and sensitivities, and a depth step."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.codegen import vehicle_identifier
+from hydrodamp.export.export import SINGLE_TARGETS
+from hydrodamp.export.optimisers import JAX, Acados, DoMPC, PyTorch
+from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.scripts import Python, execute_module
+from hydrodamp.export.target import require_package
+from hydrodamp.export.verification import attitude_quaternions
+from hydrodamp.kernels.core import replay
+from hydrodamp.kernels.plant import Inputs
+from hydrodamp.simulation.problem import held_channels
+
+from .conftest import (
+    ALL_ATOMS,
+    MODELS,
+    RICH,
+    accelerations_of,
+    coefficients,
+    core,
+    states,
+    write_export,
+)
+
+PLANT = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
+pytestmark = [  # what these packages warn of where they are imported
+    pytest.mark.filterwarnings("ignore:The .* feature is not available:UserWarning"),
+    pytest.mark.filterwarnings("ignore:.torch.jit:FutureWarning"),
+    pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning"),
+]
+PACKAGES = {"jax": "jax", "torch": "torch", "acados": "acados_template", "do-mpc": "do_mpc"}
+
+
+def needs(key):
+    """Return a parameter for a target, skipped without its package."""
+    package = PACKAGES[key]
+    absent = pytest.mark.skipif(not find_spec(package), reason=f"{package} is not installed")
+    return pytest.param(SINGLE_TARGETS[key], marks=absent, id=key)
+
+
+ALL = [*map(needs, PACKAGES)]
+
+
+@pytest.fixture
+def jax():
+    jax = pytest.importorskip("jax", reason="jax is not installed")
+    with jax.enable_x64(True):
+        yield jax
+
+
+def module_of(form, folder, plant=PLANT):
+    return execute_module(write_export(form, plant, folder) / f"{vehicle_identifier(plant)}.py")
+
+
+def core_step(plant, velocity, attitude, inputs, wrench, h):
+    """Return the velocity after a step of the core, and its slopes on the velocity before."""
+    given = np.tile(inputs, (2, 1))
+    channels = held_channels(plant.columns, dict(zip(plant.commands, given.T, strict=True)), 2)
+    speed = plant.vehicle.propulsion_speed(dict(zip(plant.commands, given.T, strict=True)))
+    record = Inputs(
+        np.array([0.0, h]),
+        np.tile(velocity, (2, 1)),
+        np.zeros((2, 3)),
+        np.tile(wrench, (2, 1)),
+        channels,
+        np.column_stack([speed, speed]),
+    )
+    entries, poses = (np.array([0]), np.array([0])), np.tile(attitude, (2, 1))
+    after, _, slope = replay(
+        plant.columns.plant, plant.matrix, record, [[0, 2]], entries, attitude=poses
+    )
+    return after[1], slope[1][:, 1:]
+
+
+@pytest.mark.parametrize("form", ALL)
+@pytest.mark.parametrize("model", [MODELS[0], ALL_ATOMS], ids=lambda model: model.key)
+def test_accelerations_are_those_of_the_core(form, model, tmp_path):
+    plant = ExportedPlant.of(RICH, coefficients(model))
+    at = states(plant)
+    found = accelerations_of(form, write_export(form, plant, tmp_path), plant, at)
+    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("form", [needs("jax"), needs("torch")])
+def test_an_input_that_is_no_command_and_locked_axes_are_the_core_s(form, planar, tmp_path):
+    boat, *_ = planar
+    damping = hd.Damping.from_dict(None, {"X_u": -8.0, "X_u^2(eta-1)": 2.0, "Y_v": -40.0})
+    plant = ExportedPlant.of(boat, damping)
+    at = states(plant, 5)
+    at = at._replace(velocity=at.velocity * boat.free)
+    folder = write_export(form, plant, tmp_path)
+    found = accelerations_of(form, folder, plant, at)
+    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
+    assert not (folder / "depth_step.py").exists()
+
+
+def test_jacobians_in_jax_are_the_sensitivities_of_the_core(jax, tmp_path):
+    module, at, h = module_of(JAX(), tmp_path), states(PLANT, 8), 0.02
+    attitudes = attitude_quaternions(at.down)
+    slope_of = jax.jit(jax.jacfwd(module.step))
+    rest = np.zeros(6)
+    for k, velocity in enumerate([*at.velocity[:-1], rest]):
+        given = attitudes[k], at.inputs[k], at.wrench[k], h
+        state = np.concatenate([velocity, np.zeros(3), attitudes[k]])
+        after, slope = core_step(PLANT, velocity, *given)
+        np.testing.assert_allclose(module.step(state, *given[1:])[:6], after, rtol=1e-12)
+        found = slope_of(state, *given[1:])[:6, :6]
+        np.testing.assert_allclose(found, slope, rtol=1e-9, atol=1e-9 * np.abs(slope).max())
+
+
+def test_a_gradient_in_reverse_is_the_one_forward(jax, tmp_path):
+    module, at = module_of(JAX(), tmp_path), states(PLANT, 1)
+    nu, *rest = (part[0] for part in at)
+    forward = jax.jit(jax.jacfwd(module.acceleration))(nu, *rest)
+    backward = jax.jit(jax.jacrev(module.acceleration))(nu, *rest)
+    np.testing.assert_allclose(forward, backward, rtol=1e-9, atol=1e-9)
+
+
+def test_batches_are_loops_and_compiled_functions_are_those_of_numpy(jax, tmp_path):
+    module, at = module_of(JAX(), tmp_path), states(PLANT, 6)
+    (tmp_path / "numpy").mkdir()
+    reference = module_of(Python(), tmp_path / "numpy")
+    attitudes = attitude_quaternions(at.down)
+    state = np.column_stack([at.velocity, np.zeros((6, 3)), attitudes])
+    derivative = jax.jit(module.derivative)
+    batch = jax.jit(jax.vmap(module.derivative))(state, at.inputs, at.wrench)
+    for row, *each in zip(batch, state, at.inputs, at.wrench, strict=True):
+        wanted = reference.derivative(*each)
+        np.testing.assert_allclose(derivative(*each), wanted, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(row, wanted, rtol=1e-12, atol=1e-12)
+
+
+def test_a_wrench_of_no_samples_acts_on_columns_of_samples(tmp_path):
+    module, at = module_of(Python(), tmp_path), states(PLANT, 4)
+    found = module.acceleration(at.velocity.T, at.down.T, at.inputs.T)
+    held = module.acceleration(at.velocity[0], at.down[0], at.inputs.T)
+    for k in range(4):
+        alone = module.acceleration(at.velocity[k], at.down[k], at.inputs[k])
+        np.testing.assert_allclose(found[:, k], alone, rtol=1e-12, atol=1e-12)
+        alone = module.acceleration(at.velocity[0], at.down[0], at.inputs[k])
+        np.testing.assert_allclose(held[:, k], alone, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.skipif(not find_spec("torch"), reason="torch is not installed")
+def test_jacobians_and_batches_in_torch_are_those_of_the_core_and_of_loops(tmp_path):
+    import torch
+
+    module, at, h = module_of(PyTorch(), tmp_path), states(PLANT, 4), 0.02
+    attitudes = attitude_quaternions(at.down)
+    for k, velocity in enumerate([*at.velocity[:-1], np.zeros(6)]):
+        state = torch.tensor(np.concatenate([velocity, np.zeros(3), attitudes[k]]))
+        given = [torch.tensor(part[k]) for part in (at.inputs, at.wrench)]
+        _, slope = core_step(PLANT, velocity, attitudes[k], at.inputs[k], at.wrench[k], h)
+        found = torch.func.jacfwd(module.step)(state, *given, h)[:6, :6]
+        np.testing.assert_allclose(found, slope, rtol=1e-9, atol=1e-9 * np.abs(slope).max())
+    batch = torch.func.vmap(module.acceleration)(*map(torch.tensor, at))
+    np.testing.assert_allclose(batch, core(PLANT, at), rtol=1e-12, atol=1e-12)
+    single = module.acceleration(*(torch.tensor(part[0]).float() for part in at))
+    assert single.dtype == torch.float32
+
+
+def test_the_model_of_acados_is_equation_1(tmp_path, monkeypatch):
+    ca = pytest.importorskip("casadi")
+    stand_in = SimpleNamespace(AcadosModel=SimpleNamespace)
+    monkeypatch.setitem(sys.modules, "acados_template", stand_in)
+    model, at = module_of(Acados(), tmp_path).make_model(), states(PLANT)
+    assert model.name == "auv_rich_3"
+    arguments = [model.x, model.xdot, model.u]
+    both = ca.Function("both", arguments, [model.f_expl_expr, model.f_impl_expr])
+    state = np.column_stack([at.velocity, np.zeros((50, 3)), attitude_quaternions(at.down)])
+    control = np.column_stack([at.inputs, at.wrench])
+    explicit, implicit = both(state.T, np.ones((13, 50)), control.T)
+    np.testing.assert_allclose(np.array(explicit)[:6].T, core(PLANT, at), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(np.array(implicit), 1.0 - np.array(explicit), rtol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ALL)
+def test_the_example_steers_a_depth_step(form, tmp_path):
+    plant = ExportedPlant.of(hd.fleet["bluerov2"], hd.published["bluerov2"])
+    write_export(form, plant, tmp_path)
+    call = [sys.executable, "-W", "ignore", "depth_step.py"]
+    done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=True)
+    depths = [float(line.split()[3]) for line in done.stdout.splitlines() if ": depth " in line]
+    assert depths[0] < 0.5
+    np.testing.assert_allclose(depths[-len(depths) // 4 :], 1.0, atol=0.05)
+
+
+@pytest.mark.parametrize("form", [JAX(), PyTorch(), Acados(), DoMPC()], ids=lambda form: form.key)
+def test_without_its_package_the_card_says_how_to_get_it(form, tmp_path, monkeypatch):
+    monkeypatch.setitem(require_package.__globals__, "find_spec", lambda name: None)
+    card = hd.export(hd.published["bluerov2"], hd.fleet["bluerov2"], form, tmp_path / "a")
+    assert "is not installed" in card.not_run
