@@ -106,7 +106,7 @@ class Acados(_Model):
     """CasADi's module with an ``AcadosModel``, explicit and implicit."""
 
     key: ClassVar[str] = "acados"
-    description: ClassVar[str] = "acados, by its package acados_template"
+    description: ClassVar[str] = "acados with acados_template"
     template: ClassVar[str] = "acados.py.j2"
     examples: ClassVar[Mapping[str, str]] = {DEPTH_STEP: "acados_step.py.j2"}
     package: ClassVar[str] = "acados_template"

@@ -110,7 +110,7 @@ def render_examples(plant: ExportedPlant, examples: Mapping[str, str], **values:
     """Return the files of templates, but no depth step of a plant that keeps its depth."""
     vehicle = plant.vehicle
     values |= {"name": vehicle_identifier(plant), "free": vehicle.free.astype(int)}
-    values["masses"] = vehicle.mass_matrix.diagonal().tolist()
+    values["masses"] = np.where(vehicle.free, vehicle.mass_matrix.diagonal(), 1.0).tolist()
     return {
         path: render_template(template, **values)
         for path, template in examples.items()
