@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError, ModelError
-from hydrodamp.export.export import Randomisation, draw_coefficients
+from hydrodamp.export.export import Randomisation, accept_draws
 from hydrodamp.export.plant import ExportedPlant
 
 LABELS = {"X_u|u|": -3.0, "Y_v": -2.0, "N_v": 0.5, "N_r": -4.0}
@@ -55,12 +55,12 @@ def test_draws_that_inject_energy_are_rejected(damping):
     plant = ExportedPlant.of(hd.fleet["vt690"], damping)
     passive, active = damping.coefficients.tolist(), (-damping.coefficients).tolist()
     generator = Generator([active, passive])
-    draws = draw_coefficients(plant, 2, generator, dissipative=False)
+    draws = accept_draws(plant, 2, generator, dissipative=False)
     np.testing.assert_array_equal(draws, [active, passive])
-    draws = draw_coefficients(plant, 2, generator, dissipative=True)
+    draws = accept_draws(plant, 2, generator, dissipative=True)
     np.testing.assert_array_equal(draws, [passive, passive])
     with pytest.raises(MethodError, match="only 0 of 20 draws"):
-        draw_coefficients(plant, 1, Generator([active]), dissipative=True)
+        accept_draws(plant, 1, Generator([active]), dissipative=True)
 
 
 def test_each_draw_is_written_for_another_target(damping, tmp_path):

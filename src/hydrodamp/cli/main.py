@@ -12,6 +12,7 @@ from hydrodamp.cli import lists
 from hydrodamp.cli.app import app as serve_app
 from hydrodamp.cli.batch import batch
 from hydrodamp.cli.compare import compare, demo
+from hydrodamp.cli.control import control
 from hydrodamp.cli.evaluate import simulate
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
@@ -41,7 +42,7 @@ COMMANDS = {
     "Names": (lists.list,),
     "Logs": (probe, convert),
     "Identification and validation": (compare, identify, report),
-    "Use of a model": (simulate, export, live),
+    "Use of a model": (simulate, export, control, live),
     "Next dives and many logs": (plan, batch),
 }
 for title, commands in COMMANDS.items():

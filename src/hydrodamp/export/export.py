@@ -16,7 +16,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.errors import FileError, MethodError, ModelError, demand, no_such
+from hydrodamp.errors import FileError, MethodError, demand, no_such
 from hydrodamp.export.c99 import FMU, C
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym, Stonefish
 from hydrodamp.export.fidelity import Fidelity, first_labels, measure_fidelity
@@ -31,7 +31,7 @@ from hydrodamp.files import as_json, load_json, load_text
 from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.predicted_error import predict_error
-from hydrodamp.models.damping import Damping
+from hydrodamp.models.damping import Damping, draw_coefficients
 from hydrodamp.models.model import read_label
 from hydrodamp.results import MANIFEST, check_results, save_results
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -249,7 +249,7 @@ class Randomisation(Target):
                 "choose a form that has every term, or identify a model that it can represent."
             )
         damping, generator = plant.damping, np.random.default_rng(self.seed)
-        draws = draw_coefficients(plant, self.draws, generator, dissipative=self.dissipative)
+        draws = accept_draws(plant, self.draws, generator, dissipative=self.dissipative)
         table = [("draw", *damping.model.labels), ("estimate", *damping.coefficients.tolist())]
         table += [(str(number), *row.tolist()) for number, row in enumerate(draws, start=1)]
         text = "".join(f"{','.join(map(str, row))}\n" for row in table)
@@ -271,20 +271,12 @@ class Randomisation(Target):
         yield Engine("hydrodamp, the estimate of the table", engine)
 
 
-def draw_coefficients(
+def accept_draws(
     plant: ExportedPlant, n: int, generator: np.random.Generator, *, dissipative: bool
 ) -> list[FloatArray]:
     """Return n samples of the normal distribution of a fit, rejecting energy injection if asked."""
-    damping = plant.damping
-    if damping.covariance is None or not np.isfinite(damping.covariance).all():
-        raise ModelError(
-            f"'{damping.model.key}' has no covariance to draw from: give a damping file that "
-            "`hydrodamp identify` wrote by a method that estimates one."
-        )
     attempts = n * (MAX_ATTEMPTS if dissipative else 1)
-    samples = generator.multivariate_normal(
-        damping.coefficients, damping.covariance, attempts, method="eigh"
-    )
+    samples = draw_coefficients(plant.damping, attempts, generator)
     accepted = (row for row in samples if not dissipative or _is_dissipative(plant, row))
     draws = [*islice(accepted, n)]
     if len(draws) < n:

@@ -274,6 +274,18 @@ def coefficient_columns(
     }
 
 
+def draw_coefficients(damping: Damping, n: int, generator: np.random.Generator) -> FloatArray:
+    """Return samples (n, n_coefficients) of the normal distribution of a fit."""
+    if damping.covariance is None or not np.isfinite(damping.covariance).all():
+        raise ModelError(
+            f"'{damping.model.key}' has no covariance to draw from: give a damping file that "
+            "`hydrodamp identify` wrote by a method that estimates one."
+        )
+    return np.asarray(
+        generator.multivariate_normal(damping.coefficients, damping.covariance, n, method="eigh")
+    )
+
+
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:
     """Warn when coefficients are used with a vehicle that they were not identified for."""
     if message := foreign_to(damping, stamp):

@@ -1,0 +1,1 @@
+"""Linear models at steady speeds, and autopilots for them."""
