@@ -2,6 +2,7 @@
 
 import json
 import re
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -107,3 +108,11 @@ def test_held_out_turns_from_the_raw_topics(run, measured_logs, tmp_path):
     reference = np.interp(log.time, derived["time_s"], derived["roll_rad"])  # by other means
     roll = euler_from_quaternion(log.attitude)[:, 0]
     assert np.sqrt(np.mean((reference - roll)[inside] ** 2)) < 0.011
+
+
+@pytest.mark.slow
+def test_a_filter_estimates_velocity_without_dvl(measured_logs):
+    """The errors of docs/how-to/navigation-filter.md."""
+    example = runpy.run_path(str(EXAMPLES / "bluerov2" / "velocity_filter.py"))
+    error = example["main"](measured_logs("bluerov2_kth"))
+    assert error == pytest.approx({"u": 0.047, "v": 0.029, "w": 0.022}, abs=0.0006)

@@ -33,7 +33,7 @@ def control(
     numbers, fit, craft = read_damping_and_vehicle(damping, vehicle)
     limits = None if envelope is None else read_envelope(envelope)
     design = design_control(craft, numbers, speed, envelope=limits, fit=fit, draws=draws)
-    missing = write_control(design, out)
+    missing = write_control(design, out, None if fit is None else fit.noise)
     print_output(json, control_document(design), f"Verdict: {design}", margins_table(design))
     for message in (*(each.warning for each in design.speeds if each.warning), *missing):
         note(f"warning: {message}")

@@ -21,6 +21,7 @@ from hydrodamp.identification.adequacy import Adequacy
 from hydrodamp.identification.dissipativity import energy_injection_warnings, velocity_ranges
 from hydrodamp.identification.grades import Grade, critical_value
 from hydrodamp.identification.parameters import Estimate
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.models.damping import Damping, coefficient_columns
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import command_ranges, missing_actuation
@@ -275,6 +276,9 @@ class Fit:
         adequate.
     adequacy : Adequacy or None
         What score tests say of the form of the model; None where the method has none.
+    noise : Noise or None
+        Pushes on the vehicle and errors of its measured velocities, at the estimate of the
+        prediction errors; None where the method has none.
     """
 
     damping: Damping
@@ -297,6 +301,7 @@ class Fit:
     form_errors: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     adequacy: Adequacy | None = None
     command_range: dict[str, tuple[float, float]] = field(default_factory=dict)
+    noise: Noise | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Copy the covariance of the parameters and check its shape."""

@@ -19,6 +19,7 @@ from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.parameters import Estimate
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
 from hydrodamp.results import save_results
@@ -90,6 +91,13 @@ AdequacyContent = Annotated[
     PlainSerializer(adequacy_document),
 ]
 
+#: Pushes and errors of sensors, arrays as lists.
+NoiseContent = Annotated[
+    Noise,
+    BeforeValidator(lambda value: Noise(**value) if isinstance(value, dict) else value),
+    PlainSerializer(lambda each: {key: _list_rows(value) for key, value in vars(each).items()}),
+]
+
 #: A vehicle as the content of its file.
 VehicleContent = Annotated[Vehicle, BeforeValidator(_read_vehicle), PlainSerializer(vehicle_entry)]
 
@@ -157,6 +165,7 @@ class FitDocument(BaseModel):
     form_errors: dict[str, tuple[float, float, float]] = {}
     adequacy: AdequacyContent | None = None
     command_range: dict[str, tuple[float, float]] = {}
+    noise: NoiseContent | None = None
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""

@@ -19,7 +19,6 @@ from typing import cast
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.command_response import response_remarks
@@ -58,12 +57,13 @@ from hydrodamp.identification.rebuilt_outputs import (
 )
 from hydrodamp.identification.score_test import correlate_innovations, score_further_terms
 from hydrodamp.identification.shooting_fit import build_fit
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.status import Status
 
-#: What is known of the form, and the standard deviations of the errors of the sensors.
-_FormErrors = tuple[Adequacy | None, FloatArray | float]
+#: What is known of the form, and the noise.
+_FormErrors = tuple[Adequacy | None, Noise | None]
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class OutputError:
         while True:
             # mass and damping have a narrow valley
             result = minimise_finally(joint, result, RELATIVE_TOLERANCE / joint.n_coefficients)
-            fit, sensor_std = self._build_fit(joint, model, start, result)
+            fit, noise = self._build_fit(joint, model, start, result)
             priors = {
                 each.label: fit.estimates[each.label].hold_at_prior()
                 for each in parameters
@@ -171,7 +171,7 @@ class OutputError:
             parameters = tuple(each for each in parameters if each.label not in priors)
             if not parameters:
                 windows = fit_windows(objective, model, self.windows)
-                form = fit.adequacy, sensor_std
+                form = fit.adequacy, noise
                 fit, _ = self._build_fit(objective, model, *windows, form)
                 return replace(fit, estimates=fit.estimates | undetermined)
             joint = _free_vehicle(objective, model, parameters)
@@ -185,24 +185,24 @@ class OutputError:
         model: DampingModel,
         start: Iterate,
         result: Iterate,
-        joint: _FormErrors = (None, 0.0),
-    ) -> tuple[Fit, FloatArray | float]:
-        """Return the fit and the errors of the sensors, from those of a joint fit if it has any."""
+        joint: _FormErrors = (None, None),
+    ) -> tuple[Fit, Noise | None]:
+        """Return the fit and the noise, from those of a joint fit if it has any."""
         normals = PieceNormals.of(objective, result)
-        adequacy, sensor_std = joint
+        adequacy, noise = joint
         if adequacy is None or adequacy.form is Form.ADEQUATE:
-            normals, adequacy, sensor_std = self._refine(normals, model)
+            normals, adequacy, noise = self._refine(normals, model)
         else:  # a known vehicle lacks the terms that a free one lacks
             tests = adequacy.tests, adequacy.correlations
             adequacy = Adequacy.judge(*tests, normals.moving_r_squared)
-        fit = build_fit(normals, model, self, start.coefficients, adequacy, sensor_std)
-        return fit, sensor_std
+        fit = build_fit(normals, model, self, start.coefficients, adequacy, noise)
+        return fit, noise
 
     def _refine(
         self, windows: PieceNormals, model: DampingModel
-    ) -> tuple[PieceNormals, Adequacy | None, FloatArray | float]:
-        """Return normal equations, what is known of the form, and the errors of the sensors."""
-        return windows, None, 0.0
+    ) -> tuple[PieceNormals, Adequacy | None, Noise | None]:
+        """Return normal equations, what is known of the form, and the noise."""
+        return windows, None, None
 
 
 @dataclass(frozen=True)
@@ -235,10 +235,10 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     def _refine(
         self, windows: PieceNormals, model: DampingModel
-    ) -> tuple[PieceNormals, Adequacy | None, FloatArray | float]:
+    ) -> tuple[PieceNormals, Adequacy | None, Noise | None]:
         objective = windows.objective
         if objective.problem.sensor_log is not None or len(windows.pieces) < MIN_BLOCKS:
-            return windows, None, 0.0
+            return windows, None, None
         r_squared = windows.moving_r_squared
         rounds = minimise_prediction_errors(objective, windows.iterate)
         for filtered in rounds:
@@ -249,10 +249,9 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
             if adequacy.is_clearly_missing:
                 break
         noise = cast(FilteredOutputs, fix_parameters(*filtered)[0].outputs).noise
-        sensor_std = noise.sensor[objective.problem.vehicle.free]
         if adequacy.form is Form.ADEQUATE:
-            return PieceNormals.of(*filtered), adequacy, sensor_std
-        return windows, adequacy if correlations or adequacy.missing else None, sensor_std
+            return PieceNormals.of(*filtered), adequacy, noise
+        return windows, adequacy if correlations or adequacy.missing else None, noise
 
 
 def _free_vehicle(

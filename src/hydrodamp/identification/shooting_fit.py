@@ -29,6 +29,7 @@ from hydrodamp.identification.parameter_estimates import (
 from hydrodamp.identification.prediction_error import FilteredOutputs
 from hydrodamp.identification.rebuilt_outputs import fix_parameters
 from hydrodamp.identification.regression import column_span
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.models.model import DampingModel
 from hydrodamp.status import Status
 
@@ -70,7 +71,7 @@ def build_fit(
     method: Method,
     start: FloatArray,
     adequacy: Adequacy | None = None,
-    sensor_std: FloatArray | float = 0.0,
+    noise: Noise | None = None,
 ) -> Fit:
     """Build the fit of an iterate, with the intervals of its jackknife replicates.
 
@@ -125,6 +126,7 @@ def build_fit(
             f"Only sensors of other motions determine {' '.join(indirect)}, through the coupling "
             "of the mass matrix: these are weak.",
         )
+    sensor_std = 0.0 if noise is None else noise.sensor[problem.vehicle.free]
     fit = make_fit(
         problem,
         model,
@@ -145,4 +147,5 @@ def build_fit(
         adequacy=adequacy,
         held_out_r_squared=normals.held_out_r_squared,
         form_errors={} if is_adequate else normals.form_errors(sensor_std),
+        noise=noise,
     )

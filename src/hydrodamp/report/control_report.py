@@ -15,6 +15,7 @@ from hydrodamp.control.design import ControlDesign, SpeedDesign
 from hydrodamp.control.linear_model import STATES, state_scales
 from hydrodamp.control.loop_margins import MIN_MODULUS
 from hydrodamp.files import as_json
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.report.figures.control import margins_figure, step_figure
 from hydrodamp.report.pictures import draw_pictures
 from hydrodamp.report.table import Table
@@ -127,6 +128,40 @@ def _distribution(values: FloatArray) -> dict[str, float | None]:
     }
 
 
+def noise_document(design: ControlDesign, noise: Noise) -> dict[str, Any]:
+    """Return the process noise of a navigation filter at each speed.
+
+    The states are those of the linear model, then a push d on each axis, d' = -d / tau + w.
+    """
+    inverse = np.linalg.inv(design.vehicle.mass_matrix) * np.outer(*[design.vehicle.free] * 2)
+    spectrum = 2.0 * noise.time_constant * noise.push**2
+    gain = np.vstack([inverse, np.zeros((len(STATES) - 6, 6))])
+    return {
+        "states": [*STATES, *(f"push_{axis}" for axis in AXES)],
+        "time_constant": noise.time_constant,
+        "push_std": noise.push.tolist(),
+        "q_push": (spectrum / noise.time_constant**2).tolist(),  # diagonal of w's intensity
+        "q_velocity": (inverse @ np.diag(spectrum) @ inverse).tolist(),  # of white acceleration
+        "measurement_std": noise.sensor.tolist(),
+        "measurement_correlation": noise.correlation.tolist(),
+        "measurement_step": noise.step,
+        "speeds": [
+            {
+                "speed": each.speed,
+                "a": np.block(
+                    [
+                        [each.model.a[0], gain],
+                        [np.zeros((6, len(STATES))), -np.eye(6) / noise.time_constant],
+                    ]
+                ).tolist(),
+                "b": np.vstack([each.model.b[0], np.zeros((6, each.model.b.shape[2]))]).tolist(),
+            }
+            for each in design.speeds
+            if each.model is not None
+        ],
+    }
+
+
 def margins_table(design: ControlDesign) -> Table:
     """Return a row for each speed and command with a loop: margins, the worst over draws."""
     rows = []
@@ -148,9 +183,12 @@ def margins_table(design: ControlDesign) -> Table:
     return Table.of_words(title, header, "rlrrrrl", rows, notes)
 
 
-def write_control(design: ControlDesign, folder: Path) -> list[str]:
+def write_control(design: ControlDesign, folder: Path, noise: Noise | None) -> list[str]:
     """Write a design into a folder; return messages on files that could not be written."""
     contents = {folder / "control.json": as_json(control_document(design)).encode("utf-8")}
+    if noise is not None:
+        document = noise_document(design, noise)
+        contents[folder / "process_noise.json"] = as_json(document).encode("utf-8")
     assets = files("hydrodamp.control").joinpath("assets")
     contents |= {folder / name: assets.joinpath(f"{name}.txt").read_bytes() for name in SCRIPTS}
     sketches = [

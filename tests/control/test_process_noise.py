@@ -1,0 +1,65 @@
+"""Process noise of a navigation filter: from the fit to its file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_lyapunov
+
+import hydrodamp as hd
+from hydrodamp.control.design import design_control
+from hydrodamp.files import as_json
+from hydrodamp.identification.fit_files import fit_document, read_damping_file
+from hydrodamp.kernels.kalman import Noise
+from hydrodamp.report.control_report import noise_document, write_control
+from hydrodamp.simulation.damping_estimate import published_damping
+
+NOISE = Noise(np.arange(1.0, 7.0), np.full(6, 0.01), np.full(6, 0.3), 2.0, 0.1)
+VEHICLE = hd.fleet["vt690"]
+
+
+def designed():
+    return design_control(VEHICLE, published_damping(VEHICLE), [1.5])
+
+
+def test_the_filter_states_have_the_covariance_of_the_pushes():
+    document = noise_document(designed(), NOISE)
+    (speed,) = document["speeds"]
+    a, pushes = np.array(speed["a"]), slice(10, 16)
+    assert len(document["states"]) == len(a) == 16
+    covariance = solve_continuous_lyapunov(a[pushes, pushes], -np.diag(document["q_push"]))
+    assert np.sqrt(covariance.diagonal()) == pytest.approx(NOISE.push)
+    # a push of 1 N m in yaw turns the vehicle by the inverse of its mass matrix
+    assert a[:6, 15] == pytest.approx(np.linalg.inv(VEHICLE.mass_matrix)[:, 5])
+    # white acceleration that has the spectrum of the push at low frequency
+    inverse = np.linalg.inv(VEHICLE.mass_matrix)
+    expected = inverse @ np.diag(2.0 * 2.0 * NOISE.push**2) @ inverse
+    assert np.array(document["q_velocity"]) == pytest.approx(expected)
+
+
+def test_the_noise_of_a_fit_is_in_its_file(tmp_path):
+    fit = hd.Fit(published_damping(VEHICLE), "recommended", hd.Status.OK, noise=NOISE)
+    path = tmp_path / "damping.json"
+    path.write_text(as_json(fit_document(fit)), "utf-8")
+    _, read = read_damping_file(path)
+    assert read.noise.push.tolist() == NOISE.push.tolist()
+    assert read.noise.time_constant == 2.0
+    path.write_text(as_json(fit_document(replace(fit, noise=None))), "utf-8")
+    assert read_damping_file(path)[1].noise is None
+
+
+def test_the_file_is_written_where_the_fit_has_noise(tmp_path):
+    write_control(designed(), tmp_path, NOISE)
+    assert (tmp_path / "process_noise.json").is_file()
+    write_control(designed(), tmp_path, None)
+    assert not (tmp_path / "process_noise.json").exists()
+
+
+@pytest.mark.slow
+def test_the_recommended_method_estimates_the_noise_of_the_sensors():
+    campaign, model = hd.reenact(duration=60.0), hd.catalog["fossen"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    noise = hd.find_method("recommended").identify(problem, model).noise
+    # of the simulated DVL [m/s]; the model lacks terms of sway
+    assert noise.sensor[[0, 2]] == pytest.approx(0.0133, rel=0.05)
+    assert hd.LeastSquares().identify(problem, model).noise is None
