@@ -9,6 +9,7 @@ from hydrodamp.errors import FileError
 from hydrodamp.identification.adequacy import Adequacy, ScoreTest
 from hydrodamp.identification.fit_files import read_finished_fits, read_fit, write_fit
 from hydrodamp.identification.parameters import Estimate
+from hydrodamp.kernels.kalman import Noise
 from hydrodamp.report.documents import comparison_document
 from hydrodamp.simulation.replay import HorizonScore
 from hydrodamp.validation.compare import replayed_row
@@ -183,6 +184,7 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         adequacy=Adequacy.judge(tests, {"X": 0.01}, {"X": 0.5}),
         command_range={"rudder": (-0.3, 0.2)},
         unconverged=("N",),
+        noise=Noise(np.ones(6), np.full(6, 0.01), np.full(6, 0.3), 2.0, 0.1),
     )
     hd.write_comparison(hd.Comparison((replace(row, fit=fit),)), tmp_path)
     again = hd.read_comparison(tmp_path).rows[0].fit
@@ -190,8 +192,9 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
     assert again.joint_labels == (*labels, "A_N")
     np.testing.assert_array_equal(again.joint_covariance, fit.joint_covariance)
     np.testing.assert_array_equal(fit.joint_covariance[-1:], rows)
+    assert again.noise.push.tolist() == fit.noise.push.tolist()
     for name in {each.name for each in fields(fit)} - {
-        *("damping", "uncertainty", "parameter_covariance")
+        *("damping", "uncertainty", "parameter_covariance", "noise")
     }:
         assert getattr(fit, name), name
         assert getattr(again, name) == getattr(fit, name), name

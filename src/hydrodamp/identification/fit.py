@@ -306,9 +306,8 @@ class Fit:
     def __post_init__(self) -> None:
         """Copy the covariance of the parameters and check its shape."""
         if self.parameter_covariance is not None:
-            n = len(self.joint_labels)
-            shape = n - self.model.n_coefficients, n
-            freeze(self, MethodError, parameter_covariance=shape)
+            n, p = len(self.joint_labels), self.model.n_coefficients
+            freeze(self, MethodError, parameter_covariance=(n - p, n))
 
     @property
     def model(self) -> DampingModel:
@@ -342,9 +341,8 @@ class Fit:
     def summary_lines(self) -> tuple[str, ...]:
         """Warnings, status, form, remarks and the covariance estimator, in sentences."""
         form = () if self.adequacy is None else (str(self.adequacy),)
-        lines = (*self.warnings, self.status.value, *form, *self.remarks)
-        note = str(self.uncertainty or WHITE_NOISE_NOTE)
-        return lines if self.damping.covariance is None else (*lines, note)
+        notes = () if self.damping.covariance is None else (self.uncertainty or WHITE_NOISE_NOTE,)
+        return (*self.warnings, self.status.value, *form, *self.remarks, *map(str, notes))
 
     def _repr_html_(self) -> str:
         times = critical_value() if self.uncertainty is None else self.uncertainty.critical_value()
