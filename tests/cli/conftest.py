@@ -65,6 +65,25 @@ def folder(planar, tmp_path, monkeypatch):
     return tmp_path
 
 
+BOAT = """\
+name: boat
+axes: [X, Y, N]
+mass_matrix: [[30, 0, 0], [0, 45, 0], [0, 0, 8]]
+weight: 300
+buoyancy: 300
+actuators:
+  - {kind: fin, command: rudder, force: {Y: 6, N: -5}, limit: 0.4}
+  - {kind: propeller, command: rpm, thrust: 2.0e-5}
+"""
+
+
+@pytest.fixture
+def boat(folder):
+    """Return the folder, with the file of a boat with rudder and propeller."""
+    (folder / "boat.yaml").write_text(BOAT, "utf-8")
+    return folder
+
+
 @pytest.fixture
 def call():
     """Return a function that calls the command line as a shell would, and checks the status."""

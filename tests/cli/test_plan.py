@@ -7,27 +7,16 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.experiment_design import context, optimise
 
-BOAT = """\
-name: boat
-axes: [X, Y, N]
-mass_matrix: [[30, 0, 0], [0, 45, 0], [0, 0, 8]]
-weight: 300
-buoyancy: 300
-actuators:
-  - {kind: fin, command: rudder, force: {Y: 6, N: -5}, limit: 0.4}
-  - {kind: propeller, command: rpm, thrust: 2.0e-5}
-"""
 CALL = "plan --vehicle boat.yaml --model mine.yaml --duration 60 --out plan --envelope band.yaml"
 
 
 @pytest.fixture
-def home(folder, monkeypatch):
+def home(boat, monkeypatch):
     monkeypatch.setattr(optimise, "MAX_GENERATIONS", 1)
     monkeypatch.setattr(context, "N_MEMBERS", 10)
-    (folder / "boat.yaml").write_text(BOAT, "utf-8")
-    (folder / "mine.yaml").write_text("{name: mine, terms: {X: u|u|, Y: v uv, N: r ur}}", "utf-8")
-    (folder / "band.yaml").write_text("speed: [0.8, 1.6]", "utf-8")
-    return folder
+    (boat / "mine.yaml").write_text("{name: mine, terms: {X: u|u|, Y: v uv, N: r ur}}", "utf-8")
+    (boat / "band.yaml").write_text("speed: [0.8, 1.6]", "utf-8")
+    return boat
 
 
 @pytest.mark.slow

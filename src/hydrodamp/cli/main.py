@@ -18,6 +18,7 @@ from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
 from hydrodamp.cli.logs import convert, probe
+from hydrodamp.cli.manoeuvre import manoeuvre
 from hydrodamp.cli.options import HelpCommand, HelpGroup
 from hydrodamp.cli.output import INTERRUPTED, handle_errors
 from hydrodamp.cli.plan import plan
@@ -42,7 +43,7 @@ COMMANDS = {
     "Names": (lists.list,),
     "Logs": (probe, convert),
     "Identification and validation": (compare, identify, report),
-    "Use of a model": (simulate, export, control, live),
+    "Use of a model": (simulate, manoeuvre, control, export, live),
     "Next dives and many logs": (plan, batch),
 }
 for title, commands in COMMANDS.items():

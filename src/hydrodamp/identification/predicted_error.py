@@ -141,7 +141,7 @@ def prediction_band(
         )
     free = damping.model.restricted_to(problem.vehicle.axes)
     indices = [damping.model.index(label) for label in free.labels]
-    root = _root(damping.covariance[np.ix_(indices, indices)])
+    root = covariance_root(damping.covariance[np.ix_(indices, indices)])
     entries, n = problem.equations.entries(free), free.n_coefficients
     matrix, length = problem.matrix(damping), max(_CHUNK_SIZE // (6 * (n + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
@@ -232,7 +232,7 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
 
 
 @factorisation("covariance")
-def _root(covariance: FloatArray) -> FloatArray:
+def covariance_root(covariance: FloatArray) -> FloatArray:
     """Return R with ``R Rᵀ`` the covariance, by an eigendecomposition of the correlation."""
     scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     unit = np.where(scale > 0.0, scale, 1.0)

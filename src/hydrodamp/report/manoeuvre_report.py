@@ -1,0 +1,125 @@
+"""Report of a ship's manoeuvres: verdict, table, JSON and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrodamp.experiment_design.ship_manoeuvres import SIDES, ShipManoeuvres
+from hydrodamp.experiment_design.ship_motion import MAX_DURATION
+from hydrodamp.files import as_json
+from hydrodamp.identification.dissipativity import velocity_unit
+from hydrodamp.report.figures.manoeuvres import manoeuvre_figure, spiral_figure
+from hydrodamp.report.pictures import draw_pictures
+from hydrodamp.report.table import NOTHING, Table, coefficient
+from hydrodamp.results import save_results
+
+#: Names of all files, relative to their folder.
+RESULTS = (
+    *("manoeuvres.json", "turning-circle.svg", "zigzag-10-10.svg", "zigzag-20-20.svg"),
+    *("stopping.svg", "spiral.svg"),
+)
+
+IMO = "IMO resolution MSC.137(76)"
+
+
+def describe_verdict(result: ShipManoeuvres) -> str:
+    """Return whether the ship meets the limits, with what probability, and what is beyond them."""
+    exceeded = [
+        f"{each.name} of the {_title(each.manoeuvre, each.side)} "
+        + ("not reached" if each.value is None else f"{each.value:.3g} > {each.limit:.3g}")
+        for each in result.characteristics
+        if each.limit is not None and not each.draws[0] <= each.limit
+    ]
+    share = result.probability
+    chance = "" if share is None else f", with probability {share:.2f} over the draws"
+    verb, reasons = ("does not meet", f": {', '.join(exceeded)}") if exceeded else ("meets", "")
+    return f"{result.ship.vehicle.name} {verb} the limits of {IMO}{chance}{reasons}."
+
+
+def _title(name: str, side: str) -> str:
+    return f"{name} to {side}" if side else name
+
+
+def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
+    """Yield conditions, manoeuvres that the model cannot hold, and extrapolations."""
+    ship, steady = result.ship, result.steady[0]
+    rudder, propeller = ship.names[ship.rudder], ship.names[ship.propeller]
+    yield (
+        f"Approach at {ship.speed:.3g} m/s, L {ship.length:.4g} m, L/V {ship.time_unit:.3g} s; "
+        f"`{rudder}` at {np.degrees(ship.rudder_rate):.3g} deg/s, straight ahead with "
+        f"{np.degrees(steady[2]) + 0.0:.1f} deg to starboard; `{propeller}` held at "
+        f"{steady[3]:.4g}, reversed for stopping."
+    )
+    failed = {(each.manoeuvre, each.side) for each in result.characteristics if each.value is None}
+    for name, side in sorted(
+        failed & {(key, side) for key in result.trajectories for side in ("", *SIDES)}
+    ):
+        run, column = result.trajectories[name], len(result.steady) * (side == "port")
+        last = int(np.isfinite(run.states[:, column, 0]).sum()) - 1
+        angle = ship.side * np.degrees(run.commands[last, column, ship.rudder]) + 0.0
+        longest = MAX_DURATION * ship.time_unit
+        ends = "does not end" if (last + 2) * run.period > longest else "diverges"
+        yield (
+            f"The model cannot hold the {_title(name, side)}: it {ends}, "
+            f"{last * run.period:.3g} s after the order, with `{rudder}` {angle:.3g} deg to "
+            f"starboard and `{propeller}` at {run.commands[last, column, ship.propeller]:.4g}."
+        )
+    for name, velocities in result.extrapolation.items():
+        for key, (known, largest, error) in velocities.items():
+            scale = np.degrees(1.0) if key in "pqr" else 1.0
+            unit = velocity_unit(key).replace("rad", "deg")
+            width = "" if error is None else f"; predicted error ±{error:.2g} {unit}"
+            yield (
+                f"Extrapolation in the {name}: {key} reaches {scale * largest:.2g} {unit}, "
+                f"{scale * known:.2g} in the log{width}."
+            )
+
+
+def manoeuvre_table(result: ShipManoeuvres) -> Table:
+    """Return a row for each number, with its band and limit."""
+    rows = (
+        (
+            *(each.manoeuvre, each.side, each.name, coefficient(each.value)),
+            " to ".join(f"{end:.3g}" for end in each.band) if each.band else NOTHING,
+            *(coefficient(each.limit), each.unit),
+        )
+        for each in result.characteristics
+    )
+    header = ("manoeuvre", "side", "number", "value", "95 % band", "IMO limit", "unit")
+    notes = tuple(describe_conditions(result))
+    return Table.of_words("Manoeuvres", header, "lllrrrl", rows, notes)
+
+
+def manoeuvre_document(result: ShipManoeuvres) -> dict[str, Any]:
+    """Return all numbers for JSON."""
+    keys = ("manoeuvre", "side", "name", "unit", "value", "band", "limit")
+    return {
+        "verdict": describe_verdict(result),
+        "meets_limits": bool(result.is_met[:, 0].all()),
+        "probability": result.probability,
+        "speed": result.ship.speed,
+        "length": result.ship.length,
+        "notes": [*describe_conditions(result)],
+        "numbers": [
+            {key: getattr(each, key) for key in keys}
+            | {"failed_share": float(np.isnan(each.draws).mean())}
+            for each in result.characteristics
+        ],
+    }
+
+
+def write_manoeuvres(result: ShipManoeuvres, folder: Path) -> list[str]:
+    """Write JSON and pictures into a folder; return messages on what is missing."""
+    draw = {name: partial(manoeuvre_figure, result, name) for name in result.trajectories}
+    draw["spiral"] = partial(spiral_figure, result)
+    sketches = [(name.replace(" ", "-").replace("/", "-"), "", draw[name]) for name in draw]
+    pictures, missing = draw_pictures(sketches, {})
+    contents = {folder / f"{each.name}.svg": each.svg for each in pictures}
+    contents[folder / "manoeuvres.json"] = as_json(manoeuvre_document(result)).encode("utf-8")
+    save_results(contents, folder, RESULTS)
+    return missing

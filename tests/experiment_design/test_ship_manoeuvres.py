@@ -1,0 +1,201 @@
+"""Manoeuvres of a ship: closed forms, symmetry, similitude, limits, and models that diverge."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import hydrodamp as hd
+from hydrodamp.errors import HydrodampError
+from hydrodamp.experiment_design import ship_manoeuvres
+from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship, imo_limits
+from hydrodamp.report.manoeuvre_report import describe_conditions, describe_verdict
+from similitude import coefficient_scales, scale_vehicle
+
+#: Nomoto's ship: T r' + r = K delta, without sway; K and T by coefficients of yaw and rudder.
+GAIN, LAG, ANGLE = 0.2, 4.0, np.radians(10.0)
+SHIP = hd.Vehicle("ship", np.diag([1e3, 1e3, 1e3]), 0.0, 0.0, axes=("X", "Y", "N"))
+NOMOTO = {
+    "X_u|u|": -10.0,
+    "X_rps": 1.0,
+    "X_vr": -1e3,  # against the Coriolis force m v r
+    "Y_ur": 1e3,  # against m u r
+    "Y_v": -1e3,
+    "N_r": -1e3 / LAG,
+    "N_rudder": 1e3 * GAIN / LAG,
+}
+
+
+def numbers(result):
+    return {(each.manoeuvre, each.side, each.name): each for each in result.characteristics}
+
+
+def evaluate(coefficients, **settings):
+    settings = {"speed": 2.0, "length": 4.0, "rudder_rate": 100.0} | settings
+    damping = hd.Damping.from_dict(None, coefficients)
+    return evaluate_ship(settings.pop("vehicle", SHIP), damping, **settings)
+
+
+@pytest.fixture(scope="module")
+def nomoto():
+    return evaluate(NOMOTO)
+
+
+@pytest.mark.slow
+def test_the_turning_circle_is_that_of_nomoto(nomoto):
+    values = {key[1:]: each.value for key, each in numbers(nomoto).items()}
+    rate = GAIN * np.radians(35.0)
+    assert values["starboard", "steady yaw rate"] == pytest.approx(np.degrees(rate), rel=1e-3)
+    assert values["starboard", "steady speed"] == pytest.approx(2.0)
+    assert values["starboard", "final diameter"] == pytest.approx(2.0 * 2.0 / rate / 4.0, rel=1e-3)
+    end = solve_ivp(
+        lambda t, x: [
+            (GAIN * np.radians(35.0) - x[0]) / LAG,
+            x[0],
+            2 * np.cos(x[1]),
+            2 * np.sin(x[1]),
+        ],
+        (0.0, 100.0),
+        np.zeros(4),
+        events=[lambda t, x: x[1] - np.pi / 2.0, lambda t, x: x[1] - np.pi],
+        rtol=1e-10,
+    ).y_events
+    assert values["starboard", "advance"] == pytest.approx(end[0][0, 2] / 4.0, rel=2e-3)
+    assert values["starboard", "transfer"] == pytest.approx(end[0][0, 3] / 4.0, rel=2e-3)
+    assert values["starboard", "tactical diameter"] == pytest.approx(end[1][0, 3] / 4.0, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_the_zigzag_is_that_of_nomoto(nomoto):
+    heading = rate = 0.0
+    overshoots = []
+    for sign in (1.0, -1.0, 1.0):
+        steady = sign * GAIN * ANGLE
+        end = solve_ivp(
+            lambda t, x, steady=steady: [(steady - x[0]) / LAG, x[0]],
+            (0.0, 500.0),
+            [rate, heading],
+            events=[lambda t, x, s=sign: x[1] - s * ANGLE if t > 0.1 else -s, lambda t, x: x[0]],
+            rtol=1e-10,
+        ).y_events
+        if sign * rate < 0.0:
+            overshoots.append(np.degrees(np.abs(end[1][0, 1]) - ANGLE))
+        rate, heading = end[0][-1]
+    values = {key: each.value for key, each in numbers(nomoto).items()}
+    name = "zigzag 10/10", "starboard"
+    assert values[(*name, "first overshoot")] == pytest.approx(overshoots[0], abs=0.05)
+    assert values[(*name, "second overshoot")] == pytest.approx(overshoots[1], abs=0.05)
+
+
+@pytest.mark.slow
+def test_stopping_is_that_of_a_constant_thrust_astern(nomoto):
+    # m u' = -T - k u^2 with T = k U^2: the track is m ln(2) / 2k.
+    reach = numbers(nomoto)["stopping", "", "track reach"]
+    assert reach.value == pytest.approx(1e3 * np.log(2.0) / 20.0 / 4.0, rel=1e-4)
+    assert reach.limit == 15.0
+    assert reach.band is None
+    assert nomoto.probability is None
+
+
+@pytest.mark.slow
+def test_both_sides_of_a_symmetric_ship_are_equal_whatever_the_sign_of_the_rudder(nomoto):
+    opposite = numbers(evaluate(NOMOTO | {"N_rudder": -NOMOTO["N_rudder"]}))
+    for (manoeuvre, side, name), each in numbers(nomoto).items():
+        other = {"starboard": "port", "port": "starboard", "": ""}[side]
+        assert opposite[manoeuvre, other, name].value == pytest.approx(each.value, abs=1e-9)
+        assert opposite[manoeuvre, side, name].value == pytest.approx(each.value, abs=1e-9)
+
+
+FORM = {  # with hull lift and cross-flow drag
+    "X_u|u|": -10.0,
+    "X_rps": 1.0,
+    "Y_uv": -300.0,
+    "N_uv": -400.0,
+    "N_ur": -1200.0,
+    "N_r|r|": -3e3,
+    "Y_u^2*rudder": -60.0,
+    "N_u^2*rudder": 120.0,
+}
+
+
+@pytest.mark.slow
+def test_ratios_to_the_length_are_those_of_a_larger_ship():
+    damping = hd.Damping.from_dict(None, FORM)
+    scales = coefficient_scales(damping.model, 25.0)
+    larger = replace(damping, coefficients=damping.coefficients * scales)
+    settings = {"rudder": "rudder", "propeller": "rps"}
+    small = evaluate_ship(SHIP, damping, 2.0, length=4.0, **settings)
+    large = evaluate_ship(scale_vehicle(SHIP, 25.0), larger, 10.0, length=100.0, **settings)
+    for first, second in zip(small.characteristics, large.characteristics, strict=True):
+        if first.unit in ("L", "deg"):
+            assert second.value == pytest.approx(first.value, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("lever", "is_unstable"), [(-100.0, False), (-400.0, True)])
+def test_only_an_unstable_ship_has_a_loop(lever, is_unstable):
+    width = numbers(evaluate(FORM | {"N_uv": lever}))["spiral", "", "loop width"].value
+    assert width > 0.5 if is_unstable else width == 0.0
+
+
+@pytest.mark.slow
+def test_the_draws_follow_the_covariance(monkeypatch):
+    monkeypatch.setattr(ship_manoeuvres, "N_DRAWS", 20)
+    damping = hd.Damping.from_dict(None, NOMOTO)
+    covariance = np.diag((0.02 * damping.coefficients) ** 2)
+    covariance[:-1] = 0.0  # the rudder alone
+    result = evaluate_ship(
+        SHIP, replace(damping, covariance=covariance), 2.0, length=4.0, rudder_rate=100.0
+    )
+    rate = numbers(result)["turning circle", "port", "steady yaw rate"]
+    assert np.std(rate.draws[1:]) == pytest.approx(0.02 * rate.value, rel=0.4)
+    assert rate.band[0] < rate.value < rate.band[1]
+    assert result.probability in (0.0, 1.0)
+
+
+def test_limits_are_those_of_the_resolution():
+    for ratio, first, second in ((5.0, 10.0, 25.0), (20.0, 15.0, 32.5), (40.0, 20.0, 40.0)):
+        limits = imo_limits(ratio)
+        assert limits["zigzag 10/10", "first overshoot"] == first
+        assert limits["zigzag 10/10", "second overshoot"] == second
+
+
+@pytest.mark.slow
+def test_a_manoeuvre_that_the_model_cannot_hold_has_no_number():
+    growing = evaluate(NOMOTO | {"N_r": 1e4 / LAG})
+    assert numbers(growing)["zigzag 10/10", "port", "second overshoot"].value is None
+    assert numbers(growing)["spiral", "", "loop width"].value is None
+    _, first, *_ = describe_conditions(growing)
+    assert re.fullmatch(
+        r"The model cannot hold the turning circle to port: it diverges, [\d.]+ s after the order, "
+        r"with `rudder` -35 deg to starboard and `rps` at 40\.",
+        first,
+    )
+    assert "tactical diameter of the turning circle to port not reached" in describe_verdict(
+        growing
+    )
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"rudder": "wheel"}, "must have one rudder; got wheel"),
+        ({"propeller": "rudder"}, "no value of `rudder` holds 2 m/s"),
+        ({"rudder": "rps"}, "`rps` does not turn the ship"),
+        ({"speed": 0.0}, "`speed` must be positive"),
+        ({"speed": None}, "`speed` must be positive"),
+        ({"length": -1.0}, "`length` must be positive"),
+        ({"rudder_rate": 0.0}, "`rudder rate` must be positive"),
+        ({"vehicle": replace(SHIP, axes=("X", "N"))}, "must be free in X, Y and N"),
+    ],
+)
+def test_wrong_input_is_refused(settings, says):
+    with pytest.raises(HydrodampError, match=says):
+        evaluate(NOMOTO, **settings)
+
+
+def test_a_vehicle_without_rudder_is_refused():
+    with pytest.raises(HydrodampError, match=r"its actuators and model are: rps\. Name the rudder"):
+        evaluate({"X_u|u|": -10.0, "X_rps": 1.0, "Y_v": -1e3, "N_r": -1e3})
