@@ -17,6 +17,7 @@ from hydrodamp.report.figures.manoeuvres import manoeuvre_figure, spiral_figure
 from hydrodamp.report.pictures import draw_pictures
 from hydrodamp.report.table import NOTHING, Table, coefficient
 from hydrodamp.results import save_results
+from hydrodamp.vehicle.actuators import Limited
 
 #: Names of all files, relative to their folder.
 RESULTS = (
@@ -24,7 +25,8 @@ RESULTS = (
     *("stopping.svg", "spiral.svg"),
 )
 
-IMO = "IMO resolution MSC.137(76)"
+#: Length [m] of ships from which the limits apply (section 2).
+IMO, MIN_LENGTH = "IMO resolution MSC.137(76)", 100.0
 
 
 def describe_verdict(result: ShipManoeuvres) -> str:
@@ -55,6 +57,11 @@ def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
         f"{np.degrees(steady[2]) + 0.0:.1f} deg to starboard; `{propeller}` held at "
         f"{steady[3]:.4g}, reversed for stopping."
     )
+    if ship.length < MIN_LENGTH:
+        yield f"The limits of the IMO are those of ships of {MIN_LENGTH:g} m and more."
+    for actuator in ship.vehicle.actuators:
+        if isinstance(actuator, Limited) and actuator.command == rudder and actuator.limit:
+            yield f"`{rudder}` is limited to {np.degrees(actuator.limit):.3g} deg in the vehicle."
     failed = {(each.manoeuvre, each.side) for each in result.characteristics if each.value is None}
     for name, side in sorted(
         failed & {(key, side) for key in result.trajectories for side in ("", *SIDES)}

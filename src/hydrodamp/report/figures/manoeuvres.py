@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.experiment_design.ship_manoeuvres import SIDES, ShipManoeuvres
-from hydrodamp.experiment_design.ship_motion import STOP
+from hydrodamp.experiment_design.ship_motion import STOP, TURN
 from hydrodamp.report.figures import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_LINES, MAX_POINTS = 31, 400  # the estimate and draws, and points of each line
+DECIMALS = 6  # of lengths and degrees: rounding errors of a straight track are below them
 
 
 def _look(column: int) -> dict[str, Any]:
@@ -35,14 +36,15 @@ def manoeuvre_figure(result: ShipManoeuvres, name: str) -> Figure:
         time = run.period * np.arange(len(run.states))[rows]
         for column in range(min(n, MAX_LINES)):
             states, look = run.states[rows, index * n + column], _look(column)
-            track.plot(
-                states[:, 10] / ship.length, states[:, 9] / ship.length, color=colour, **look
-            )
-            motion.plot(time, np.degrees(states[:, 8]), color=colour, **look)
+            ahead, aside = (states[:, [9, 10]] / ship.length).round(DECIMALS).T
+            track.plot(aside, ahead, color=colour, **look)
+            motion.plot(time, np.degrees(states[:, 8]).round(DECIMALS), color=colour, **look)
         rudder = ship.side * np.degrees(run.commands[rows, index * n, ship.rudder])
         rudder[np.isnan(run.states[rows, index * n, 0])] = np.nan  # after the end
         motion.plot(time, rudder, color=colour, linestyle="--", linewidth=0.8)
     track.set(xlabel="to starboard [L]", ylabel="ahead [L]")
+    if name in (TURN, STOP):
+        track.set_aspect("equal", "datalim")
     motion.set(xlabel="time [s]", ylabel="heading (line), rudder (dashes) [deg]")
     lines = ({"color": colour} for colour in style.SERIES)
     style.legend(figure, [*zip((f"{name}, {side}" for side in sides), lines, strict=False)], 2)
