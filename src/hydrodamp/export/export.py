@@ -25,6 +25,7 @@ from hydrodamp.export.optimisers import JAX, Acados, DoMPC, PyTorch
 from hydrodamp.export.planar import complete_log, complete_plant
 from hydrodamp.export.plant import UNIT_BOX, ExportedPlant
 from hydrodamp.export.scripts import CasADi, MuJoCo, Octave, Python
+from hydrodamp.export.sitl import SITL
 from hydrodamp.export.target import Files, Target, save_files
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.files import as_json, load_json, load_text
@@ -203,7 +204,7 @@ def _check_replay(card: Fidelity) -> None:
 
 _ROBOTS = GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish
 _OPTIMISERS = CasADi, JAX, PyTorch, Acados, DoMPC
-_SINGLE_TARGETS = Python, C, Octave, *_OPTIMISERS, FMU, *_ROBOTS
+_SINGLE_TARGETS = Python, C, Octave, *_OPTIMISERS, FMU, *_ROBOTS, SITL
 SINGLE_TARGETS: dict[str, Target] = {target.key: target() for target in _SINGLE_TARGETS}
 """The targets that write one plant, by their keys, with default settings."""
 
