@@ -41,7 +41,7 @@ DAMPING = hd.Damping.from_dict(
     None, {"X_u": -4.0, "Y_v|v|": -20.0, "Z_w": -5.0, "K_p": -0.1, "M_q": -0.1, "N_r": -0.2}
 )
 STILL = [*[0] * 8, 1480, *[0] * 7]
-SERVOS = SITL(servos="9:heave:1100:1900,1:port,2:star:1:-1")
+SERVOS = SITL(servos="9:heave:1100:1900,1:port:-1:1,2:star:1:-1")
 
 
 def packet(count, pulses, rate=50, magic=None):
@@ -207,7 +207,7 @@ def test_channels_of_a_pilot_are_unmixed(frame, tmp_path):
 
 
 def test_outputs_without_pulses_are_idle(tmp_path):
-    servos = "1:rudder,2:rpm:0:2000,3:lambda:1100:1900,20:lift:0.1:0.5"
+    servos = "1:rudder:-0.3:0.3,2:rpm:0:2000,3:lambda:1100:1900,20:lift:0.1:0.5"
     module, _ = run_module(SITL(servos=servos), RICH, DAMPING, tmp_path)
     np.testing.assert_allclose(module.read_inputs([0] * 32), [0.0, 0.0, 1500.0, 0.3])
     np.testing.assert_allclose(module.read_inputs([2200] * 32), [0.3, 2000.0, 1900.0, 0.5])
@@ -217,15 +217,18 @@ def test_outputs_without_pulses_are_idle(tmp_path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({}, "'heave' has no limit"),
-        ({"servos": "1:port,2:star"}, "an entry for each command; got none for heave"),
+        (
+            {},
+            "the commands at 1100 and 1900 us, such as -1:1; got neither it nor SOURCE:port:",
+        ),
+        ({"servos": "1:port:-1:1,2:star:-1:1"}, "an entry for each command; got none for heave"),
         ({"servos": "1:por"}, "SOURCE:COMMAND of port, star, heave; got 'por'"),
         ({"servos": "1"}, "SOURCE:COMMAND of port, star, heave; got ''"),
-        ({"servos": "1:port,2:port"}, "one entry a command; got 'port' again"),
-        ({"servos": "0:port"}, "a servo output from 1 to 32, or set `frame`; got '0'"),
-        ({"servos": "forward:port"}, "or set `frame`; got 'forward'"),
+        ({"servos": "1:port:0:1,2:port"}, "one entry a command; got 'port' again"),
+        ({"servos": "0:port:0:1"}, "a servo output from 1 to 32, or set `frame`; got '0'"),
+        ({"servos": "forward:port:0:1"}, "or set `frame`; got 'forward'"),
         (
-            {"servos": "pitch:port", "frame": "vectored"},
+            {"servos": "pitch:port:0:1", "frame": "vectored"},
             "lateral, throttle, roll, yaw; got 'pitch'",
         ),
         ({"servos": "1:port:1"}, "two different numbers LOW:HIGH; got '1'"),
@@ -252,7 +255,7 @@ def test_a_vehicle_that_no_servo_can_drive_is_refused(tmp_path):
 
 def test_the_card_replays_a_log_through_the_server(campaign, tmp_path):
     damping, log = hd.published["vt690-sname2022"], campaign.exact_test.between(0.0, 4.0)
-    form = SITL(servos="1:rudder,2:elevator,3:rpm:-2000:2000")
+    form = SITL(servos="1:rudder,2:elevator,3:rpm:-2000:2000", pulse_range="-0.3:0.3")
     card = hd.export(damping, campaign.vehicle, form, tmp_path / "a", log=log)
     assert card.replays.source_to_target.rms < 1e-12
     assert "of the server" in card.replays.step

@@ -55,8 +55,7 @@ class SITL(Python):
         ``lateral``, ``throttle``, ``roll``, ``pitch``, ``yaw``); LOW and HIGH are the command at
         1100 and 1900 us. By default the outputs drive the commands in their order.
     pulse_range : str
-        ``LOW:HIGH`` of the commands that have neither an entry of their own nor a limit in the
-        vehicle file.
+        ``LOW:HIGH`` of the commands whose entry does not have them.
     """
 
     key: ClassVar[str] = "sitl"
@@ -109,7 +108,7 @@ class SITL(Python):
                 f"'{command}'",
             )
             demand(command not in channels, "servos", "one entry a command", f"'{command}' again")
-            low, high = self._range_of(plant, command, values)
+            low, high = self._range_of(command, values)
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             idle = 0.0 if low * high <= 0.0 else middle
             channels[command] = Channel(command, idle, middle, half, self._weights(source))
@@ -117,19 +116,17 @@ class SITL(Python):
         demand(not missing, "servos", "an entry for each command", f"none for {', '.join(missing)}")
         return [channels[name] for name in inputs]
 
-    def _range_of(
-        self, plant: ExportedPlant, command: str, values: Sequence[str]
-    ) -> tuple[float, float]:
+    def _range_of(self, command: str, values: Sequence[str]) -> tuple[float, float]:
         """Return a command at 1100 and at 1900 us."""
         if values:
             return _read_range(values, "servos")
-        for actuator in plant.vehicle.actuators:
-            limit = getattr(actuator, "limit", None)
-            if limit is not None and command in actuator.commands:
-                return -limit, limit
-        example = "-1:1 or, if the commands are pulse widths, 1100:1900"
-        known, got = bool(self.pulse_range), f"none, and '{command}' has no limit."
-        demand(known, "pulse_range", f"the commands at 1100 and 1900 us, such as {example}", got)
+        example = "LOW:HIGH, the commands at 1100 and 1900 us, such as -1:1"
+        demand(
+            bool(self.pulse_range),
+            "pulse_range",
+            example,
+            f"neither it nor SOURCE:{command}:LOW:HIGH",
+        )
         return _read_range(self.pulse_range.split(":"), "pulse_range")
 
     def _weights(self, source: str) -> tuple[tuple[int, float], ...]:
@@ -146,7 +143,7 @@ class SITL(Python):
 
     def _match_motors(self, plant: ExportedPlant) -> list[list[str]]:
         """Return the entry of each motor: the first command with its direction, or the opposite."""
-        ranges = np.array([self._range_of(plant, name, ()) for name in plant.inputs])
+        ranges = np.array([self._range_of(name, ()) for name in plant.inputs])
         n, middle = len(ranges), ranges.mean(axis=1)
         low, high = (np.tile(middle, (n, 1)) + np.diag(ends - middle) for ends in ranges.T)
         still, down = np.zeros((n, 6)), np.tile([0.0, 0.0, 1.0], (n, 1))
