@@ -101,12 +101,8 @@ class SITL(Python):
         channels: dict[str, Channel] = {}
         for source, *words in ([word.strip() for word in entry] for entry in entries):
             command, *values = words or [""]
-            demand(
-                command in inputs,
-                "servos",
-                f"SOURCE:COMMAND of {', '.join(inputs)}",
-                f"'{command}'",
-            )
+            wanted = f"SOURCE:COMMAND of {', '.join(inputs)}"
+            demand(command in inputs, "servos", wanted, f"'{command}'")
             demand(command not in channels, "servos", "one entry a command", f"'{command}' again")
             low, high = self._range_of(command, values)
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -120,13 +116,9 @@ class SITL(Python):
         """Return a command at 1100 and at 1900 us."""
         if values:
             return _read_range(values, "servos")
-        example = "LOW:HIGH, the commands at 1100 and 1900 us, such as -1:1"
-        demand(
-            bool(self.pulse_range),
-            "pulse_range",
-            example,
-            f"neither it nor SOURCE:{command}:LOW:HIGH",
-        )
+        wanted = "LOW:HIGH, the commands at 1100 and 1900 us, such as -1:1"
+        got = f"neither it nor SOURCE:{command}:LOW:HIGH"
+        demand(bool(self.pulse_range), "pulse_range", wanted, got)
         return _read_range(self.pulse_range.split(":"), "pulse_range")
 
     def _weights(self, source: str) -> tuple[tuple[int, float], ...]:
