@@ -167,6 +167,14 @@ def test_a_boat_of_three_axes_stays_at_the_surface(planar, tmp_path):
     assert replies[-1]["imu"]["gyro"][2] > 0.1
 
 
+def test_a_diverging_motion_ends_the_server(tmp_path):
+    unstable = hd.Damping.from_dict(None, {"X_u": 200.0})
+    module, _ = run_module(SERVOS, ROV, unstable, tmp_path)
+    vehicle = module.Simulation()
+    with pytest.raises(SystemExit, match=r"diverged at \d"):
+        [vehicle.answer(50, count, [1900] * 16) for count in range(200)]
+
+
 def mix(frame, demands):
     """Return pulse widths of ArduSub for demands by degree of freedom, and its factors."""
     rows = _FRAMES[frame]
