@@ -6,6 +6,7 @@ import errno
 import io
 import json
 import os
+import shutil
 import socket
 import subprocess
 import time
@@ -18,6 +19,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.app.project import find_project
+from hydrodamp.app.recordings import read_files
 from hydrodamp.app.web import MAX_FORM
 from hydrodamp.errors import FileError
 
@@ -269,7 +272,6 @@ def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):
 
 def test_a_run_has_the_general_model_by_default_beside_models_with_gains(server, canonical):
     from hydrodamp.app.commands import compare_command
-    from hydrodamp.app.project import find_project
 
     project = open_log(server, canonical)
     found = find_project(server.root, "dive")
@@ -321,7 +323,6 @@ def test_a_project_is_where_it_was_after_a_restart(server, canonical):
     server.post(
         f"{project}/vehicle", source="fleet", name="vt690", version=version_of(server, project)
     )
-    from hydrodamp.app.project import find_project
 
     again = find_project(Path(server.root), "dive").arguments
     assert again.vehicle == "vt690"
@@ -347,6 +348,27 @@ def test_runs_and_parts_of_the_same_files_are_different_projects(server, campaig
     for project, column in ((runs, "u"), (joined, "a.u"), (runs, "u")):
         series = server.data(f"{project}/channels/series?n=10")["series"]
         assert column in series, [*series]
+
+
+def test_parts_of_a_log_are_the_same_as_a_folder_ticked_or_joined_by_plus(server, measured_logs):
+    folder = server.root / "mission"
+    folder.mkdir()
+    for path in measured_logs("vt690_field").glob("*.dat"):
+        shutil.copy(path, folder)
+    parts = sorted(f"mission/{path.name}" for path in folder.iterdir())
+    assert len(parts) == 5
+    projects = {
+        open_log(server, "mission"),
+        open_log(server, *parts, joined="1"),
+        open_log(server, "+".join(parts)),
+    }
+    contents = []
+    for project in projects:
+        files = read_files(find_project(server.root, project.removeprefix("/p/")))
+        topics = [topic.name for each in files.recordings for topic in each.topics]
+        contents.append((topics, [preset.name for preset in files.probe.presets]))
+    assert all(each == contents[0] for each in contents)
+    assert contents[0][1] == ["avl690"]
 
 
 def test_gains_survive_a_change_of_models_and_an_edited_file_is_kept(server, canonical):
