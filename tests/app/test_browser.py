@@ -238,7 +238,8 @@ def test_channels_go_into_any_panel(visit, campaign):
     first.get_by_label("Kind of plot").focus()  # by keys alone
     page.get_by_role("button", name="rpm", exact=True).press("Enter")
     first.get_by_role("button", name="Remove rpm").wait_for()
-    assert first.locator(".u-axis").count() == 3  # rev/min beside m/s
+    first.locator(".u-axis").nth(2).wait_for(state="attached")  # rev/min beside m/s
+    assert first.locator(".u-axis").count() == 3
     page.get_by_role("button", name="Add a panel").press("Enter")
     panel = page.locator(".panel").last
     for name in ("u", "r"):
