@@ -89,6 +89,7 @@ from .validation.compare import (
 from .validation.cross_validation import cross_validate as cross_validate
 from .validation.diagnostics import diagnose as diagnose
 from .vehicle.actuators import (
+    Curve as Curve,
     Fin as Fin,
     Matrix as Matrix,
     Propeller as Propeller,

@@ -1,5 +1,7 @@
 """Laws that every kind of actuator keeps, then what each of them does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,3 +97,48 @@ def test_thruster_limit_dead_zone_and_gain():
 def test_thruster_refusals(settings, message):
     with pytest.raises(VehicleError, match=message):
         hd.Thruster("bow", **{"position": (0, 0, 0), "direction": (1, 0, 0), **settings})
+
+
+CURVE = hd.Curve("m1", reference=400.0, reverse_ratio=0.8, exponent=1.6, dead_band=25.0)
+
+
+def test_a_curve_keeps_its_reference_and_mirrors_with_a_ratio_of_one():
+    commands = np.array([-500.0, -400.0, -25.0, 10.0, 212.5, 400.0])
+    values = CURVE.channels({"m1": commands})["m1"]
+    np.testing.assert_allclose(values[[1, 5]], [-320.0, 400.0], rtol=1e-15)
+    np.testing.assert_array_equal(values[[2, 3]], 0.0)
+    assert values[4] == pytest.approx(400.0 * 0.5**1.6)
+    even = replace(CURVE, reverse_ratio=1.0)
+    forward, back = (even.channels({"m1": sign * commands})["m1"] for sign in (1.0, -1.0))
+    np.testing.assert_array_equal(forward, -back)
+
+
+def test_actuators_and_propulsion_get_the_value_of_a_curve():
+    curve = replace(CURVE, voltage="battery", reference_voltage=16.0, voltage_exponent=1.2)
+    thruster = hd.Thruster("m1", (0, 0.2, 0), (1, 0, 0), gain=0.1)
+    propeller = hd.Propeller("m1", thrust=1.0, speed_slope=0.01)
+    vehicle = hd.Vehicle("boat", np.eye(6), 1.0, 1.0, actuators=(thruster, propeller, curve))
+    assert vehicle.commands == ("m1", "battery")
+    commands = {"m1": np.array([400.0]), "battery": np.array([12.0])}
+    values = 400.0 * 0.75**1.2
+    np.testing.assert_allclose(vehicle.channels(commands)["m1"], values)
+    np.testing.assert_allclose(vehicle.propulsion_speed(commands), 0.01 * values)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"dead_band": 400.0}, "`dead_band` must be zero or positive, and less than the reference"),
+        ({"dead_band": -1.0}, "`dead_band` must be zero or positive"),
+        ({"exponent": 0.0}, "`exponent` must be a positive number"),
+        ({"voltage": "battery"}, "needs both `voltage` and `reference_voltage`"),
+    ],
+)
+def test_a_curve_that_cannot_be_is_refused(fields, message):
+    with pytest.raises(VehicleError, match=message):
+        replace(CURVE, **fields)
+
+
+def test_two_curves_of_a_command_are_refused():
+    with pytest.raises(VehicleError, match="another actuator's channel"):
+        hd.Vehicle("boat", np.eye(6), 1.0, 1.0, actuators=(CURVE, CURVE))

@@ -126,7 +126,10 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
         ),
         (
             REST + RIGID + ADDED + "actuators: [{kind: sail}]\n",
-            ["`actuators[0]` needs a `kind` of matrix, fin, propeller, thruster; got 'sail'"],
+            [
+                "`actuators[0]` needs a `kind` of matrix, fin, propeller, thruster, curve; "
+                "got 'sail'"
+            ],
         ),
         (
             REST + RIGID + ADDED + "actuators: [{kind: fin, command: a1, force: {Q: 1}}]\n",

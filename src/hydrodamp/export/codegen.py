@@ -35,7 +35,7 @@ from hydrodamp.identification.composite import ONBOARD
 from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels.embedded import buffer_sizes
 from hydrodamp.simulation.ranges import TYPICAL_VELOCITY
-from hydrodamp.vehicle.actuators import Limited, Thruster
+from hydrodamp.vehicle.actuators import Curve, Limited, Thruster
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -83,7 +83,8 @@ def command(name: str) -> str:
 
 def actuator_channels(plant: ExportedPlant, language: Language) -> Iterator[tuple[str, str]]:
     """Yield the channels derived from commands, and u_c, each with its expression."""
-    for actuator in plant.vehicle.actuators:
+    actuators = plant.vehicle.actuators
+    for actuator in sorted(actuators, key=lambda each: not isinstance(each, Curve)):
         if isinstance(actuator, Limited) and actuator.derived:
             yield command(actuator.channel), _channel(actuator, language)
     number = language.number
@@ -98,6 +99,8 @@ def actuator_channels(plant: ExportedPlant, language: Language) -> Iterator[tupl
 def _channel(actuator: Limited, language: Language) -> str:
     """Return the expression of a command within its limit, zero in its dead zone."""
     value = command(actuator.command)
+    if isinstance(actuator, Curve):
+        value = f"raw_{actuator.command}"
     if actuator.limit is not None:
         value = f"{language.prefix}limited({value}, {language.number(actuator.limit)})"
     acting = value
@@ -107,10 +110,23 @@ def _channel(actuator: Limited, language: Language) -> str:
         acting = f"{language.prefix}along({value}, {table})"
     elif isinstance(actuator, Thruster):
         acting = f"{language.number(actuator.gain or 0.0)} * {value}"
+    elif isinstance(actuator, Curve):
+        acting = _curve(actuator, value, language)
     if actuator.dead_zone is None:
         return acting
     low, high = map(language.number, actuator.dead_zone)
     return f"{acting} * {language.prefix}outside({value}, {low}, {high})"
+
+
+def _curve(curve: Curve, value: str, language: Language) -> str:
+    """Return the expression of the value of a curve."""
+    shape = curve.reference, curve.reverse_ratio, curve.dead_band, curve.exponent
+    numbers = ", ".join(map(language.number, shape))
+    text = f"{language.prefix}shaped({value}, {numbers})"
+    if curve.voltage is None or curve.reference_voltage is None:
+        return text
+    reference, exponent = map(language.number, (curve.reference_voltage, curve.voltage_exponent))
+    return f"{text} * {language.prefix}scaled({command(curve.voltage)}, {reference}, {exponent})"
 
 
 def product(term: Term, language: Language) -> str:
@@ -137,6 +153,7 @@ def template_values(plant: ExportedPlant, language: Language = PYTHON) -> dict[s
     import hydrodamp
 
     vehicle, damping = plant.vehicle, plant.damping
+    curved = {each.command for each in vehicle.actuators if isinstance(each, Curve)}
     locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
     terms = (*vehicle.known_columns(), *damping.model.basis)
     return {
@@ -148,7 +165,10 @@ def template_values(plant: ExportedPlant, language: Language = PYTHON) -> dict[s
             f"Coefficients: {damping.source}." if damping.source else "",
         ),
         "inputs": plant.inputs,
-        "variables": [*map(command, plant.commands), *[SPEED] * plant.needs_propulsion_speed],
+        "variables": [
+            *(f"raw_{name}" if name in curved else command(name) for name in plant.commands),
+            *[SPEED] * plant.needs_propulsion_speed,
+        ],
         "channels": [*actuator_channels(plant, language)],
         "uses_propulsion_speed": plant.uses_propulsion_speed,
         "slowest": SLOWEST,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.parameters import vehicle_at
+from hydrodamp.identification.vehicle_values import LOGARITHMS, vehicle_at
 from hydrodamp.simulation.problem import Problem, build_problem
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -21,7 +21,7 @@ def estimated_vehicle(vehicle: Vehicle, fit: Fit) -> Vehicle:
         return vehicle
     theta = {
         label: float(np.log(each.value / each.prior))
-        if label.startswith(("A_", "gain_"))
+        if label.startswith(LOGARITHMS)
         else each.value - each.prior
         for label, each in estimates.items()
     }

@@ -21,6 +21,7 @@ import numpy as np
 
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.adequacy import Adequacy, Form
+from hydrodamp.identification.command_curves import curve_parameters, with_curves
 from hydrodamp.identification.command_response import response_remarks
 from hydrodamp.identification.continuation import (
     RELATIVE_TOLERANCE,
@@ -88,9 +89,9 @@ class OutputError:
     estimate : tuple of str or None
         Parameters that are estimated with the coefficients in addition to those of the vehicle
         with a standard deviation: ``added-mass``, ``center-of-gravity``, ``buoyancy``,
-        ``wrench-gain``. None estimates none at all. Those that the log determines become part of
-        the vehicle of the fit; the others are held at their priors, with the cause in
-        ``Fit.estimates``.
+        ``wrench-gain``, ``thrust-curve``, ``fin-curve``. None estimates none at all. Those that
+        the log determines become part of the vehicle of the fit; the others are held at their
+        priors, with the cause in ``Fit.estimates``.
     max_iterations : int
         Gauss-Newton steps of the last stage, at most; each stage before it has a quarter.
 
@@ -127,7 +128,11 @@ class OutputError:
         vehicle, model = problem.vehicle, model.restricted_to(problem.vehicle.axes)
         parameters: tuple[Parameter, ...] = ()
         if self.estimate is not None:
+            names = (*self.estimate, *(name.replace("_", "-") for name in vehicle.estimate))
+            problem = with_curves(problem, model, names)
+            vehicle = problem.vehicle
             parameters = vehicle_parameters(vehicle, self.estimate)
+            parameters += tuple(curve_parameters(problem, model, names))
             if "wrench-gain" in self.estimate or "wrench_gain" in vehicle.std:
                 parameters += tuple(wrench_parameters(problem, model))
         equations = problem.equations.restrict_to(model)

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.special import fdtri
 
 from hydrodamp.arrays import FloatArray, factorisation, jackknife_covariance
-from hydrodamp.basis.term import MOTIONS, VELOCITY_OF
+from hydrodamp.basis.term import AXES, MOTIONS, VELOCITY_OF
 from hydrodamp.conditioning.velocity_smoother import white_noise_std
 from hydrodamp.identification.continuation import MIN_RELATIVE_RESIDUAL
 from hydrodamp.identification.fit import MIN_BLOCKS, jackknife
@@ -45,6 +45,7 @@ from hydrodamp.identification.output_equations import average_rows
 from hydrodamp.identification.parameters import Estimate, free_gains
 from hydrodamp.identification.rebuilt_outputs import RebuiltOutputs
 from hydrodamp.identification.sensor_outputs import RECORDED, SensorOutputs
+from hydrodamp.identification.vehicle_values import CURVE_FIELDS
 from hydrodamp.models.model import DampingModel
 
 #: Posterior over prior standard deviation from which a parameter is not determined by the log.
@@ -53,12 +54,24 @@ MAX_DETERMINED_RATIO = 0.7
 #: Standard errors that a delay must exceed, and share of the interval of the sensor.
 MIN_SIGNIFICANCE, RESOLUTION = 3.0, 0.25
 
+#: Starts of the labels of curves: part of the form of a force, effective as coefficients are.
+_EFFECTIVE = ("voltage_", *CURVE_FIELDS)
+
 #: What the origins of values in a vehicle file are called in a sentence.
 _ORIGINS = {
     "measured": "measured",
     "published": "published",
     "formula": "formula from the sizes of the hull",
     "assumed": "assumed",
+}
+
+_CURVE_WORDS = {
+    "reverse_": "reverse over forward thrust",
+    "exponent_": "exponent",
+    "dead_band_": "dead band",
+    "voltage_": "exponent of the voltage",
+    "gain_": "gain",
+    "stall_": "stall angle",
 }
 
 _WIDE = f"The standard error is at least {100.0 * MAX_DETERMINED_RATIO:.0f} % of the prior's."
@@ -94,7 +107,9 @@ def estimate_parameters(normals: PieceNormals, model: DampingModel) -> dict[str,
     axes = free_gains(objective.problem, model)
     open_scale, scaled = _SCALE.format(" ".join(axes)), [f"A_{axis}" for axis in axes]
     causes = [
-        open_scale if each.label in scaled else misfit or _WIDE * wide
+        open_scale
+        if each.label in scaled
+        else (misfit if not each.label.startswith(_EFFECTIVE) else "") or _WIDE * wide
         for each, wide in zip(parameters, is_wide.tolist(), strict=True)
     ]
     rows = zip(parameters, theta.tolist(), errors.tolist(), causes, strict=True)
@@ -166,6 +181,9 @@ def describe_changes(estimates: Mapping[str, Estimate]) -> Iterator[str]:
 
 
 def _describe_label(label: str) -> str:
+    for start, words in _CURVE_WORDS.items():
+        if label.startswith(start) and label.removeprefix(start) not in AXES:
+            return f"{words} of `{label.removeprefix(start)}`"
     quantity, _, component = label.partition("_")
     if quantity == "A":
         return f"{MOTIONS[VELOCITY_OF[component]]} added mass"

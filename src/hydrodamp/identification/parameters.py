@@ -24,15 +24,22 @@ from hydrodamp.conditioning.sensor_log import Sensor, SensorLog
 from hydrodamp.data.measurement import KIND_UNITS, KINDS
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.grades import Grade, critical_value
+from hydrodamp.identification.vehicle_values import vehicle_at
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import channel_names
-from hydrodamp.simulation.problem import Problem, equation_table
-from hydrodamp.vehicle.mass import rigid_body_mass_matrix
+from hydrodamp.simulation.problem import Problem, build_inputs, equation_table
 from hydrodamp.vehicle.priors import COMPONENTS, NEUTRAL_STD, WRENCH_GAIN_STD
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Names that can be estimated.
-VEHICLE_PARAMETERS = ("added-mass", "center-of-gravity", "buoyancy", "wrench-gain")
+VEHICLE_PARAMETERS = (
+    "added-mass",
+    "center-of-gravity",
+    "buoyancy",
+    "wrench-gain",
+    "thrust-curve",
+    "fin-curve",
+)
 
 #: Prior standard deviation of the logarithm of added mass: a hull estimate is right to a third.
 ADDED_MASS_STD = 0.3
@@ -276,12 +283,14 @@ def rebuild_plant(
         )
         wrench = problem.inputs.wrench * (vehicle.wrench_gain / problem.vehicle.wrench_gain)
         columns = [problem.equations.channels.index(name) for name in table.channels]
-        channels = problem.inputs.channels[:, columns]  # those of this model alone
+        inputs = replace(problem.inputs, channels=problem.inputs.channels[:, columns])
+        if vehicle.actuators != problem.vehicle.actuators:
+            inputs = build_inputs(table, problem.log)
         return replace(
             problem,
             models=(model,),
-            equations=table.restrict_to(model),
-            inputs=replace(problem.inputs, wrench=wrench, channels=channels),
+            equations=table.restrict_to(model),  # the channels of this model alone
+            inputs=replace(inputs, wrench=wrench),
         )
 
     return lambda theta: rebuild(*theta.tolist())
@@ -295,25 +304,3 @@ def free_gains(problem: Problem, model: DampingModel) -> list[str]:
         for axis, terms in enumerate(model.terms)
         if any(set(term.commands) - actuated for term in terms)
     ]
-
-
-def vehicle_at(vehicle: Vehicle, theta: dict[str, float]) -> Vehicle:
-    """Return the vehicle at parameters θ by label, zero for those without."""
-    added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
-    factor = np.exp([0.5 * theta.get(f"A_{axis}", 0.0) for axis in AXES])
-    changed, rigid = added * np.outer(factor, factor), vehicle.mass_matrix - added
-    before = vehicle.center_of_gravity
-    center = before + [theta.get(f"{name}_G", 0.0) for name in "xyz"]
-    mass = float(rigid[:3, :3].trace()) / 3.0
-    moved, unmoved = (
-        rigid_body_mass_matrix(mass, np.zeros(3), point, "center_of_gravity")
-        for point in (center, before)
-    )
-    return replace(
-        vehicle,
-        mass_matrix=rigid + (moved - unmoved) * np.outer(vehicle.free, vehicle.free) + changed,
-        added_mass=changed,
-        center_of_gravity=center,
-        buoyancy=vehicle.buoyancy + theta.get("B", 0.0),
-        wrench_gain=vehicle.wrench_gain * np.exp([theta.get(f"gain_{axis}", 0.0) for axis in AXES]),
-    )

@@ -12,6 +12,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.basis.term import AXES, RESERVED, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, did_you_mean, list_faults
@@ -61,6 +62,18 @@ def wrench_rise(wrench: FloatArray, log: Log) -> FloatArray:
     rise = np.diff(wrench, axis=0, append=wrench[-1:])
     rise[log.bounds[:, 1] - 1] = 0.0
     return rise
+
+
+def held_propulsion(log: Log, velocity: FloatArray, speed: FloatArray | None) -> FloatArray:
+    """Return u_c of the step that begins at each sample, and at the end of one that ends there."""
+    if log.propulsion_ratio is not None or speed is None:
+        ratio = 1.0 if log.propulsion_ratio is None else log.propulsion_ratio
+        recorded = ratio * guarded_speed(velocity)
+        return np.column_stack([recorded, recorded])
+    closing = np.concatenate([speed[:1], speed[:-1]])
+    starts = log.bounds[:, 0]
+    closing[starts] = speed[starts]
+    return np.column_stack([speed, closing])
 
 
 #: End of the key of a model with the gains of the actuators.

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.basis import Basis, guarded_speed
+from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import FIRST_CHANNEL, VELOCITY_OF, Term
 from hydrodamp.conditioning.sensor_log import SensorLog, rebuild_velocities
 from hydrodamp.data.log import Log
@@ -20,7 +20,12 @@ from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.checks import actuation_channels, check_log, recorded_wrench
+from hydrodamp.simulation.checks import (
+    actuation_channels,
+    check_log,
+    held_propulsion,
+    recorded_wrench,
+)
 from hydrodamp.simulation.ranges import remove_implausible
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
@@ -439,31 +444,24 @@ def _rebuild(vehicle: Vehicle, log: Log) -> tuple[Log, SensorLog | None]:
 def build_problem(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:
     """Return the problem of a log whose channels are complete and plausible, or simulated."""
     commands = {name: log.command(name) for name in log.command_names}
-    speed = vehicle.propulsion_speed(commands)
-    known = log.propulsion_ratio is not None or speed is not None
+    known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
     actuators = bool(vehicle.actuators) and log.wrench is None
     table = equation_table(vehicle, models, actuators=actuators, propulsion_known=known)
+    return Problem(log, models, table, build_inputs(table, log), log.bounds, propulsion_known=known)
+
+
+def build_inputs(table: EquationTable, log: Log) -> Inputs:
+    """Return the inputs of equation 1 of a log."""
+    vehicle, commands = table.vehicle, {name: log.command(name) for name in log.command_names}
+    speed = vehicle.propulsion_speed(commands)
     if not commands.keys() >= {name for term in table.basis for name in term.commands}:
         commands = {**actuation_channels(vehicle, log), **commands}
     velocity = log.velocity * vehicle.free
-    inputs = Inputs(
+    return Inputs(
         time=log.time,
         velocity=velocity,
         down=log.down,
         wrench=recorded_wrench(vehicle, log),
         channels=held_channels(table, commands, log.n),
-        propulsion=_propulsion(log, velocity, speed),
+        propulsion=held_propulsion(log, velocity, speed),
     )
-    return Problem(log, models, table, inputs, log.bounds, propulsion_known=known)
-
-
-def _propulsion(log: Log, velocity: FloatArray, speed: FloatArray | None) -> FloatArray:
-    """Return u_c of the step that begins at each sample, and at the end of one that ends there."""
-    if log.propulsion_ratio is not None or speed is None:
-        ratio = 1.0 if log.propulsion_ratio is None else log.propulsion_ratio
-        recorded = ratio * guarded_speed(velocity)
-        return np.column_stack([recorded, recorded])
-    closing = np.concatenate([speed[:1], speed[:-1]])
-    starts = log.bounds[:, 0]
-    closing[starts] = speed[starts]
-    return np.column_stack([speed, closing])

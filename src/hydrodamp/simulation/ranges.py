@@ -82,7 +82,8 @@ def _command_range(
 
     Beyond its limit, a command has no further effect.
     """
-    used = [actuator for actuator in actuators if name in actuator.commands]
+    used = [each for each in actuators if name in each.commands]
+    used = [each for each in used if name != getattr(each, "voltage", None)]
     if not used:
         return MAX_FIELD, 0.0, 0.0
     magnitudes, at_rest = np.append(0.0, MAGNITUDES), np.zeros(len(MAGNITUDES) + 1)

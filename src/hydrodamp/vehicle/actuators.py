@@ -310,7 +310,113 @@ class Thruster(Limited):
         return ((Term.parse(self.channel), scale * wrench),)
 
 
-Actuator: TypeAlias = Matrix | Fin | Propeller | Thruster
+@dataclass(frozen=True)
+class Curve(Limited):
+    """A static curve of a command: all terms and actuators get its value instead of the command.
+
+    With c the command, limited, b the dead band and r the reference, the value is
+    f(c) = ± r ((abs(c) - b) / (r - b))^exponent (voltage / reference_voltage)^voltage_exponent,
+    times the reverse ratio where c is negative, and zero in the dead band. As f(r) = r, gains keep
+    their meaning.
+
+    Attributes
+    ----------
+    command : str
+        In any unit, zero at rest: of a pulse width, the difference from neutral.
+    reference : float
+        The positive command at which the curve has the value of the command.
+    reverse_ratio : float, optional
+        Value of the curve at -reference over that at reference.
+    exponent : float, optional
+        1 is linear, 2 quadratic.
+    dead_band : float, optional
+        Commands up to this, to either side, do nothing; less than the reference.
+    voltage : str, optional
+        Channel with the voltage of the supply.
+    reference_voltage : float, optional
+        Voltage at which the curve holds [V]; required with ``voltage``.
+    voltage_exponent : float, optional
+        Of the voltage over its reference.
+    limit : float, optional
+        Largest command to either side, such as the stall angle of a fin.
+    dead_zone, name
+        As of other actuators.
+
+    Raises
+    ------
+    VehicleError
+        If a number or a name cannot be.
+
+    Examples
+    --------
+    >>> curve = Curve("m1", reference=400, reverse_ratio=0.8, exponent=2, dead_band=40)
+    >>> curve.channels({"m1": [-400, 30, 220, 400]})["m1"].tolist()
+    [-320.0, 0.0, 100.0, 400.0]
+    """
+
+    reference: float
+    reverse_ratio: float = 1.0
+    exponent: float = 1.0
+    dead_band: float = 0.0
+    voltage: str | None = None
+    reference_voltage: float | None = None
+    voltage_exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check and freeze the fields."""
+        super().__post_init__()
+        if not 0.0 <= self.dead_band < self.reference:
+            wanted = f"zero or positive, and less than the reference {self.reference:g}"
+            raise VehicleError(f"`dead_band` must be {wanted}; got {self.dead_band:g}")
+        if (self.voltage is None) != (self.reference_voltage is None):
+            raise VehicleError("a curve needs both `voltage` and `reference_voltage`, or neither")
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The command, and the voltage where the curve depends on it."""
+        return (self.command,) if self.voltage is None else (self.command, self.voltage)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The command itself: its values are those of the curve."""
+        return (self.command,)
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the values of the curve by the name of the command, shape (n,)."""
+        values = super().channels(commands)
+        if self.voltage is None or self.reference_voltage is None:
+            return values
+        share = np.maximum(command_of(commands, self.voltage), 0.0) / self.reference_voltage
+        return {self.command: values[self.command] * share**self.voltage_exponent}
+
+    def acting(self, given: FloatArray) -> FloatArray:
+        """Return the value of the curve of a command within its limit."""
+        effective = np.maximum(np.abs(given) - self.dead_band, 0.0)
+        share = effective / (self.reference - self.dead_band)
+        scale = np.where(given < 0.0, -self.reference * self.reverse_ratio, self.reference)
+        return np.asarray(scale * share**self.exponent)
+
+    def regressor_terms(self) -> Columns:
+        """Return no terms."""
+        return ()
+
+
+Actuator: TypeAlias = Matrix | Fin | Propeller | Thruster | Curve
+
+
+def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
+    """Return actuators whose channels do not collide."""
+    raw = {name for actuator in actuators for name in actuator.commands}
+    names: set[str] = set()
+    for name, used in ((name, each.commands) for each in actuators for name in each.derived):
+        if name in names or (name in raw and name not in used):
+            owner = "another actuator's channel" if name in names else "a command"
+            raise VehicleError(
+                f"`actuators`: the channel `{name}` has the name of {owner}; give the actuator "
+                "a `name` of its own"
+            )
+        names.add(name)
+    return actuators
 
 
 def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
@@ -398,9 +504,15 @@ def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
 
 
 _CHECKS: dict[str, Callable[[Any, str], Any]] = {
-    **dict.fromkeys(("command", "name"), checked_name),
-    **dict.fromkeys(("limit", "speed_slope"), partial(checked_number, positive=True)),
-    **dict.fromkeys(("thrust", "advance", "torque", "speed_offset", "gain"), checked_number),
+    **dict.fromkeys(("command", "name", "voltage"), checked_name),
+    **dict.fromkeys(
+        ("limit", "speed_slope", "reference", "reverse_ratio", "exponent", "reference_voltage"),
+        partial(checked_number, positive=True),
+    ),
+    **dict.fromkeys(
+        ("thrust", "advance", "torque", "speed_offset", "gain", "voltage_exponent", "dead_band"),
+        checked_number,
+    ),
     **dict.fromkeys(("force", "drag"), checked_gains),
     "dead_zone": _checked_band,
     "position": _checked_point,

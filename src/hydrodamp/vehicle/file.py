@@ -103,7 +103,9 @@ class VehicleFile(BaseModel):
     center_of_buoyancy: Vector = [0.0, 0.0, 0.0]
     axes: Annotated[list[AxisName], AfterValidator(checked_axes)] = ["X", "Y", "Z", "K", "M", "N"]
     actuators: list[Annotated[Any, BeforeValidator(_actuator)]] = []
-    estimate: list[Literal["added_mass", "center_of_gravity", "buoyancy", "gains"]] = []
+    estimate: list[
+        Literal["added_mass", "center_of_gravity", "buoyancy", "gains", "thrust_curve", "fin_curve"]
+    ] = []
     std: dict[str, Any] = {}
     origin: dict[str, str] = {}
     wrench_gain: Six = [1.0] * 6

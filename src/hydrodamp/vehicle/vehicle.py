@@ -17,7 +17,7 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, Term
 from hydrodamp.errors import VehicleError, has_controls, printable, repr_html
 from hydrodamp.vehicle import hulls, mass as masses, priors
-from hydrodamp.vehicle.actuators import Actuator, Propeller
+from hydrodamp.vehicle.actuators import Actuator, Curve, Propeller, checked_actuators
 
 _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
@@ -48,7 +48,7 @@ class Vehicle:
     center_of_gravity, center_of_buoyancy : ndarray, shape (3,)
         r_G and r_B from the origin, body frame: a center of buoyancy above the
         center of gravity has the smaller z [m].
-    actuators : tuple of Matrix, Fin, Propeller or Thruster
+    actuators : tuple of Matrix, Fin, Propeller, Thruster or Curve
         What turns commands into a known wrench.
     axes : tuple of str
         The free axes; the velocities of the others are zero.
@@ -58,7 +58,7 @@ class Vehicle:
         The part of ``mass_matrix`` that is added mass, where it is known.
     estimate : tuple of str
         What ``hydrodamp identify`` estimates with the damping: ``added_mass``,
-        ``center_of_gravity``, ``buoyancy`` or ``gains``.
+        ``center_of_gravity``, ``buoyancy``, ``gains``, ``thrust_curve`` or ``fin_curve``.
     std : mapping of str to tuple of float
         Standard deviations of ``added_mass`` (of the logarithm, X Y Z K M N),
         ``center_of_gravity`` (x y z) [m], ``buoyancy`` (over the weight) and
@@ -344,17 +344,29 @@ class Vehicle:
         Returns
         -------
         channels : dict of str to ndarray, shape (n,)
-            Commands as they are, or limited and turned into thrust.
+            Commands as they are, or limited and turned into thrust, those with a curve by its
+            values.
 
         Raises
         ------
         VehicleError
             If a command is missing.
         """
+        shaped = self.shape_commands(commands)
         return {
             name: values
             for actuator in self.actuators
-            for name, values in actuator.channels(commands).items()
+            for name, values in actuator.channels(
+                commands if isinstance(actuator, Curve) else shaped
+            ).items()
+        }
+
+    def shape_commands(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the commands with the values of their curves."""
+        curves = [each for each in self.actuators if isinstance(each, Curve)]
+        known = [each for each in curves if {*each.commands} <= {*commands}]
+        return {**commands} | {
+            each.command: each.channels(commands)[each.command] for each in known
         }
 
     def propulsion_speed(self, commands: Mapping[str, FloatArray]) -> FloatArray | None:
@@ -372,6 +384,7 @@ class Vehicle:
             own or no propeller speed was recorded.
         """
         propellers = [each for each in self.actuators if isinstance(each, Propeller)]
+        commands = self.shape_commands(commands)
         speeds = [
             each.propulsion_speed(commands) for each in propellers if each.command in commands
         ]
@@ -488,21 +501,6 @@ def without_righting(vehicle: Vehicle) -> str:
 def _values(vehicle: Vehicle) -> list[Any]:
     values = (getattr(vehicle, field.name) for field in fields(vehicle))
     return [value.tolist() if isinstance(value, np.ndarray) else value for value in values]
-
-
-def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
-    """Return actuators whose channels do not collide."""
-    raw = {name for actuator in actuators for name in actuator.commands}
-    names: set[str] = set()
-    for name in (name for actuator in actuators for name in actuator.derived):
-        if name in names or name in raw:
-            owner = "a command" if name in raw else "another actuator's channel"
-            raise VehicleError(
-                f"`actuators`: the channel `{name}` has the name of {owner}; give the actuator "
-                "a `name` of its own"
-            )
-        names.add(name)
-    return actuators
 
 
 def _point(values: object) -> str:

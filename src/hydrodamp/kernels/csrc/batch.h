@@ -7,11 +7,9 @@
 #ifdef HD_FLOAT
 #define hd_log logf
 #define hd_exp expf
-#define hd_pow powf
 #else
 #define hd_log log
 #define hd_exp exp
-#define hd_pow pow
 #endif
 
 #ifdef __cplusplus

@@ -31,11 +31,13 @@
 #define hd_sqrt sqrtf
 #define hd_fabs fabsf
 #define hd_ceil ceilf
+#define hd_pow powf
 #else
 #define HD_REAL double
 #define hd_sqrt sqrt
 #define hd_fabs fabs
 #define hd_ceil ceil
+#define hd_pow pow
 #endif
 
 #ifdef __cplusplus

@@ -1,0 +1,51 @@
+"""Curves of commands in every target that runs here: the accelerations of the core."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.c99 import C
+from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.scripts import CasADi, Octave, Python
+
+from .conftest import ALL_ATOMS, RICH, accelerations_of, coefficients, core, states, write_export
+
+CURVES = (
+    hd.Curve("lift", reference=1.5, reverse_ratio=0.8, exponent=1.6, dead_band=0.2),
+    hd.Curve(
+        "lambda",
+        reference=2.0,
+        exponent=1.3,
+        voltage="battery",
+        reference_voltage=0.9,
+        voltage_exponent=1.2,
+        limit=1.8,
+    ),
+    hd.Curve("gain", reference=1.0, reverse_ratio=1.2),
+    hd.Curve("rpm", reference=1.0, exponent=2.0),
+)
+
+
+@pytest.mark.parametrize(
+    ("form", "program"), [(C, "cc"), (Octave, "octave"), (CasADi, None), (Python, None)]
+)
+def test_accelerations_with_curves_are_those_of_the_core(form, program, tmp_path):
+    if program and shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    if form is CasADi:
+        pytest.importorskip("casadi")
+    vehicle = replace(RICH, actuators=(*RICH.actuators, *CURVES))
+    plant = ExportedPlant.of(vehicle, coefficients(ALL_ATOMS))
+    at = states(plant)
+    assert set(plant.inputs) == {"rudder", "rpm", "lambda", "lift", "battery", "gain"}
+    found = accelerations_of(form(), write_export(form(), plant, tmp_path), plant, at)
+    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
+    straight = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
+    index = [plant.inputs.index(name) for name in straight.inputs]
+    without = core(straight, at._replace(inputs=np.ascontiguousarray(at.inputs[:, index])))
+    assert np.abs(without - core(plant, at)).max() > 0.1
