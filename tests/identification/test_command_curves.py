@@ -1,5 +1,6 @@
 """Curves of thrusters and fins of a simulated boat, estimated from their priors."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -79,6 +80,12 @@ def test_curves_of_thrusters_with_unknown_gain_are_recovered(tmp_path):
     assert read.actuators == fit.vehicle.actuators
     test = record(boat(*TRUTH), MODEL, VALUES, COMMANDS, seed=1)
     straight = identify(boat(), log, MODEL)
+    (sentence,) = (each for each in straight.remarks if "The log suggests" in each)
+    ratio = re.search(r"reverse over forward thrust of `m1` is ([\d.]+) \(\d+ standard", sentence)
+    assert ratio is not None
+    assert float(ratio[1]) == pytest.approx(0.77, abs=0.05)
+    assert "exponent of `m1` is 1." in sentence
+    assert not any("The log suggests" in each for each in fit.remarks)
     errors = [
         hd.score(hd.simulate(vehicle, each.damping, test)).rms
         for vehicle, each in ((read, fit), (boat(), straight))
@@ -116,12 +123,24 @@ def test_gain_and_stall_angle_of_a_fin_are_recovered():
 
 def test_commands_that_act_with_a_velocity_alone_are_fins():
     model = hd.DampingModel.from_table(
-        {"X": "rpm*|rpm| u*|rpm| u|u|*rudder^2", "N": "u|u|*rudder"}, key="ship"
+        {"X": "rpm*|rpm| u*|rpm| u|u|*rudder^2", "N": "u|u|*rudder rpm*rudder"}, key="ship"
     )
     ranges = {"rpm": (-1.0, 1.0), "rudder": (-0.5, 0.5), "port": (0.0, 1.0), "table": (0.0, 1.0)}
     port = hd.Thruster("port", (0, -1, 0), (1, 0, 0), gain=1.0)
     table = hd.Thruster("table", (0, -1, 0), (1, 0, 0), curve=((0, 0), (1, 1)))
-    values = {"X_rpm*|rpm|": 1, "X_u*|rpm|": 0, "X_u|u|*rudder^2": -9, "N_u|u|*rudder": 0.1}
+    values = {
+        "X_rpm*|rpm|": 1,
+        "X_u*|rpm|": 0,
+        "X_u|u|*rudder^2": -9,
+        "N_u|u|*rudder": 0.1,
+        "N_rpm*rudder": 0,
+    }
     log = record(boat(), model, values, ranges, n=50)
     problem = hd.prepare(boat(port, table), log, model)
     assert driving_commands(problem, model) == (["rpm", "port"], ["rudder"])
+
+
+def test_a_log_of_straight_curves_suggests_none():
+    log = record(boat(), MODEL, VALUES, COMMANDS, seed=3)
+    remarks = identify(boat(), log, MODEL).remarks
+    assert not any("The log suggests" in each for each in remarks)

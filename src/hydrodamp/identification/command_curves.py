@@ -1,8 +1,8 @@
 """Curves of thrusters and fins as parameters of the vehicle, with priors from published thrust.
 
 A thruster has the ratio of reverse to forward thrust, an exponent, a dead band and an exponent of
-the voltage; a fin the gain of its force and the stall angle, where its effect ends. All but the
-exponent of the voltage are logarithms.
+the voltage; a fin the gain of its force and the stall angle, where its effect ends. All but dead
+band and exponent of the voltage are logarithms.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ REVERSE_STD = 0.3
 #: Of the logarithm of the exponent: T200 0.33 (exponent 1.4), a quadratic curve 0.69.
 EXPONENT_STD = 0.5
 
-#: Prior of the dead band over the reference, and standard deviation of its logarithm.
-DEAD_BAND, DEAD_BAND_STD = 28.0 / 400.0, 1.0
+#: Of the dead band over the reference: T200 0.09 at 12 V, 0.07 at 16 V. The prior is none.
+DEAD_BAND_STD = 0.1
 
 #: Of the exponent of the voltage: T200 1.2, against 1 of a file that states none.
 VOLTAGE_STD = 0.5
@@ -38,34 +38,32 @@ VOLTAGE_STD = 0.5
 #: Of the logarithm of the gain of a fin: the VT 690 has 72 % of the published value.
 FIN_GAIN_STD = 0.3
 
-#: Stall angle of a fin [rad], and standard deviation of its logarithm: 15 to 30 degrees.
-STALL_ANGLE, STALL_STD = 0.35, 0.4
+#: Stall angle [rad] that a fin must approach, and standard deviation of its logarithm: the prior is
+#: this share of the largest deflection of the log, because a fit without stall is the alternative.
+STALL_ANGLE, STALL_STD, PRIOR_STALL = 0.35, 0.4, 0.9
 
-#: Largest deflections that may reach stall, and are angles [rad].
-MIN_DEFLECTION, MAX_DEFLECTION = 0.5 * STALL_ANGLE, 0.5 * np.pi
+#: Smallest and largest deflection of a fin that may stall [rad].
+DEFLECTIONS = (0.5 * STALL_ANGLE, 0.5 * np.pi)
 
 
 def with_curves(problem: Problem, model: DampingModel, names: Sequence[str]) -> Problem:
-    """Return a problem whose vehicle has a curve at its prior for each command to estimate."""
-    actuators = problem.vehicle.actuators
-    before = {each.command: each for each in actuators if isinstance(each, Curve)}
+    """Return a problem whose vehicle has a curve, at its prior, of each command to estimate."""
+    known = {x.command for x in problem.vehicle.actuators if isinstance(x, Curve)}
     thrusters, fins = driving_commands(problem, model)
-    after = dict(before)
-    for name in thrusters if "thrust-curve" in names else ():
-        curve = before.get(name) or Curve(name, reference=_largest(problem, name))
-        band = curve.dead_band or DEAD_BAND * curve.reference
-        after[name] = replace(curve, dead_band=band)
-    for name in fins if "fin-curve" in names else ():
-        largest = _largest(problem, name)
-        if name not in before and MIN_DEFLECTION < largest < MAX_DEFLECTION:
-            after[name] = Curve(name, reference=largest, limit=STALL_ANGLE)
-    return problem if after == before else replace_curves(problem, after.values())
+    added = [straight_curve(problem, x) for x in thrusters if "thrust-curve" in names]
+    straight = [straight_curve(problem, x) for x in fins if "fin-curve" in names]
+    added += [
+        replace(curve, limit=PRIOR_STALL * curve.reference)
+        for curve in straight
+        if DEFLECTIONS[0] < curve.reference < DEFLECTIONS[1]
+    ]
+    added = [curve for curve in added if curve.command not in known]
+    return add_curves(problem, added) if added else problem
 
 
-def replace_curves(problem: Problem, curves: Iterable[Curve]) -> Problem:
-    """Return a problem whose vehicle has these curves."""
-    actuators = (x for x in problem.vehicle.actuators if not isinstance(x, Curve))
-    vehicle = replace(problem.vehicle, actuators=(*curves, *actuators))
+def add_curves(problem: Problem, curves: Iterable[Curve]) -> Problem:
+    """Return a problem whose vehicle has further curves."""
+    vehicle = replace(problem.vehicle, actuators=(*curves, *problem.vehicle.actuators))
     changed = build_problem(vehicle, problem.log, problem.models)
     return replace(changed, sensor_log=problem.sensor_log)
 
@@ -73,12 +71,14 @@ def replace_curves(problem: Problem, curves: Iterable[Curve]) -> Problem:
 def driving_commands(problem: Problem, model: DampingModel) -> tuple[list[str], list[str]]:
     """Return the varying commands of thrusters, and those of fins.
 
-    A command that no actuator has is that of a fin if all its terms have a velocity.
+    A command that no actuator has is that of a fin if all its terms have a velocity or another
+    command, as a rudder in the race of a propeller.
     """
-    log, actuators = problem.log, [*problem.vehicle.actuators]
+    log, actuators = problem.log, problem.vehicle.actuators
     terms = [term for row in model.terms for term in row]
     driven = {name for term in terms for name in term.commands}
-    thrusters = {name for term in terms if not term.velocities for name in term.commands}
+    alone = (term for term in terms if len(term.commands) == 1 and not term.velocities)
+    thrusters = {name for term in alone for name in term.commands}
     fins = driven - thrusters
     for each in actuators if log.wrench is None else ():
         if isinstance(each, Matrix | Propeller) or getattr(each, "gain", None) is not None:
@@ -98,29 +98,28 @@ def curve_parameters(
     thrusters, fins = driving_commands(problem, model)
     curves = {x.command: x for x in problem.vehicle.actuators if isinstance(x, Curve)}
     for name in thrusters if "thrust-curve" in names else ():
-        yield from _thrust_parameters(curves[name], problem.log.command(name))
-    for fin in problem.vehicle.actuators if "fin-curve" in names else ():
-        if isinstance(fin, Fin) and fin.command in fins:
-            yield Parameter(f"gain_{fin.command}", "", FIN_GAIN_STD, 1.0, "logarithm", "assumed")
+        yield from thrust_parameters(curves[name], problem.log.command(name))
     for name in fins if "fin-curve" in names else ():
+        if any(isinstance(x, Fin) and x.command == name for x in problem.vehicle.actuators):
+            yield Parameter(f"gain_{name}", "", FIN_GAIN_STD, 1.0, "logarithm", "assumed")
         if (curve := curves.get(name)) and curve.limit:
             label = f"stall_{name}"
             yield Parameter(label, "rad", STALL_STD, curve.limit, "logarithm", "assumed")
 
 
-def _thrust_parameters(curve: Curve, command: FloatArray) -> Iterator[Parameter]:
+def thrust_parameters(curve: Curve, command: FloatArray) -> Iterator[Parameter]:
     """Yield the parameters of a thruster; a command of both signs has a reverse thrust."""
-    name = curve.command
+    name, ratio, origin = curve.command, curve.reverse_ratio, "assumed"
     if command.min() < 0.0 < command.max():
-        yield Parameter(
-            f"reverse_{name}", "", REVERSE_STD, curve.reverse_ratio, "logarithm", "assumed"
-        )
-    yield Parameter(f"exponent_{name}", "", EXPONENT_STD, curve.exponent, "logarithm", "assumed")
-    yield Parameter(f"dead_band_{name}", "", DEAD_BAND_STD, curve.dead_band, "logarithm", "assumed")
+        yield Parameter(f"reverse_{name}", "", REVERSE_STD, ratio, "logarithm", origin)
+    yield Parameter(f"exponent_{name}", "", EXPONENT_STD, curve.exponent, "logarithm", origin)
+    std, prior = DEAD_BAND_STD * curve.reference, curve.dead_band
+    yield Parameter(f"dead_band_{name}", "", std, prior, origin=origin)
     if curve.voltage is not None:
-        prior = curve.voltage_exponent
-        yield Parameter(f"voltage_{name}", "", VOLTAGE_STD, prior, origin="assumed")
+        exponent = curve.voltage_exponent
+        yield Parameter(f"voltage_{name}", "", VOLTAGE_STD, exponent, origin=origin)
 
 
-def _largest(problem: Problem, name: str) -> float:
-    return float(np.abs(problem.log.command(name)).max())
+def straight_curve(problem: Problem, name: str) -> Curve:
+    """Return the curve whose value is the command, with the largest of the log as reference."""
+    return Curve(name, reference=float(np.abs(problem.log.command(name)).max()))

@@ -55,7 +55,7 @@ MAX_DETERMINED_RATIO = 0.7
 MIN_SIGNIFICANCE, RESOLUTION = 3.0, 0.25
 
 #: Starts of the labels of curves: part of the form of a force, effective as coefficients are.
-_EFFECTIVE = ("voltage_", *CURVE_FIELDS)
+_EFFECTIVE = ("dead_band_", "voltage_", *CURVE_FIELDS)
 
 #: What the origins of values in a vehicle file are called in a sentence.
 _ORIGINS = {
@@ -174,13 +174,13 @@ def describe_changes(estimates: Mapping[str, Estimate]) -> Iterator[str]:
     for label, each in sorted(moved.items(), key=lambda item: not item[1].is_contradicted):
         half, unit = critical_value() * each.standard_error, f" {each.unit}".rstrip()
         yield (
-            f"{_describe_label(label)}: {each.value:.3g} ± {half:.2g}{unit} instead of the file's "
+            f"{describe_label(label)}: {each.value:.3g} ± {half:.2g}{unit} instead of the file's "
             f"{each.prior:.4g} ({_ORIGINS[each.origin]}): "
             f"{'contradicted' if each.is_contradicted else 'estimated'}."
         )
 
 
-def _describe_label(label: str) -> str:
+def describe_label(label: str) -> str:
     for start, words in _CURVE_WORDS.items():
         if label.startswith(start) and label.removeprefix(start) not in AXES:
             return f"{words} of `{label.removeprefix(start)}`"

@@ -10,6 +10,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES
 from hydrodamp.identification.adequacy import Adequacy, Form
 from hydrodamp.identification.continuation import RELATIVE_TOLERANCE
+from hydrodamp.identification.curve_test import significant_curves
 from hydrodamp.identification.fit import Fit, Method, make_fit
 from hydrodamp.identification.gauss_newton import Iterate, ShootingObjective, newton_step
 from hydrodamp.identification.held_out_replay import (
@@ -116,6 +117,9 @@ def build_fit(
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
     if delays := significant_delays(fixed, at):
         sentences = (f"The log suggests delays of {'; '.join(delays)}.",)
+    if curves := significant_curves(fixed, at, model):
+        words = "`estimate: [thrust_curve]` in the vehicle file estimates the curves"
+        sentences += (f"The log suggests that {'; '.join(curves)}: {words}.",)
     indirect: tuple[str, ...] = ()
     if uncertainty is not None:
         half_width = uncertainty.critical_value() * uncertainty.standard_errors

@@ -12,15 +12,10 @@ from hydrodamp.vehicle.actuators import Actuator, Curve, Fin
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Starts of the labels of a curve's parameters, and the fields that they scale.
-CURVE_FIELDS = {
-    "reverse_": "reverse_ratio",
-    "exponent_": "exponent",
-    "dead_band_": "dead_band",
-    "stall_": "limit",
-}
+#: Starts of the labels of a curve's parameters whose θ is a logarithm, and the fields they scale.
+CURVE_FIELDS = {"reverse_": "reverse_ratio", "exponent_": "exponent", "stall_": "limit"}
 
-#: Starts of labels whose θ is a logarithm.
+#: Starts of all labels whose θ is a logarithm.
 LOGARITHMS = ("A_", "gain_", *CURVE_FIELDS)
 
 #: Bounds of the logarithm of a curve's parameter, and of a dead band over the reference.
@@ -71,6 +66,8 @@ def actuator_at(actuator: Actuator, theta: Mapping[str, float]) -> Actuator:
         for start, field in CURVE_FIELDS.items()
         if (value := getattr(actuator, field)) is not None
     }
-    values["dead_band"] = min(values["dead_band"], MAX_DEAD_BAND * actuator.reference)
-    exponent = actuator.voltage_exponent + theta.get(f"voltage_{name}", 0.0)
-    return replace(actuator, voltage_exponent=exponent, **values)
+    values["voltage_exponent"] = actuator.voltage_exponent + theta.get(f"voltage_{name}", 0.0)
+    if change := theta.get(f"dead_band_{name}"):
+        largest = MAX_DEAD_BAND * actuator.reference
+        values["dead_band"] = min(max(actuator.dead_band + change, 0.0), largest)
+    return replace(actuator, **values)
