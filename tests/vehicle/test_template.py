@@ -37,7 +37,7 @@ def test_examples_in_the_comments_are_valid():
     examples = [line.lstrip("# ") for line in lines if line.startswith("#   - ")]
     text = vehicle_template(length=1, diameter=0.2, mass=30)
     filled = text.replace("actuators: []", "actuators:\n" + "\n".join(f"  {e}" for e in examples))
-    assert parse_vehicle(filled).commands == ("rudder", "rpm", "port", "ch_forward")
+    assert parse_vehicle(filled).commands == ("rudder", "rpm", "port", "m1", "ch_forward")
 
 
 @pytest.mark.parametrize("sizes", [(2000, 190, 42), (2.0, 0.19, 42000), (2.0, 0.19, 3.0)])
