@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import ProblemError
+from hydrodamp.errors import MethodError, ProblemError
 from hydrodamp.identification.command_curves import driving_commands
 from hydrodamp.identification.grades import critical_value
 from hydrodamp.simulation.replay import replay
@@ -144,3 +144,11 @@ def test_a_log_of_straight_curves_suggests_none():
     log = record(boat(), MODEL, VALUES, COMMANDS, seed=3)
     remarks = identify(boat(), log, MODEL).remarks
     assert not any("The log suggests" in each for each in remarks)
+
+
+@pytest.mark.parametrize(("group", "term"), [("thrust-curve", "u|u|*m1"), ("fin-curve", "m1")])
+def test_a_group_without_a_command_is_refused(group, term):
+    model = hd.DampingModel.from_table({"X": "u", "Y": "v", "N": f"r {term}"}, key="other")
+    log = record(boat(), MODEL, VALUES, COMMANDS, n=100)
+    with pytest.raises(MethodError, match=f"`{group}` needs a command that varies"):
+        identify(boat(), log, model, group)

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.parameters import Parameter
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, build_problem
@@ -96,6 +97,13 @@ def curve_parameters(
 ) -> Iterator[Parameter]:
     """Yield the parameters of the curves of a vehicle that has them."""
     thrusters, fins = driving_commands(problem, model)
+    for group, commands in (("thrust-curve", thrusters), ("fin-curve", fins)):
+        if group in names and not commands:
+            raise MethodError(
+                f"`{group}` needs a command that varies and that model '{model.key}' or "
+                f"an actuator uses; the log has {', '.join(problem.log.command_names) or 'none'}: "
+                "record one, give it a term, or do not estimate this"
+            )
     curves = {x.command: x for x in problem.vehicle.actuators if isinstance(x, Curve)}
     for name in thrusters if "thrust-curve" in names else ():
         yield from thrust_parameters(curves[name], problem.log.command(name))
