@@ -10,6 +10,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.c99 import C
+from hydrodamp.export.optimisers import JAX
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, Octave, Python
 
@@ -32,13 +33,14 @@ CURVES = (
 
 
 @pytest.mark.parametrize(
-    ("form", "program"), [(C, "cc"), (Octave, "octave"), (CasADi, None), (Python, None)]
+    ("form", "program"),
+    [(C, "cc"), (Octave, "octave"), (CasADi, None), (Python, None), (JAX, None)],
 )
 def test_accelerations_with_curves_are_those_of_the_core(form, program, tmp_path):
     if program and shutil.which(program) is None:
         pytest.skip(f"{program} is not installed")
-    if form is CasADi:
-        pytest.importorskip("casadi")
+    if form in {CasADi, JAX}:
+        pytest.importorskip(form.key)
     vehicle = replace(RICH, actuators=(*RICH.actuators, *CURVES))
     plant = ExportedPlant.of(vehicle, coefficients(ALL_ATOMS))
     at = states(plant)
