@@ -30,7 +30,15 @@ def crafts():
     for key in EXACT:
         for name in ("vt690", "bluerov2-heavy"):
             damping = coefficients(hd.catalog[key])
-            yield pytest.param(ExportedPlant.of(hd.fleet[name], damping), id=f"{key}-{name}")
+            plant = ExportedPlant.of(finless(hd.fleet[name]), damping)
+            yield pytest.param(plant, id=f"{key}-{name}")
+
+
+def finless(vehicle):
+    """Each fin as a matrix: the lift of LiftDrag depends on the flow at the fin."""
+    rows = {x: hd.Matrix(x.commands, ((0.0, 2.0, 1.0, 0.0, 3.0, 0.0),)) for x in vehicle.actuators}
+    kept = (rows[x] if isinstance(x, hd.Fin) else x for x in vehicle.actuators)
+    return replace(vehicle, actuators=tuple(kept))
 
 
 def numbers(folder):
@@ -72,7 +80,7 @@ def test_the_plugin_of_vrx_makes_the_wrench_of_the_model(tmp_path):
 
 def test_link_and_world_move_and_restore_as_the_vehicle(tmp_path):
     vehicle = replace(
-        hd.fleet["remus100"],
+        finless(hd.fleet["remus100"]),
         center_of_gravity=np.array([0.03, 0.01, 0.02]),
         center_of_buoyancy=np.array([0.01, -0.02, -0.01]),
     )
@@ -128,7 +136,7 @@ def test_dart_moves_what_is_read_back_as_the_core(plant, tmp_path):
 def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, tmp_path):
     model, log = hd.catalog[model], campaign.test.between(0.0, 5.0)
     damping = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares()).damping
-    card = hd.export(damping, campaign.vehicle, key, tmp_path / "a", log=log)
+    card = hd.export(damping, finless(campaign.vehicle), key, tmp_path / "a", log=log)
     assert card.exact
     assert max(card.wrench_error[axis] for axis in "XYZN") < 1e-8
     assert card.replays.source_to_target.rms < 0.01
@@ -139,7 +147,8 @@ def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, tmp_path)
 def test_what_gz_sim_has_not_is_fitted(model, campaign, tmp_path):
     damping = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares()).damping
     form, log = GzSim(step=0.02), campaign.test.between(0.0, 2.0)
-    card = hd.export(damping, campaign.vehicle, form, tmp_path / "a", log=log, force=True)
+    craft = finless(campaign.vehicle)
+    card = hd.export(damping, craft, form, tmp_path / "a", log=log, force=True)
     assert card.exact == (model.key in EXACT)
     assert max(card.wrench_error[axis] for axis in "XYZN") < (1e-8 if card.exact else 90.0)
 
@@ -269,3 +278,51 @@ def test_an_axis_is_fitted_by_itself():
     held = GzSim().project_plant(plant, states(plant))
     assert held.damping["X_u"] == pytest.approx(-3.0, rel=1e-12)
     assert held.damping["X_u|u|"] == pytest.approx(-4.0, rel=1e-12)
+
+
+DRIVEN = replace(
+    hd.fleet["bluerov2"],
+    actuators=(
+        hd.Thruster("port", (0.1, -0.2, 0.05), (1.0, 1.0, 0.0), gain=40.0, limit=0.8),
+        hd.Thruster("pwm", (-0.1, 0.2, 0.0), (1, 0, 0), curve=((1100, -30), (1500, 0), (1900, 40))),
+        hd.Propeller("rpm", 3e-6, advance=-1e-4, torque=-1e-7, limit=2000.0),
+        hd.Fin("rudder", {"Y": 9.0, "N": -5.0}, {"X": -4.0}, limit=0.3),
+        hd.Fin("flap", {"Y": 9.0, "K": 1.0, "M": 2.0}),
+        hd.Matrix(("jet",), ((0.0, 0.0, 1.0, 0.0, 0.2, 0.0),)),
+    ),
+)
+
+
+@dart
+def test_thrusters_propellers_and_fins_are_joints_with_a_system(tmp_path):
+    """Their numbers give the wrench of the vehicle: that of a fin where the flow is along x."""
+    damping = hd.Damping.from_dict(None, {"X_u": -5.0, "Y_v|v|": -40.0, "N_turn": 2.0})
+    plant = ExportedPlant.of(DRIVEN, damping)
+    at, n = states(plant, 12), 12
+    speed = at.velocity[:, :1] * [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    given = np.random.default_rng(3).uniform(-1.2, 1.2, (n, len(plant.inputs)))
+    given = given * [1.0, 0.0, 2000.0, 1.0, 1.0, 1.0, 1.0] + [0.0, 1600.0, 0, 0, 0, 0, 0]
+    at = at._replace(velocity=speed, inputs=given)
+    write_export(GzSim(density=1025.0), plant, tmp_path)
+    found = accelerations_of(GzSim(density=1025.0), tmp_path, plant, at)
+    wanted = core(plant, at)
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
+    model = ElementTree.parse(tmp_path / "model.sdf").getroot()[0]
+    joints = [joint.get("name") for joint in model.iter("joint")]
+    assert joints == ["port_1", "pwm_2", "rpm_3", "rudder_4"]  # no force at a point is the flap's
+    masses = [float(each.text) for each in model.iter("mass")]
+    np.testing.assert_allclose(sum(masses), DRIVEN.weight / 9.80665, rtol=1e-12)
+    limits = {each.tag: float(each.text) for each in model.find("plugin[joint_name='pwm_2']")[-2:]}
+    assert limits == {"max_thrust_cmd": 40.0, "min_thrust_cmd": -30.0}
+    assert model.findtext("plugin[joint_name='rpm_3']/use_angvel_cmd") == "true"
+    ignores = GzSim().omissions_of(plant)
+    assert ignores.startswith("forces of rpm, rudder, flap, jet, turn that no system")
+    assert GzSim().omissions_of(replace(plant, vehicle=hd.fleet["bluerov2"])).count("turn") == 1
+
+
+@dart
+def test_fins_lift_as_the_flow_at_them(campaign, tmp_path):
+    log = campaign.test.between(0.0, 2.0)
+    card = hd.export(PUBLISHED, campaign.vehicle, GzSim(step=0.02), tmp_path / "a", log=log)
+    assert 1e-6 < card.wrench_error["Y"] < 1.0
+    assert card.ignores == "forces of rudder, elevator that no system of gz-sim has (apply them)"

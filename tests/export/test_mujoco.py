@@ -10,7 +10,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError, VehicleError
-from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.plant import FLU, ExportedPlant, States
 from hydrodamp.export.scripts import MuJoCo, execute_module
 
 from .conftest import (
@@ -98,6 +98,8 @@ def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
         for name, body in bodies.items():
             _, push = execute_module(tmp_path / f"auv_{name}.py").in_water(model, body)
             push[:] = [20.0, 1.0, 2.0, 0.1, 0.2, 0.3]
+            if name == "vt690":
+                data.actuator(body.removesuffix("auv_vt690") + "rpm").ctrl = 1500.0
         for _ in range(100):
             mujoco.mj_step(model, data)
         joints = {name: model.body(body).jntadr[0] for name, body in bodies.items()}
@@ -117,6 +119,40 @@ def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
     for name, velocity in alone.items():
         assert np.linalg.norm(velocity) > 0.1
         np.testing.assert_allclose(together[name], velocity, rtol=1e-9, atol=1e-12)
+
+
+@here
+def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
+    import mujoco
+
+    pwm = hd.Thruster("pwm", (-0.1, 0.2, 0), (0, 0, 1), curve=((1100, -30), (1500, 0), (1900, 40)))
+    thrusters = hd.Thruster("port", (0.1, -0.2, 0.05), (3.0, 4.0, 0.0), gain=40, limit=1.0), pwm
+    vehicle = replace(hd.fleet["bluerov2"], actuators=thrusters)
+    damping = hd.Damping.from_dict(None, {"X_u": -5.0, "N_turn": 2.0, "X_turn*|turn|": 1.0})
+    plant = ExportedPlant.of(vehicle, damping)
+    write_export(MuJoCo(), plant, tmp_path)
+    whole = mujoco.MjSpec.from_file(str(tmp_path / "auv_bluerov2.xml"))
+    whole.body("auv_bluerov2").add_site(name="own")
+    whole.add_actuator(
+        name="own", target="own", trntype=mujoco.mjtTrn.mjTRN_SITE, gear=[0, 0, 7, 0, 0, 0]
+    )
+    model = whole.compile()
+    data = mujoco.MjData(model)
+    for name, value in {"port": 2.0, "pwm": 1700.0, "turn": -0.5, "own": 1.0}.items():
+        data.actuator(name).ctrl = value
+    mujoco.mj_forward(model, data)  # without water: what MuJoCo's own actuators apply, z up
+    force, position = 40.0 * np.array([0.6, -0.8, 0.0]), np.array([0.1, 0.2, -0.05])
+    own = [*np.concatenate([force, np.cross(position, force)]), 0, 0, 7.0, 0, 0, 1.0]
+    np.testing.assert_allclose(data.qfrc_actuator, own, atol=1e-12)
+    try:
+        execute_module(tmp_path / "auv_bluerov2.py").in_water(model)
+        mujoco.mj_forward(model, data)
+    finally:
+        mujoco.set_mjcb_passive(None)
+    down, push = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, -7.0, 0.0, 0.0, 0.0]])
+    wanted = core(plant, States(np.zeros((1, 6)), down, np.array([[2.0, 1700.0, -0.5]]), push))[0]
+    np.testing.assert_allclose(data.qacc, FLU * wanted, rtol=1e-9, atol=1e-12)
+    assert [model.sensor(index).name for index in (1, 3)] == ["imu_rates", "dvl_velocity"]
 
 
 def test_locked_axes_and_time_that_stands_are_refused(planar, tmp_path):

@@ -253,7 +253,7 @@ def measure_fidelity(
         inputs=(*projected.inputs, "wrench"),
         projected=form.unrepresented_effects(plant),
         about=[*form.reference_point(plant)],
-        ignores=form.omitted_effects,
+        ignores=form.omissions_of(plant),
         run_by=name,
         not_run=not_run,
         run_error=run_error,

@@ -5,13 +5,15 @@ DART, the physics engine of gz-sim, runs it with the forces of these systems on 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from importlib.metadata import version
 from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import ClassVar
+from xml.etree import ElementTree
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,12 +21,14 @@ from scipy.spatial.transform import Rotation
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES, Term
 from hydrodamp.errors import MethodError
+from hydrodamp.export.actuation import Actuation, read_position
 from hydrodamp.export.codegen import parse_numbers, render_template, symmetric, template_values
-from hydrodamp.export.plant import FLU, Body, ExportedPlant, States, mass_ratio
+from hydrodamp.export.plant import FLU, Body, ExportedPlant, States, mass_ratio, point_transform
 from hydrodamp.export.target import Files, HydrodynamicTarget, NotRun, require_package
 from hydrodamp.export.verification import Engine, Simulator
 from hydrodamp.files import load_text
 from hydrodamp.models.model import spell_label
+from hydrodamp.vehicle.mass import cross_matrix, rigid_body_mass_matrix
 
 _TERMS = (
     *(Term((name,)) for name in VELOCITIES),
@@ -33,12 +37,16 @@ _TERMS = (
 )
 SYMMETRIC_TAGS = [*map("".join, combinations_with_replacement("xyzpqr", 2))]
 DRAG_TAGS = [axis.lower() + name.upper() for axis, name in zip(AXES, VELOCITIES, strict=True)]
+BLOCKS = "added_mass.txt", "systems.txt"
+"""Files with the blocks for the ``<inertial>`` of a link and for its model."""
+
+MASS_SHARE = 1e-4  # of the vehicle's mass in the link of each thruster or fin
 ADDED_MASS_TAGS = [f"{axis.lower()}Dot{name.upper()}" for axis, name in product(AXES, VELOCITIES)]
 
 
 @dataclass(frozen=True)
 class Gazebo(HydrodynamicTarget):
-    """A model of one link in SDF, a world with it, and the plugin block for another model."""
+    """A model in SDF with its actuators, a world with it, and the blocks for another model."""
 
     plugin: ClassVar[tuple[str, str]]
     sign: ClassVar[float]
@@ -50,25 +58,34 @@ class Gazebo(HydrodynamicTarget):
     completes_planar: ClassVar[bool] = True
     step: float = 0.001
     legacy: bool = False
+    link: str = "base_link"
 
-    @property
-    def omitted_effects(self) -> str:
-        """The actuators, and on the legacy path Coriolis forces of added mass."""
-        return super().omitted_effects + ", and Coriolis forces of added mass" * self.legacy
+    def omissions_of(self, plant: ExportedPlant) -> str:
+        """Return commands without a system, and on the legacy path Coriolis forces."""
+        coriolis = "Coriolis forces of added mass" * self.legacy
+        return ", and ".join(filter(None, (Actuation(plant).omitted, coriolis)))
 
     def render_files(self, plant: ExportedPlant) -> Files:
-        """Return the model, a world with it, and the plugin block."""
+        """Return the model, a world with it, and the blocks."""
         body = Body.of(plant, self.key, self.density).mirrored
+        effectors = Actuation(plant).effectors
+        mass, inertia = MASS_SHARE * body.mass, MASS_SHARE * body.mass * body.cube_side**2
+        rigid = rigid_body_mass_matrix(mass, inertia * np.eye(3))
+        others = (_shift_body(rigid, effector.position) for effector in effectors)
+        base = _with_rigid(body, body.rigid - sum(others, start=np.zeros((6, 6))))
         added = body.added[np.triu_indices(6)]
         values = {
             **template_values(plant),
             **asdict(self),
-            "body": body,
+            "body": base,
+            "effectors": effectors,
+            "effector_mass": mass,
+            "effector_inertia": inertia,
             "added": {} if self.legacy else dict(zip(SYMMETRIC_TAGS, added.tolist(), strict=True)),
             "tags": self._plugin_values(plant, body),
             "plugin": self.plugin,
         }
-        names = "model.config", "model.sdf", "world.sdf", "blocks.txt"
+        names = "model.config", "model.sdf", "world.sdf", *BLOCKS
         return {name: render_template(f"{name}.j2", **values) for name in names}
 
     def _plugin_values(self, plant: ExportedPlant, body: Body) -> dict[str, float]:
@@ -87,21 +104,32 @@ class Gazebo(HydrodynamicTarget):
         """Read the model and yield DART with the forces of gz-sim's systems."""
         if self.legacy:
             raise NotRun("DART has no explicit added mass")
-        numbers = parse_numbers(load_text(folder / "model.sdf"))
-        inertia = [numbers[f"i{tag}"][0] for tag in SYMMETRIC_TAGS if f"i{tag}" in numbers]
-        body = Body(
-            numbers["mass"][0],
-            numbers["inertial/pose"][:3],
-            symmetric(inertia),
-            symmetric([numbers[tag][0] for tag in SYMMETRIC_TAGS]),
-            float(numbers["size"].prod()),
-            numbers["collision/pose"][:3],
+        model = ElementTree.fromstring(load_text(folder / "model.sdf"))[0]
+        first, *others = model.iter("link")
+        link = parse_numbers(ElementTree.tostring(first, "unicode"))
+        numbers = link | parse_numbers(ElementTree.tostring(next(model.iter("plugin")), "unicode"))
+        read = Body(
+            link["mass"][0],
+            link["inertial/pose"][:3],
+            symmetric([link[f"i{tag}"][0] for tag in SYMMETRIC_TAGS if f"i{tag}" in link]),
+            symmetric([link[tag][0] for tag in SYMMETRIC_TAGS]),
+            float(link["size"].prod()),
+            link["collision/pose"][:3],
             self.density,
-        ).mirrored
+        )
+        rigid = read.rigid
+        for other in others:
+            part = parse_numbers(ElementTree.tostring(other, "unicode"))
+            inertia = np.diag([part[tag][0] for tag in ("ixx", "iyy", "izz")])
+            own = rigid_body_mass_matrix(part["mass"][0], inertia)
+            rigid = rigid + _shift_body(own, read_position(other))
+        body = _with_rigid(read, rigid).mirrored
         known = self._tags().items()
         values = {label: sign * numbers[tag][0] for tag, (label, sign) in known if tag in numbers}
         require_package("dartpy", "dartpy, the physics of gz-sim,")
-        yield _Link(plant, body.to_plant(values), body, self.step)
+        actuation = Actuation(plant)
+        inputs = partial(actuation.wrench, model=model)
+        yield _Link(plant.vehicle.name, inputs, body.to_plant(values), body, self.step)
 
     def _tags(self) -> dict[str, tuple[str, float]]:
         """Return the label and sign of the coefficient of each tag."""
@@ -128,6 +156,8 @@ class GzSim(Gazebo):
     legacy : bool
         Whether the system applies added mass explicitly by its diagonal, as gz-sim did before
         ``<fluid_added_mass>``.
+    link : str
+        Name of the vehicle's link.
     """
 
     key: ClassVar[str] = "gz-sim"
@@ -150,7 +180,7 @@ class VRX(Gazebo):
 
     Parameters
     ----------
-    density, step, legacy
+    density, step, legacy, link
         As of ``gz-sim``.
     """
 
@@ -160,6 +190,20 @@ class VRX(Gazebo):
     sign: ClassVar[float] = -1.0
     absolute_prefix: ClassVar[str] = ""
     required_tags: ClassVar[tuple[str, ...]] = (*ADDED_MASS_TAGS[::7], *DRAG_TAGS)
+
+
+def _shift_body(rigid: FloatArray, position: FloatArray) -> FloatArray:
+    """Return the mass matrix of a body about its center as that about the origin."""
+    transform = point_transform(position)
+    return np.asarray(transform.T @ rigid @ transform)
+
+
+def _with_rigid(body: Body, rigid: FloatArray) -> Body:
+    """Return a body with the mass, centre and inertia of a mass matrix about the origin."""
+    mass = float(rigid[0, 0])
+    center = rigid[[5, 3, 4], [1, 2, 0]] / mass
+    arm = cross_matrix(center)
+    return replace(body, mass=mass, center=center, inertia=rigid[3:, 3:] + mass * arm @ arm)
 
 
 def term_sign(term: Term) -> float:
@@ -194,14 +238,20 @@ class _Link(Simulator):
     step = "Euler steps of {:g} s"
 
     def __init__(
-        self, source: ExportedPlant, file_plant: ExportedPlant, body: Body, step: float
+        self,
+        name: str,
+        input_wrench: Callable[[States], FloatArray],
+        file_plant: ExportedPlant,
+        body: Body,
+        step: float,
     ) -> None:
         from dartpy import dynamics, simulation
 
         super().__init__(f"DART {version('dartpy')}", step)
-        self._source, self._file_plant, self._body = source, file_plant, body.mirrored
+        self._input_wrench, self._file_plant = input_wrench, file_plant
+        self._body = body.mirrored
         self._frame = dynamics.Frame.World()
-        self._skeleton = dynamics.Skeleton(source.vehicle.name)
+        self._skeleton = dynamics.Skeleton(name)
         self._joint, self._link = self._skeleton.createFreeJointAndBodyNodePair()
         mass = self._body.rigid + self._body.added
         self._link.setInertia(dynamics.Inertia(mass[np.ix_(ROTATION_FIRST, ROTATION_FIRST)]))
@@ -234,7 +284,7 @@ class _Link(Simulator):
         """Apply weight and buoyancy at their points, other wrenches at the origin of the link."""
         down = -self._link.getWorldTransform().rotation()[2] * FLU[:3]
         at = States(*(values[None] for values in (self._velocity(), down, inputs, wrench)))
-        total = self._source.applied_wrench(at) + self._file_plant.damping_wrench(at)
+        total = self._input_wrench(at) + self._file_plant.damping_wrench(at)
         link_wrench, origin = total[0] * FLU, np.zeros(3)
         self._link.addExtForce(link_wrench[:3], origin, True, True)
         self._link.addExtTorque(link_wrench[3:], True)

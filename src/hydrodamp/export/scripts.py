@@ -20,6 +20,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
+from hydrodamp.export.actuation import command_forces
 from hydrodamp.export.codegen import CASADI, render_template, template_values, vehicle_identifier
 from hydrodamp.export.plant import FLU, Body, ExportedPlant, States
 from hydrodamp.export.target import (
@@ -176,7 +177,7 @@ BOX_DENSITY = 1000.0  # kg/m^3; determines the size of the drawn box only
 
 @dataclass(frozen=True)
 class MuJoCo(Target):
-    """A body in MJCF and a Python file with the passive force of all terms and inputs.
+    """A body in MJCF with its actuators, and a Python file with the passive force of all terms.
 
     Parameters
     ----------
@@ -196,13 +197,13 @@ class MuJoCo(Target):
     @property
     def omitted_effects(self) -> str:
         """Forces that act on the rigid-body mass only."""
-        return "added mass in contacts, constraints and MuJoCo's own actuators"
+        return "added mass in contacts and constraints"
 
     def render_files(self, plant: ExportedPlant) -> Files:
         """Return the model, and the file with the passive force."""
         body, name = Body.of(plant, self.key, BOX_DENSITY).mirrored, vehicle_identifier(plant)
-        values = template_values(plant)
-        xml = render_template("mujoco.xml.j2", **values, body=body, step=self.step)
+        values, forces = template_values(plant), [*command_forces(plant)]
+        xml = render_template("mujoco.xml.j2", **values, body=body, step=self.step, forces=forces)
         return {f"{name}.xml": xml, f"{name}.py": render_template("mujoco.py.j2", **values)}
 
     @contextmanager
@@ -252,9 +253,9 @@ class _MuJoCoBody(Simulator):
         return self._in_body(self._data.qvel)
 
     def apply_inputs(self, inputs: FloatArray, wrench: FloatArray) -> None:
-        """Set the inputs of the callback."""
-        for array, values in zip(self._callback_inputs, (inputs, wrench), strict=True):
-            array[:] = values
+        """Set the commands of the actuators, and the other inputs of the callback."""
+        n, (other_inputs, other_wrench) = self._model.nu, self._callback_inputs
+        self._data.ctrl[:], other_inputs[n:], other_wrench[:] = inputs[:n], inputs[n:], wrench
 
     def _in_body(self, values: FloatArray) -> FloatArray:
         """Convert translation in the world and rotation in the body to hydrodamp's body frame."""

@@ -81,6 +81,10 @@ class Target:
         """Effects of equation 1 that no file of the target has; empty if none."""
         return ""
 
+    def omissions_of(self, plant: ExportedPlant) -> str:
+        """Return the effects that no file of a plant has: by default those of all plants."""
+        return self.omitted_effects
+
     def representable_model(self, plant: ExportedPlant) -> DampingModel:
         """Return the damping model that the target can represent: by default all terms."""
         return plant.damping.model
