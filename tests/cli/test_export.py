@@ -86,3 +86,20 @@ def test_a_card_of_an_earlier_version_makes_its_page(folder, call, damping):
         "was changed"
         in call("export python d.json --vehicle planar.yaml --out sim --force", 2).stderr
     )
+
+
+def test_a_file_of_the_user_gets_hydrodynamics_and_loses_them(folder, call):
+    own = '<sdf><model name="a">\n<link name="b"><inertial></inertial></link></model></sdf>'
+    (folder / "own.sdf").write_text(own, "utf-8")
+    hd.write_damping(hd.published["vt690-sname2022"], "vt690.json")
+    line = "export gz-sim vt690.json --vehicle vt690 --into own.sdf"
+    done = call(f"{line} --set step=0.002")
+    assert done.stdout.startswith("Verdict: ")
+    assert "written into link 'a::b' of own.sdf" in done.stderr
+    assert "<link_name>b</link_name>" in (folder / "own.sdf").read_text("utf-8")
+    assert "gz-sim or vrx" in call(line.replace("gz-sim", "python"), 2).stderr
+    assert "`--out` must be given, or --into" in call(f"{line} --out sim", 2).stderr
+    assert "`--into` must be given" in call("export gz-sim d.json --out a --link b", 2).stderr
+    assert "There are: a::b" in call(f"{line} --link c", 2).stderr
+    call(f"{line} --remove")
+    assert (folder / "own.sdf").read_text("utf-8") == own

@@ -56,7 +56,7 @@ def test_types_tell_outputs_from_inputs(command):
     parameters = inspect.signature(command, eval_str=True).parameters
     outputs = {name for name, each in parameters.items() if "Path" in str(each.annotation)}
     sizes = {name for name, each in parameters.items() if "float" in str(each.annotation)}
-    names = {"out", "file", "draft", "checkpoint"} - sizes  # a ship has a draft, too
+    names = {"out", "file", "draft", "checkpoint", "into"} - sizes  # a ship has a draft, too
     assert outputs - {"folder"} == names & {*parameters}
     assert "folder" not in outputs or command.__name__ == "report"
 

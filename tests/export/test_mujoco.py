@@ -142,7 +142,8 @@ def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
         data.actuator(name).ctrl = value
     mujoco.mj_forward(model, data)  # without water: what MuJoCo's own actuators apply, z up
     force, position = 40.0 * np.array([0.6, -0.8, 0.0]), np.array([0.1, 0.2, -0.05])
-    own = [*np.concatenate([force, np.cross(position, force)]), 0, 0, 7.0, 0, 0, 1.0]
+    own = np.array([*force, *np.cross(position, force)])
+    own[[2, 5]] += [7.0, 1.0]
     np.testing.assert_allclose(data.qfrc_actuator, own, atol=1e-12)
     try:
         execute_module(tmp_path / "auv_bluerov2.py").in_water(model)

@@ -21,6 +21,6 @@ def test_a_page_imports_what_it_uses_and_writes_a_folder_a_command(page):
     folders = re.findall(r"--out (\S+)", shell)
     folders += re.findall(r'^.*hd\.export\(.*"(\w+)"(?:, log=log)?\)+$', "\n".join(python), re.M)
     assert len(set(folders)) == len(folders)
-    assert len(folders) == len(re.findall(r"hydrodamp export ", shell)) + "\n".join(python).count(
-        "hd.export("
-    )
+    assert len(folders) == len(re.findall(r"hydrodamp export .* --out ", shell)) + "\n".join(
+        python
+    ).count("hd.export(")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import fields, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import hydrodamp as hd
@@ -23,7 +24,10 @@ MAX_FILES = 6  # names in the message
 def export(
     target: str,
     damping: str,
-    out: Path,
+    out: Path | None = None,
+    into: Path | None = None,
+    link: str = "",
+    remove: bool = False,
     vehicle: str = "",
     log: list[str] | None = None,
     mapping: str | None = None,
@@ -33,22 +37,52 @@ def export(
 ) -> None:
     """Export a damping model to a simulator or controller and verify the exported files."""
     from hydrodamp.export.export import check_export
+    from hydrodamp.export.insertion import insert_blocks
     from hydrodamp.report.fidelity_report import read_card, write_fidelity_page
     from hydrodamp.report.table import Table
 
     form = with_settings(hd.find_target(target), settings or ())
-    check_export(out, force)
-    numbers, fit, craft = read_damping_and_vehicle(damping, vehicle)
-    driven = read_logs_as_fitted(log, mapping, fit) if log else None
-    box = operating_box_of(fit)
-    card = hd.export(numbers, craft, form, out, log=driven, box=box, fit=fit, force=force)
-    page, document = write_fidelity_page(out), read_card(out)
-    note(f"written to {out}: {', '.join(first_few(sorted(document['files']), MAX_FILES, 'files'))}")
+    demand((out is None) != (into is None), "--out", "given, or --into, not both", f"{out}, {into}")
+    demand(into is not None or not (link or remove), "--into", "given with --link, --remove", into)
+    if into is not None:
+        form, link = _prepare_insertion(form, into, link, remove)
+    if remove:
+        return
+    with TemporaryDirectory() as temporary:
+        folder = out or Path(temporary, "export")
+        check_export(folder, force)
+        numbers, fit, craft = read_damping_and_vehicle(damping, vehicle)
+        driven = read_logs_as_fitted(log, mapping, fit) if log else None
+        box = operating_box_of(fit)
+        card = hd.export(numbers, craft, form, folder, log=driven, box=box, fit=fit, force=force)
+        document = read_card(folder)
+        if into is not None:
+            insert_blocks(into, link, folder)
+    if out is not None:
+        page, names = write_fidelity_page(out), sorted(document["files"])
+        note(f"written to {out}: {', '.join(first_few(names, MAX_FILES, 'files'))}")
     print_output(json, document, Table("", (), (), tuple(str(card).splitlines())))
     if card.run_error:
         fail(f"the exported files do not run here: {card.run_error}")
-    replayed = "" if log else "; use `--log LOG --force` to verify it with a log"
-    note(f"see {page} for the fidelity card{replayed}")
+    if into is not None:
+        note(f"written into link '{link}' of {into}; `--remove` restores the file")
+    else:
+        replayed = "" if log else "; use `--log LOG --force` to verify it with a log"
+        note(f"see {page} for the fidelity card{replayed}")
+
+
+def _prepare_insertion(form: Target, path: Path, link: str, remove: bool) -> tuple[Target, str]:
+    """Return the target for a link of a file, and its name; or remove earlier blocks."""
+    from hydrodamp.export.gazebo import Gazebo
+    from hydrodamp.export.insertion import find_link, remove_blocks
+
+    demand(isinstance(form, Gazebo), "--into", "used with gz-sim or vrx", form.key)
+    if remove:
+        remove_blocks(path)
+        note(f"removed from {path}")
+        return form, link
+    link = find_link(path, link)
+    return with_settings(form, (f"link={link.split('::')[-1]}",)), link
 
 
 def with_settings(target: Target, texts: Iterable[str]) -> Target:

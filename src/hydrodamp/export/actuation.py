@@ -94,8 +94,8 @@ def gazebo_effector(actuator: Actuator, number: int) -> Effector | None:
         lowest, highest = sorted(thrusts.tolist())
         return Effector(actuator, joint, position, direction, 1.0, lowest, highest)
     if isinstance(actuator, Propeller):
-        place, thrust = np.zeros(3), actuator.thrust
-        return Effector(actuator, joint, place, forward, thrust, -limit, limit) if thrust else None
+        thrust, limits = actuator.thrust, (-limit, limit)
+        return Effector(actuator, joint, np.zeros(3), forward, thrust, *limits) if thrust else None
     force, moment = np.split(FLU * wrench_of(actuator.force), 2)
     size, product = float(np.linalg.norm(force)), abs(float(force @ moment))
     if not size or force[0] or product > ORTHOGONALITY * size * float(np.linalg.norm(moment)):
@@ -112,9 +112,9 @@ class Actuation:
         actuators = enumerate(plant.vehicle.actuators, start=1)
         pairs = [(each, gazebo_effector(each, number)) for number, each in actuators]
         self.effectors = [effector for _, effector in pairs if effector]
-        parts = (_without_effector(each) if effector else each for each, effector in pairs)
-        vehicle = replace(plant.vehicle, actuators=tuple(filter(None, parts)))
-        self.rest = replace(plant, vehicle=vehicle)
+        remainders = (_without_effector(each) if effector else each for each, effector in pairs)
+        vehicle = replace(plant.vehicle, actuators=tuple(filter(None, remainders)))
+        self.remainder = replace(plant, vehicle=vehicle)
 
     @cached_property
     def omitted(self) -> str:
@@ -123,7 +123,7 @@ class Actuation:
             return "the actuators (its input is a wrench)"
         commands = [
             name
-            for actuator in self.rest.vehicle.actuators
+            for actuator in self.remainder.vehicle.actuators
             if any(wrench.any() for _, wrench in actuator.regressor_terms())
             for name in actuator.commands
         ]
@@ -134,8 +134,8 @@ class Actuation:
         """Return the wrench of inputs (n, 6), with that of the effectors in a model of SDF."""
         plant, velocity = self.plant, at.velocity * FLU
         named = dict(zip(plant.commands, at.inputs.T, strict=False))
-        columns = [plant.inputs.index(name) for name in self.rest.inputs]
-        total = self.rest.applied_wrench(at._replace(inputs=at.inputs[:, columns]))
+        columns = [plant.inputs.index(name) for name in self.remainder.inputs]
+        total = self.remainder.applied_wrench(at._replace(inputs=at.inputs[:, columns]))
         for effector in self.effectors:
             total = total + FLU * _file_wrench(model, effector, effector.setting(named), velocity)
         return total

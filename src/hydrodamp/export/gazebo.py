@@ -37,8 +37,8 @@ _TERMS = (
 )
 SYMMETRIC_TAGS = [*map("".join, combinations_with_replacement("xyzpqr", 2))]
 DRAG_TAGS = [axis.lower() + name.upper() for axis, name in zip(AXES, VELOCITIES, strict=True)]
-BLOCKS = "added_mass.txt", "systems.txt"
-"""Files with the blocks for the ``<inertial>`` of a link and for its model."""
+BLOCKS = "added_mass.txt", "systems.txt", "urdf.txt"
+"""Files with the blocks for the ``<inertial>`` of a link, for its model, and for a URDF."""
 
 MASS_SHARE = 1e-4  # of the vehicle's mass in the link of each thruster or fin
 ADDED_MASS_TAGS = [f"{axis.lower()}Dot{name.upper()}" for axis, name in product(AXES, VELOCITIES)]
@@ -71,8 +71,8 @@ class Gazebo(HydrodynamicTarget):
         effectors = Actuation(plant).effectors
         mass, inertia = MASS_SHARE * body.mass, MASS_SHARE * body.mass * body.cube_side**2
         rigid = rigid_body_mass_matrix(mass, inertia * np.eye(3))
-        others = (_shift_body(rigid, effector.position) for effector in effectors)
-        base = _with_rigid(body, body.rigid - sum(others, start=np.zeros((6, 6))))
+        shifted = (_shift_body(rigid, effector.position) for effector in effectors)
+        base = _with_rigid(body, body.rigid - sum(shifted, start=np.zeros((6, 6))))
         added = body.added[np.triu_indices(6)]
         values = {
             **template_values(plant),
@@ -105,7 +105,7 @@ class Gazebo(HydrodynamicTarget):
         if self.legacy:
             raise NotRun("DART has no explicit added mass")
         model = ElementTree.fromstring(load_text(folder / "model.sdf"))[0]
-        first, *others = model.iter("link")
+        first, *children = model.iter("link")
         link = parse_numbers(ElementTree.tostring(first, "unicode"))
         numbers = link | parse_numbers(ElementTree.tostring(next(model.iter("plugin")), "unicode"))
         read = Body(
@@ -118,11 +118,11 @@ class Gazebo(HydrodynamicTarget):
             self.density,
         )
         rigid = read.rigid
-        for other in others:
-            part = parse_numbers(ElementTree.tostring(other, "unicode"))
-            inertia = np.diag([part[tag][0] for tag in ("ixx", "iyy", "izz")])
-            own = rigid_body_mass_matrix(part["mass"][0], inertia)
-            rigid = rigid + _shift_body(own, read_position(other))
+        for child in children:
+            values = parse_numbers(ElementTree.tostring(child, "unicode"))
+            inertia = np.diag([values[tag][0] for tag in ("ixx", "iyy", "izz")])
+            link_mass = rigid_body_mass_matrix(values["mass"][0], inertia)
+            rigid = rigid + _shift_body(link_mass, read_position(child))
         body = _with_rigid(read, rigid).mirrored
         known = self._tags().items()
         values = {label: sign * numbers[tag][0] for tag, (label, sign) in known if tag in numbers}
