@@ -12,6 +12,7 @@ import hydrodamp as hd
 from hydrodamp.errors import MethodError, VehicleError
 from hydrodamp.export.plant import FLU, ExportedPlant, States
 from hydrodamp.export.scripts import MuJoCo, execute_module
+from hydrodamp.identification.predicted_error import predict_error
 
 from .conftest import (
     ALL_ATOMS,
@@ -154,6 +155,23 @@ def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
     wanted = core(plant, States(np.zeros((1, 6)), down, np.array([[2.0, 1700.0, -0.5]]), push))[0]
     np.testing.assert_allclose(data.qacc, FLU * wanted, rtol=1e-9, atol=1e-12)
     assert [model.sensor(index).name for index in (1, 3)] == ["imu_rates", "dvl_velocity"]
+
+
+@here
+def test_the_card_has_the_fit_of_the_simulator_and_its_share_in_the_band(campaign, tmp_path):
+    model, log = hd.catalog["prestero"], campaign.test.between(0.0, 5.0)
+    fit = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares())
+    arguments = fit.damping, campaign.vehicle, "mujoco"
+    card = hd.export(*arguments, tmp_path / "a", log=log, fit=fit)
+    band = predict_error(campaign.vehicle, fit, log)
+    replayed = hd.simulate(campaign.vehicle, fit.damping, log, attitude="simulated").velocity
+    inside = np.abs(replayed - log.velocity) <= band.half_width
+    shares = list(card.replays.coverage.values())
+    np.testing.assert_allclose(shares, 100.0 * inside.mean(axis=0), atol=3.0)  # Euler or RK steps
+    assert f"u {card.replays.target_to_log.fit_by_axis['u']:.0f} % ({shares[0]:.0f} %" in str(card)
+    bare = hd.export(*arguments, tmp_path / "b", log=log)
+    assert bare.replays.coverage == {}
+    assert "Fit of the target to this log: u " in str(bare)
 
 
 def test_locked_axes_and_time_that_stands_are_refused(planar, tmp_path):

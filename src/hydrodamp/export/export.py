@@ -133,12 +133,15 @@ def export(
         )
     projected = form.project_plant(plant, at)
     files = form.render_files(projected)
-    with tempfile.TemporaryDirectory() as verification_folder:
-        contents = save_files(files, Path(verification_folder))
-        card = measure_fidelity(form, plant, projected, at, run, Path(verification_folder))
-    card = replace(card, assumed=assumed)
+    band = None
     if fit is not None and log is not None and fit.damping.covariance is not None:
         band = predict_error(vehicle, fit, log)
+    with tempfile.TemporaryDirectory() as verification_folder:
+        contents = save_files(files, Path(verification_folder))
+        checked = Path(verification_folder)
+        card = measure_fidelity(form, plant, projected, at, run, checked, band)
+    card = replace(card, assumed=assumed)
+    if band is not None:
         sizes = band.rms_by_axis(vehicle.axes, "deg")
         card = replace(card, predicted_error=sizes, extrapolated=band.extrapolated)
     if not force:

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.term import AXES
+from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.errors import first_few
 from hydrodamp.export.plant import ExportedPlant, States, mass_ratio
 from hydrodamp.export.target import NotRun, RunError, Target
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.identification.dissipativity import max_damping_power
+from hydrodamp.identification.predicted_error import PredictionBand
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 
 FORMAT, VERSION = "hydrodamp-fidelity", 2
@@ -28,6 +29,7 @@ UNITS = {
     "slow_error": "% of the rms of the damping on that axis, at a tenth of the velocities",
     "rms": "m/s and deg/s mixed (eq. 24)",
     "predicted_error": "m/s and deg/s, half-width of the 95 % band",
+    "coverage": "% of the recorded samples inside that band around the target's replay",
     "power": "W, negative where damping dissipates",
     "mass_ratio": "added mass over the rigid body's",
 }
@@ -48,12 +50,16 @@ class Replays:
         RMS errors of both against the measured velocity.
     step : str
         Integration step of the target.
+    coverage : dict of str to float
+        Share of the recorded samples inside the 95 % band, moved to the replay of the target, by
+        velocity [%]; empty without a band, or if the replay diverged.
     """
 
     source_to_target: Score
     source_to_log: Score
     target_to_log: Score
     step: str
+    coverage: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -190,6 +196,7 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
         }
         errors = ", ".join(f"{name} {_format_score(value)}" for name, value in pairs.items())
         yield f"Replay RMS (eq. 24, attitude simulated, {card.replays.step}): {errors}."
+        yield from _replay_lines(card, card.replays)
     if card.predicted_error:
         known = {name: size for name, size in card.predicted_error.items() if size is not None}
         errors = _format_errors(known) or "none, the replay diverged"
@@ -210,6 +217,21 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
         yield f"Unrepresented effects: {card.ignores}."
 
 
+def _replay_lines(card: Fidelity, replays: Replays) -> Iterator[str]:
+    """Yield fit and coverage of the replay in the target, by velocity."""
+    fits = [
+        f"{name} {fit:.0f} %"
+        + (f" ({replays.coverage[name]:.0f} % in the band)" if name in replays.coverage else "")
+        for name, fit in replays.target_to_log.fit_by_axis.items()
+        if fit is not None
+    ]
+    if fits:
+        band = ", and share of the recorded samples in the 95 % band around it" * bool(
+            replays.coverage
+        )
+        yield f"Fit of the target to this log{band}: {', '.join(fits)}."
+
+
 def _format_errors(errors: dict[str, float]) -> str:
     return ", ".join(f"{axis} {error:.2g}" for axis, error in errors.items())
 
@@ -228,8 +250,12 @@ def measure_fidelity(
     at: States,
     run: VerificationRun | None,
     folder: Path,
+    band: PredictionBand | None = None,
 ) -> Fidelity:
-    """Return the card of a plant as projected for a target, whose files are in a folder."""
+    """Return the card of a plant as projected for a target, whose files are in a folder.
+
+    The band is that of the replay of the source.
+    """
     name, run_error, replays = "", "", None
     target_run = None if run is None else VerificationRun.of(projected, run.log)
     states = sample_states(projected) if target_run is None else target_run.states
@@ -239,7 +265,7 @@ def measure_fidelity(
             acceleration, slow = engine.accelerations(states), engine.accelerations(slow_states)
             name, not_run = engine.name, engine.not_run
             if run is not None and target_run is not None:
-                replays = replay_target(run, target_run, engine)
+                replays = replay_target(run, target_run, engine, band)
     except NotRun as error:
         acceleration, slow = projected.acceleration(states), projected.acceleration(slow_states)
         not_run, run_error = ("", str(error)) if isinstance(error, RunError) else (str(error), "")
@@ -279,11 +305,28 @@ def _slow_states(at: States) -> States:
     return subset._replace(velocity=LOW_SPEED_RATIO * subset.velocity)
 
 
-def replay_target(source: VerificationRun, target: VerificationRun, engine: Engine) -> Replays:
+def replay_target(
+    source: VerificationRun,
+    target: VerificationRun,
+    engine: Engine,
+    band: PredictionBand | None = None,
+) -> Replays:
     """Replay source and target with the commands of a log, and score both."""
     original, exported = source.simulate_source(), target.simulate_target(engine)
     step = engine.step.format(engine.max_step)
-    return Replays(_compare(original, exported), score(original), score(exported), step)
+    scores = _compare(original, exported), score(original), score(exported)
+    return Replays(*scores, step, _coverage(exported, band) if band is not None else {})
+
+
+def _coverage(trajectory: Trajectory, band: PredictionBand) -> dict[str, float]:
+    """Return the share of recorded samples in a band moved to a replay, by velocity [%]."""
+    error = np.abs(trajectory.velocity - band.log.velocity)
+    if trajectory.diverged or not np.isfinite(band.half_width).all():
+        return {}
+    inside = 100.0 * np.mean(error <= band.half_width, axis=0)
+    shares = dict(zip(VELOCITIES, inside.tolist(), strict=True))
+    names = (VELOCITY_OF[axis] for axis in trajectory.axes)
+    return {name: shares[name] for name in names if name in band.log.velocity_names}
 
 
 def _compare(reference: Trajectory, trajectory: Trajectory) -> Score:

@@ -119,9 +119,9 @@ class Gazebo(HydrodynamicTarget):
         )
         rigid = read.rigid
         for child in children:
-            values = parse_numbers(ElementTree.tostring(child, "unicode"))
-            inertia = np.diag([values[tag][0] for tag in ("ixx", "iyy", "izz")])
-            link_mass = rigid_body_mass_matrix(values["mass"][0], inertia)
+            properties = parse_numbers(ElementTree.tostring(child, "unicode"))
+            inertia = np.diag([properties[tag][0] for tag in ("ixx", "iyy", "izz")])
+            link_mass = rigid_body_mass_matrix(properties["mass"][0], inertia)
             rigid = rigid + _shift_body(link_mass, read_position(child))
         body = _with_rigid(read, rigid).mirrored
         known = self._tags().items()

@@ -65,10 +65,10 @@ def insert_blocks(path: Path, name: str, folder: Path) -> None:
     model, ends = link.parent, [each.end for each in link.children if each.tag == "inertial"]
     if model is None or content[model.end : model.end + 2] != b"</":
         raise FileError(f"{path}: must be SDF or URDF in UTF-8.")
-    if found := _PRESENT.search(content, model.start, model.end):
+    if present := _PRESENT.search(content, model.start, model.end):
         raise FileError(
-            f"{path}: has hydrodynamics already, `{found[0].decode()}`. Remove them, so that they "
-            "do not act twice."
+            f"{path}: has hydrodynamics already, `{present[0].decode()}`. Remove it, so that it "
+            "does not act twice."
         )
     if model.tag == "robot":
         if added:

@@ -59,6 +59,12 @@ def _card_tables(card: dict[str, Any]) -> Iterator[Table]:
         pairs = ("source", "target"), ("source", "log"), ("target", "log")
         scores = {f"{a} and {b}": replays[f"{a}_to_{b}"] for a, b in pairs}
         rms = {key: {"all": score["rms"], **score["rms_by_axis"]} for key, score in scores.items()}
+        bands = {
+            "fit of the target [%]": replays["target_to_log"]["fit_by_axis"],
+            "predicted error": card["predicted_error"],
+            "recorded samples in the band [%]": replays.get("coverage", {}),
+        }
+        yield _merge_columns("Replay in the target against the log", "velocity", bands)
         title = f"Replay RMS in m/s and deg/s. {replays['step']}."
         yield _merge_columns(title, "velocity", rms)
     power = {f"of the {key}": value for key, value in card["power"].items()}
