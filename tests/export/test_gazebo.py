@@ -292,12 +292,18 @@ DRIVEN = replace(
     ),
 )
 
+CURVED = "port", "rudder", "jet", "turn"
+
 
 @dart
-def test_thrusters_propellers_and_fins_are_joints_with_a_system(tmp_path):
+@pytest.mark.parametrize(
+    "curves", [(), tuple(hd.Curve(name, 1.0, 0.8, 1.5, 0.1) for name in CURVED)]
+)
+def test_thrusters_propellers_and_fins_are_joints_with_a_system(tmp_path, curves):
     """Their numbers give the wrench of the vehicle: that of a fin where the flow is along x."""
     damping = hd.Damping.from_dict(None, {"X_u": -5.0, "Y_v|v|": -40.0, "N_turn": 2.0})
-    plant = ExportedPlant.of(DRIVEN, damping)
+    vehicle = replace(DRIVEN, actuators=(*DRIVEN.actuators, *curves))
+    plant = ExportedPlant.of(vehicle, damping)
     at, n = states(plant, 12), 12
     speed = at.velocity[:, :1] * [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     given = np.random.default_rng(3).uniform(-1.2, 1.2, (n, len(plant.inputs)))

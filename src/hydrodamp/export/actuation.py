@@ -17,7 +17,15 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.codegen import parse_numbers
 from hydrodamp.export.plant import FLU, ExportedPlant, States
-from hydrodamp.vehicle.actuators import Actuator, Fin, Limited, Propeller, Thruster, wrench_of
+from hydrodamp.vehicle.actuators import (
+    Actuator,
+    Curve,
+    Fin,
+    Limited,
+    Propeller,
+    Thruster,
+    wrench_of,
+)
 
 
 class CommandForce(NamedTuple):
@@ -34,18 +42,22 @@ def command_forces(plant: ExportedPlant) -> Iterator[CommandForce]:
     """Yield the force of each command: at its thruster, or else at the origin."""
     names = [str(term) for term in (*plant.vehicle.known_columns(), *plant.damping.model.basis)]
     terms = plant.damping.model.basis
+    curved = {x.command for x in plant.vehicle.actuators if isinstance(x, Curve)}
+    actuators = [x for x in plant.vehicle.actuators if not isinstance(x, Curve)]
     for command in plant.commands:
-        users = [x for x in plant.vehicle.actuators if command in x.commands]
+        users = [x for x in actuators if command in x.commands]
         in_terms = any(command in term.commands for term in terms)
         only = users[0] if len(users) == 1 and not in_terms else None
         limit = only.limit if isinstance(only, Limited) else None
         if isinstance(only, Thruster):
             gear = FLU * [*only.direction, 0.0, 0.0, 0.0] + 0.0
             position = FLU[:3] * only.position + 0.0
-            yield CommandForce(command, position, gear, only.gain or 0.0, limit)
+            gain = 0.0 if command in curved else only.gain or 0.0
+            yield CommandForce(command, position, gear, gain, limit)
         else:
             gear = FLU * plant.matrix[[name == command for name in names]].sum(axis=0) + 0.0
-            yield CommandForce(command, np.zeros(3), gear, float(gear.any()), limit)
+            gain = float(gear.any() and command not in curved)
+            yield CommandForce(command, np.zeros(3), gear, gain, limit)
 
 
 UNLIMITED = 1e9  # N or unit of n; the default of Thruster is 1000
@@ -133,7 +145,8 @@ class Actuation:
     def wrench(self, at: States, model: Element) -> FloatArray:
         """Return the wrench of inputs (n, 6), with that of the effectors in a model of SDF."""
         plant, velocity = self.plant, at.velocity * FLU
-        named = dict(zip(plant.commands, at.inputs.T, strict=False))
+        commands = dict(zip(plant.commands, at.inputs.T, strict=False))
+        named = plant.vehicle.shape_commands(commands)
         columns = [plant.inputs.index(name) for name in self.remainder.inputs]
         total = self.remainder.applied_wrench(at._replace(inputs=at.inputs[:, columns]))
         for effector in self.effectors:
