@@ -167,7 +167,7 @@ def test_a_manoeuvre_that_the_model_cannot_hold_has_no_number():
     growing = evaluate(NOMOTO | {"N_r": 1e4 / LAG})
     assert numbers(growing)["zigzag 10/10", "port", "second overshoot"].value is None
     assert numbers(growing)["spiral", "", "loop width"].value is None
-    _, first, *_ = describe_conditions(growing)
+    first = next(each for each in describe_conditions(growing) if "cannot hold" in each)
     assert re.fullmatch(
         r"The model cannot hold the turning circle to port: it diverges, [\d.]+ s after the order, "
         r"with `rudder` -35 deg to starboard and `rps` at 40\.",
