@@ -1,6 +1,6 @@
 """Measure what sensors at their own times cost: errors over the bound, coverage, replay error.
 
-    python studies/sensors.py --draws 10 --out FOLDER [--data DATA]
+    python studies/sensors.py --draws 10 --out FOLDER [--data DATA] [--page PAGE]
 
 A log is the replay of a model that was fitted to a simulated campaign, so model, mass matrix and
 actuation are exact; `sname` is the vehicle of the paper with the terms of Prestero, `rov` a
@@ -29,9 +29,14 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, rotation_matrices
 from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.measurement import KINDS, Measurement
+from hydrodamp.files import save_json
 from hydrodamp.identification.information import predict_standard_errors
 from hydrodamp.simulation.campaign.conditions import Conditions
 from hydrodamp.simulation.replay import replay
+from tables import replace_table
+
+MARKS = "<!-- sensors -->", "<!-- end of sensors -->"
+TANK_MARKS = "<!-- tank -->", "<!-- end of tank -->"
 
 GYRO, DVL, DEPTH, FIX, HEADING, FORCE = 2e-3, 0.013, 0.02, 0.5, 5e-3, 0.05
 """Standard deviations [rad/s, m/s, m, m, rad, m/s^2]."""
@@ -240,8 +245,9 @@ def run(
     draws: int = 10,
     seed: int = 1,
     data: Annotated[Path | None, typer.Option(help="Folder with bluerov2_kth.")] = None,
+    page: Annotated[Path | None, typer.Option(help="Page to insert the tables into.")] = None,
 ) -> None:
-    """Run the draws that are missing, and print the table."""
+    """Run the draws that are missing, and print the tables."""
     out.mkdir(parents=True, exist_ok=True)
     path = out / "sensors.jsonl"
     lines = path.read_text("utf-8").splitlines() if path.is_file() else []
@@ -257,14 +263,16 @@ def run(
                     results.append(result)
                     stream.write(json.dumps(result) + "\n")
                     stream.flush()
-    print(table(results))
+    texts = {MARKS: table(results)}
     if data is not None:
-        measured = []
-        for result in tank(data / "bluerov2_kth", draws):
-            measured.append(result)
-            with (out / "tank.jsonl").open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(result) + "\n")
-        print(measured_table(measured))
+        path = out / "tank.json"
+        if not path.is_file():
+            save_json([*tank(data / "bluerov2_kth", draws)], path)
+        texts[TANK_MARKS] = measured_table(json.loads(path.read_text("utf-8")))
+    for marks, text in texts.items():
+        print(text)
+        if page is not None:
+            replace_table(page, marks, text)
 
 
 def table(results: list[dict[str, object]]) -> str:
