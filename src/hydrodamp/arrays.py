@@ -96,3 +96,12 @@ def factorisation(matrix: str) -> Iterator[None]:
             f"the {matrix} cannot be factorised ({error}): numbers of the log are too large, or"
             " do not determine the model"
         ) from error
+
+
+@factorisation("covariance")
+def covariance_root(covariance: FloatArray) -> FloatArray:
+    """Return R with ``R Rᵀ`` the covariance, by an eigendecomposition of the correlation."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    return np.asarray(unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

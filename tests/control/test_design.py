@@ -110,6 +110,13 @@ def test_a_speed_beyond_the_propeller_has_no_trim():
     assert "at 9 m/s no trim" in str(design)
 
 
+def test_draws_beyond_the_propeller_are_uncertain():
+    entry = at(3.79, draws=20)  # the estimate's limit is 3.792 m/s
+    assert entry.model.exists[0]
+    assert not entry.model.exists.all()
+    assert entry.outcome is Outcome.UNCERTAIN
+
+
 def test_an_unstable_loop_is_an_outcome():
     bad = Envelope(autopilot=LoopGains(pitch=(200, 0, 0)))
     entry = at(2.0, envelope=bad)

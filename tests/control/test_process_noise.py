@@ -37,6 +37,16 @@ def test_the_filter_states_have_the_covariance_of_the_pushes():
     assert np.array(document["q_velocity"]) == pytest.approx(expected)
 
 
+def test_a_push_on_a_locked_axis_moves_nothing():
+    axes = tuple("XYZMN")
+    design = replace(designed(), vehicle=replace(VEHICLE, axes=axes))
+    accelerations = np.array(noise_document(design, NOISE)["speeds"][0]["a"])[:6, 10:]
+    free = [0, 1, 2, 4, 5]
+    expected = np.zeros((6, 6))
+    expected[np.ix_(free, free)] = np.linalg.inv(VEHICLE.mass_matrix[np.ix_(free, free)])
+    assert accelerations == pytest.approx(expected)
+
+
 def test_the_noise_of_a_fit_is_in_its_file(tmp_path):
     fit = hd.Fit(published_damping(VEHICLE), "recommended", hd.Status.OK, noise=NOISE)
     path = tmp_path / "damping.json"

@@ -12,6 +12,7 @@ from hydrodamp.errors import HydrodampError
 from hydrodamp.experiment_design import ship_manoeuvres
 from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship, imo_limits
 from hydrodamp.report.manoeuvre_report import describe_conditions, describe_verdict
+from hydrodamp.simulation.problem import vehicle_stamp
 from similitude import coefficient_scales, scale_vehicle
 
 #: Nomoto's ship: T r' + r = K delta, without sway; K and T by coefficients of yaw and rudder.
@@ -176,6 +177,33 @@ def test_a_manoeuvre_that_the_model_cannot_hold_has_no_number():
     assert "tactical diameter of the turning circle to port not reached" in describe_verdict(
         growing
     )
+
+
+@pytest.mark.slow
+def test_a_motion_that_diverges_at_once_has_no_extrapolation():
+    damping = hd.Damping.from_dict(None, NOMOTO | {"N_r": 1e9})
+    damping = replace(damping, covariance=np.diag((0.1 * damping.coefficients) ** 2))
+    fit = hd.Fit(damping, "ls", hd.Status.OK, training_range={"u": (0.5, 1.0)}, vehicle=SHIP)
+    result = evaluate_ship(SHIP, damping, 2.0, fit=fit, length=4.0, rudder_rate=100.0)
+    assert result.extrapolation["turning circle"] == {}
+    assert result.probability == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"coefficients": np.full(7, np.nan)}, "X_u.u., .* could not be determined"),
+        ({"covariance": np.full((7, 7), np.nan)}, "has no covariance to draw from"),
+        (
+            {"vehicle": vehicle_stamp(replace(SHIP, weight=9.0, buoyancy=9.0))},
+            "These coefficients belong to vehicle 'ship', used with 'ship': weight 9 N there",
+        ),
+    ],
+)
+def test_unusable_coefficients_are_refused(change, says):
+    damping = replace(hd.Damping.from_dict(None, NOMOTO), **change)
+    with pytest.raises(HydrodampError, match=says):
+        evaluate_ship(SHIP, damping, 2.0, length=4.0)
 
 
 @pytest.mark.parametrize(

@@ -18,18 +18,17 @@ from hydrodamp.control.loop_margins import (
     stability_margins,
 )
 from hydrodamp.data.log import Log
-from hydrodamp.errors import ModelError, ProblemError, demand
+from hydrodamp.errors import ProblemError, demand
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot, design_autopilot
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
 from hydrodamp.experiment_design.context import limit_by_log
-from hydrodamp.experiment_design.ensemble import DampingEnsemble
+from hydrodamp.experiment_design.ensemble import DampingEnsemble, draw_ensemble
 from hydrodamp.experiment_design.envelope import Envelope
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.predicted_error import predict_error
-from hydrodamp.models.damping import Damping, draw_coefficients, foreign_to
+from hydrodamp.models.damping import Damping
 from hydrodamp.progress import count_items
 from hydrodamp.simulation.closed_loop import FIN_LIMIT
-from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.status import TextEnum
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -45,7 +44,7 @@ class Outcome(TextEnum):
 
     OK = "ok: the margins of all draws are acceptable."
     LOW_MARGIN = "low margins: a draw has less than the acceptable modulus margin."
-    UNCERTAIN = "uncertain: the closed loop of a draw diverges."
+    UNCERTAIN = "uncertain: a draw has no trim, or its closed loop diverges."
     UNSTABLE = "unstable: the closed loop of the estimate diverges."
     NO_TRIM = "no trim: no commands within their limits hold this speed on a straight level course."
 
@@ -117,36 +116,25 @@ def design_control(
     *,
     envelope: Envelope | None = None,
     fit: Fit | None = None,
-    draws: int = 200,
+    draws: int = 100,
     seed: int = 0,
 ) -> ControlDesign:
     """Design an autopilot at each surge speed [m/s], with margins over draws of the damping."""
     valid = bool(speeds) and all(0.0 <= each < np.inf for each in speeds)
     demand(valid, "speed", "one or more speeds from 0 m/s", [*speeds])
     demand(draws >= 0, "draws", "0 or more", draws)
-    if message := foreign_to(damping, vehicle_stamp(vehicle)):
-        raise ModelError(message)
-    if undetermined := [name for name, value in damping.as_dict().items() if np.isnan(value)]:
-        raise ModelError(
-            f"{', '.join(undetermined)} could not be determined: identify a model without, or by "
-            "`ridge`."
-        )
+    ensemble = draw_ensemble(vehicle, damping, draws, seed)
     envelope = envelope or Envelope()
     if fit is not None:
         envelope = limit_by_log(vehicle, envelope, fit)
     band = {"speed": (min(speeds), max(speeds))}
     overall = design_autopilot(vehicle, damping, envelope.model_copy(update=band))
-    members = [damping]
-    if draws and damping.covariance is not None:
-        rows = draw_coefficients(damping, draws, np.random.default_rng(seed))
-        members += [replace(damping, coefficients=row) for row in rows]
-    ensemble = DampingEnsemble(tuple(members), damping.model)
     progress = count_items(sorted({*speeds}), "designing autopilots", len({*speeds}))
     return ControlDesign(
         vehicle,
         damping,
         envelope.period,
-        len(members) - 1,
+        len(ensemble.dampings) - 1,
         tuple(_design_at(speed, vehicle, ensemble, envelope, fit) for speed in progress),
         overall.assumptions,
     )
@@ -184,8 +172,10 @@ def _design_at(
     diverges = margins.growth > MARGINAL
     diverges[:MAX_SIMULATED] |= step.states[-1, :, 7] == -np.pi / 2.0
     outcome = Outcome.OK
-    if diverges.any():
-        outcome = Outcome.UNSTABLE if diverges[0] else Outcome.UNCERTAIN
+    if diverges[0]:
+        outcome = Outcome.UNSTABLE
+    elif diverges.any() or not model.exists.all():
+        outcome = Outcome.UNCERTAIN
     elif margins.modulus.min() < MIN_MODULUS:
         outcome = Outcome.LOW_MARGIN
     warning = "" if fit is None else _extrapolation(vehicle, fit, speed, model, autopilot.names)

@@ -123,7 +123,7 @@ def linearise(
         slopes = np.divide(slopes, scale, out=0.0 * slopes, where=scale > 0.0)
         unpowered = point * (np.arange(len(scale)) < 10)
         change = rates(point[None])[0, :, :6] - rates(unpowered[None])[0, :, :6]
-    force = change @ vehicle.mass_matrix.T
+    force = change @ vehicle.mass_matrix.T * vehicle.free
     return LinearModel(point[:, :10], point[:, 10:], slopes[:, :, :10], slopes[:, :, 10:], force)
 
 

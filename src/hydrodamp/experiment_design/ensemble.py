@@ -6,7 +6,7 @@ covariance, z and e standard normal, and s the scale of terms that the model lac
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ModelError
 from hydrodamp.identification.har_covariance import reference_model
-from hydrodamp.models.damping import Damping, foreign_to
+from hydrodamp.models.damping import Damping, draw_coefficients, foreign_to
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.damping_estimate import hull_damping, published_damping
 from hydrodamp.simulation.problem import vehicle_stamp
@@ -66,6 +66,22 @@ class DampingEnsemble:
     def extended_model(self) -> DampingModel:
         """The model of all members."""
         return self.dampings[0].model
+
+
+def draw_ensemble(vehicle: Vehicle, damping: Damping, n: int, seed: int = 0) -> DampingEnsemble:
+    """Return the estimate of a vehicle and n draws from its covariance, none where it has none."""
+    if fault := foreign_to(damping, vehicle_stamp(vehicle)):
+        raise ModelError(fault)
+    if undetermined := [name for name, value in damping.as_dict().items() if np.isnan(value)]:
+        raise ModelError(
+            f"{', '.join(undetermined)} could not be determined: identify a model without, or by "
+            "`ridge`."
+        )
+    rows: list[FloatArray] = []
+    if n and damping.covariance is not None:
+        rows = [*draw_coefficients(damping, n, np.random.default_rng(seed))]
+    members = (damping, *(replace(damping, coefficients=row) for row in rows))
+    return DampingEnsemble(members, damping.model)
 
 
 def sample_ensemble(

@@ -16,6 +16,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.errors import ProblemError, demand
 from hydrodamp.experiment_design.closed_loop import Trajectories
+from hydrodamp.experiment_design.ensemble import draw_ensemble
 from hydrodamp.experiment_design.ship_motion import (
     CIRCLE,
     MANOEUVRES,
@@ -31,9 +32,8 @@ from hydrodamp.experiment_design.ship_motion import (
 )
 from hydrodamp.identification.dissipativity import find_exceedances, velocity_ranges
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.predicted_error import covariance_root, predict_error
+from hydrodamp.identification.predicted_error import predict_error
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation import closed_loop as dynamics
 from hydrodamp.simulation.checks import CHANNEL_AXES, estimate_length
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -137,6 +137,7 @@ def evaluate_ship(
     ranges = {} if fit is None else fit.training_range
     speed = float(np.mean(ranges.get("u", (0.0, 0.0)))) if speed is None else speed
     length = (estimate_length(vehicle) or 0.0) if length is None else length
+    draws = draw_ensemble(vehicle, damping, N_DRAWS).dampings
     demand(0.0 < speed < np.inf, "speed", "positive, in m/s", speed)
     demand(0.0 < length < np.inf, "length", "positive, in m", length)
     if rudder_rate is None:
@@ -146,8 +147,8 @@ def evaluate_ship(
     names = tuple(name for name in used if name not in CHANNEL_AXES)
     rudder, propeller = (find_command(each, chosen.get(each, ""), names, vehicle) for each in ROLES)
     model = damping.model.restricted_to(("X", "Y", "N"))
-    planar, draws = replace(vehicle, axes=("X", "Y", "N")), _draw(damping, model)
-    equation = dynamics.EquationOfMotion.of(planar, model, draws)
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    equation = dynamics.EquationOfMotion.of(planar, model, [each.onto(model) for each in draws])
     ship = Ship(planar, equation, names, rudder, propeller, speed, length, rudder_rate)
     with np.errstate(all="ignore"):  # a draw may diverge
         ship, steady = approach(ship, len(equation.matrices))
@@ -160,17 +161,6 @@ def evaluate_ship(
     numbers.append(Characteristic("spiral", "", "loop width", "deg", width))
     extrapolation = {} if fit is None else {key: _exceedances(ship, runs[key], fit) for key in runs}
     return ShipManoeuvres(ship, steady, runs, spiral, tuple(numbers), extrapolation)
-
-
-def _draw(damping: Damping, free: DampingModel) -> list[FloatArray]:
-    """Return coefficients of a model: the estimate, then draws from their covariance."""
-    values = damping.onto(free)
-    if damping.covariance is None:
-        return [values]
-    indices = [damping.model.index(label) for label in free.labels]
-    root = covariance_root(damping.covariance[np.ix_(indices, indices)])
-    normal = np.random.default_rng(0).standard_normal((N_DRAWS, root.shape[1]))
-    return [values, *(values + normal @ root.T)]
 
 
 def _at_crossing(progress: FloatArray, level: float, values: FloatArray) -> FloatArray:
@@ -229,6 +219,8 @@ def _exceedances(
 ) -> dict[str, tuple[float, float, float | None]]:
     """Return the velocities beyond the log: largest there, largest here, and predicted error."""
     n = int(np.isfinite(run.states[:, 0, 0]).sum())
+    if n < 2:  # diverges at once
+        return {}
     known = {key: getattr(run, key)[:n] for key in ("setpoints", "states", "measured", "commands")}
     log = replace(run.select([0]), **{key: each[:, :1] for key, each in known.items()}).log(
         ship.vehicle, ship.names, exact=True

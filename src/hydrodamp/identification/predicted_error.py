@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, factorisation, freeze
+from hydrodamp.arrays import FloatArray, covariance_root, freeze
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
@@ -229,12 +229,3 @@ def predict_error(vehicle: Vehicle, fit: Fit, log: Log, level: float = 0.95) -> 
     finite = band.velocity[np.isfinite(band.velocity).all(axis=1)]
     exceeded = find_exceedances(fit.training_range, velocity_ranges(finite, vehicle.axes))
     return replace(band, extrapolated=tuple(exceeded))
-
-
-@factorisation("covariance")
-def covariance_root(covariance: FloatArray) -> FloatArray:
-    """Return R with ``R Rᵀ`` the covariance, by an eigendecomposition of the correlation."""
-    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    unit = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
-    return np.asarray(unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

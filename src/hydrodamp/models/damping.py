@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray, freeze, frozen
+from hydrodamp.arrays import FloatArray, covariance_root, freeze, frozen
 from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError, repr_html
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label, table_of
@@ -281,9 +281,8 @@ def draw_coefficients(damping: Damping, n: int, generator: np.random.Generator) 
             f"'{damping.model.key}' has no covariance to draw from: give a damping file that "
             "`hydrodamp identify` wrote by a method that estimates one."
         )
-    return np.asarray(
-        generator.multivariate_normal(damping.coefficients, damping.covariance, n, method="eigh")
-    )
+    root = covariance_root(damping.covariance)
+    return damping.coefficients + generator.standard_normal((n, len(root))) @ root.T
 
 
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:

@@ -133,7 +133,8 @@ def noise_document(design: ControlDesign, noise: Noise) -> dict[str, Any]:
 
     The states are those of the linear model, then a push d on each axis, d' = -d / tau + w.
     """
-    inverse = np.linalg.inv(design.vehicle.mass_matrix) * np.outer(*[design.vehicle.free] * 2)
+    free = np.outer(design.vehicle.free, design.vehicle.free)
+    inverse = np.linalg.pinv(design.vehicle.mass_matrix * free)
     spectrum = 2.0 * noise.time_constant * noise.push**2
     gain = np.vstack([inverse, np.zeros((len(STATES) - 6, 6))])
     return {
