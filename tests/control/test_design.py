@@ -100,7 +100,7 @@ def test_margins_of_a_delayed_integrator():
     omega, k, d = np.geomspace(1e-3, 1e2, 20000), 2.0, 0.1
     gain, phase, delay = loop_margins(k * np.exp(-1j * omega * d) / (1j * omega), omega)
     assert gain == pytest.approx(np.pi / (2.0 * k * d), rel=1e-3)
-    assert phase == pytest.approx(np.pi / 2.0 - k * d, rel=1e-3)
+    assert phase == pytest.approx(90.0 - np.degrees(k * d), rel=1e-3)
     assert delay == pytest.approx((np.pi / 2.0 - k * d) / k, rel=1e-3)
 
 

@@ -224,6 +224,11 @@ def test_wrong_input_is_refused(settings, says):
         evaluate(NOMOTO, **settings)
 
 
+def test_a_ship_that_no_rudder_holds_straight_is_refused():
+    with pytest.raises(HydrodampError, match="no angle of `rudder` within 90 deg holds 2 m/s"):
+        evaluate(NOMOTO | {"N_1": 1e6})
+
+
 def test_a_vehicle_without_rudder_is_refused():
     with pytest.raises(HydrodampError, match=r"its actuators and model are: rps\. Name the rudder"):
         evaluate({"X_u|u|": -10.0, "X_rps": 1.0, "Y_v": -1e3, "N_r": -1e3})

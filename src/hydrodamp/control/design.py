@@ -56,17 +56,23 @@ class Outcome(TextEnum):
 
 @dataclass(frozen=True, eq=False)
 class SpeedDesign:
-    """The design at one speed; arrays have a row for each draw, the estimate first."""
+    """The outcome at one speed."""
 
     speed: float
     outcome: Outcome
-    model: linear.LinearModel | None = None
-    used: BoolArray | None = None  # states of the closed loop
-    autopilot: DesignedAutopilot | None = None
-    law: LinearLaw | None = None
-    margins: Margins | None = None
-    step: Trajectories | None = None
-    warning: str = ""
+    warning: str
+
+
+@dataclass(frozen=True, eq=False)
+class LoopDesign(SpeedDesign):
+    """The design at a speed with a trim; arrays have a row for each draw, the estimate first."""
+
+    model: linear.LinearModel
+    used: BoolArray  # states of the closed loop
+    autopilot: DesignedAutopilot
+    law: LinearLaw
+    margins: Margins
+    step: Trajectories
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +87,11 @@ class ControlDesign:
     assumptions: tuple[str, ...] = ()
 
     @property
+    def loops(self) -> list[LoopDesign]:
+        """The designs at speeds with a trim."""
+        return [each for each in self.speeds if isinstance(each, LoopDesign)]
+
+    @property
     def accepted(self) -> bool:
         """Whether the margins of all draws are acceptable at all speeds."""
         return all(each.outcome is Outcome.OK for each in self.speeds)
@@ -88,22 +99,18 @@ class ControlDesign:
     def __str__(self) -> str:
         """Return the verdict."""
         head = "Acceptable" if self.accepted else "Not acceptable"
-        worst = [
-            (float(np.nanmin(each.margins.modulus)), each)
-            for each in self.speeds
-            if each.margins is not None
-        ]
         faults = [
             f"at {each.speed:g} m/s {each.outcome.value}"
             for each in self.speeds
             if each.outcome not in (Outcome.OK, Outcome.LOW_MARGIN)
         ]
-        if worst:
-            modulus, least = min(worst, key=lambda pair: pair[0])
+        if self.loops:
+            worst = min(self.loops, key=lambda each: float(each.margins.modulus.min()))
+            modulus = worst.margins.modulus.min()
             of = f"over {self.n_draws} draws" if self.n_draws else "of the estimate alone"
             faults.insert(
                 0,
-                f"the smallest modulus margin {of} is {modulus:.2f} at {least.speed:g} m/s; "
+                f"the smallest modulus margin {of} is {modulus:.2f} at {worst.speed:g} m/s; "
                 f"{MIN_MODULUS:g} is required.",
             )
         return f"{head}: {' '.join(faults)}"
@@ -117,13 +124,12 @@ def design_control(
     envelope: Envelope | None = None,
     fit: Fit | None = None,
     draws: int = 100,
-    seed: int = 0,
 ) -> ControlDesign:
     """Design an autopilot at each surge speed [m/s], with margins over draws of the damping."""
     valid = bool(speeds) and all(0.0 <= each < np.inf for each in speeds)
     demand(valid, "speed", "one or more speeds from 0 m/s", [*speeds])
     demand(draws >= 0, "draws", "0 or more", draws)
-    ensemble = draw_ensemble(vehicle, damping, draws, seed)
+    ensemble = draw_ensemble(vehicle, damping, draws)
     envelope = envelope or Envelope()
     if fit is not None:
         envelope = limit_by_log(vehicle, envelope, fit)
@@ -153,11 +159,11 @@ def _design_at(
     try:
         autopilot = design_autopilot(vehicle, nominal, envelope)
     except ProblemError:  # the propeller does not reach this speed
-        return SpeedDesign(speed, Outcome.NO_TRIM)
+        return SpeedDesign(speed, Outcome.NO_TRIM, "")
     simulator = ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
     model = linear.linearise(simulator.equation, autopilot, speed)
     if not model.exists[0]:
-        return SpeedDesign(speed, Outcome.NO_TRIM)
+        return SpeedDesign(speed, Outcome.NO_TRIM, "")
     used = linear.free_states(vehicle)
     trim = model.commands[0].copy()
     used[[8, 9]] &= [autopilot.heading is not None, autopilot.depth is not None]
@@ -179,7 +185,7 @@ def _design_at(
     elif margins.modulus.min() < MIN_MODULUS:
         outcome = Outcome.LOW_MARGIN
     warning = "" if fit is None else _extrapolation(vehicle, fit, speed, model, autopilot.names)
-    return SpeedDesign(speed, outcome, model, used, autopilot, law, margins, step, warning)
+    return LoopDesign(speed, outcome, warning, model, used, autopilot, law, margins, step)
 
 
 def _simulate_step(

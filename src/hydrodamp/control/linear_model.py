@@ -7,7 +7,6 @@ and depth from it, and c that of the commands, ``dx/dt = A x + B c`` by central 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +15,12 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.experiment_design.autopilot_design import DesignedAutopilot
+from hydrodamp.experiment_design.steady_states import (
+    FIRST_DIFFERENCE,
+    TOLERANCE,
+    differences,
+    solve_steady_states,
+)
 from hydrodamp.simulation import closed_loop as dynamics
 from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.closed_loop import FIN_LIMIT, EquationOfMotion
@@ -27,12 +32,6 @@ STATES = (*VELOCITIES, "roll", "pitch", "yaw", "depth")
 
 _STATE_AXES = (*AXES, "K", "M", "N", "Z")  # each state varies where this axis is free
 _BALANCED, _TRIMMED = [*range(6), 9], [1, 2, 6, 7]  # zero rates; v, w, roll and pitch
-
-DIFFERENCE, FIRST_DIFFERENCE = 1e-5, 0.1
-"""Steps of central differences over the scale of a variable, the second at the start of a trim."""
-
-MAX_STEPS, TOLERANCE = 50, 1e-7
-"""Gauss-Newton steps of a trim; last step and residual over their scales."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,41 +98,23 @@ def linearise(
 
     point = np.zeros((n, len(scale)))
     point[:, 0] = speed
-    unknown, step = [*_TRIMMED, *range(10, len(scale))], np.empty(0)
+    unknown = [*_TRIMMED, *range(10, len(scale))]
     rate_scale = state_scales(vehicle)[_BALANCED] * np.sqrt(
         STANDARD_GRAVITY / vehicle_length(vehicle)
     )
+
+    def imbalance(points: FloatArray) -> FloatArray:
+        return np.asarray(rates(points)[:, :, _BALANCED] / rate_scale)
+
     with np.errstate(all="ignore"):
-        for number in range(MAX_STEPS):
-            # secants first: a thrust of n|n| has no slope at rest
-            share = max(FIRST_DIFFERENCE / 2.0**number, DIFFERENCE)
-            slopes = differences(rates, point, scale, share)[:, _BALANCED][:, :, unknown]
-            residual = rates(point[None])[0][:, _BALANCED] / rate_scale
-            slopes = np.nan_to_num(slopes / rate_scale[:, None], posinf=0.0, neginf=0.0)
-            step = (np.linalg.pinv(slopes, rcond=TOLERANCE) @ residual[:, :, None])[:, :, 0]
-            point[:, unknown] -= step * scale[unknown]
-            if np.abs(step).max() < TOLERANCE:
-                break
-        errors = np.hstack([step, rates(point[None])[0][:, _BALANCED] / rate_scale])
+        point, is_trimmed = solve_steady_states(imbalance, point, scale, unknown, FIRST_DIFFERENCE)
         slack = TOLERANCE * scale[10:]
         allowed = (point[:, 10:] >= autopilot.lowest - slack) & (point[:, 10:] <= highest + slack)
         upright = np.abs(point[:, 6:8]).max(axis=1) < np.pi / 2.0
-        point[~((np.abs(errors).max(axis=1) < TOLERANCE) & allowed.all(axis=1) & upright)] = np.nan
+        point[~(is_trimmed & allowed.all(axis=1) & upright)] = np.nan
         slopes = differences(rates, point, scale)
         slopes = np.divide(slopes, scale, out=0.0 * slopes, where=scale > 0.0)
         unpowered = point * (np.arange(len(scale)) < 10)
         change = rates(point[None])[0, :, :6] - rates(unpowered[None])[0, :, :6]
     force = change @ vehicle.mass_matrix.T * vehicle.free
     return LinearModel(point[:, :10], point[:, 10:], slopes[:, :, :10], slopes[:, :, 10:], force)
-
-
-def differences(
-    function: Callable[[FloatArray], FloatArray],
-    point: FloatArray,
-    scale: FloatArray,
-    share: float = DIFFERENCE,
-) -> FloatArray:
-    """Return central differences (n, m, k) of a function at points (n, k), times the scales."""
-    step = share * np.diag(scale)[:, None, :]
-    change = function(point + step) - function(point - step)
-    return np.asarray(np.moveaxis(change / (2.0 * share), 0, 2))

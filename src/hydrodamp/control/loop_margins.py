@@ -15,7 +15,8 @@ import numpy as np
 from scipy.linalg import expm
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.control.linear_model import LinearModel, differences
+from hydrodamp.control.linear_model import LinearModel
+from hydrodamp.experiment_design.steady_states import differences
 from hydrodamp.simulation.closed_loop import Autopilot, AutopilotState
 
 MIN_MODULUS = 0.5
@@ -44,7 +45,7 @@ class Margins(NamedTuple):
     growth: FloatArray
     modulus: FloatArray
     gain: FloatArray  # least factor above 1, up or down, to the limit of stability
-    phase: FloatArray  # [rad]
+    phase: FloatArray  # [deg]
     delay: FloatArray  # [s]
 
 
@@ -105,7 +106,7 @@ def stability_margins(
     controller = (
         law.c @ np.linalg.solve(z * np.eye(3) - law.a, np.broadcast_to(b, (len(z), *b.shape))) + d
     )
-    modulus, gain, phase, delay = np.empty((4, len(plant), len(d)))
+    modulus, others = np.empty((len(plant), len(d))), np.empty((3, len(plant), len(d)))
     for index, (a, each) in enumerate(zip(plant, inputs, strict=True)):
         response = np.linalg.solve(
             z * np.eye(len(a)) - a, np.broadcast_to(each, (len(z), *each.shape))
@@ -113,15 +114,14 @@ def stability_margins(
         sensitivity = np.linalg.inv(np.eye(len(d)) - controller @ response)
         distance = 1.0 / np.diagonal(sensitivity, axis1=1, axis2=2)
         modulus[index] = np.abs(distance).min(axis=0)
-        for command, loop in enumerate((distance - 1.0).T):
-            gain[index, command], phase[index, command], delay[index, command] = loop_margins(
-                loop, frequency
-            )
-    return Margins(growth, np.where(growth[:, None] > MARGINAL, 0.0, modulus), gain, phase, delay)
+        others[:, index] = np.transpose(
+            [loop_margins(loop, frequency) for loop in distance.T - 1.0]
+        )
+    return Margins(growth, np.where(growth[:, None] > MARGINAL, 0.0, modulus), *others)
 
 
 def loop_margins(loop: FloatArray, frequency: FloatArray) -> tuple[float, float, float]:
-    """Return gain margin (a factor), phase margin [rad] and delay margin [s] of a loop."""
+    """Return gain margin (a factor), phase margin [deg] and delay margin [s] of a loop."""
     angle, size = np.unwrap(np.angle(-loop)), np.log(np.maximum(np.abs(loop), 1e-300))
     turns = angle / (2.0 * np.pi)
     at = np.flatnonzero(np.floor(turns[1:]) != np.floor(turns[:-1]))
@@ -134,9 +134,6 @@ def loop_margins(loop: FloatArray, frequency: FloatArray) -> tuple[float, float,
     phases -= 2.0 * np.pi * np.round(phases / (2.0 * np.pi))
     omega = frequency[cross] + fraction * (frequency[cross + 1] - frequency[cross])
     lags = np.mod(phases, 2.0 * np.pi) / omega
-    infinite = np.inf
-    return (
-        float(np.exp(sizes.min(initial=infinite))),
-        float(np.abs(phases).min(initial=infinite)),
-        float(lags.min(initial=infinite)),
-    )
+    values = np.exp(sizes), np.degrees(np.abs(phases)), lags
+    gain, phase, delay = (float(each.min(initial=np.inf)) for each in values)
+    return gain, phase, delay

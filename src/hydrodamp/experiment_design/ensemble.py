@@ -68,7 +68,7 @@ class DampingEnsemble:
         return self.dampings[0].model
 
 
-def draw_ensemble(vehicle: Vehicle, damping: Damping, n: int, seed: int = 0) -> DampingEnsemble:
+def draw_ensemble(vehicle: Vehicle, damping: Damping, n: int) -> DampingEnsemble:
     """Return the estimate of a vehicle and n draws from its covariance, none where it has none."""
     if fault := foreign_to(damping, vehicle_stamp(vehicle)):
         raise ModelError(fault)
@@ -79,7 +79,7 @@ def draw_ensemble(vehicle: Vehicle, damping: Damping, n: int, seed: int = 0) -> 
         )
     rows: list[FloatArray] = []
     if n and damping.covariance is not None:
-        rows = [*draw_coefficients(damping, n, np.random.default_rng(seed))]
+        rows = [*draw_coefficients(damping, n, np.random.default_rng(0))]
     members = (damping, *(replace(damping, coefficients=row) for row in rows))
     return DampingEnsemble(members, damping.model)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from hydrodamp.basis.term import AXES
 from hydrodamp.errors import ProblemError
 from hydrodamp.experiment_design.autopilot_design import bisect
 from hydrodamp.experiment_design.closed_loop import Trajectories
+from hydrodamp.experiment_design.steady_states import solve_steady_states
 from hydrodamp.simulation import closed_loop as dynamics
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -43,9 +45,6 @@ MAX_RATIO = 10.0
 
 N_YAW_RATES = 61
 """Steady turns on the curve of the spiral."""
-
-N_ITERATIONS, STEP, TOLERANCE = 20, 1e-5, 1e-6
-"""Of Newton's method; relative."""
 
 ROLES = {"rudder": "rud|helm|delta|fin|steer", "propeller": "prop|thrust|rpm|rps|ahead|engine"}
 _ROWS = [AXES.index(axis) for axis in "XYN"]
@@ -96,29 +95,20 @@ class Ship:
         return dynamics.rk4_step(rate, state, period)
 
     def residual(self, steady: FloatArray, yaw_rate: float) -> FloatArray:
-        """Return the accelerations (n, 3) of a steady motion, in units of L and V."""
-        state = np.zeros((len(steady), dynamics.N_STATES))
-        state[:, :2], state[:, 5] = steady[:, :2], yaw_rate
-        acceleration = self.acceleration(self.commands(steady[:, 2], steady[:, 3]))(state)
-        return acceleration[:, _ROWS] * [1.0, 1.0, self.length] * self.time_unit / self.speed
+        """Return the accelerations (..., n, 3) of steady motions, in units of L and V."""
+        rows = steady.reshape(-1, 4)
+        state = np.zeros((len(rows), dynamics.N_STATES))
+        state[:, :2], state[:, 5] = rows[:, :2], yaw_rate
+        acceleration = self.acceleration(self.commands(*rows[:, 2:].T))(state)[:, _ROWS]
+        acceleration *= np.array([1.0, 1.0, self.length]) * self.time_unit / self.speed
+        return acceleration.reshape(*steady.shape[:-1], 3)
 
     def solve_steady(self, start: FloatArray, yaw_rate: float, known: int) -> FloatArray:
-        """Return the steady motion at a yaw rate by Newton's method, one column known."""
-        unit = np.abs(start) * [0.0, 0.0, 0.0, 1.0] + [self.speed, self.speed, 1.0, 0.0]
-        steady, free = start.copy(), [column for column in range(4) if column != known]
-        for _ in range(N_ITERATIONS):
-            steps = [STEP * unit * np.eye(4)[column] for column in free]
-            rises = [
-                self.residual(steady + step, yaw_rate) - self.residual(steady - step, yaw_rate)
-                for step in steps
-            ]
-            slopes = np.stack(rises, axis=2) / (2.0 * STEP)
-            residual = self.residual(steady, yaw_rate)[:, :, None]
-            change = (np.linalg.pinv(np.nan_to_num(slopes)) @ residual)[:, :, 0]
-            steady[:, free] -= change * unit[:, free]
-            is_solved = np.abs(change).max(axis=1) < TOLERANCE
-            if np.all(is_solved | np.isnan(change[:, 0])):
-                break
+        """Return the steady motion at a yaw rate, one column known; NaN where there is none."""
+        scale = np.array([self.speed, self.speed, 1.0, np.abs(start[0, 3])])
+        free = [column for column in range(4) if column != known]
+        residual = partial(self.residual, yaw_rate=yaw_rate)
+        steady, is_solved = solve_steady_states(residual, start, scale, free)
         is_solved &= np.abs(steady[:, 2]) < np.pi / 2.0
         return np.where(is_solved[:, None], steady, np.nan)
 
@@ -184,7 +174,14 @@ def approach(ship: Ship, n: int) -> tuple[Ship, FloatArray]:
         rudder = ship.names[ship.rudder]
         raise ProblemError(f"`{rudder}` does not turn the ship: name another command as rudder.")
     ship = replace(ship, side=float(np.sign(turn)))
-    return ship, ship.solve_steady(start, 0.0, known=0)
+    steady = ship.solve_steady(start, 0.0, known=0)
+    if np.isnan(steady[0, 0]):
+        rudder = ship.names[ship.rudder]
+        raise ProblemError(
+            f"no angle of `{rudder}` within 90 deg holds {ship.speed:g} m/s straight ahead: check "
+            "the constant terms and those of the propeller on Y and N."
+        )
+    return ship, steady
 
 
 def trace_spiral(ship: Ship, steady: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:

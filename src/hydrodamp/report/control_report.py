@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.term import AXES
-from hydrodamp.control.design import ControlDesign, SpeedDesign
+from hydrodamp.control.design import ControlDesign, LoopDesign, SpeedDesign
 from hydrodamp.control.linear_model import STATES, state_scales
 from hydrodamp.control.loop_margins import MIN_MODULUS
 from hydrodamp.files import as_json
@@ -25,9 +25,6 @@ from hydrodamp.vehicle.vehicle import Vehicle
 SCRIPTS = "control_design.py", "control_design.m"
 RESULTS = ("control.json", *SCRIPTS, "process_noise.json", "step.svg", "margins.svg")
 """Names of all files of a control design."""
-
-MARGIN_UNITS = {"modulus": 1.0, "gain": 1.0, "phase": np.degrees(1.0), "delay": 1.0}
-"""Margins of a loop; the phase in degrees."""
 
 
 def control_document(design: ControlDesign) -> dict[str, Any]:
@@ -51,11 +48,20 @@ def _speed_document(vehicle: Vehicle, entry: SpeedDesign) -> dict[str, Any]:
         "outcome": entry.outcome.value,
         "warning": entry.warning,
     }
-    model, autopilot, used = entry.model, entry.autopilot, entry.used
-    if model is None or used is None:
+    if not isinstance(entry, LoopDesign):
         return document
+    model, autopilot, used = entry.model, entry.autopilot, entry.used
     a, b = model.a[0][np.ix_(used, used)], model.b[0][used]
-    document |= {
+    loops = {name: getattr(autopilot, name) for name in ("heading", "pitch", "depth")}
+    law = {"a": entry.law.a, "b": entry.law.b[:, used], "c": entry.law.c, "d": entry.law.d[:, used]}
+    margins = {
+        command: {
+            key: _distribution(values[:, index])
+            for key, values in zip(entry.margins._fields[1:], entry.margins[1:], strict=True)
+        }
+        for index, command in enumerate(autopilot.names)
+    }
+    return document | {
         "draws_without_trim": int(np.sum(~model.exists)),
         "trim": dict(zip(STATES, model.state[0].tolist(), strict=True)),
         "feed_forward": {
@@ -67,19 +73,6 @@ def _speed_document(vehicle: Vehicle, entry: SpeedDesign) -> dict[str, Any]:
         "a": a.tolist(),
         "b": b.tolist(),
         "transfer_functions": _transfer_functions(a, b, used),
-    }
-    if autopilot is None or entry.law is None or entry.margins is None:
-        return document
-    loops = {name: getattr(autopilot, name) for name in ("heading", "pitch", "depth")}
-    law = {"a": entry.law.a, "b": entry.law.b[:, used], "c": entry.law.c, "d": entry.law.d[:, used]}
-    margins = {
-        command: {
-            name: _distribution(getattr(entry.margins, name)[:, index] * unit)
-            for name, unit in MARGIN_UNITS.items()
-        }
-        for index, command in enumerate(autopilot.names)
-    }
-    return document | {
         "inputs": autopilot.names,
         "pid": {
             name: {
@@ -157,8 +150,7 @@ def noise_document(design: ControlDesign, noise: Noise) -> dict[str, Any]:
                 ).tolist(),
                 "b": np.vstack([each.model.b[0], np.zeros((6, each.model.b.shape[2]))]).tolist(),
             }
-            for each in design.speeds
-            if each.model is not None
+            for each in design.loops
         ],
     }
 
@@ -167,21 +159,17 @@ def margins_table(design: ControlDesign) -> Table:
     """Return a row for each speed and command with a loop: margins, the worst over draws."""
     rows = []
     for entry in design.speeds:
-        if entry.margins is None or entry.autopilot is None:
+        if not isinstance(entry, LoopDesign):
             rows.append((f"{entry.speed:g}", "-", *"----", entry.outcome.word))
             continue
         for index, name in enumerate(entry.autopilot.names):
-            modulus, gain, phase, delay = (
-                getattr(entry.margins, key)[:, index].min() * unit
-                for key, unit in MARGIN_UNITS.items()
-            )
-            if entry.law is not None and np.any(entry.law.d[index]):
+            modulus, gain, phase, delay = (each[:, index].min() for each in entry.margins[1:])
+            if np.any(entry.law.d[index]):
                 texts = f"{modulus:.2f}", f"{gain:.3g}", f"{phase:.0f}", f"{delay:.2f}"
                 rows.append((f"{entry.speed:g}", name, *texts, entry.outcome.word))
     header = ("speed [m/s]", "command", "modulus", "gain", "phase [deg]", "delay [s]", "outcome")
-    notes = (*design.assumptions, *(each.warning for each in design.speeds if each.warning))
     title = f"Smallest margins over {design.n_draws} draws, and of the estimate"
-    return Table.of_words(title, header, "rlrrrrl", rows, notes)
+    return Table.of_words(title, header, "rlrrrrl", rows, design.assumptions)
 
 
 def write_control(design: ControlDesign, folder: Path, noise: Noise | None) -> list[str]:

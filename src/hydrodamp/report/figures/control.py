@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @style.with_style
 def step_figure(design: ControlDesign) -> Figure:
     """Draw the simulated step at each speed, with the range over draws of the damping."""
-    runs = [(each.speed, each.step) for each in design.speeds if each.step is not None]
+    runs = [(each.speed, each.step) for each in design.loops]
     if not runs:
         raise MethodError("no speed has a closed loop to draw")
     figure = style.new_figure(style.COLUMN, 1.3 * len(runs) + 0.5)
@@ -54,16 +54,13 @@ def step_figure(design: ControlDesign) -> Figure:
 @style.with_style
 def margins_figure(design: ControlDesign) -> Figure:
     """Draw the modulus margin of each loop over the speed, with the range over draws."""
-    entries = [each for each in design.speeds if each.margins is not None]
+    entries = design.loops
     if not entries:
         raise MethodError("no speed has margins to draw")
     figure = style.new_figure(style.COLUMN, 2.4)
     panel, speeds = figure.subplots(), [each.speed for each in entries]
-    values = [each.margins.modulus for each in entries if each.margins is not None]
-    names = entries[0].autopilot.names if entries[0].autopilot is not None else ()
-    looped = [
-        k for k in range(len(names)) if entries[0].law is not None and np.any(entries[0].law.d[k])
-    ]
+    values = [each.margins.modulus for each in entries]
+    names, looped = entries[0].autopilot.names, np.flatnonzero(entries[0].law.d.any(axis=1))
     looks = []
     for index, colour in zip(looped, style.SERIES * len(names), strict=False):
         centre = [each[0, index] for each in values]
