@@ -106,7 +106,7 @@ def stability_margins(
     controller = (
         law.c @ np.linalg.solve(z * np.eye(3) - law.a, np.broadcast_to(b, (len(z), *b.shape))) + d
     )
-    modulus, others = np.empty((len(plant), len(d))), np.empty((3, len(plant), len(d)))
+    modulus, crossings = np.empty((len(plant), len(d))), np.empty((3, len(plant), len(d)))
     for index, (a, each) in enumerate(zip(plant, inputs, strict=True)):
         response = np.linalg.solve(
             z * np.eye(len(a)) - a, np.broadcast_to(each, (len(z), *each.shape))
@@ -114,10 +114,10 @@ def stability_margins(
         sensitivity = np.linalg.inv(np.eye(len(d)) - controller @ response)
         distance = 1.0 / np.diagonal(sensitivity, axis1=1, axis2=2)
         modulus[index] = np.abs(distance).min(axis=0)
-        others[:, index] = np.transpose(
+        crossings[:, index] = np.transpose(
             [loop_margins(loop, frequency) for loop in distance.T - 1.0]
         )
-    return Margins(growth, np.where(growth[:, None] > MARGINAL, 0.0, modulus), *others)
+    return Margins(growth, np.where(growth[:, None] > MARGINAL, 0.0, modulus), *crossings)
 
 
 def loop_margins(loop: FloatArray, frequency: FloatArray) -> tuple[float, float, float]:
