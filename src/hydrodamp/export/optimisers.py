@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
+from operator import attrgetter
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -78,6 +78,8 @@ class _Model(CasADi):
 
     package: ClassVar[str]
     source: ClassVar[str]
+    expressions: ClassVar[tuple[str, ...]]
+    """State, control and derivative of the model."""
 
     @contextmanager
     def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
@@ -85,7 +87,7 @@ class _Model(CasADi):
         require_package("casadi")
         require_package(self.package, source=self.source)
         module = execute_module(folder / f"{vehicle_identifier(plant)}.py")
-        state, control, rate = self.expression(module.make_model())
+        state, control, rate = attrgetter(*self.expressions)(module.make_model())
         derivative = module.ca.Function("rate", [state, control], [rate])
 
         def accelerations(at: States) -> FloatArray:
@@ -94,11 +96,6 @@ class _Model(CasADi):
             return np.asarray(derivative(state.T, np.column_stack([at.inputs, at.wrench]).T))[:6].T
 
         yield Engine(f"{self.package} {version(self.package)}", accelerations)
-
-    @staticmethod
-    @abstractmethod
-    def expression(model: Any) -> tuple[Any, Any, Any]:
-        """Return state, control and derivative of a model."""
 
 
 @dataclass(frozen=True)
@@ -111,11 +108,7 @@ class Acados(_Model):
     examples: ClassVar[Mapping[str, str]] = {DEPTH_STEP: "acados_step.py.j2"}
     package: ClassVar[str] = "acados_template"
     source: ClassVar[str] = "https://docs.acados.org/python_interface"
-
-    @staticmethod
-    def expression(model: Any) -> tuple[Any, Any, Any]:
-        """Return state, control and explicit derivative."""
-        return model.x, model.u, model.f_expl_expr
+    expressions: ClassVar[tuple[str, ...]] = "x", "u", "f_expl_expr"
 
 
 @dataclass(frozen=True)
@@ -128,8 +121,4 @@ class DoMPC(_Model):
     examples: ClassVar[Mapping[str, str]] = {DEPTH_STEP: "do_mpc_step.py.j2"}
     package: ClassVar[str] = "do_mpc"
     source: ClassVar[str] = "pip install do-mpc"
-
-    @staticmethod
-    def expression(model: Any) -> tuple[Any, Any, Any]:
-        """Return state, control and derivative."""
-        return model.x.cat, model.u.cat, model._rhs.cat
+    expressions: ClassVar[tuple[str, ...]] = "x.cat", "u.cat", "_rhs.cat"
