@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
+from batch.calls import work
 from hydrodamp.batch.executor import Failure, open_pool
-
-
-def work(task, folder=None):
-    if task == "kill" or (task == "kill once" and not (folder / "killed").exists()):
-        if folder:
-            (folder / "killed").touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    if task == "hang":
-        time.sleep(60.0)
-    if task == "raise":
-        raise ValueError("no such number")
-    if task == "function":
-        return lambda: None
-    return 2 * task
 
 
 def results(tasks, timeout=60.0, client=None):

@@ -32,12 +32,17 @@ class Failure(str):
 
 
 class LocalProcesses(ProcessPoolExecutor):
-    """Processes of one BLAS thread each, which end at once on ``shutdown`` or with their parent."""
+    """Processes of one BLAS thread each, which end at once on ``shutdown`` or with their parent.
+
+    They are not forks of this process: a fork copies the locks that threads of it hold.
+    """
 
     def __init__(self, n: int) -> None:
         self.n = n
         stopped, self._stop = multiprocessing.Pipe(duplex=False)
-        super().__init__(n, initializer=_initialise_worker, initargs=(stopped,))
+        methods = multiprocessing.get_all_start_methods()
+        context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
+        super().__init__(n, context, initializer=_initialise_worker, initargs=(stopped,))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes, busy or not."""
