@@ -24,6 +24,7 @@ from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.optimisers import JAX, Acados, DoMPC, PyTorch
 from hydrodamp.export.planar import complete_log, complete_plant
 from hydrodamp.export.plant import UNIT_BOX, ExportedPlant
+from hydrodamp.export.ros2_package import Ros2Package
 from hydrodamp.export.scripts import CasADi, MuJoCo, Octave, Python
 from hydrodamp.export.sitl import SITL
 from hydrodamp.export.target import Files, Target, save_files
@@ -205,7 +206,7 @@ def _check_replay(card: Fidelity) -> None:
         )
 
 
-_ROBOTS = GzSim, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish
+_ROBOTS = GzSim, Ros2Package, VRX, MuJoCo, UUV, URDF, MarineGym, Stonefish
 _OPTIMISERS = CasADi, JAX, PyTorch, Acados, DoMPC
 _SINGLE_TARGETS = Python, C, Octave, *_OPTIMISERS, FMU, *_ROBOTS, SITL
 SINGLE_TARGETS: dict[str, Target] = {target.key: target() for target in _SINGLE_TARGETS}

@@ -1,0 +1,77 @@
+"""A colcon package for ROS 2: the model of gz-sim, its bridge, and launch files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from hydrodamp.export.actuation import Actuation
+from hydrodamp.export.codegen import render_template, vehicle_identifier
+from hydrodamp.export.gazebo import GzSim
+from hydrodamp.export.plant import ExportedPlant
+from hydrodamp.export.target import Files
+from hydrodamp.export.verification import Engine
+from hydrodamp.files import as_json
+from hydrodamp.models.files import damping_document
+from hydrodamp.vehicle.file import format_vehicle
+
+LAUNCH_FILES = "simulate.launch.py", "live.launch.py", "replay.launch.py"
+COMMAND_TOPICS = {"thruster": "cmd_thrust", "propeller": "cmd_vel", "fin": "0/cmd_pos"}
+
+
+@dataclass(frozen=True)
+class Ros2Package(GzSim):
+    """A package that colcon builds: simulate in gz-sim, identify live, replay a bag.
+
+    Parameters
+    ----------
+    maintainer, email, license : str
+        Of ``package.xml``.
+    density, step, legacy, link
+        As of ``gz-sim``.
+    """
+
+    key: ClassVar[str] = "ros2-package"
+    description: ClassVar[str] = "ROS 2 Jazzy or newer with ros_gz (colcon, ament_cmake)"
+    maintainer: str = "maintainer"
+    email: str = "maintainer@example.com"
+    license: str = "Proprietary"
+
+    def render_files(self, plant: ExportedPlant) -> Files:
+        """Return the package; the files of gz-sim are in its folder ``models``."""
+        name = vehicle_identifier(plant)
+        topics = {
+            each.actuator.command: f"/model/{name}/joint/{each.joint}/{COMMAND_TOPICS[each.kind]}"
+            for each in Actuation(plant).effectors
+        }
+        values = {
+            "package": re.sub("_+", "_", name.lower()).strip("_"),
+            "name": name,
+            "topics": topics,
+            "target": self,
+        }
+        templates = {name: name for name in ("package.xml", "CMakeLists.txt")}
+        templates |= {f"launch/{each}": each for each in LAUNCH_FILES}
+        templates |= {"config/bridge.yaml": "bridge.yaml"}
+        files = {
+            path: render_template(f"ros2/{each}.j2", **values) for path, each in templates.items()
+        }
+        model = {
+            f"models/{name}/{path}": text for path, text in super().render_files(plant).items()
+        }
+        return {
+            **files,
+            **model,
+            "config/damping.json": as_json(damping_document(plant.damping)),
+            "config/vehicle.yaml": format_vehicle(plant.vehicle),
+        }
+
+    @contextmanager
+    def open_engine(self, folder: Path, plant: ExportedPlant) -> Iterator[Engine]:
+        """Read the model of the package as that of gz-sim."""
+        with super().open_engine(folder / "models" / vehicle_identifier(plant), plant) as engine:
+            yield engine
