@@ -54,6 +54,7 @@ STUDIES = (
     Study("predicted-error", "predicted_error.py --out {out} --page {page} --draws 6"),
     Study("interval-coverage", "guesses.py --out {out} --page {page} --draws 10"),
     Study("sensors", "sensors.py --out {out} --page {page}"),
+    Study("cross-check", "cross_check.py --out {out} --data {data} --page {page}"),
     Study("command-response", "command_response.py --page {page}"),
     Study("paper-reenacted", "paper.py --page {page}"),
     Study("export-fidelity", "exports.py --page {page}"),
