@@ -2,10 +2,10 @@
 
     python studies/independent.py LOG.csv > RESULT.json
 
-With M = [[m + A_X, 0, 0], [0, m + A_Y, m x_G], [0, m x_G, I_z + m x_G² + A_N]], momentum p = M ν
-and ν = (u, v, r), the motion is M ν' + (-p_v r, p_u r, u p_v - v p_u) = Σ terms. Equation error: least
-squares of each axis with central differences of ν. Output error: Runge-Kutta runs with held inputs
-from free initial states, residuals over their standard deviations until these settle.
+With M = [[m + A_X, 0, 0], [0, m + A_Y, m x_G], [0, m x_G, I_z + m x_G² + A_N]], p = M ν and
+ν = (u, v, r), the motion is M ν' + (-p_v r, p_u r, u p_v - v p_u) = Σ terms. Equation error: least
+squares of each axis with central differences of ν. Output error: Runge-Kutta runs with held
+inputs from free initial states, residuals over their standard deviations until these settle.
 """
 
 import json

@@ -167,17 +167,21 @@ def run_comparison(
             write_results(replace(assessment, comparison=comparison), study.problem, out)
         elif out is not None:
             hd.write_comparison(comparison, out)
-        damping = None if out is None else out / DAMPING
-        paths = {} if damping is None else {"folder": str(out), "damping": str(damping)}
+        damping = out / DAMPING if out is not None and (out / DAMPING).is_file() else None
+        written = {"folder": out, "damping": damping}
+        paths = {key: str(path) for key, path in written.items() if path is not None}
         document = comparison_document(comparison) | {"paths": paths}
         tables = comparison_output(comparison, damping, verbose, n_rows == n_requested)
         print_output(json, document, *tables)
     if n_rows < n_requested:
         suffix = "With `--out DIR`" if home is None else f"In {home / 'fits'}"
-        note(
-            f"interrupted: {n_rows} of {n_requested} rows. {remark}{suffix} finished fits are "
-            "kept; the same command with `--resume` continues with the others."
+        saved = (
+            f"{suffix} finished fits are kept; the same command with `--resume` continues with the "
+            "others."
         )
+        is_empty = home is not None and not (home / "fits").is_dir()
+        saved = "No fit was finished." if is_empty else saved
+        note(f"interrupted: {n_rows} of {n_requested} rows. {remark}{saved}")
         raise typer.Exit(INTERRUPTED)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)

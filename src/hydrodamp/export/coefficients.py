@@ -21,8 +21,8 @@ from scipy.optimize import nnls
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.export.codegen import parse_numbers, render_template, symmetric, template_values
-from hydrodamp.export.plant import Body, ExportedPlant, States, point_transform
-from hydrodamp.export.target import LINEAR, Files, HydrodynamicTarget, drag_terms, with_damping
+from hydrodamp.export.plant import Body, ExportedPlant, States, point_transform, with_damping
+from hydrodamp.export.target import LINEAR, Files, HydrodynamicTarget, drag_terms
 from hydrodamp.export.verification import Engine
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import DampingModel, read_label, spell_label

@@ -163,6 +163,8 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
     size = "exact to rounding" if worst < 100.0 * ROUNDING else f"wrench error up to {worst:.2g} %"
     if replays is not None and replays.source_to_target.diverged:
         size += ", but the replay diverges"
+    if card.ignores:
+        size += f", without {card.ignores}"
     ran = f"{size}; read back and run by {card.run_by}" if card.run_by else "not verified"
     yield f"Verdict: {f'failed: {card.run_error}' if card.run_error else ran}."
     if card.exact:
@@ -213,8 +215,6 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
     heavy = [axis for axis, ratio in card.mass_ratio.items() if ratio > 1.0]
     if heavy:
         yield f"Added mass exceeds rigid-body mass on {' '.join(heavy)}."
-    if card.ignores:
-        yield f"Unrepresented effects: {card.ignores}."
 
 
 def _replay_lines(card: Fidelity, replays: Replays) -> Iterator[str]:

@@ -12,8 +12,7 @@ import numpy as np
 
 from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
-from hydrodamp.export.plant import ExportedPlant
-from hydrodamp.export.target import with_damping
+from hydrodamp.export.plant import ExportedPlant, with_damping
 from hydrodamp.export.verification import LEVEL_ATTITUDE
 from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.damping_estimate import WATER_DENSITY

@@ -167,6 +167,15 @@ class ExportedPlant:
         return np.asarray((wrench + sum(self._wrenches(at))) @ self.inverse)
 
 
+def with_damping(
+    plant: ExportedPlant, model: DampingModel, values: dict[str, float]
+) -> ExportedPlant:
+    """Return a plant with coefficients of another model by their labels, without covariance."""
+    numbers = np.array([values[label] for label in model.labels])
+    damping = replace(plant.damping, model=model, coefficients=numbers, covariance=None)
+    return replace(plant, damping=damping)
+
+
 def _export_faults(values: dict[str, float]) -> Iterator[str]:
     """Yield reasons why coefficients cannot be exported."""
     undetermined = [label for label, value in values.items() if not np.isfinite(value)]

@@ -20,9 +20,16 @@ from scipy.linalg import block_diag, svd
 from scipy.optimize import lsq_linear
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF, Term
+from hydrodamp.basis.term import AXES, DOWN, VELOCITIES, VELOCITY_OF, Term
 from hydrodamp.errors import ModelError, demand
-from hydrodamp.export.plant import ExportedPlant, States, check_body, point_transform
+from hydrodamp.export.plant import (
+    ExportedPlant,
+    States,
+    check_body,
+    point_transform,
+    with_damping,
+)
+from hydrodamp.export.restoring import absorb_restoring
 from hydrodamp.export.verification import Engine
 from hydrodamp.files import save_all
 from hydrodamp.identification.dissipative import project_dissipative
@@ -142,6 +149,10 @@ class HydrodynamicTarget(Target):
         """Return the terms that it has on an axis."""
         return drag_terms(axis)
 
+    def project_plant(self, plant: ExportedPlant, at: States) -> ExportedPlant:
+        """Return the plant in the terms of the target, those of attitude as buoyancy."""
+        return super().project_plant(absorb_restoring(plant, at.down), at)
+
     def representable_model(self, plant: ExportedPlant) -> DampingModel:
         """Return the terms of the plant that it has, and those that replace others."""
         check_body(plant, self.key)
@@ -174,13 +185,15 @@ def select_terms(
     commands remain: they are inputs, as actuators are.
     """
     model = plant.damping.model
-    if labels := [label for label in model.labels if read_label(label)[1].needs_attitude]:
+    of_attitude = {term for term in model.basis if term.needs_attitude}
+    if labels := sorted(str(term) for term in of_attitude if str(term) not in DOWN):
         raise ModelError(
-            f"'{key}' has no terms of attitude such as {', '.join(labels)}: give the vehicle's "
-            "centres and weights these numbers, or identify a model without."
+            f"'{key}' has no products with the attitude such as {', '.join(labels)}: identify a "
+            "model without."
         )
     rows = []
-    for axis, row in zip(AXES, model.terms, strict=True):
+    for axis, terms in zip(AXES, model.terms, strict=True):
+        row = tuple(term for term in terms if term not in of_attitude)
         candidates = (*allowed_terms(axis), *(term for term in row if term.commands))
         unrepresented = [term for term in row if term not in candidates]
         velocity = VELOCITY_OF[axis]
@@ -261,15 +274,6 @@ def project_damping(
         change = _limit_couplings(free, initial, change, limit, extent)
     fitted = dict(zip(free.labels, (initial + change).tolist(), strict=True))
     return with_damping(plant, model, plant.damping.as_dict() | fitted)
-
-
-def with_damping(
-    plant: ExportedPlant, model: DampingModel, values: dict[str, float]
-) -> ExportedPlant:
-    """Return a plant with coefficients of another model by their labels, without covariance."""
-    numbers = np.array([values[label] for label in model.labels])
-    damping = replace(plant.damping, model=model, coefficients=numbers, covariance=None)
-    return replace(plant, damping=damping)
 
 
 class _AxisProblem(NamedTuple):
