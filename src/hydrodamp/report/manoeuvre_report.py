@@ -30,7 +30,7 @@ IMO, MIN_LENGTH = "IMO resolution MSC.137(76)", 100.0
 
 
 def describe_verdict(result: ShipManoeuvres) -> str:
-    """Return whether the ship meets the limits, with what probability, and what is beyond them."""
+    """Return whether the ship meets the limits, how many draws do, and what is beyond them."""
     exceeded = [
         f"{each.name} of the {_title(each.manoeuvre, each.side)} "
         + ("not reached" if each.value is None else f"{each.value:.3g} > {each.limit:.3g}")
@@ -38,7 +38,7 @@ def describe_verdict(result: ShipManoeuvres) -> str:
         if each.limit is not None and not each.draws[0] <= each.limit
     ]
     share = result.probability
-    chance = "" if share is None else f", with probability {share:.2f} over the draws"
+    chance = "" if share is None else f" ({100.0 * share:.0f} % of the draws meet them)"
     verb, reasons = ("does not meet", f": {', '.join(exceeded)}") if exceeded else ("meets", "")
     return f"{result.ship.vehicle.name} {verb} the limits of {IMO}{chance}{reasons}."
 
