@@ -97,7 +97,8 @@ def test_a_file_of_the_user_gets_hydrodynamics_and_loses_them(folder, call):
     assert done.stdout.startswith("Verdict: ")
     assert "written into link 'a::b' of own.sdf" in done.stderr
     assert "<link_name>b</link_name>" in (folder / "own.sdf").read_text("utf-8")
-    assert "gz-sim or vrx" in call(line.replace("gz-sim", "python"), 2).stderr
+    for target in ("python", "ros2-package"):
+        assert "gz-sim or vrx" in call(line.replace("gz-sim", target), 2).stderr
     assert "`--out` must be given, or --into" in call(f"{line} --out sim", 2).stderr
     assert "`--into` must be given" in call("export gz-sim d.json --out a --link b", 2).stderr
     assert "There are: a::b" in call(f"{line} --link c", 2).stderr

@@ -73,10 +73,10 @@ def export(
 
 def _prepare_insertion(form: Target, path: Path, link: str, remove: bool) -> tuple[Target, str]:
     """Return the target for a link of a file, and its name; or remove earlier blocks."""
-    from hydrodamp.export.gazebo import Gazebo
+    from hydrodamp.export.gazebo import VRX, GzSim
     from hydrodamp.export.insertion import find_link, remove_blocks
 
-    demand(isinstance(form, Gazebo), "--into", "used with gz-sim or vrx", form.key)
+    demand(type(form) in (GzSim, VRX), "--into", "used with gz-sim or vrx", form.key)
     if remove:
         remove_blocks(path)
         note(f"removed from {path}")
