@@ -81,6 +81,11 @@ class Effector(NamedTuple):
         return type(self.actuator).__name__.lower()
 
     @property
+    def topic(self) -> str:
+        """Topic of its system, below that of its joint."""
+        return {"thruster": "cmd_thrust", "propeller": "cmd_vel", "fin": "0/cmd_pos"}[self.kind]
+
+    @property
     def axis(self) -> FloatArray:
         """Axis of its joint."""
         is_fin = isinstance(self.actuator, Fin)

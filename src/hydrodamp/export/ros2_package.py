@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -16,11 +16,11 @@ from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.target import Files
 from hydrodamp.export.verification import Engine
 from hydrodamp.files import as_json
-from hydrodamp.models.files import damping_document
+from hydrodamp.models.files import damping_document, format_model
+from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.vehicle.file import format_vehicle
 
 LAUNCH_FILES = "simulate.launch.py", "live.launch.py", "replay.launch.py"
-COMMAND_TOPICS = {"thruster": "cmd_thrust", "propeller": "cmd_vel", "fin": "0/cmd_pos"}
 
 
 @dataclass(frozen=True)
@@ -44,19 +44,18 @@ class Ros2Package(GzSim):
     def render_files(self, plant: ExportedPlant) -> Files:
         """Return the package; the files of gz-sim are in its folder ``models``."""
         name = vehicle_identifier(plant)
-        topics = {
-            each.actuator.command: f"/model/{name}/joint/{each.joint}/{COMMAND_TOPICS[each.kind]}"
-            for each in Actuation(plant).effectors
-        }
+        damping = replace(plant.damping, vehicle=vehicle_stamp(plant.vehicle))
         values = {
             "package": re.sub("_+", "_", name.lower()).strip("_"),
             "name": name,
-            "topics": topics,
+            "effectors": Actuation(plant).effectors,
+            "commands": plant.commands,
             "target": self,
         }
         templates = {name: name for name in ("package.xml", "CMakeLists.txt")}
         templates |= {f"launch/{each}": each for each in LAUNCH_FILES}
-        templates |= {"config/bridge.yaml": "bridge.yaml"}
+        templates |= {f"config/{each}": each for each in ("bridge.yaml", "simulator.yaml")}
+        templates["scripts/replay.py"] = "replay.py"
         files = {
             path: render_template(f"ros2/{each}.j2", **values) for path, each in templates.items()
         }
@@ -66,7 +65,8 @@ class Ros2Package(GzSim):
         return {
             **files,
             **model,
-            "config/damping.json": as_json(damping_document(plant.damping)),
+            "config/damping.json": as_json(damping_document(damping)),
+            "config/model.yaml": format_model(damping.model),
             "config/vehicle.yaml": format_vehicle(plant.vehicle),
         }
 

@@ -233,6 +233,11 @@ def write_model(model: DampingModel, path: str | os.PathLike[str]) -> None:
     FileError
         If the file cannot be written.
     """
+    save_text(format_model(model), path)
+
+
+def format_model(model: DampingModel) -> str:
+    """Return the text of a model file."""
     import yaml
 
     terms = {
@@ -240,7 +245,7 @@ def write_model(model: DampingModel, path: str | os.PathLike[str]) -> None:
     }
     words = {"name": model.key, "title": model.title, "source": model.source, "note": model.note}
     document = {**{name: text for name, text in words.items() if text}, "terms": terms}
-    save_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=88), path)
+    return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=88))
 
 
 def write_damping(damping: Damping, path: str | os.PathLike[str]) -> None:
