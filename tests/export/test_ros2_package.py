@@ -17,6 +17,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli.main import app
+from hydrodamp.errors import MethodError
 from hydrodamp.export.export import find_target
 from hydrodamp.export.gazebo import GzSim
 from hydrodamp.export.planar import complete_plant
@@ -205,6 +206,18 @@ def test_actuators_of_one_command_have_a_topic_each(tmp_path):
     write_export(Ros2Package(), plant, tmp_path)
     topics = {each["ros_topic_name"] for each in load_yaml(tmp_path / "config/bridge.yaml")}
     assert topics >= {"/auv_bluerov2/ahead_1", "/auv_bluerov2/ahead_2"}
+
+
+def test_settings_that_the_manifest_cannot_have_are_refused():
+    for text in ("", "ada", "a@b", "a b@c.org", "é@b.org", "a@b.org\n"):
+        with pytest.raises(MethodError, match="`email` must be an address"):
+            Ros2Package(email=text)
+    with pytest.raises(MethodError, match="`maintainer` must be a text"):
+        Ros2Package(maintainer="")
+    with pytest.raises(MethodError, match="`license` must be a text"):
+        Ros2Package(license=" ")
+    with pytest.raises(MethodError, match="`step` must be positive"):
+        Ros2Package(step=0.0)
 
 
 def test_settings_are_those_of_the_package(tmp_path):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
+from hydrodamp.errors import demand
 from hydrodamp.export.actuation import Actuation
 from hydrodamp.export.codegen import render_template, vehicle_identifier
 from hydrodamp.export.gazebo import GzSim
@@ -19,6 +20,9 @@ from hydrodamp.files import as_json
 from hydrodamp.models.files import damping_document, format_model
 from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.vehicle.file import format_vehicle
+
+#: Addresses that the schema of package.xml (REP 149) allows.
+_ADDRESS = re.compile(r"[-\w%+]+(\.[-\w%+]+)*@[-a-z0-9%]+(\.[-a-z0-9%]+)*\.[a-z]{2,}", re.I | re.A)
 
 LAUNCH_FILES = "simulate.launch.py", "live.launch.py", "replay.launch.py"
 
@@ -40,6 +44,15 @@ class Ros2Package(GzSim):
     maintainer: str = "maintainer"
     email: str = "maintainer@example.com"
     license: str = "Proprietary"
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        super().__post_init__()
+        is_address = bool(_ADDRESS.fullmatch(self.email))
+        demand(is_address, "email", "an address such as ada@example.com", f"'{self.email}'")
+        for name in ("maintainer", "license"):
+            text = getattr(self, name)
+            demand(bool(text.strip()), name, "a text that is not empty", f"'{text}'")
 
     def render_files(self, plant: ExportedPlant) -> Files:
         """Return the package; the files of gz-sim are in its folder ``models``."""
