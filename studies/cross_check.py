@@ -73,7 +73,7 @@ def main(
             for row in hd.compare([independent, fit], vehicle, test).rows
         ]
         parts.append(
-            f"### {name.capitalize()}, `{key}`\n\n{table(HEADER, body)}\n\nFit of the held-out "
+            f"## {name.capitalize()}, `{key}`\n\n{table(HEADER, body)}\n\nFit of the held-out "
             f"runs [%]: independent {shares[0]}; hydrodamp {shares[1]}."
         )
     text = "\n\n".join(parts)

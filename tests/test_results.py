@@ -26,6 +26,9 @@ from hydrodamp.results import (
 NAMES = ("table.csv", "fits/*.json")
 CHANGES = {"new.csv": b"3", "table.csv": b"2", "more/d.json": b"d"}
 
+# JAX, if a test before has imported it, warns of forks; those here write files and end.
+pytestmark = pytest.mark.filterwarnings(r"ignore:os\.fork\(\) was called:RuntimeWarning")
+
 
 def contents(home: Path, **texts: bytes) -> dict[Path, bytes]:
     return {home / name.replace("__", "/").replace("_", "."): it for name, it in texts.items()}
