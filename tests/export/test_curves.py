@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +14,7 @@ from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, MuJoCo, Octave, Python
 
 from .conftest import ALL_ATOMS, RICH, accelerations_of, coefficients, core, states, write_export
+from .test_octave import here
 
 CURVES = (
     hd.Curve("lift", reference=1.5, reverse_ratio=0.8, exponent=1.6, dead_band=0.2),
@@ -33,12 +33,9 @@ CURVES = (
 
 
 @pytest.mark.parametrize(
-    ("form", "program"),
-    [(C, "cc"), (Octave, "octave"), (CasADi, None), (Python, None), (JAX, None), (MuJoCo, None)],
+    "form", [C, pytest.param(Octave, marks=[pytest.mark.slow, here]), CasADi, Python, JAX, MuJoCo]
 )
-def test_accelerations_with_curves_are_those_of_the_core(form, program, tmp_path):
-    if program and shutil.which(program) is None:
-        pytest.skip(f"{program} is not installed")
+def test_accelerations_with_curves_are_those_of_the_core(form, tmp_path):
     if form in {CasADi, JAX, MuJoCo}:
         pytest.importorskip(form.key)
     vehicle = replace(RICH, actuators=(*RICH.actuators, *CURVES))
