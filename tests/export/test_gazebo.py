@@ -251,8 +251,8 @@ def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
     weightless = replace(hd.fleet["vt690"], weight=0.0)
     with pytest.raises(VehicleError, match="must be positive"):
         hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a")
-    steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_down_z": 1.0})
-    with pytest.raises(ModelError, match=r"no terms of attitude such as Z_down_z:"):
+    steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_wdown_z": 1.0})
+    with pytest.raises(ModelError, match=r"no products with the attitude such as wdown_z:"):
         hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a")
     with pytest.raises(MethodError, match="`density` must be positive; got 0"):
         GzSim(density=0.0)
