@@ -153,8 +153,8 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     boat, damping, _ = planar
     with pytest.raises(VehicleError, match="six axes"):
         hd.export(damping, boat, key, tmp_path / "b")
-    righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_down_y": 3.0})
-    with pytest.raises(ModelError, match="no terms of attitude such as K_down_y"):
+    righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_wdown_y": 3.0})
+    with pytest.raises(ModelError, match="no products with the attitude such as wdown_y"):
         hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b")
 
 
