@@ -31,7 +31,9 @@ def examples() -> dict[str, list[str]]:
 def definition(command: str, parameter: str) -> dict[str, Any]:
     """Return the definition of a command's option or argument."""
     key = parameter.replace("_", "-")
-    return _definitions().get(f"{command}-{key}") or _definitions()[key]
+    known = _definitions()
+    settings = known.get(f"{command}-{key}") or known[key]
+    return known[settings["like"]] if "like" in settings else settings
 
 
 def command_signature(command: Callable[..., object]) -> inspect.Signature:
