@@ -5,7 +5,7 @@ import sys
 import pytest
 
 import hydrodamp
-from hydrodamp.cli.compare import DEMO_METHODS
+from hydrodamp.cli.demo import DEMO_METHODS
 from hydrodamp.cli.options import definition
 from hydrodamp.export.export import TARGETS
 from hydrodamp.ingest.mapping.log_mapping import presets

@@ -1,4 +1,4 @@
-"""Commands ``compare`` and ``demo``: identify models by several methods and rank them by error."""
+"""Command ``compare``: identify models by several methods and rank them by error."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from hydrodamp.cli.output import (
     fail,
     note,
     print_output,
-    print_results,
     run_provenance,
 )
 from hydrodamp.cli.report import write_results
@@ -31,9 +30,6 @@ from hydrodamp.results import check_results
 if TYPE_CHECKING:
     from hydrodamp.report.table import Table
     from hydrodamp.validation.workflow import Study
-
-#: The two methods of the paper, the second also with a memory, and the default method.
-DEMO_METHODS = "ls,ai,ai-composite,recommended"
 
 
 def compare(
@@ -96,36 +92,6 @@ def check_division(train: list[str], test: list[str], folds: int | None, resume:
     for option, value in (("--test", test), ("--resume", resume)):
         if folds is not None and value:
             fail(f"`{option}` and `--folds` exclude each other: leave one out.", WRONG_INPUT)
-
-
-def demo(
-    out: Path | None = None,
-    seed: int = 0,
-    truth: str = "sname",
-    resume: bool = False,
-    force: bool = False,
-    verbose: bool = False,
-    json: bool = False,
-) -> None:
-    """Simulate the experiment of the paper, identify all models and print Table I."""
-    from hydrodamp.validation.workflow import Study
-
-    check_out_folder(out, resume, force)
-    campaign = hd.reenact(seed=seed, truth=truth)
-    train, test = campaign.train, campaign.test
-    if not json:
-        names = (", ".join(segment.name for segment in log.segments) for log in (train, test))
-        print_results(
-            f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed "
-            f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
-            "Identified on {}; replayed on {}.\n".format(*names)
-        )
-    models, methods = inputs.list_models(None).models, inputs.list_methods(DEMO_METHODS)
-    words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
-    problem = hd.prepare(campaign.vehicle, train, models)
-    provenance = words | run_provenance(())
-    study = Study(problem, train, test, models, methods, provenance=provenance)
-    run_comparison(study, out, json, verbose=verbose, resume=resume, force=force)
 
 
 def run_comparison(

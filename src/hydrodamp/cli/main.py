@@ -11,8 +11,9 @@ import typer
 from hydrodamp.cli import lists
 from hydrodamp.cli.app import app as serve_app
 from hydrodamp.cli.batch import batch
-from hydrodamp.cli.compare import compare, demo
+from hydrodamp.cli.compare import compare
 from hydrodamp.cli.control import control
+from hydrodamp.cli.demo import demo
 from hydrodamp.cli.evaluate import simulate
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
