@@ -1,7 +1,7 @@
 """Rank methods of estimation on the campaigns of the benchmark: ``python studies/benchmark.py``.
 
     python studies/benchmark.py --out FOLDER [--campaigns GLOB] [--models LIST] [--methods LIST]
-        [--group seen|unseen|all|measured] [--jobs N] [--page PAGE] [--again]
+        [--group seen|unseen|all] [--jobs N] [--page PAGE] [--again]
 
 Every method identifies every model from the training log of every campaign, and each result
 replays the test log, which no method sees: from new measured states each second, every ten
@@ -10,10 +10,6 @@ seconds, and whole runs open loop. Each of these is a row, kept as a line of
 ``--again``), so the command may be stopped and started at will. ``FOLDER/benchmark.md`` has the
 tables, with the regret of each method: its error over the least error of any method on the same
 model and campaign. ``docs/evidence/benchmark.md`` has the protocol.
-
-The group ``measured`` has measured logs with fixed splits, apart from ``all``; its table has the
-regret against commit afd9ded of this project, and the file is ``FOLDER/measured.md``. Its method
-``script`` is one row a campaign: an expert's script with a form of its own.
 
 A method of one's own is named ``module:object``: a value (or what makes one when called without
 arguments) with ``identify(problem, model) -> Fit``.
@@ -44,13 +40,6 @@ from rich.progress import track
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import campaigns
-from benchmark_measured import (
-    METHODS as MEASURED_METHODS,
-    SCRIPT,
-    measured,
-    measured_table,
-    script_row,
-)
 from benchmark_tables import HORIZONS, Row, markdown
 from hydrodamp.files import save_text
 from hydrodamp.identification.fit import Method
@@ -60,7 +49,6 @@ METHODS = tuple(hd.METHODS)
 """The methods that take part if none is named."""
 
 MARKS = ("<!-- tables -->", "<!-- end of tables -->")
-MEASURED_MARKS = ("<!-- measured -->", "<!-- end of measured -->")
 """Lines of a page between which the tables stand."""
 
 Job = tuple[str, str, str]
@@ -69,14 +57,7 @@ Job = tuple[str, str, str]
 
 def find_campaign(name: str) -> Campaign:
     """Return the campaign of a name, made but once in a row."""
-    return next(one for one in every_campaign() if one.name == name)
-
-
-def every_campaign() -> Iterator[Campaign]:
-    """Yield all campaigns, those of measured logs with fixed splits last."""
-    yield from campaigns()
-    if folder := os.environ.get("HYDRODAMP_DATA"):
-        yield from measured(Path(folder))
+    return next(one for one in campaigns() if one.name == name)
 
 
 kept = lru_cache(maxsize=2)(find_campaign)
@@ -97,8 +78,6 @@ def row(job: Job) -> Row:
     """Return what becomes of one job; whatever goes wrong with it is a row, too."""
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     campaign, model = kept(job[0]), job[1]
-    if job[2] == SCRIPT:
-        return script_row(campaign)
     method = find_method(job[2])
     asked = next(one for one in campaign.models if one.key == model)
     none: dict[str, float | None] = dict.fromkeys(HORIZONS)
@@ -156,7 +135,7 @@ def chosen(pattern: str, group: str) -> list[Campaign]:
     patterns = pattern.split(",")
     return [
         one
-        for one in (every_campaign() if group == "measured" else campaigns())
+        for one in campaigns()
         if group in (one.group, "all") and any(fnmatch(one.name, part) for part in patterns)
     ]
 
@@ -164,13 +143,10 @@ def chosen(pattern: str, group: str) -> list[Campaign]:
 def jobs(asked: Iterable[Campaign], models: str, methods: Sequence[str]) -> Iterator[Job]:
     """Yield every job: methods within models within campaigns."""
     patterns = models.split(",")
-    with_models = [method for method in methods if method != SCRIPT]
     for campaign in asked:
         for model in (one.key for one in campaign.models):
             if any(fnmatch(model, part) for part in patterns):
-                yield from ((campaign.name, model, method) for method in with_models)
-        if SCRIPT in methods:
-            yield campaign.name, SCRIPT, SCRIPT
+                yield from ((campaign.name, model, method) for method in methods)
 
 
 def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
@@ -190,13 +166,13 @@ def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
             raise
 
 
-def fill(page: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
+def fill(page: Path, text: str) -> None:
     """Put the tables between the two marks of a page."""
-    head, mark, rest = page.read_text(encoding="utf-8").partition(marks[0])
-    _, end, tail = rest.partition(marks[1])
+    head, mark, rest = page.read_text(encoding="utf-8").partition(MARKS[0])
+    _, end, tail = rest.partition(MARKS[1])
     if not (mark and end):
         raise typer.BadParameter(
-            f"{page} has no place for tables: a line {marks[0]}, then {marks[1]}"
+            f"{page} has no place for tables: a line {MARKS[0]}, then {MARKS[1]}"
         )
     save_text(f"{head}{mark}\n\n{text}\n{end}{tail}", page)
 
@@ -206,16 +182,15 @@ def main(
     campaigns: Annotated[str, typer.Option(help="Names or patterns, with commas.")] = "*",
     models: Annotated[str, typer.Option(help="Keys or patterns, with commas.")] = "*",
     methods: Annotated[str, typer.Option(help="Keys or module:object; none for the usual.")] = "",
-    group: Annotated[str, typer.Option(help="seen, unseen, all (of both) or measured.")] = "seen",
+    group: Annotated[str, typer.Option(help="seen, unseen or all (of both).")] = "seen",
     workers: Annotated[int, typer.Option("--jobs", help="Processes.")] = os.cpu_count() or 1,
     page: Annotated[Path | None, typer.Option(help="A page whose tables are replaced.")] = None,
     again: Annotated[bool, typer.Option("--again", help="Do rows that are there, too.")] = False,
 ) -> None:
     """Fill the table of campaigns, models and methods, and print the regret."""
     sys.path.insert(0, str(Path.cwd()))
-    fixed = group == "measured"
-    keys = methods.split(",") if methods else MEASURED_METHODS if fixed else METHODS
-    for key in set(keys) - {SCRIPT}:
+    keys = methods.split(",") if methods else METHODS
+    for key in keys:
         find_method(key)
     asked = list(jobs(chosen(campaigns, group), models, keys))
     out.mkdir(parents=True, exist_ok=True)
@@ -225,10 +200,10 @@ def main(
         append(one, path)
     wanted = set(asked)
     found = [one for one in read_rows(path) if one.job in wanted]
-    text = measured_table(found) if fixed else markdown(found)
-    save_text(text, out / ("measured.md" if fixed else "benchmark.md"))
+    text = markdown(found)
+    save_text(text, out / "benchmark.md")
     if page is not None:
-        fill(page, text, MEASURED_MARKS if fixed else MARKS)
+        fill(page, text)
     Console().print(Markdown(text))
 
 

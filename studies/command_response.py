@@ -22,12 +22,12 @@ from rich.progress import track
 import hydrodamp as hd
 from benchmark_campaign import Campaign, Sail
 from benchmark_campaigns import campaigns
-from benchmark_measured import measured
 from benchmark_tables import table
 from hydrodamp.identification.command_response import (
     estimate_command_response,
     interpolation_remarks,
 )
+from measured_splits import measured
 from tables import replace_table
 
 MARKS = ("<!-- command response -->", "<!-- end of command response -->")

@@ -28,7 +28,6 @@ import typer
 import hydrodamp as hd
 from benchmark_campaign import Campaign
 from benchmark_campaigns import PAPER, ROV, tether
-from benchmark_measured import measured
 from conditions import COLOURED, Coloured
 from consistency import DURATION, MODEL, bound_covariance, true_coefficients
 from coverage_tables import MEASURED, PSEUDO_TRUE, TRUE, WHOLE, Row, summarise
@@ -36,6 +35,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.files import save_text
 from hydrodamp.identification.identifiability import grade_fit
 from hydrodamp.simulation.campaign.reenact import CampaignSetup
+from measured_splits import measured
 from tables import finish_jobs, replace_table
 
 MARKS = ("<!-- coverage -->", "<!-- end of coverage -->")

@@ -48,7 +48,7 @@ class Study(NamedTuple):
 STUDIES = (
     Study("interval-coverage", "coverage.py --out {out} --data {data} --page {page} --draws 6"),
     Study("benchmark", "benchmark.py --out {out} --jobs 1 --page {page} --campaigns 'sname*'"),
-    Study("benchmark", "benchmark.py --out {out} --jobs 1 --page {page} --group measured"),
+    Study("measured-logs", "benchmark_measured.py --out {out} --data {data} --page {page}"),
     Study("adequacy", "adequacy.py --out {out} --page {page} --draws 2"),
     Study("consistency", "consistency.py --out {out} --page {page}"),
     Study("predicted-error", "predicted_error.py --out {out} --page {page} --draws 6"),

@@ -172,14 +172,3 @@ def test_the_script_finds_a_vessel_of_its_own_form(part, monkeypatch):
     error, free = found - test.velocity, [0, 1, 5]
     assert (error.std(axis=0)[free] < 0.1 * test.velocity.std(axis=0)[free]).all()
     assert not found[:, 2:5].any()
-
-
-def test_the_table_marks_where_the_script_is_ahead(part, tables):
-    """By more than three points, and not where neither predicts the velocity."""
-    row = {"rms": {"run": 1.0}, "status": "ok", "diverged": False, "seconds": 1.0}
-    fits = {"recommended": {"u": 80.0, "v": 75.0, "r": -20.0}}
-    fits |= {"script": {"u": 82.0, "v": 79.0, "r": -9.0}}
-    made = [tables.Row("c", "m", key, "measured", fit=fit, **row) for key, fit in fits.items()]
-    text = part("_measured").measured_table(made)
-    assert "| u 80, **v 75**, r -20 |" in text
-    assert "| u 82, v 79, r -9 |" in text
