@@ -20,6 +20,8 @@ from hydrodamp.errors import FileError
 
 STUDIES = Path(__file__).parent
 TABLE = STUDIES / "measured_splits.toml"
+BELUGA = Path(hd.__file__).parent / "ingest/beluga"
+"""Vehicle and mapping of ``demo --measured``."""
 LABORATORY_MASS = 42.2, 233.0, 94.9
 """Added mass of the 3 m Esso Osaka in the simulator of its laboratory [kg, kg m²]."""
 
@@ -106,7 +108,7 @@ def _vehicle(name: str) -> hd.Vehicle:
     if name == "vt690":
         return field_vehicle()
     if name == "beluga":
-        return hd.read_vehicle(STUDIES / "beluga_vehicle.yaml")
+        return hd.read_vehicle(BELUGA / "vehicle.yaml")
     vehicle = hd.read_vehicle(EXAMPLES / name / "vehicle.yaml")
     if name != "esso_osaka":
         return vehicle
@@ -154,5 +156,5 @@ READERS = {
     "kvlcc2": lambda paths: _read_example("kvlcc2", paths),
     "esso_osaka": _read_pond,
     "vt690": lambda paths: _read_field(paths[0].parent),
-    "beluga": lambda paths: hd.read_logs(paths, STUDIES / "beluga_mapping.yaml"),
+    "beluga": lambda paths: hd.read_logs(paths, BELUGA / "mapping.yaml"),
 }
