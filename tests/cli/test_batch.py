@@ -69,30 +69,6 @@ def test_groups_of_too_little_are_named(folder, call):
 
 
 @pytest.mark.slow
-def test_wrong_calls_are_refused(folder, call):
-    for line, says in (
-        (LINE.format("nothing*.csv", "day"), "no log matches"),
-        (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
-        (LINE.format("a.csv", "folder").replace("linear", "sparse"), "the model `sparse`"),
-        (
-            LINE.format("a.csv", "folder") + " --mapping a.yaml --mapping b.yaml",
-            "`--mapping` must be given once",
-        ),
-        (LINE.format("a.csv", "folder").replace("planar.yaml", "planar.yaml,vt690"), "must hold"),
-        (
-            LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1",
-            "scheduler that responds",
-        ),
-        (LINE.format("a.csv", "folder") + " --scheduler garbage", "must be the address of a Dask"),
-        (LINE.format("a.csv", "folder") + " --timeout 0", "`timeout` must be positive"),
-        (LINE.format("zzz://a.csv", "folder"), "cannot be read from its store"),
-        (LINE.format("a.csv", "(zzz)?a"), "gives no group"),
-    ):
-        assert says in " ".join(call(line, 2).stderr.split())
-    assert not (folder / "season" / "coefficients.csv").exists()
-
-
-@pytest.mark.slow
 def test_a_wild_command_is_left_out_and_json_is_valid(folder, call):
     write(folder, "dive-2026-05-01.csv")
     log = hd.read_log("b.csv")

@@ -72,12 +72,6 @@ def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, m
         assert word in " ".join(done.stdout.split())
 
 
-def test_windows_longer_than_every_run_are_refused_before_work(folder, call):
-    line = f"{ONE} --train 0:20 --test 20:30 --test 30:40 --models linear --methods ls"
-    assert "windows of 9 s" in call(f"{line} --horizon 9 --verbose").stdout
-    assert "9.9 s" in call(f"{line} --horizon 25", 2).stderr
-
-
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("option", ["--train one --test two", "--folds 2"])
 def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, call, option):
@@ -181,7 +175,3 @@ def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, call):
     ]
     assert rows[0]["rms"] < 0.5 * rows[1]["rms"]
     assert rows[2]["rms"] == rows[0]["rms"]
-    assert "`ls` does not estimate added-mass: use the method `recommended`" in (
-        call(f"{line[:-2]}ls --estimate added-mass", 2).stderr
-    )
-    assert "alone" in call(f"{line} --estimate none,lag", 2).stderr

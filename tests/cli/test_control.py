@@ -60,14 +60,3 @@ def test_a_speed_without_trim_fails_the_work_and_keeps_the_others(home, call):
         "no trim",
     ]
     assert "no autopilot holds 9 m/s" in done.stderr
-
-
-def test_wrong_calls_are_refused_before_any_work(home, call):
-    for line, says in (
-        (f"{CALL} --speed nan", "`speed` must be one or more speeds from 0 m/s"),
-        (f"{CALL} --draws -1", "`draws` must be 0 or more"),
-        (f"{CALL} --vehicle bluerov2", "These coefficients belong to vehicle"),
-        (CALL.replace("--speed 1.5", ""), "Missing option '--speed'"),
-    ):
-        assert says in " ".join(call(line, 2).stderr.split())
-    assert not (home / "autopilot").exists()

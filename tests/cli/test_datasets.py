@@ -58,15 +58,3 @@ def test_yes_downloads_what_is_not_there(call):
     assert "1 of 2 files downloaded" in done.stderr
     assert done.stdout == "here\n"
     assert Path("here/b.dat").read_text(encoding="utf-8") == CONTENT["b.dat"]
-
-
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("kvlcc2", "Did you mean 'kvlcc2-hsva'?"),
-        ("bluerov2-kth --yes", "Source: https://github.com/SAABmarine-MEX"),
-    ],
-)
-def test_a_log_that_cannot_be_had(call, folder, line, said):
-    done = call(f"list datasets {line}", 2)
-    assert said in done.stderr

@@ -43,16 +43,6 @@ def test_the_page_of_the_card_is_made_again(folder, call, damping):
     assert "export again" in call("report lib --force", 2).stderr
 
 
-def test_settings_are_those_of_the_target(folder, call, damping):
-    line = "export python d.json --vehicle planar.yaml --out sim"
-    assert "has no setting 'precision'" in call(f"{line} --set precision=float", 2).stderr
-    line = line.replace("python", "randomisation")
-    assert "must be like 100; got 'many'" in call(f"{line} --set draws=many", 2).stderr
-    assert "must be like False" in call(f"{line} --set dissipative=perhaps", 2).stderr
-    assert "no covariance" in call(f"{line} --set dissipative=true --set draws=3", 2).stderr
-    assert "must be NAME=VALUE" in call(f"{line} --set precision", 2).stderr
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_a_fit_says_where_it_sailed(folder, call):
     call("identify a.csv --vehicle planar.yaml --model linear --method ls --out fit.json")
@@ -97,10 +87,6 @@ def test_a_file_of_the_user_gets_hydrodynamics_and_loses_them(folder, call):
     assert done.stdout.startswith("Verdict: ")
     assert "written into link 'a::b' of own.sdf" in done.stderr
     assert "<link_name>b</link_name>" in (folder / "own.sdf").read_text("utf-8")
-    for target in ("python", "ros2-package"):
-        assert "gz-sim or vrx" in call(line.replace("gz-sim", target), 2).stderr
-    assert "`--out` must be given, or --into" in call(f"{line} --out sim", 2).stderr
-    assert "`--into` must be given" in call("export gz-sim d.json --out a --link b", 2).stderr
-    assert "There are: a::b" in call(f"{line} --link c", 2).stderr
+
     call(f"{line} --remove")
     assert (folder / "own.sdf").read_text("utf-8") == own

@@ -105,27 +105,6 @@ def test_all_or_nothing_of_an_earlier_fit_is_replaced(folder, call, monkeypatch,
     assert [*figures.iterdir()] == [mine]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("identify --vehicle planar.yaml --model linear --out d.json", "name a LOG"),
-        (f"{LINE}s --out d.json", "Did you mean 'ls'?"),
-        (f"{LINE} --out none/d.json", "there is no folder none"),
-        (f"{LINE} --out .", "is a folder"),
-        (f"{LINE} --out d.json --train 0:0.2", "samples are fewer"),
-        (f"{LINE} --out file.json", "file.figures is a file"),
-        (LINE.replace("a.csv", "c.report.html") + " --out c.json", "is one of the inputs"),
-    ],
-)
-def test_what_cannot_be_is_refused_before_the_work(folder, call, line, words):
-    (folder / "c.report.html").write_bytes((folder / "a.csv").read_bytes())
-    (folder / "file.figures").write_text("", "utf-8")
-    before = {path: path.read_bytes() for path in folder.iterdir()}
-    done = call(line, 2)
-    assert words in " ".join(done.stderr.split())
-    assert {path: path.read_bytes() for path in folder.iterdir()} == before
-
-
 def test_a_fit_without_numbers_writes_nothing(folder, call, monkeypatch):
     class Hopeless:
         key = "ls"
@@ -176,11 +155,6 @@ def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficien
     assert document["coefficients"] == plain["coefficients"]
     assert "does not determine B: " in done.stderr
     assert "B 100" in done.stderr
-
-
-def test_a_method_that_estimates_no_parameters_of_the_vehicle_refuses_them(folder, call):
-    done = call(f"{LINE} --estimate buoyancy", 2)
-    assert "`ls` does not estimate buoyancy: use the method `recommended`" in done.stderr
 
 
 def test_the_default_model_has_gains_of_commands_that_no_actuator_uses(folder, call):

@@ -46,3 +46,15 @@ def test_shows_those_of_a_file_or_one_of_them(folder, call):
     assert "sparse" not in said
     assert "u*rpm" in call("list models two.yaml:b").stdout
     assert json.loads(call("list models two.yaml:a --json").stdout)["model"] == "a"
+
+
+def test_a_model_of_a_file_goes_by_its_name(folder, call):
+    (folder / "two.yaml").write_text(
+        "models: [{name: heavy, terms: {X: u|u|}}, {name: light, terms: {X: u}}]", "utf-8"
+    )
+    line = "compare ab.csv --vehicle planar.yaml --train one --test two --methods ls --json"
+    document = json.loads(call(f"{line} --models linear,two.yaml:light").stdout)
+    assert [row["model"] for row in document["rows"]] == ["linear", "light"]
+    assert "two.yaml" in document["provenance"]["files"]
+    one = call("identify a.csv --vehicle planar.yaml --method ls --json --model two.yaml:heavy")
+    assert set(json.loads(one.stdout)["coefficients"]) == {"X_u|u|"}

@@ -30,16 +30,3 @@ def test_a_plan_is_printed_and_written(home, call):
     assert document["feasibility_rate"] >= 0.95
     assert "mission.plan is not written" in done.stderr
     assert (home / "plan" / "plan.csv").is_file()
-
-
-def test_wrong_calls_are_refused_before_any_work(home, call):
-    (home / "empty.yaml").write_text("", "utf-8")
-    for line, says in (
-        (CALL.replace("band.yaml", "empty.yaml"), "the envelope is empty"),
-        (CALL.replace("mine.yaml", "sparse"), "the model `sparse` needs a whole log"),
-        (CALL.replace("60", "6"), "`duration` must be from 60 s to 86400 s"),
-        (CALL.replace("60", "1e9"), "to 86400 s (24 h); got 1000000000.0"),
-        (CALL + " --mode swim", "Invalid value for '--mode'"),
-    ):
-        assert says in " ".join(call(line, 2).stderr.split())
-    assert not (home / "plan").exists()

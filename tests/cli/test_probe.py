@@ -192,19 +192,6 @@ def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     for word in ("Draft mapping", "confidence of each line", "Omitted", "Axes: body"):
         assert word not in said, word
     assert "Made by the draft" in call("probe dive.csv").stdout
-    call("probe dive.csv --mapping mavros", 2)
-
-
-@pytest.mark.parametrize(
-    ("draft", "words"), [("mine.yaml", "exists already"), ("nowhere/mine.yaml", "nowhere")]
-)
-def test_a_draft_that_was_corrected_is_kept_unless_forced(folder, call, draft, words):
-    unmapped(folder)
-    (folder / "mine.yaml").write_text("# corrected by hand\n", "utf-8")
-    done = call(f"probe dive.csv --draft {draft}", 2)
-    assert words in done.stderr
-    assert (folder / "mine.yaml").read_text("utf-8") == "# corrected by hand\n"
-    call("probe dive.csv --draft mine.yaml --force")
 
 
 def test_times_copied_from_probe_are_taken(folder, call):

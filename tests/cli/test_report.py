@@ -50,23 +50,6 @@ def test_the_report_is_made_again_as_it_was(results, call):
     assert b'"label":"w [m/s]"' not in first  # a locked velocity is not drawn
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("nowhere", "nowhere: the folder does not exist"),
-        (".", "has no comparison.json"),
-        ("out --out out/replays.npz", "is one of the inputs"),
-        ("spoilt", "spoilt/comparison.json: it must be a table"),
-    ],
-)
-def test_what_cannot_be_is_refused(results, call, folder, line, words):
-    (folder / "spoilt").mkdir()
-    (folder / "spoilt" / "comparison.json").write_text("[]", "utf-8")
-    done = call(f"report {line}", 2)
-    assert words in " ".join(done.stderr.split())
-    assert not (folder / "spoilt" / "report.html").exists()
-
-
 def test_without_the_extra_all_else_is_done_and_a_note_says_how_to_get_it(
     folder, call, monkeypatch
 ):

@@ -64,13 +64,6 @@ def test_a_replay_beyond_the_training_is_told(folder, call):
     assert "error: the replay diverged in segment 1 after" in told[-1]
 
 
-def test_damping_of_another_vehicle_is_refused_as_by_export(folder, call, damping):
-    call("vehicle new other.yaml --length 1.6 --diameter 0.19 --mass 40")
-    done = call(f"simulate b.csv --vehicle other.yaml --damping {damping} --out t.csv", 2)
-    assert "These coefficients belong to vehicle" in " ".join(done.stderr.split())
-    assert not (folder / "t.csv").exists()
-
-
 def test_a_fit_predicts_its_error_in_table_document_and_file(folder, call):
     call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
     line = "simulate b.csv --vehicle planar.yaml --damping d.json --out t.csv"

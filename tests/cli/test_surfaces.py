@@ -83,8 +83,3 @@ def test_output(folder, call, name, line, snapshot, monkeypatch):
     if name == "plan":
         monkeypatch.setattr("hydrodamp.report.plan_report.write_plan", lambda *_: [])
     assert mask(call(line).stdout) == snapshot(name=name)
-
-
-def test_a_list_given_twice_is_refused(call):
-    done = call("compare log.csv -v vt690 --models linear --models fossen", 2)
-    assert "`--models` is given twice" in done.stderr

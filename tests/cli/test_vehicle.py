@@ -37,32 +37,6 @@ def test_a_file_to_fill_in(folder, call):
     assert "mass_matrix" in (folder / "empty.yaml").read_text("utf-8")
 
 
-def test_a_file_that_is_there_is_kept_unless_forced(folder, call):
-    before = (folder / "planar.yaml").read_text("utf-8")
-    done = call(f"vehicle new planar.yaml {SIZES}", 2)
-    assert "exists already" in done.stderr
-    assert (folder / "planar.yaml").read_text("utf-8") == before
-    call(f"vehicle new planar.yaml {SIZES} --force")
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ("--like bluerov3", "Did you mean 'bluerov2'?"),
-        (f"--like lauv {SIZES}", "--length"),
-        ("--length 2000 --diameter 190 --mass 42", "metres and kilograms"),
-        ("--length 2", "together"),
-        ("--kind ship --like lauv", "--kind"),
-        ("--kind boat --length 2 --beam 1 --draft 0.2", "block_coefficient"),
-        ("--kind boat --length 2 --beam 1 --draft -0.2", "--draft"),
-    ],
-)
-def test_what_makes_no_vehicle(folder, call, more, words):
-    done = call(f"vehicle new mine.yaml {more}", 2)
-    assert words in done.stderr
-    assert not (folder / "mine.yaml").exists()
-
-
 def test_gains_of_actuators_come_from_a_log(folder):
     """The simulated vehicle has 10 N per unit of ahead, and 4 N m per unit of turn."""
     text = (folder / "planar.yaml").read_text("utf-8").partition("actuators:")[0]
@@ -88,8 +62,6 @@ def test_the_free_axes_can_be_stated(folder, call):
     text = (folder / "boat.yaml").read_text("utf-8")
     assert "inertia: [null, null, " in text
     assert "\nweight:  #" in text
-    assert "in this order" in call("vehicle new x.yaml --axes N,X", 2).stderr
-    assert "--axes" in call("vehicle new y.yaml --like lauv --axes X,Y,N", 2).stderr
 
 
 @pytest.mark.parametrize(

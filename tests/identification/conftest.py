@@ -11,6 +11,12 @@ from hydrodamp.kernels.core import coriolis
 COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
+@pytest.fixture(scope="session")
+def campaign():
+    """Simulated dives of 40 s, with sensor noise and without."""
+    return hd.reenact(seed=3, duration=40.0)
+
+
 @pytest.fixture
 def driven(vehicle):
     """A vehicle pushed by six held commands [N, N m]."""
@@ -35,3 +41,9 @@ def discrete_log(driven, exact_log, true_damping):
         )
 
     return build
+
+
+@pytest.fixture
+def prepared(driven, discrete_log, true_damping):
+    """Exact data of a model, as a problem."""
+    return lambda model, n: hd.prepare(driven, discrete_log(true_damping(model), n=n), model)

@@ -6,34 +6,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import MethodError, OutlierWarning, ProblemError
+from hydrodamp.errors import MethodError, ProblemError
 from hydrodamp.identification.differentiation import signal_to_noise
 
 LINEAR = hd.catalog["linear"]
-
-
-@pytest.fixture
-def prepared(driven, discrete_log, true_damping):
-    """Exact data of a model, as a problem."""
-    return lambda model, n: hd.prepare(driven, discrete_log(true_damping(model), n=n), model)
-
-
-@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=20, gamma=20)])
-@pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
-def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, method, prepared):
-    method = replace(method, passes=1)
-    model = hd.catalog[key]
-    problem = prepared(model, n=90)
-    starts = set(problem.segments[:, 0].tolist())
-    samples = [problem.inputs.sample(k) for k in range(problem.n_samples)]
-
-    state = method.init(problem, model, samples[0])
-    for k, sample in enumerate(samples[1:], start=1):
-        state = state.restart(sample) if k in starts else method.step(state, sample)
-
-    batch = method.identify(problem, model)
-    assert np.array_equal(state.damping.coefficients, batch.damping.coefficients)
-    assert state.damping.vehicle == batch.damping.vehicle
 
 
 def test_a_step_leaves_its_state_alone(prepared):
@@ -92,42 +68,3 @@ def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
     np.testing.assert_allclose(ratio[:4], expected, rtol=0.05)
     assert ratio[4] > 1e5  # smooth: nothing but the motion's own fourth difference
     assert ratio[5] == 1.0  # does not vary
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"a": 0.0},
-        {"a": -1.0},
-        {"gamma": (1.0, 2.0)},
-        {"gamma": float("nan")},
-        {"passes": 0},
-        {"passes": 1.5},
-    ],
-)
-def test_settings_without_a_proof_are_refused(settings):
-    with pytest.raises(MethodError):
-        hd.AdaptiveIdentifier(**settings)
-
-
-@pytest.mark.parametrize("method", [hd.RecursiveLeastSquares()])
-def test_settings_by_term_need_a_log(method, prepared):
-    with pytest.raises(MethodError, match="from a log"):
-        method.bind(prepared(LINEAR, n=30).equations, LINEAR)
-
-
-@pytest.mark.parametrize(
-    "method", [hd.AdaptiveIdentifier(), hd.LeastSquares(), hd.RecursiveLeastSquares(block=0.2)]
-)
-def test_numbers_beyond_float64_are_a_status(method, vehicle):
-    """The sum of two wrenches of 1.5e308 N overflows: the outcome is a status, not a crash."""
-    wrench = np.zeros((20, 6))
-    wrench[:, 0] = 1.5e308
-    log = hd.Log.from_arrays(
-        np.arange(20) / 10, np.ones((20, 6)), attitude=np.zeros((20, 3)), wrench=wrench
-    )
-    message = "`X`: 20 of 20 samples are beyond .*: check its column and unit"
-    with np.errstate(all="ignore"), pytest.warns(OutlierWarning, match=message):
-        fit = hd.identify(hd.catalog["coe"], vehicle, log, method)
-    assert fit.status is hd.Status.FAILED
-    assert np.isnan(fit.damping.coefficients).all()

@@ -61,6 +61,7 @@ def assert_recovered(fit, truth):
 COMMANDS = {"m1": (-1.0, 1.0), "m2": (-1.0, 1.0)}
 
 
+@pytest.mark.slow
 def test_curves_of_thrusters_with_unknown_gain_are_recovered(tmp_path):
     log = record(boat(*TRUTH), MODEL, VALUES, COMMANDS)
     fit = identify(boat(), log, MODEL, "thrust-curve")
@@ -93,6 +94,7 @@ def test_curves_of_thrusters_with_unknown_gain_are_recovered(tmp_path):
     assert errors[0] < 0.2 * errors[1]
 
 
+@pytest.mark.slow
 def test_the_exponent_of_the_voltage_is_recovered():
     true = replace(
         TRUTH[0],
@@ -110,6 +112,7 @@ def test_the_exponent_of_the_voltage_is_recovered():
         hd.prepare(boat(true), bare, MODEL)
 
 
+@pytest.mark.slow
 def test_gain_and_stall_angle_of_a_fin_are_recovered():
     model = hd.DampingModel.from_table({"X": "u|u| m1", "Y": "v v|v| r", "N": "r v"}, key="ship")
     values = {"X_u|u|": -8, "X_m1": 20, "Y_v": -30, "Y_v|v|": -20, "Y_r": 2, "N_r": -4, "N_v": 1}
@@ -140,6 +143,7 @@ def test_commands_that_act_with_a_velocity_alone_are_fins():
     assert driving_commands(problem, model) == (["rpm", "port"], ["rudder"])
 
 
+@pytest.mark.slow
 def test_a_log_of_straight_curves_suggests_none():
     log = record(boat(), MODEL, VALUES, COMMANDS, seed=3)
     remarks = identify(boat(), log, MODEL).remarks

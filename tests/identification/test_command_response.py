@@ -21,11 +21,6 @@ LAG = 0.3
 
 
 @pytest.fixture(scope="module")
-def campaign():
-    return hd.reenact(seed=3, duration=40.0)
-
-
-@pytest.fixture(scope="module")
 def vehicle(campaign):
     return campaign.vehicle
 

@@ -4,18 +4,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import MethodError, ProblemError
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.weak_form import step_equations
 
 LINEAR = hd.catalog["linear"]
 METHOD = hd.CompositeIdentifier(memory=20.0)
-
-
-@pytest.fixture
-def prepared(driven, discrete_log, true_damping):
-    """Exact data of a model, as a problem."""
-    return lambda model, n: hd.prepare(driven, discrete_log(true_damping(model), n=n), model)
 
 
 def states(method, problem, model):
@@ -26,17 +19,6 @@ def states(method, problem, model):
         sample = problem.inputs.sample(k)
         state = state.restart(sample) if k in starts else method.step(state, sample)
         yield state
-
-
-@pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
-def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, prepared):
-    model = hd.catalog[key]
-    problem = prepared(model, n=120)
-    *_, state = states(METHOD, problem, model)
-    fit = METHOD.identify(problem, model)
-    assert np.array_equal(state.coefficients, fit.damping.coefficients)
-    with pytest.raises(ProblemError, match="time must advance"):
-        METHOD.step(state, problem.inputs.sample(0))
 
 
 @pytest.mark.parametrize("memory", [5.0, np.inf])
@@ -151,10 +133,3 @@ def test_the_prior_holds_ten_typical_blocks_and_no_more_than_the_memory(prepared
     short = hd.CompositeIdentifier(block=0.8, memory=1.6).bind(problem, LINEAR).settings
     np.testing.assert_allclose((short.unit**-2.0)[excited], 2.0 * square[excited])
     assert law.rate == pytest.approx(8.0 / 0.8)
-
-
-def test_settings_by_term_need_a_log(prepared):
-    with pytest.raises(MethodError, match="from a log"):
-        METHOD.bind(prepared(LINEAR, n=30).equations, LINEAR)
-    with pytest.raises(MethodError, match="memory"):
-        hd.CompositeIdentifier(memory=0.0)

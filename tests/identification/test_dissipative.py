@@ -91,18 +91,21 @@ def test_a_box_away_from_rest_costs_less():
     assert abs(nearest(damping, around)[1]) < 1e-2
 
 
+@pytest.mark.slow
 def test_a_set_without_interior_gives_the_last_coefficients_that_make_sense():
     """Around rest N_v alone must vanish: no tightening can be met."""
     found = nearest(hd.Damping.from_dict(None, {"X_u": -1.0, "N_v": 1.0}), UNIT)
     np.testing.assert_allclose(found, [-1.0, 0.0], atol=1e-2)
 
 
+@pytest.mark.slow
 def test_the_rounds_can_run_out(vehicle, pushing, monkeypatch):
     monkeypatch.setattr(dissipative, "_MAX_ITERATIONS", 1)
     fit = hd.Dissipative(EXACT, box=UNIT).identify(pushing(vehicle), LINEAR)
     assert "1 cutting-plane iterations (the maximum)" in fit.remarks[0]
 
 
+@pytest.mark.slow
 def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
     truth = drag(PRESTERO)
     log = exact_log(replace(truth, coefficients=truth.coefficients), forward=3.0, n=900)

@@ -1,11 +1,9 @@
 """Folds: whole segments, blocks with margins, and what cannot be divided."""
 
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
-from hydrodamp.errors import MethodError
 from hydrodamp.identification import regression
 from hydrodamp.identification.regression import Rows
 
@@ -57,18 +55,3 @@ def test_the_longest_segments_are_cut_first():
     made = regression.folds(rows_of(100, 30, 200), n=5, gap=0.0)
     assert made.description == "5 folds, blocks of 3 segments"
     assert np.bincount(made.fold).tolist() == [50, 50, 30, 100, 100]
-
-
-@pytest.mark.parametrize(
-    ("lengths", "asked", "message"),
-    [
-        ((50,), {"n": 1}, "at least 2 folds; got 1"),
-        ((3,), {"n": 5}, "3 rows .* 5 folds"),
-        ((50,), {"gap": -1.0}, "`gap` must be zero or positive"),
-        ((50,), {"gap": float("nan")}, "`gap` must be zero or positive"),
-        ((40,), {"gap": 2.0}, "gaps of 2 s: fold 1 is empty"),
-    ],
-)
-def test_impossible_folds_are_a_sentence(lengths, asked, message):
-    with pytest.raises(MethodError, match=message):
-        regression.folds(rows_of(*lengths), **asked)

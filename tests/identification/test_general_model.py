@@ -11,11 +11,6 @@ import hydrodamp as hd
 from hydrodamp.identification.general_model import add_inputs
 
 
-@pytest.fixture(scope="module", name="campaign")
-def short_campaign():
-    return hd.reenact(seed=13, duration=40.0)
-
-
 @pytest.fixture(scope="module", name="bare")
 def vehicle_without_actuators(campaign):
     return replace(campaign.vehicle, actuators=())
@@ -64,6 +59,7 @@ def test_inputs_are_added_to_a_model_of_damping(campaign, bare):
     assert {*linear.labels, "K_down_y", "N_1"} < set(model.labels)
 
 
+@pytest.mark.slow
 def test_a_vehicle_of_twice_the_mass_has_twice_the_coefficients(campaign, bare):
     heavy = replace(bare, mass_matrix=2.0 * bare.mass_matrix, added_mass=2.0 * bare.added_mass)
     light, twice = (

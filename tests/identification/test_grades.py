@@ -169,6 +169,7 @@ def judge_form(*missing):
     return Adequacy.judge(tests, dict.fromkeys(tests, 0.0), {})
 
 
+@pytest.mark.slow
 def test_poor_replays_do_not_count_where_the_form_is_adequate(replayed):
     problem, fit = replayed
     assert set(grade_fit(problem, fit).causes.values()) == {Cause.POORLY_EXCITED}
@@ -181,6 +182,7 @@ def test_poor_replays_do_not_count_where_the_form_is_adequate(replayed):
     assert set(lacking.causes.values()) == {Cause.POORLY_EXCITED}
 
 
+@pytest.mark.slow
 def test_no_coefficient_is_determined_where_terms_are_missing(replayed):
     problem, fit = replayed
     fit = replace(fit, held_out_r_squared=dict.fromkeys("XYZKMN", 0.9))

@@ -85,6 +85,7 @@ def test_a_wrong_guess_is_estimated_by_default_and_contradicted():
     np.testing.assert_array_equal(bands[0].velocity, bands[1].velocity)
 
 
+@pytest.mark.slow
 def test_a_right_guess_is_not_contradicted():
     problem = hd.prepare(with_sway(17.0), sail(1), TRUTH.model)
     estimates = hd.OutputError().identify(problem, TRUTH.model).estimates
@@ -92,6 +93,7 @@ def test_a_right_guess_is_not_contradicted():
     assert not any(each.is_contradicted for each in estimates.values())
 
 
+@pytest.mark.slow
 def test_the_gain_of_a_recorded_wrench_is_estimated_and_replayed():
     train, test = (replace(log, wrench=2.0 * log.wrench) for log in (sail(1), sail(2)))
     boat = replace(BOAT, std={"wrench_gain": 0.3})
@@ -149,6 +151,7 @@ def test_what_has_no_std_is_exact():
     assert [each.label for each in vehicle_parameters(planar)] == ["A_X", "A_Y", "A_N"]
 
 
+@pytest.mark.slow
 def test_another_vehicle_is_not_replaced_by_that_of_a_fit():
     problem = hd.prepare(with_sway(60.0), sail(1), TRUTH.model)
     fit = hd.OutputError().identify(problem, TRUTH.model)

@@ -97,6 +97,7 @@ def test_zero_residuals_and_a_single_row(scores):
     assert np.all(np.diag(result.covariance) == scores[0] ** 2)
 
 
+@pytest.mark.slow
 def test_covariance_of_coloured_noise_is_that_of_repetitions():
     """Over 200 draws of the noise, variances agree within 3 standard errors of both."""
     result = np.array([coefficients(rows_of(seed=seed)) for seed in range(200)])

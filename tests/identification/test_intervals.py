@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Uncertainty
 
 FOUND = Uncertainty(np.diag([9.0, 4.0]), 7.0, "by hand", noise=np.diag([4.0, 1.0]))
@@ -41,20 +40,3 @@ def test_an_uncertainty_speaks():
     )
     assert str(known).endswith("4 blocks of 10 s; intervals have 5 degrees of freedom.")
     assert str(Uncertainty(np.eye(1), 5.0, "a prior")) == "Standard errors are from a prior."
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Uncertainty(np.zeros((2, 3)), 5.0, ""), r"must have shape \(2, 2\)"),
-        (lambda: Uncertainty(np.eye(2), 5.0, "", np.eye(3)), "`noise` must have"),
-        (lambda: Uncertainty(np.eye(2), 0.0, ""), "must be positive; got 0.0"),
-        (
-            lambda: Uncertainty(np.eye(2), 5.0, "").critical_value(1.0),
-            "`level` must be between 0 and 1",
-        ),
-    ],
-)
-def test_bad_values_are_a_sentence(make, message):
-    with pytest.raises(MethodError, match=message):
-        make()

@@ -21,11 +21,6 @@ from hydrodamp.identification.held_out_replay import (
 from hydrodamp.identification.shooting_fit import build_fit
 
 
-@pytest.fixture(scope="module")
-def campaign():
-    return hd.reenact(seed=3, duration=30.0)
-
-
 @pytest.mark.slow
 def test_replicates_are_gauss_newton_steps_without_one_piece(campaign):
     """Delete-one-block jackknife, R. G. Miller (1974), doi:10.1093/biomet/61.1.1, section 4."""
@@ -69,6 +64,7 @@ def test_a_coefficient_without_information_has_the_prior_standard_deviation(camp
     assert result.noise_only.standard_errors[-1] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [hd.OutputError(), hd.Recommended()])
 def test_too_few_samples_have_no_jackknife(campaign, method):
     fit = hd.identify(
@@ -77,6 +73,7 @@ def test_too_few_samples_have_no_jackknife(campaign, method):
     assert fit.uncertainty is None
 
 
+@pytest.mark.slow
 def test_intervals_allow_for_the_shift_from_the_start_and_between_halves(campaign):
     """Each variance is at least the square of the shift from the weak-form estimate."""
     model = hd.catalog["linear"]

@@ -15,10 +15,9 @@ LARGE, SMALL = hd.catalog["mcfarland-whitcomb"], hd.catalog["fossen"]
 
 
 @pytest.fixture(scope="module")
-def short():
+def short(campaign):
     """A single run of 20 s: ridge has too few rows to cross-validate the largest model."""
-    campaign = hd.reenact(seed=0, duration=20.0)
-    run = campaign.train.select(campaign.train.segments[0].name)
+    run = campaign.train.select(campaign.train.segments[0].name).between(0.0, 20.0)
     return hd.prepare(campaign.vehicle, run, [LARGE, SMALL])
 
 
@@ -50,10 +49,13 @@ def test_an_error_of_the_call_stays_an_error(short):
 
 @pytest.mark.parametrize(
     ("key", "method"),
-    [("recommended", ()), ("weak", ("weak",)), ("dissipative", (hd.Dissipative(),))],
+    [
+        pytest.param("recommended", (), marks=pytest.mark.slow),
+        ("weak", ("weak",)),
+        pytest.param("dissipative", (hd.Dissipative(),), marks=pytest.mark.slow),
+    ],
 )
-def test_fits_are_graded_and_by_default_of_the_recommended_method(key, method):
-    campaign = hd.reenact(seed=0, duration=60.0)
+def test_fits_are_graded_and_by_default_of_the_recommended_method(campaign, key, method):
     model, log = hd.catalog["linear"], campaign.train.select("yaw-1800", "depth-2600")
     problem = hd.prepare(campaign.vehicle, log, model)
     (fit,) = hd.identify_all(problem, [model], *method)

@@ -66,9 +66,8 @@ def test_unstable_ranges_are_those_of_positive_power(key, name):
         velocity = np.zeros((200, 6))
         velocity[:, index] = sign * speeds
         power = damping.power(velocity)
-        inside = [
-            any(a < x < b for a, b in unstable_speed_ranges(damping, name, sign)) for x in speeds
-        ]
+        ranges = unstable_speed_ranges(damping, name, sign)
+        inside = [any(a < x < b for a, b in ranges) for x in speeds]
         np.testing.assert_array_equal(inside, power > 0.0)
 
 

@@ -21,11 +21,6 @@ from hydrodamp.simulation.campaign.conditions import true_damping
 FINISHED = (hd.Status.OK, hd.Status.STOPPED)
 
 
-@pytest.fixture(scope="module")
-def campaign():
-    return hd.reenact(seed=3, duration=40.0)
-
-
 TRUE_TERMS = hd.catalog["prestero"].with_terms({"K": "up"}, key="true-terms")
 
 
@@ -56,6 +51,7 @@ def test_other_models_of_the_problem_do_not_change_the_estimate(campaign):
     np.testing.assert_array_equal(*(fit.damping.coefficients for fit in fits))
 
 
+@pytest.mark.slow
 def test_output_error_is_less_sensitive_to_noise_than_least_squares(campaign):
     fits = [
         hd.identify(TRUE_TERMS, campaign.vehicle, campaign.train, method)
@@ -172,16 +168,3 @@ def test_three_degrees_of_freedom_and_a_gain(exact_log):
     simulated = replace(planar, velocity=hd.simulate(vehicle, truth, planar).velocity)
     fit = hd.identify(model, vehicle, simulated, hd.OutputError(windows=(5.0, np.inf)))
     np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=0.05)
-
-
-@pytest.mark.parametrize("windows", [(0.0,), (5.0, 5.0), (float("nan"),)])
-def test_window_lengths_must_increase(windows):
-    with pytest.raises(MethodError, match="increasing"):
-        hd.OutputError(windows=windows)
-
-
-@pytest.mark.parametrize("method", [hd.OutputError(), hd.Recommended()])
-def test_a_model_without_terms_has_status_empty(campaign, method):
-    model = replace(hd.catalog["fossen"], terms=((),) * 6)
-    problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    assert method.identify(problem, model).status is hd.Status.EMPTY

@@ -7,7 +7,6 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.cli.export import operating_box_of
-from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipativity import (
     OperatingBox,
     PowerRegressor,
@@ -115,16 +114,3 @@ def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
     box = operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
     np.testing.assert_array_equal(box.max_abs > 0, [True, True, False, False, False, True])
     assert "w" not in str(box)
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "said"),
-    [
-        ([0] * 5, [1] * 6, "`low` must have shape"),
-        ([0, 2, 0, 0, 0, 0], [1] * 6, "got v from 2 to 1"),
-        ([0] * 6, [1, 1, np.inf, 1, 1, 1], "got w from 0 to inf"),
-    ],
-)
-def test_what_is_no_box(low, high, said):
-    with pytest.raises(MethodError, match=said):
-        OperatingBox(low, high)

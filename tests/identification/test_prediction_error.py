@@ -61,6 +61,7 @@ def noise(objective, truth):
     return estimate_noise(objective, truth, first)
 
 
+@pytest.mark.slow
 def test_the_likelihood_finds_strength_and_time_constant_of_the_pushes(noise):
     """Four runs of 45 s hold 45 correlation times of 4 s: 15 % of a strength, 2 sigma 30 %."""
     is_strong = PUSH > 0.3  # the others are hidden by the errors of the sensors
@@ -68,6 +69,7 @@ def test_the_likelihood_finds_strength_and_time_constant_of_the_pushes(noise):
     assert 1.0 < noise.time_constant < 4.0
 
 
+@pytest.mark.slow
 def test_innovations_at_the_truth_are_white_with_variance_one(objective, truth, noise):
     windows = objective.windows(np.inf)
     innovations, _, slopes = filter_windows(windows, truth, noise, windows.entries)
@@ -78,6 +80,7 @@ def test_innovations_at_the_truth_are_white_with_variance_one(objective, truth, 
     assert np.all(np.abs(lag) < 4.0 / np.sqrt(n))
 
 
+@pytest.mark.slow
 def test_slopes_are_derivatives_of_the_innovations_with_the_gains_held(objective, truth, noise):
     """Without pushes there are no gains on the velocity: differences are exact derivatives."""
     silent = replace(noise, push=np.zeros(6))
@@ -92,6 +95,7 @@ def test_slopes_are_derivatives_of_the_innovations_with_the_gains_held(objective
     np.testing.assert_allclose(column, slope, atol=1e-6 * np.abs(slope).max())
 
 
+@pytest.mark.slow
 def test_the_objective_of_the_innovations_is_their_likelihood(objective, truth, noise):
     """Mean log residuals differ as ``log |C| + log mean |r|²/2``, also where C follows κ."""
     filtered = replace(objective, outputs=FilteredOutputs(noise), noise_std=np.zeros(6))

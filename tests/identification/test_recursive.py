@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import MethodError, ProblemError
 from hydrodamp.identification.differentiation import regressor_mean_square
 from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import core
@@ -120,25 +119,6 @@ def rows_of(problem, adaptation):
     return np.array(rows)
 
 
-def test_batch_is_the_fold_of_the_online_step_bit_for_bit(voyage):
-    whole = voyage.log.between(0.0, 60.0)
-    parts = np.repeat(["a", "b"], [230, whole.n - 230])
-    log = hd.Log.from_arrays(
-        whole.time, whole.velocity, attitude=whole.attitude, wrench=whole.wrench, segment=parts
-    )
-    problem = hd.prepare(voyage.vehicle, log, MODEL)
-    starts = set(problem.segments[:, 0].tolist())
-    state = METHOD.init(problem, MODEL, problem.inputs.sample(0))
-    for k in range(1, problem.n_samples):
-        sample = problem.inputs.sample(k)
-        state = state.restart(sample) if k in starts else METHOD.step(state, sample)
-    fit = METHOD.identify(problem, MODEL)
-    np.testing.assert_array_equal(state.damping.coefficients, fit.damping.coefficients)
-    assert state.damping.vehicle == fit.damping.vehicle
-    with pytest.raises(ProblemError, match="time must advance"):
-        METHOD.step(state, problem.inputs.sample(3))
-
-
 def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are_off(voyage):
     """Without forgetting: sigma^2 (D^-2 + sum phi phi')^-1, D the prior's, and two ranks more.
 
@@ -201,20 +181,3 @@ def test_a_start_is_kept_where_nothing_is_excited(voyage):
     assert fit.rank == 0
     plain = METHOD.identify(problem, model)
     assert plain.damping.as_dict() == {"X_u": -1.0, "X_v": 0.0, "N_r": -1.0}
-
-
-def test_outcomes_that_are_no_numbers(voyage):
-    short = hd.prepare(voyage.vehicle, voyage.log.between(0.0, 1.5), MODEL)
-    assert METHOD.identify(short, MODEL).status is hd.Status.TOO_FEW_SAMPLES
-    rolling = hd.DampingModel.from_table({"K": "p"}, key="roll")
-    locked = hd.prepare(voyage.vehicle, voyage.log.between(0.0, 60.0), rolling)
-    assert METHOD.identify(locked, rolling).status is hd.Status.EMPTY
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [{"block": 0.0}, {"prior": -1.0}, {"prior": np.inf}, {"memory": 0.5}, {"memory": np.nan}],
-)
-def test_settings_that_make_no_sense_are_refused(settings):
-    with pytest.raises(MethodError, match=next(iter(settings))):
-        RecursiveLeastSquares(**settings)

@@ -27,11 +27,6 @@ def test_share_of_outliers():
 
 
 @pytest.fixture(scope="module")
-def campaign():
-    return hd.reenact(seed=0, duration=60.0)
-
-
-@pytest.fixture(scope="module")
 def problem(campaign):
     return hd.prepare(campaign.vehicle, campaign.train, FOSSEN)
 

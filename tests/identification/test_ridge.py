@@ -116,21 +116,6 @@ def test_ends_of_the_grid_are_said(vehicle, exact_log, true_damping):
     assert all("the largest candidate" in said for said in strongest)
 
 
-def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damping):
-    model = hd.catalog["mcfarland-whitcomb"]
-    log = exact_log(true_damping(hd.catalog["linear"]), n=42)
-    with pytest.raises(
-        MethodError, match="28 rows for training where axis X of model 'mcfarland-w"
-    ):
-        hd.identify(model, vehicle, log, hd.Ridge(RECORDED))
-
-
-def test_settings_that_are_none_are_a_sentence():
-    for wrong in (-1.0, float("nan"), float("inf")):
-        with pytest.raises(MethodError, match="`strength` must be zero or positive"):
-            hd.Ridge(strength=wrong)
-
-
 def test_a_triangle_alone_has_no_folds(linear):
     truth, _, problem = linear
     with pytest.raises(MethodError, match="cross-validation needs the rows"):

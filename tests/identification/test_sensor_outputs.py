@@ -26,9 +26,8 @@ MODEL = hd.catalog["linear"]
 
 
 @pytest.fixture(scope="module")
-def exact():
+def exact(campaign):
     """A replay of known linear damping: velocities without noise, and the problem."""
-    campaign = hd.reenact(seed=3, duration=40.0)
     problem = hd.prepare(campaign.vehicle, campaign.exact_train, MODEL)
     fit = hd.LeastSquares().identify(problem, MODEL)
     motion = replay(problem, fit.damping)
@@ -194,6 +193,7 @@ def test_sensor_parameters_are_determined_where_residuals_are_sensor_errors(
     assert "the prior is kept" not in remarks
 
 
+@pytest.mark.slow
 def test_sensor_parameters_without_standard_errors_are_not_determined(linearised):
     """Three blocks give no jackknife: the error is that of the prior."""
     objective, windows, parameters = linearised
@@ -206,6 +206,7 @@ def test_sensor_parameters_without_standard_errors_are_not_determined(linearised
         assert each.grade is hd.Grade.NOT_DETERMINED
 
 
+@pytest.mark.slow
 def test_sensor_parameters_that_the_log_does_not_show_are_not_determined(linearised, monkeypatch):
     """The jackknife of a shrunken estimate has no variance: the prior counts."""
     monkeypatch.setattr(parameter_estimates, "_misfit", lambda *_: "")
@@ -250,6 +251,7 @@ def test_sway_coefficients_without_a_sensor_of_sway_are_indirect(exact, name, in
     assert not found[MODEL.index("N_r")]
 
 
+@pytest.mark.slow
 def test_indirect_coefficients_are_at_best_weak(exact):
     vehicle, log, _ = exact
     problem = hd.prepare(vehicle, log, MODEL)
@@ -270,6 +272,7 @@ def test_methods_that_need_velocities_say_so(exact):
     assert "`oe` or `recommended`" in fit.remarks[0]
 
 
+@pytest.mark.slow
 def test_rebuilt_velocities_have_an_honest_standard_deviation(exact):
     """The RMS error of u v w is within a factor of two of the posterior standard deviation."""
     _, log, _ = exact

@@ -32,11 +32,6 @@ def few_half_samples(monkeypatch):
     monkeypatch.setattr("hydrodamp.identification.backward_elimination._N_PAIRS", 3)
 
 
-@pytest.fixture(scope="module", name="campaign")
-def short_campaign():
-    return hd.reenact(seed=13, duration=20.0)
-
-
 @pytest.fixture(name="flat")
 def planar_vehicle(campaign):
     return replace(campaign.vehicle, axes=("X", "Y", "N"))
@@ -81,6 +76,7 @@ def test_commands_of_other_models_are_retained(campaign, flat):
     assert "N_u|u|*rudder" in model.labels
 
 
+@pytest.mark.slow
 def test_commands_without_actuators_are_selected_and_the_fit_is_graded(campaign, flat):
     bare = replace(flat, actuators=())
     model = QUICK.select(bare, campaign.train)
@@ -117,12 +113,6 @@ def test_every_axis_has_a_drag_term(campaign, flat, monkeypatch):
     result, _ = select_round(problem, candidates, start, 10.0)
     assert {"X_u|u|", "N_r"} <= set(result.model.labels)
     assert {"Y_v", "Y_v|r|"} & set(result.model.labels)
-
-
-@pytest.mark.parametrize("windows", [(), (-1.0,)])
-def test_settings_out_of_range_are_refused(windows):
-    with pytest.raises(MethodError, match="windows"):
-        hd.StepwiseSelection(windows)
 
 
 def round_of(n, error, max_power):

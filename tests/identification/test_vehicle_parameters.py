@@ -47,6 +47,7 @@ def with_added_mass(vehicle, logarithms):
     )
 
 
+@pytest.mark.slow
 def test_models_with_other_channels_share_a_problem(simulated):
     """The channels of a problem are those of all models; each has a plant of its own."""
     vehicle, log = simulated
@@ -181,6 +182,7 @@ def joint():
     return objective, np.append(truth.coefficients, np.zeros(len(parameters)))
 
 
+@pytest.mark.slow
 def test_slopes_on_all_vehicle_parameters_are_differences_also_of_parts_of_a_log(joint):
     objective, vector = joint
     assert len(vector) == objective.n_coefficients + 10
@@ -192,6 +194,7 @@ def test_slopes_on_all_vehicle_parameters_are_differences_also_of_parts_of_a_log
         assert_slopes_are_differences(each, each.windows(2.0), moved)
 
 
+@pytest.mark.slow
 def test_inputs_are_rebuilt_too_for_the_same_samples(joint):
     """A lag of the commands, on the complete log and on parts of it in another order."""
     objective, vector = joint
@@ -213,6 +216,7 @@ def test_inputs_are_rebuilt_too_for_the_same_samples(joint):
     assert np.array_equal(fixed.problem.inputs.channels, rebuild([0.0]).inputs.channels[samples])
 
 
+@pytest.mark.slow
 def test_free_masses_widen_the_intervals_of_the_coefficients_that_they_couple(joint):
     objective, vector = joint
     windows = objective.windows(5.0)

@@ -1,6 +1,3 @@
-import csv
-import io
-
 import pytest
 
 from hydrodamp.report.comparison_tables import detail_tables, summary_tables
@@ -25,44 +22,10 @@ GRID = Table(
 )
 
 
-def test_text_is_aligned():
-    assert to_text(GRID).splitlines() == [
-        *("Errors & more", ""),
-        "model_a  rms",
-        "-------  ---",
-        "u|u|      ~1",
-        "v^2      0.2",
-        "<w>        -",
-        *("", "first note", "second <note>"),
-    ]
-
-
-def test_markdown_escapes_its_marks():
-    text = to_markdown(GRID)
-    assert text.startswith("**Errors & more**\n\n| model_a | rms |\n| :--- | ---: |\n")
-    assert r"| u\|u\| | \~1 |" in text
-    assert "| **v^2** | 0.2 |" in text
-    assert "| &lt;w> | - |" in text
-    assert text.endswith("- first note\n- second &lt;note>")
-
-
-def test_latex_escapes_its_marks():
-    text = to_latex(GRID)
-    assert r"\caption{Errors \& more}" in text
-    assert r"\begin{tabular}{lr}" in text
-    assert r"model\_a & rms \\" in text
-    assert r"u\textbar{}u\textbar{} & \textasciitilde{}1 \\" in text
-    assert r"\textbf{v\textasciicircum{}2} & 0.2 \\" in text
-    assert text.startswith("% first note\n% second <note>\n")
-
-
-def test_csv_has_names_for_programs_and_full_precision():
-    assert [*csv.reader(io.StringIO(to_csv(GRID)))] == [
-        ["model_a", "rms_deg"],
-        ["u|u|", "~1"],
-        ["v^2", "0.25"],
-        ["<w>", ""],
-    ]
+@pytest.mark.parametrize("write", [to_text, to_markdown, to_latex, to_csv])
+def test_a_table_in_each_form(write, snapshot):
+    """Markdown and LaTeX escape their marks; CSV has names for programs and full precision."""
+    assert write(GRID) == snapshot
 
 
 @pytest.mark.parametrize("width", [80, 20])
