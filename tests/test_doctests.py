@@ -9,6 +9,11 @@ import pytest
 import hydrodamp
 
 NO_EXAMPLES = ("__main__", "._core")
+LONG = (
+    *("batch.batch", "batch.sufficient_statistics", "identification.identifiability"),
+    *("identification.command_response", "identification.predicted_error"),
+    *("identification.general_model", "validation.cross_validation", "validation.diagnostics"),
+)
 MODULES = sorted(
     info.name
     for info in pkgutil.walk_packages(hydrodamp.__path__, "hydrodamp.")
@@ -16,7 +21,10 @@ MODULES = sorted(
 )
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * name.endswith(LONG)) for name in MODULES],
+)
 def test_examples_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = doctest.testmod(import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)

@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import shutil
 import socket
 import threading
 import time
@@ -91,11 +92,18 @@ def campaign():
     return hd.reenact(seed=1, duration=60.0)
 
 
+@pytest.fixture(scope="session")
+def dive(campaign, tmp_path_factory):
+    """The training log of the campaign as a file."""
+    path = tmp_path_factory.mktemp("dive") / "dive.csv"
+    hd.write_log(campaign.train, path)
+    return path
+
+
 @pytest.fixture
-def canonical(server, campaign):
-    """The training log of the campaign in the folder of the server."""
-    hd.write_log(campaign.train, server.root / "dive.csv")
-    return "dive.csv"
+def canonical(server, dive):
+    """A copy of it in the folder of the server."""
+    return shutil.copy(dive, server.root / "dive.csv").name
 
 
 def open_log(server, *paths, **more):

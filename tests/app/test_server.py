@@ -134,14 +134,6 @@ def test_uploads_are_whole_and_do_not_replace_other_files(server):
     assert [path.name for path in (server.root / "logs").iterdir()] == ["dive.csv"]
 
 
-def test_uploads_are_bounded(server, monkeypatch):
-    from hydrodamp.app import start
-
-    monkeypatch.setattr(start, "MAX_UPLOAD", 3)
-    assert server.request("PUT", "/upload?name=a.csv", body=b"12345")[0] == 413
-    assert not [*(server.root / "logs").iterdir()]
-
-
 @pytest.mark.slow
 def test_a_canonical_log_needs_no_mapping(server, canonical):
     project = open_log(server, canonical)
@@ -288,15 +280,6 @@ def test_a_run_has_the_general_model_by_default_beside_models_with_gains(server,
     assert "dive.hydrodamp/model.yaml" in compare_command(found)
 
 
-def test_a_boat_is_estimated_from_sizes(server, canonical):
-    project = open_log(server, canonical)
-    sizes = {"length": "1.2", "diameter": "0.3", "mass": "17", "height": "10", "name": "boat"}
-    form = {"source": "sizes", "version": version_of(server, project), **sizes}
-    server.post(f"{project}/vehicle", axis=["X", "Y", "N"], **form)
-    vehicle = hd.read_vehicle(server.root / "dive.hydrodamp/vehicle.yaml")
-    assert vehicle.axes == ("X", "Y", "N")
-
-
 def test_an_interval_outside_the_log_is_refused(server, canonical):
     project = open_log(server, canonical)
     version = version_of(server, project)
@@ -339,6 +322,7 @@ def test_a_project_whose_log_became_unreadable_stays(server, canonical):
     assert (server.root / "dive.hydrodamp/project.yaml").is_file()
 
 
+@pytest.mark.slow
 def test_runs_and_parts_of_the_same_files_are_different_projects(server, campaign):
     for name in ("a", "b"):
         hd.write_log(campaign.train, server.root / f"{name}.csv")
@@ -388,7 +372,7 @@ def test_gains_survive_a_change_of_models_and_an_edited_file_is_kept(server, can
     assert "edited by hand" in text
 
 
-@pytest.mark.parametrize("name", ["日本.csv", "50%41 #1.csv", "a b'c.csv", "-v.csv"])
+@pytest.mark.parametrize("name", ["-日本 50%41 #1 a b'c.csv", "-v.csv"])
 def test_any_name_of_a_file_works(server, canonical, name):
     (server.root / canonical).rename(server.root / name)
     project = open_log(server, name)

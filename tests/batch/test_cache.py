@@ -84,6 +84,7 @@ def test_a_change_of_an_extended_mapping_is_noticed(run, fleet, tmp_path):
     assert not np.allclose(first, second, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_change_of_the_vehicle_the_method_or_the_code_is_noticed(run, fleet, tmp_path):
     hd.write_log(fleet.dive(1), tmp_path / "logs" / "a.csv")
     run()

@@ -204,6 +204,7 @@ def test_outliers_from_the_cache_name_the_file_of_now(fleet, tmp_path, threads):
     assert found.outliers == (before.replace(str(first), str(renamed)),)
 
 
+@pytest.mark.slow
 def test_methods_without_statistics_report_the_outliers_that_they_leave_out(
     fleet, tmp_path, threads
 ):

@@ -58,20 +58,6 @@ def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     assert comparison.provenance["test_segments"] == "two"
 
 
-@pytest.mark.parametrize(
-    ("train", "method", "words"),
-    [
-        ("0:0.6", "ls", ("too few",)),
-        ("0:2", "ls,ridge", ("refused", "mcfarland-whitcomb by ridge: ")),
-    ],
-)
-def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, method, words):
-    models = "--models mcfarland-whitcomb,linear"
-    done = call(f"{ONE} --train {train} --test 20:40 {models} --methods {method}")
-    for word in words:
-        assert word in " ".join(done.stdout.split())
-
-
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("option", ["--train one --test two", "--folds 2"])
 def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, call, option):
@@ -132,6 +118,7 @@ def test_settings_reach_the_score(folder, call):
     assert radians["units"]["rms_by_axis"]["r"] == "rad/s"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_an_earlier_comparison_is_named_before_it_goes(folder, call):
     line = f"{PARTS} --methods ls --out out --models"
@@ -165,6 +152,7 @@ actuators:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, call):
     (folder / "guess.yaml").write_text(GUESS, encoding="utf-8")

@@ -26,6 +26,7 @@ def home(folder):
     return folder
 
 
+@pytest.mark.slow
 def test_a_design_is_printed_and_written(home, call):
     done = call(f"{CALL} --speed 2.5")
     assert done.stdout.startswith("Verdict: Acceptable: the smallest modulus margin over 10 draws")
@@ -39,6 +40,7 @@ def test_a_design_is_printed_and_written(home, call):
     assert (home / "autopilot" / "step.svg").is_file()
 
 
+@pytest.mark.slow
 def test_python_control_has_the_same_margins(home, call):
     call(CALL)
     folder = home / "autopilot"

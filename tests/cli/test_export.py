@@ -51,6 +51,7 @@ def test_a_fit_says_where_it_sailed(folder, call):
     assert "v" in json.loads(done.stdout)["box"]
 
 
+@pytest.mark.slow
 def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypatch):
     refuses = folder / "bin" / "cc"
     refuses.parent.mkdir()
@@ -78,6 +79,7 @@ def test_a_card_of_an_earlier_version_makes_its_page(folder, call, damping):
     )
 
 
+@pytest.mark.slow
 def test_a_file_of_the_user_gets_hydrodynamics_and_loses_them(folder, call):
     own = '<sdf><model name="a">\n<link name="b"><inertial></inertial></link></model></sdf>'
     (folder / "own.sdf").write_text(own, "utf-8")

@@ -53,6 +53,7 @@ def test_without_an_error_on_any_fold_the_work_failed(folder, call):
     assert call(line, 1).stderr.startswith("error: ")
 
 
+@pytest.mark.slow
 def test_a_short_log_has_fewer_folds(folder, call):
     done = call(f"{LINE.replace('--folds 5', '--folds 390')} --json")
     n_folds = len(json.loads(done.stdout)["held_out"])
@@ -60,6 +61,7 @@ def test_a_short_log_has_fewer_folds(folder, call):
     assert f"`--folds 390`: the log is long enough for {n_folds} folds" in done.stderr
 
 
+@pytest.mark.slow
 def test_windows_are_scored_in_each_fold(folder, call):
     document = json.loads(call(f"{THREE} --horizon 2 --json").stdout)
     for row in document["folds"]:
@@ -69,6 +71,7 @@ def test_windows_are_scored_in_each_fold(folder, call):
     )
 
 
+@pytest.mark.slow
 def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
     seen: list[int] = []
 
@@ -116,6 +119,7 @@ def test_ctrl_c_at_once_or_after_the_last_fold(
     assert shown in done.stdout
 
 
+@pytest.mark.slow
 def test_the_next_command_identifies_the_selected_model(folder, call):
     line = "compare a.csv --folds 3 --vehicle planar.yaml --methods weak --json"
     model = json.loads(call(f"{line} --models linear --estimate gains").stdout)["verdict"]["model"]

@@ -137,12 +137,7 @@ def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
     assert damping["N_turn"] > 0.0
 
 
-def test_a_log_too_short_for_grades_says_so_and_shows_all_coefficients(folder, call):
-    done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --train 0:3")
-    assert "Coefficients are not graded: " in done.stdout
-    assert all(f"\n{label} " in done.stdout for label in ("X_u", "Y_v", "N_r|r|"))
-
-
+@pytest.mark.slow
 def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficients(folder, call):
     line = LINE.replace("--method ls", "--method oe")
     plain = json.loads(call(f"{line} --json").stdout)
@@ -165,6 +160,7 @@ def test_the_default_model_has_gains_of_commands_that_no_actuator_uses(folder, c
     assert {"X_ahead", "N_ahead", "X_turn", "N_turn"} <= set(document["coefficients"])
 
 
+@pytest.mark.slow
 def test_the_papers_models_have_gains_where_nothing_else_drives_the_vehicle(folder, call):
     text = (folder / "planar.yaml").read_text("utf-8")
     (folder / "bare.yaml").write_text(text.partition("actuators:")[0], "utf-8")

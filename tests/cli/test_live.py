@@ -165,6 +165,7 @@ def test_a_reader_that_fails_is_status_1(folder, call, monkeypatch):
     assert said == "error: stdin: the source can no longer be read: OSError: the cable is cut\n"
 
 
+@pytest.mark.slow
 def test_a_terminal_shows_a_table_in_place(folder):
     """The table follows the stream; messages stand above it, and the last estimate remains."""
     text, (terminal, other_end) = (folder / "b.csv").read_text(), pty.openpty()

@@ -16,12 +16,6 @@ def test_version(call):
     assert call("--version").stdout == f"hydrodamp {hydrodamp.__version__}\n"
 
 
-def test_help_names_every_command(call):
-    done = call("--help")
-    for command in ("demo", "list", "probe", "compare", "identify", "simulate", "vehicle"):
-        assert f"\n  {command} " in done.stdout
-
-
 def test_help_imports_nothing_heavy():
     code = (
         "import sys; from hydrodamp.cli.main import app\n"
@@ -70,9 +64,8 @@ def test_names_that_options_accept_are_listed_and_explained(call, kind, names, w
     assert [*listed] == [*names]
     assert all(text and "\n" not in text for text in listed.values())
     assert all(name in call(f"list {kind}").stdout for name in names)
-    texts = [call(f"list {kind} {name}").stdout for name in names]
-    assert any(word in text for text in texts)
     last = [*names][-1]
+    assert word in call(f"list {kind} {'weak' if kind == 'methods' else last}").stdout
     assert json.loads(call(f"list {kind} {last} --json").stdout)["name"] == last
 
 

@@ -18,15 +18,6 @@ def asked(call, line):
     return found
 
 
-def test_tells_segments_columns_and_verdict(folder, call):
-    done = call("probe ab.csv --vehicle planar.yaml")
-    for word in ("ab.csv: 800 samples", "one", "two", "ahead", "std", "Verdict: Suitable"):
-        assert word in done.stdout
-    assert done.stdout.startswith("Verdict: Suitable")
-    assert "Draft mapping" not in done.stdout
-    assert "righting" not in done.output
-
-
 def test_without_a_vehicle_a_planar_log_is_judged_as_that_of_a_boat(folder, call):
     document = asked(call, "a.csv b.csv")
     assert (document["log"], document["format"]) == ("canonical", "text in columns")
@@ -109,23 +100,6 @@ def test_all_of_it_for_machines(folder, call):
     assert all(abs(one["seconds"]) < 0.1 for one in document["delays"])
 
 
-def test_a_log_of_which_nothing_is_known(folder, call):
-    (folder / "odd.csv").write_text("a,b\n" + "\n".join(f"{k % 3},{k % 5}" for k in range(50)))
-    done = call("probe odd.csv")
-    for word in (
-        *("a b - no role found", "No shipped preset"),
-        "no clock",
-        "too low (0 %)",
-        "Verdict: Not suitable",
-    ):
-        assert word in done.stdout, word
-    assert done.stdout.startswith("Verdict: Not suitable")
-    document = asked(call, "odd.csv")
-    assert document["log"] is None
-    assert not document["fit"]
-    assert "too low" in document["missing"][0]
-
-
 def whole(folder):
     return np.genfromtxt(folder / "dive.csv", delimiter=",", names=True)
 
@@ -194,6 +168,7 @@ def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     assert "Made by the draft" in call("probe dive.csv").stdout
 
 
+@pytest.mark.slow
 def test_times_copied_from_probe_are_taken(folder, call):
     """Epoch stamps: what is printed by the clock is the same span as seconds from the start."""
     log = hd.read_log("ab.csv")

@@ -64,6 +64,7 @@ def test_a_replay_beyond_the_training_is_told(folder, call):
     assert "error: the replay diverged in segment 1 after" in told[-1]
 
 
+@pytest.mark.slow
 def test_a_fit_predicts_its_error_in_table_document_and_file(folder, call):
     call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
     line = "simulate b.csv --vehicle planar.yaml --damping d.json --out t.csv"
@@ -74,6 +75,7 @@ def test_a_fit_predicts_its_error_in_table_document_and_file(folder, call):
     assert "predicted (95 %)" in call(f"{line} --force").stdout
 
 
+@pytest.mark.slow
 def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
     for name in ("a.csv", "b.csv"):
         text = (folder / name).read_text()
@@ -99,6 +101,7 @@ def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
     assert "the mapping of the fit" not in other.stderr
 
 
+@pytest.mark.slow
 def test_a_predicted_error_beyond_the_training_data_is_an_extrapolation(folder, call):
     call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
     document = json.loads((folder / "d.json").read_text("utf-8"))

@@ -1,6 +1,8 @@
 """What users read: help of every command, and results on a small log with numbers masked."""
 
 import re
+import shutil
+from pathlib import Path
 
 import pytest
 import typer
@@ -12,7 +14,8 @@ from hydrodamp.cli.options import examples
 COMMAND = typer.main.get_command(app)
 COMMANDS = {**COMMAND.commands, **COMMAND.commands["vehicle"].commands}
 del COMMANDS["help"]
-DATA = "ab.csv --vehicle planar.yaml"
+HERE = Path(__file__).parent
+CALLS = (HERE / "printed_calls.txt").read_text("utf-8").splitlines()
 
 
 def describe_parameter(parameter):
@@ -66,20 +69,11 @@ def test_completion_continues_a_list():
 
 
 @pytest.mark.parametrize(
-    ("name", "line"),
-    [
-        ("compare", f"compare {DATA} --train one --test two --models linear,fossen --methods ls"),
-        ("identify", f"identify {DATA} --model linear --method weak"),
-        ("folds", f"compare {DATA} --folds 2 --models linear --methods ls"),
-        ("probe", f"probe {DATA}"),
-        pytest.param(
-            "plan",
-            "plan --vehicle vt690 --model linear --duration 60 --out next",
-            marks=pytest.mark.slow,
-        ),
-    ],
+    "line",
+    [pytest.param(x, id=x, marks=[pytest.mark.slow] * x.startswith("plan")) for x in CALLS],
 )
-def test_output(folder, call, name, line, snapshot, monkeypatch):
-    if name == "plan":
-        monkeypatch.setattr("hydrodamp.report.plan_report.write_plan", lambda *_: [])
-    assert mask(call(line).stdout) == snapshot(name=name)
+def test_output(folder, call, line, snapshot, monkeypatch):
+    monkeypatch.setattr("hydrodamp.report.plan_report.write_plan", lambda *_: [])
+    shutil.copytree(HERE / "spoilt", folder, dirs_exist_ok=True)
+    done = call(line)
+    assert mask(f"{done.stdout}\n{done.stderr}") == snapshot

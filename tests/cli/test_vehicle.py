@@ -31,12 +31,6 @@ def test_a_vehicle_of_the_fleet_can_be_started_from(folder, call):
     assert "actuators: []" in (folder / "mine.yaml").read_text("utf-8")
 
 
-def test_a_file_to_fill_in(folder, call):
-    done = call("vehicle new empty.yaml")
-    assert "fill in the missing numbers" in done.stderr
-    assert "mass_matrix" in (folder / "empty.yaml").read_text("utf-8")
-
-
 def test_gains_of_actuators_come_from_a_log(folder):
     """The simulated vehicle has 10 N per unit of ahead, and 4 N m per unit of turn."""
     text = (folder / "planar.yaml").read_text("utf-8").partition("actuators:")[0]
@@ -75,8 +69,3 @@ def test_the_free_axes_can_be_stated(folder, call):
 def test_a_surface_craft_is_ready_from_its_main_dimensions(folder, call, kind, sizes):
     assert "ready to use" in call(f"vehicle new mine.yaml --kind {kind} {sizes}").stderr
     assert read_vehicle(folder / "mine.yaml").axes == ("X", "Y", "N")
-
-
-def test_an_empty_file_has_the_axes_of_its_kind(folder, call):
-    assert "fill in" in call("vehicle new mine.yaml --kind ship").stderr
-    assert "axes: [X, Y, N]" in (folder / "mine.yaml").read_text("utf-8")

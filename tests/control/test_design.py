@@ -54,6 +54,7 @@ def test_the_linear_model_is_the_slope_of_published_coefficients():
     assert model.b[0, :6, 1] == pytest.approx(fins, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_linear_loop_predicts_the_simulated_step():
     """A small step of the full equation of motion is that of the linear closed loop."""
     entry = at(2.0, envelope=FIELD)
@@ -74,12 +75,14 @@ def test_the_linear_loop_predicts_the_simulated_step():
     assert np.abs(simulated - depths).max() < 0.25 * setpoint[-1]  # fins and angles are limited
 
 
+@pytest.mark.slow
 def test_the_published_autopilot_has_an_acceptable_margin():
     design = design_control(VEHICLE, UNCERTAIN, [1.0, 1.5, 2.0], envelope=FIELD, draws=20)
     assert design.accepted
     assert str(design).startswith("Acceptable: the smallest modulus margin over 20 draws is 0.5")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "stable"), [(0.98, True), (1.02, False)])
 def test_the_gain_margin_is_the_limit_of_stability(share, stable):
     entry = at(2.0, envelope=FIELD, draws=0)

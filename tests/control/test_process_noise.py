@@ -58,6 +58,7 @@ def test_the_noise_of_a_fit_is_in_its_file(tmp_path):
     assert read_damping_file(path)[1].noise is None
 
 
+@pytest.mark.slow
 def test_the_file_is_written_where_the_fit_has_noise(tmp_path):
     write_control(designed(), tmp_path, NOISE)
     assert (tmp_path / "process_noise.json").is_file()

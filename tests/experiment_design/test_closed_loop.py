@@ -61,6 +61,7 @@ def test_the_autopilot_follows_setpoints(closed_loop, trajectories):
     assert result.states[200:, 0, 8].min() < -np.pi + 0.2
 
 
+@pytest.mark.slow
 def test_course_setpoints_turn_slowly_so_that_all_members_turn_to_one_side(closed_loop):
     """A step of half a turn, less a degree: the shorter turn differs between members."""
     setpoints, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).setpoints(

@@ -37,6 +37,7 @@ def test_speeds_are_those_of_the_log_and_beyond(fit):
     assert [each.is_unstable for each in missions] == [False] * 3 + [True] * 2
 
 
+@pytest.mark.slow
 def test_steps_are_within_the_motion_of_the_log(fit):
     calm = replace(fit, training_range={"u": (0.8, 1.6), "v": (-0.1, 0.1), "r": (-0.05, 0.05)})
     for small, large in zip(predict_missions(calm), predict_missions(fit), strict=True):
@@ -52,6 +53,7 @@ def test_the_error_of_a_form_is_named_first_even_where_nothing_is_trusted(fit):
     )
 
 
+@pytest.mark.slow
 def test_the_error_is_in_proportion_to_the_standard_errors(fit):
     twice = replace(fit, damping=replace(fit.damping, covariance=4.0 * fit.damping.covariance))
     for small, large in zip(predict_missions(fit), predict_missions(twice), strict=True):
@@ -67,6 +69,7 @@ def loose(fit):
     return replace(fit, damping=replace(fit.damping, covariance=covariance))
 
 
+@pytest.mark.slow
 def test_an_undetermined_coefficient_is_not_trusted(loose):
     assert all("r" in each.untrusted for each in predict_missions(loose))
     assert any(

@@ -92,6 +92,7 @@ def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
     assert record.counts == {"taken": 369, "first": 1, "gap": 1, "incomplete": 1, "again": 1}
 
 
+@pytest.mark.slow
 def test_a_line_each_second_of_samples(dive):
     vehicle, log = dive
     record = run_live(itertools.islice(rows_of(log), 101), vehicle, output_interval=1.0)

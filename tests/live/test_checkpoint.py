@@ -40,6 +40,7 @@ def test_a_log_resumes_after_a_rejected_sample(dive, tmp_path, kind):
     assert record.counts["taken"] + record.counts[kind] == log.n
 
 
+@pytest.mark.slow
 def test_rejected_samples_at_the_start_count_as_processed(dive, tmp_path):
     vehicle, log = dive[0], dive[1].between(0.0, 40.0)
     path, rows = tmp_path / "state.json", [*rows_of(log)]
@@ -54,6 +55,7 @@ def test_rejected_samples_at_the_start_count_as_processed(dive, tmp_path):
     assert again.lines == first.lines
 
 
+@pytest.mark.slow
 def test_another_log_with_the_same_clock_is_not_resumed(dive, tmp_path):
     vehicle, log = dive[0], dive[1].between(0.0, 40.0)
     path, other = tmp_path / "state.json", dataclasses.replace(log, velocity=0.9 * log.velocity)
@@ -80,6 +82,7 @@ def test_a_stray_column_of_the_first_row_is_not_required_after_a_resume(dive, tm
     assert record.counts == {"taken": 299, "first": 1, "incomplete": 1}
 
 
+@pytest.mark.slow
 def test_another_log_is_taken_from_its_first_sample(dive, tmp_path):
     vehicle, log = dive
     path, other = tmp_path / "state.json", log.between(50.0, 130.0)

@@ -58,6 +58,7 @@ def test_samples_among_junk_are_all_taken(dive):
     assert len(record.messages) < 30
 
 
+@pytest.mark.slow
 def test_noise_at_the_port_of_mavlink_is_counted():
     noise = [*junk(12, 6000, {"time": 0.0})]
     decoder = Decoder()

@@ -132,6 +132,7 @@ def test_a_topic_that_stays_silent_is_told_once_and_comes_back():
     assert sum(row["time"] > 141.0 for row in rows) > 900
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_set_back_is_followed():
     stream = [*messages(10.0), *messages(10.0, start=50.0)]
     times = [row["time"] for row in synchronise(stream)[0]]

@@ -58,6 +58,7 @@ def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
     assert row.converged
 
 
+@pytest.mark.slow
 def test_a_row_with_a_diverged_fold_has_no_error_and_ranks_last(vehicle, log):
     methods = [Fixed(wild_without="b"), hd.LeastSquares()]
     table = cross_validate(vehicle, log, LINEAR, methods)
@@ -96,6 +97,7 @@ def names(log):
     return [part.name for part in log.segments]
 
 
+@pytest.mark.slow
 def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
     """30 s at 10 Hz in five blocks of 6 s, two seconds left out around every cut."""
     one = log.select("a")

@@ -73,6 +73,7 @@ def test_a_diverged_replay_counts_as_the_mean_of_the_log_from_its_divergence(tab
     assert pool([blocks, whole]).n == blocks.n + whole.n
 
 
+@pytest.mark.slow
 def test_a_velocity_that_only_one_log_excites_is_named(campaign):
     axes = campaign.vehicle.axes
     still = campaign.train.velocity.copy()

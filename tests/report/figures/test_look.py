@@ -63,6 +63,7 @@ def test_any_name_is_printed_as_it_is(name, comparison):
     assert [text.get_text() for text in figure.axes[0].texts] == [escape_text(name), r"\$"]
 
 
+@pytest.mark.slow
 def test_settings_of_the_user_and_the_look_leave_each_other_alone(comparison):
     before = dict(mpl.rcParams)
     ours = figure_bytes(hd.replays_figure(comparison.rows[:1]), "svg")
