@@ -15,9 +15,10 @@ LARGE, SMALL = hd.catalog["mcfarland-whitcomb"], hd.catalog["fossen"]
 
 
 @pytest.fixture(scope="module")
-def short(campaign):
+def short():
     """A single run of 20 s: ridge has too few rows to cross-validate the largest model."""
-    run = campaign.train.select(campaign.train.segments[0].name).between(0.0, 20.0)
+    campaign = hd.reenact(seed=0, duration=20.0)
+    run = campaign.train.select(campaign.train.segments[0].name)
     return hd.prepare(campaign.vehicle, run, [LARGE, SMALL])
 
 
