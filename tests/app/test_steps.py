@@ -101,6 +101,7 @@ def test_a_project_needs_a_name(server, chosen, name):
     assert (status, headers["HX-Retarget"]) == (422, "#error-name")
 
 
+@pytest.mark.slow
 def test_the_example_is_a_log_with_a_project(server, monkeypatch):
     from hydrodamp.app import start
 
@@ -170,6 +171,7 @@ def test_entered_sizes_stay_and_a_planar_log_proposes_a_boat(server):
     assert 'name="beam" inputmode="decimal" size="8" value="0.98"' in page
 
 
+@pytest.mark.slow
 def test_each_correction_of_an_issue_changes_the_mapping(server, canonical):
     address = open_log(server, canonical)
     project = find_project(server.root, "dive")
