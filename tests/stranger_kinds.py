@@ -4,25 +4,21 @@ Each case lists in ``commands`` the columns that may be drafted as commands, and
 velocities that its log must not have.
 """
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.io import savemat
 
-from strangers import DEG, EPOCH, FLIP, Truth, case, messages, name_columns, write
+from strangers import DEG, EPOCH, FLIP, case, messages, name_columns, write
 from writers import RosBag
 
 SWAP = [1, 0, 2]  # north-east-down to east-north-up, with the sign of the third
 
 
-def _enu(ned: np.ndarray) -> np.ndarray:
+def _enu(ned):
     return ned[:, SWAP] * (1, 1, -1)
 
 
-def _imu(it: Truth) -> dict[str, np.ndarray]:
+def _imu(it):
     columns = name_columns(
         "angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP
     )
@@ -31,7 +27,7 @@ def _imu(it: Truth) -> dict[str, np.ndarray]:
     return columns | name_columns(names, it.force * FLIP)
 
 
-def _twist(block: np.ndarray) -> dict[str, np.ndarray]:
+def _twist(block):
     return name_columns("twist.linear.x twist.linear.y twist.linear.z", block)
 
 
@@ -43,7 +39,7 @@ _TWIST = "geometry_msgs/msg/TwistStamped"
     tolerance=0.06,  # whole cm/s
     commands="SERVO_OUTPUT_RAW.servo1_raw",
 )
-def tlog_of_a_vehicle_with_a_gps(folder: Path, it: Truth) -> Path:
+def tlog_of_a_vehicle_with_a_gps(folder, it):
     """GLOBAL_POSITION_INT holds velocities along north, east, down in cm/s."""
     dialect = pytest.importorskip("pymavlink.dialects.v20.common")
     link, sent = dialect.MAVLink(None, srcSystem=1, srcComponent=1), bytearray()
@@ -67,7 +63,7 @@ def tlog_of_a_vehicle_with_a_gps(folder: Path, it: Truth) -> Path:
     holds="u v w p q r attitude rudder",
     commands=" ".join(f"/fin_command.vector.{axis}" for axis in "xyz"),
 )
-def ros2_gps_velocity_beside_a_body_velocity(folder: Path, it: Truth) -> Path:
+def ros2_gps_velocity_beside_a_body_velocity(folder, it):
     bag = RosBag()
     store, time = bag.modern, it.time
     bag_messages = messages(bag, store, "/gps/velocity", _TWIST, time, _twist(_enu(it.world)))
@@ -81,7 +77,7 @@ def ros2_gps_velocity_beside_a_body_velocity(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude", commands="")
-def ros2_gps_velocity_alone(folder: Path, it: Truth) -> Path:
+def ros2_gps_velocity_alone(folder, it):
     bag = RosBag()
     store, time = bag.modern, it.time
     bag_messages = messages(
@@ -92,7 +88,7 @@ def ros2_gps_velocity_alone(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position", commands="")
-def ros1_velocities_of_mavros(folder: Path, it: Truth) -> Path:
+def ros1_velocities_of_mavros(folder, it):
     """The same velocity along the axes of the map and of the body, and a pose."""
     bag = RosBag()
     store, stem, time = bag.noetic, "/mavros/local_position", it.time
@@ -113,19 +109,15 @@ def ros1_velocities_of_mavros(folder: Path, it: Truth) -> Path:
     return bag.ros1(folder / "run.bag", sorted(bag_messages, key=lambda one: one[2]))
 
 
-@case(
-    holds="p q r attitude",
-    lacks="u v",
-    commands="thr_vertical thr_stern",
-)
-def csv_of_a_depth_alone(folder: Path, it: Truth) -> Path:
+@case(holds="p q r attitude", lacks="u v", commands="thr_vertical thr_stern")
+def csv_of_a_depth_alone(folder, it):
     columns = {"time": it.time, **it.euler("roll_deg pitch_deg yaw_deg", DEG)}
     columns |= name_columns("p q r", it.rates) | {"depth_m": it.place[:, 2]}
     return write(folder / "a.csv", {**columns, "thr_vertical": it.rudder, "thr_stern": it.rpm})
 
 
 @case(holds="u v w p q r rudder", commands="rudder")
-def npz_of_rates_in_degrees_without_an_attitude(folder: Path, it: Truth) -> Path:
+def npz_of_rates_in_degrees_without_an_attitude(folder, it):
     """Roll and pitch rates so small that they could be radians, a yaw rate that could not."""
     gyro = it.rates / DEG
     np.savez(folder / "a.npz", time=it.time, vel=it.body, gyro=gyro, rudder=it.rudder)
@@ -133,7 +125,7 @@ def npz_of_rates_in_degrees_without_an_attitude(folder: Path, it: Truth) -> Path
 
 
 @case(commands="fins.rudder")
-def hdf5_of_angle_and_rotational_velocity(folder: Path, it: Truth) -> Path:
+def hdf5_of_angle_and_rotational_velocity(folder, it):
     h5py = pytest.importorskip("h5py")
     with h5py.File(folder / "a.h5", "w") as file:
         file["imu/time"], file["dvl/time"] = it.time, it.time
@@ -144,7 +136,7 @@ def hdf5_of_angle_and_rotational_velocity(folder: Path, it: Truth) -> Path:
 
 
 @case(commands="rudder")
-def csv_of_gyro_angles(folder: Path, it: Truth) -> Path:
+def csv_of_gyro_angles(folder, it):
     """An attitude integrated from a gyro is called by it; the unit in the header says the rest."""
     columns = {"t": it.time, **it.euler("gyro_angle_x gyro_angle_y gyro_angle_z")}
     columns |= name_columns("vel_rotational_x vel_rotational_y vel_rotational_z", it.rates)
@@ -153,7 +145,7 @@ def csv_of_gyro_angles(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v r attitude position wrench", commands="", tolerance=0.05)
-def csv_of_vectors_that_count_from_one(folder: Path, it: Truth) -> Path:
+def csv_of_vectors_that_count_from_one(folder, it):
     columns = {"t": it.time, **name_columns("eta_1 eta_2 eta_3", it.flat_place)}
     columns |= name_columns("nu_1 nu_2 nu_3", it.flat)
     tau = name_columns("tau_cmd_1 tau_cmd_2 tau_cmd_3", it.wrench[:, [0, 1, 5]])
@@ -161,7 +153,7 @@ def csv_of_vectors_that_count_from_one(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position wrench", commands="")
-def csv_of_matlab_elements(folder: Path, it: Truth) -> Path:
+def csv_of_matlab_elements(folder, it):
     """Cells of the header hold commas; a desired position stands before the measured one."""
     blocks = {
         "pd": it.place + np.outer(it.time, (1, 0, 0)),
@@ -176,7 +168,7 @@ def csv_of_matlab_elements(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position wrench", commands="")
-def csv_of_matlab_elements_without_quotes(folder: Path, it: Truth) -> Path:
+def csv_of_matlab_elements_without_quotes(folder, it):
     """The same header as fprintf writes it: no cell is quoted."""
     path = csv_of_matlab_elements(folder, it)
     path.write_text(path.read_text("utf-8").replace('"', ""), "utf-8")
@@ -190,7 +182,7 @@ def csv_of_matlab_elements_without_quotes(folder: Path, it: Truth) -> Path:
     add=(("rate: HERTZ", "rate: 10"),),
     commands="rudder",
 )
-def csv_of_desired_positions_without_a_clock(folder: Path, it: Truth) -> Path:
+def csv_of_desired_positions_without_a_clock(folder, it):
     """A desired position that only grows is no clock."""
     columns = it.table()
     del columns["time"]
@@ -198,7 +190,7 @@ def csv_of_desired_positions_without_a_clock(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v r attitude position wrench", commands="", tolerance=0.05)
-def csv_of_a_wrench_by_axis(folder: Path, it: Truth) -> Path:
+def csv_of_a_wrench_by_axis(folder, it):
     columns = {
         "t": it.time,
         **name_columns("x y psi", it.flat_place),
@@ -210,7 +202,7 @@ def csv_of_a_wrench_by_axis(folder: Path, it: Truth) -> Path:
 
 
 @case(commands="rudder")
-def csv_of_desired_values(folder: Path, it: Truth) -> Path:
+def csv_of_desired_values(folder, it):
     """A controller logs what it wants beside, and before, what was measured."""
     off = 0.1 * np.sin(0.05 * it.time)
     columns = {"t": it.time, "psi_d": it.angles[:, 2] + off, "u_d": 1.2 + off}
@@ -221,7 +213,7 @@ def csv_of_desired_values(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude rpm rudder", commands="thruster_1_rpm fin_rudder")
-def csv_of_status_words_and_counters(folder: Path, it: Truth) -> Path:
+def csv_of_status_words_and_counters(folder, it):
     """Of a thruster more is logged than its command."""
     random = np.random.default_rng(34)
     table = it.table()
@@ -246,7 +238,7 @@ def csv_of_status_words_and_counters(folder: Path, it: Truth) -> Path:
 
 
 @case(commands="rudder")
-def csv_of_pandas_with_a_velocity_of_zeros(folder: Path, it: Truth) -> Path:
+def csv_of_pandas_with_a_velocity_of_zeros(folder, it):
     """An estimate that never ran stands before the one that did."""
     table = it.table()
     speeds = {name: table.pop(name) for name in "uvw"}
@@ -256,11 +248,11 @@ def csv_of_pandas_with_a_velocity_of_zeros(folder: Path, it: Truth) -> Path:
 
 
 @case(commands="rudder")
-def parquet_of_two_velocities(folder: Path, it: Truth) -> Path:
+def parquet_of_two_velocities(folder, it):
     """Structures of pyarrow: the velocity of the world first, the one of the body behind."""
     arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
 
-    def rows(block: np.ndarray) -> list[dict[str, float]]:
+    def rows(block):
         return [dict(zip("xyz", row, strict=True)) for row in block.tolist()]
 
     table = arrow.table(
@@ -278,7 +270,7 @@ def parquet_of_two_velocities(folder: Path, it: Truth) -> Path:
 
 
 @case(commands="delta")
-def matlab_of_a_velocity_along_north(folder: Path, it: Truth) -> Path:
+def matlab_of_a_velocity_along_north(folder, it):
     """The velocity along north, east, down alone, as scipy writes it."""
     arrays = {"t": it.time, "vel_ned": it.world, "rpy": it.angles, "omega": it.rates}
     savemat(folder / "a.mat", {**arrays, "delta": it.rudder, "vel_ned_ref": it.world + 0.1})
@@ -289,7 +281,7 @@ def matlab_of_a_velocity_along_north(folder: Path, it: Truth) -> Path:
     holds="u v w p q r attitude rudder",
     commands=" ".join(f"/fin_command.vector.{axis}" for axis in "xyz"),
 )
-def ros2_setpoints_beside_measurements(folder: Path, it: Truth) -> Path:
+def ros2_setpoints_beside_measurements(folder, it):
     """Messages of the same types hold what a controller wants, at a higher rate."""
     bag = RosBag()
     store, time = bag.modern, it.time

@@ -3,20 +3,16 @@
 Every case writes into a folder and returns what is given on the command line.
 """
 
-from __future__ import annotations
-
 import csv
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from hydrodamp.data.log import Log
 from writers import Dataflash, RosBag, Ulog
 
 FLIP = np.array([1.0, -1.0, -1.0])  # turns axes with z down into those with z up, and back
@@ -27,7 +23,7 @@ Columns = dict[str, np.ndarray]
 class Truth:
     """A minute and a half of turning, pitching and rolling; FRD over NED, by scipy's rotations."""
 
-    def __init__(self, n: int = 900, step: float = 0.1) -> None:
+    def __init__(self, n=900, step=0.1):
         self.time = time = step * np.arange(n)
         self.angles = np.column_stack(
             (0.1 * np.sin(0.5 * time), 0.2 * np.sin(0.31 * time), 0.8 * np.sin(0.2 * time))
@@ -59,7 +55,7 @@ class Truth:
         self.q_enu = Rotation.from_matrix(swap @ turns.as_matrix() @ np.diag(FLIP)).as_quat()
         self.enu = self.place[:, [1, 0, 2]] * (1, 1, -1)
 
-    def check(self, log: Log) -> None:
+    def check(self, log):
         """Check that a log is the dive, its position too where it has one."""
         np.testing.assert_allclose(log.velocity, np.hstack((self.body, self.rates)), atol=1e-9)
         body_attitude = Rotation.from_quat(log.attitude, scalar_first=True) * self.turns.inv()
@@ -67,7 +63,7 @@ class Truth:
         if log.position is not None:
             np.testing.assert_allclose(log.position, self.place, atol=1e-9)
 
-    def roles(self, role: str, body: str) -> list[np.ndarray]:
+    def roles(self, role, body):
         """Return what a role may be in axes of the body, with z down (FRD) or up (FLU)."""
         group, _, name = role.partition(".")
         turn, flat = FLIP if body == "FLU" else np.ones(3), self.flat_place
@@ -91,23 +87,23 @@ class Truth:
         known = {"attitude": euler, "velocity": speed, "wrench": tau, "specific_force": force}
         return [its[name] for its in (known.get(group, {}), planar) if name in its]
 
-    def table(self, clock: str = "time") -> Columns:
+    def table(self, clock="time"):
         """The motion by its plain names."""
         motion = name_columns("u v w p q r", np.hstack((self.body, self.rates)))
         return {clock: self.time, **self.euler(), **motion, "rudder": self.rudder}
 
-    def euler(self, names: str = "roll pitch yaw", unit: float = 1.0) -> Columns:
+    def euler(self, names="roll pitch yaw", unit=1.0):
         return name_columns(names, self.angles / unit)
 
 
-def name_columns(names: str, block: np.ndarray) -> Columns:
+def name_columns(names, block):
     return dict(zip(names.split(), block.T, strict=True))
 
 
 DEG = np.pi / 180
 
 
-def write(path: Path, columns: Mapping[str, Any], sep: str = ",", form: str = "%.9g") -> Path:
+def write(path, columns, sep=",", form="%.9g"):
     """Write a table as the csv module does."""
     path.parent.mkdir(exist_ok=True)
     rows = zip(
@@ -122,7 +118,7 @@ def write(path: Path, columns: Mapping[str, Any], sep: str = ",", form: str = "%
     return path
 
 
-def clock(seconds: Iterable[float], digits: int = 4) -> list[str]:
+def clock(seconds, digits=4):
     """Return times of day."""
     width = 3 + digits if digits else 2
     return [
@@ -145,11 +141,11 @@ class Case:
     lacks: str = ""  # velocities that its log must not have
 
 
-CASES: dict[str, Case] = {}
+CASES = {}
 
 
-def case(holds: str = "u v w p q r attitude rudder", **more: Any) -> Callable[..., Any]:
-    def keep(function: Callable[[Path, Truth], Path | str]) -> Callable[[Path, Truth], Path | str]:
+def case(holds="u v w p q r attitude rudder", **more):
+    def keep(function):
         CASES[function.__name__] = Case(function, holds, **more)
         return function
 
@@ -157,7 +153,7 @@ def case(holds: str = "u v w p q r attitude rudder", **more: Any) -> Callable[..
 
 
 @case()
-def csv_with_units_in_names(folder: Path, it: Truth) -> Path:
+def csv_with_units_in_names(folder, it):
     angles = it.euler("roll_deg pitch_deg yaw_deg", DEG)
     rates = name_columns("p_degs q_degs r_degs", it.rates / DEG)
     columns = {"time_s": it.time, **angles, **name_columns("u v w", it.body), **rates}
@@ -165,7 +161,7 @@ def csv_with_units_in_names(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def csv_of_a_spreadsheet_with_decimal_commas(folder: Path, it: Truth) -> Path:
+def csv_of_a_spreadsheet_with_decimal_commas(folder, it):
     columns = {"Time [ms]": 1000 * it.time, **it.euler("Roll[°] Pitch[°] Yaw[°]", DEG)}
     columns |= name_columns("Surge[kn] Sway[kn] Heave[kn]", it.body / 0.514444444)
     columns |= name_columns("RollRate[°/s] PitchRate[°/s] YawRate[°/s]", it.rates / DEG)
@@ -175,16 +171,14 @@ def csv_of_a_spreadsheet_with_decimal_commas(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude rudder position")
-def savetxt_of_a_simulator(folder: Path, it: Truth) -> Path:
+def savetxt_of_a_simulator(folder, it):
     names = "t x y z phi theta psi u v w p q r delta"
     block = np.column_stack((it.time, it.place, it.angles, it.body, it.rates, it.rudder))
     np.savetxt(folder / "a.txt", block, header=names)
     return folder / "a.txt"
 
 
-def ros_odometry(
-    it: Truth, sep: str = ".", pose: str = "pose.pose", twist: str = "twist.twist"
-) -> Columns:
+def ros_odometry(it, sep=".", pose="pose.pose", twist="twist.twist"):
     columns = (
         (f"{pose}.position", "xyz", it.enu),
         (f"{pose}.orientation", "xyzw", it.q_enu),
@@ -198,13 +192,13 @@ def ros_odometry(
     }
 
 
-def late(time: np.ndarray) -> np.ndarray:
+def late(time):
     """Return when messages arrive: in bursts of five, a fifth of a second late and more."""
     return time + 0.2 + 0.1 * (4 - np.arange(len(time)) % 5) + 1e-4 * np.arange(len(time))
 
 
 @case(holds="u v w p q r attitude position rudder")
-def csv_of_rostopic_echo(folder: Path, it: Truth) -> Path:
+def csv_of_rostopic_echo(folder, it):
     """Arrival in bursts beside the stamps of the header, nanoseconds both."""
     stamp, zeros = (EPOCH + it.time) * 1e9, 0 * it.time
     odometry = {f"field.{name}": values for name, values in ros_odometry(it).items()}
@@ -219,7 +213,7 @@ def csv_of_rostopic_echo(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def csv_of_bagpy(folder: Path, it: Truth) -> str:
+def csv_of_bagpy(folder, it):
     """Header stamps in two columns, two files of one run."""
     stamp = EPOCH + it.time
     head = {"header.stamp.secs": stamp // 1, "header.stamp.nsecs": (it.time % 1 * 1e9).round()}
@@ -231,12 +225,12 @@ def csv_of_bagpy(folder: Path, it: Truth) -> str:
 
 
 @case(holds="u v w p q r attitude position rudder")
-def csv_of_plotjuggler(folder: Path, it: Truth) -> Path:
+def csv_of_plotjuggler(folder, it):
     """All topics on one clock, a row a message, empty where the others speak."""
     odometry = ros_odometry(it, "/")
     rows, blank = 2 * len(it.time), [""] * len(it.time)
     time = np.sort(np.concatenate((it.time, it.time + 0.03))) + EPOCH
-    columns: dict[str, Any] = {"__time": [f"{item:.6f}" for item in time]}
+    columns = {"__time": [f"{item:.6f}" for item in time]}
     for name, values in odometry.items():
         columns[f"/odom/{name}"] = [
             x for pair in zip(map(repr, values.tolist()), blank, strict=True) for x in pair
@@ -248,14 +242,12 @@ def csv_of_plotjuggler(folder: Path, it: Truth) -> Path:
     return write(folder / "a.csv", columns)
 
 
-def odometry_messages(bag: RosBag, store: Any, it: Truth, topic: str = "/odometry") -> list[Any]:
+def odometry_messages(bag, store, it, topic="/odometry"):
     kind, columns = "nav_msgs/msg/Odometry", ros_odometry(it)
     return messages(bag, store, topic, kind, it.time, columns)
 
 
-def messages(
-    bag: RosBag, store: Any, topic: str, kind: str, time: np.ndarray, columns: Columns
-) -> list[Any]:
+def messages(bag, store, topic, kind, time, columns):
     """Return topic, type, arrival and message for each row; the header is stamped earlier."""
     arrived = late(time)
     return [
@@ -269,9 +261,7 @@ def messages(
     ]
 
 
-def message(
-    bag: RosBag, store: Any, kind: str, stamp: float, row: Mapping[str, Any], path: str = ""
-) -> Any:
+def message(bag, store, kind, stamp, row, path=""):
     """Return a message of any type with the numbers given by their paths, zero elsewhere."""
     given = {}
     for field_name, (node, detail) in store.fielddefs[kind][1]:
@@ -297,12 +287,12 @@ def message(
     return store.types[kind](**given)
 
 
-def type_of(name: str) -> Callable[[Any], Any]:
+def type_of(name):
     return float if name.startswith("float") else bool if name == "bool" else int
 
 
 @case(holds="u v w p q r attitude position rudder")
-def ros2_odometry_and_fins(folder: Path, it: Truth) -> Path:
+def ros2_odometry_and_fins(folder, it):
     bag = RosBag()
     store, fins = bag.modern, {"vector.x": it.rudder}
     bag_messages = odometry_messages(bag, store, it)
@@ -313,7 +303,7 @@ def ros2_odometry_and_fins(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position wrench")
-def ros1_odometry_and_wrench(folder: Path, it: Truth) -> Path:
+def ros1_odometry_and_wrench(folder, it):
     bag = RosBag()
     store, kind = bag.noetic, "geometry_msgs/msg/WrenchStamped"
     names = " ".join(f"wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz")
@@ -325,7 +315,7 @@ def ros1_odometry_and_wrench(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude port")
-def ros2_dvl_imu_and_pulse_widths(folder: Path, it: Truth) -> Path:
+def ros2_dvl_imu_and_pulse_widths(folder, it):
     bag = RosBag()
     store, time = bag.modern, it.time
     speed = name_columns("twist.linear.x twist.linear.y twist.linear.z", it.body * FLIP)
@@ -346,7 +336,7 @@ def ros2_dvl_imu_and_pulse_widths(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position stick", tolerance=0.1)
-def ros1_mocap_pose_and_joystick(folder: Path, it: Truth) -> Path:
+def ros1_mocap_pose_and_joystick(folder, it):
     """A pose alone: velocities come from it."""
     bag = RosBag()
     store = bag.noetic
@@ -360,7 +350,7 @@ def ros1_mocap_pose_and_joystick(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position thrust")
-def ardupilot_binary(folder: Path, it: Truth) -> Path:
+def ardupilot_binary(folder, it):
     log = Dataflash()
     log.define(140, "ATT", "QffffffB", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw,AEKF")
     log.define(141, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
@@ -378,7 +368,7 @@ def ardupilot_binary(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w attitude p q r thrust", tolerance=0.05)
-def ardupilot_text(folder: Path, it: Truth) -> Path:
+def ardupilot_text(folder, it):
     lines = ["FMT, 140, 30, ATT, Qfff, TimeUS,Roll,Pitch,Yaw"]
     lines += ["FMT, 142, 30, XKF1, QBffffff, TimeUS,C,VN,VE,VD,PN,PE,PD"]
     lines += ["FMT, 143, 15, RCOU, QHH, TimeUS,C1,C2"]
@@ -393,7 +383,7 @@ def ardupilot_text(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position wrench")
-def matlab_of_a_thesis(folder: Path, it: Truth) -> Path:
+def matlab_of_a_thesis(folder, it):
     """Vectors of six: eta, nu and tau."""
     eta, nu = np.hstack((it.place, it.angles)), np.hstack((it.body, it.rates))
     savemat(folder / "a.mat", {"t": it.time, "eta": eta, "nu": nu, "tau": it.wrench, "m": 31.0})
@@ -401,7 +391,7 @@ def matlab_of_a_thesis(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def matlab_structure_in_degrees(folder: Path, it: Truth) -> Path:
+def matlab_structure_in_degrees(folder, it):
     log = {"time": it.time, "vel": name_columns("u v w", it.body), "rpm": it.rpm}
     log |= {
         "att": it.euler(unit=DEG),
@@ -413,7 +403,7 @@ def matlab_structure_in_degrees(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v r attitude position rudder")
-def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
+def matlab_of_a_ship_with_its_simulation(folder, it):
     """Measured arrays beside a simulation of more of them, each on a clock of its own."""
     fine = np.arange(0, 90, 0.02)
     sims = {
@@ -427,7 +417,7 @@ def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v r attitude position wrench", tolerance=0.05)
-def matlab_of_a_planar_thesis(folder: Path, it: Truth) -> Path:
+def matlab_of_a_planar_thesis(folder, it):
     """Vectors of three: a ship in the plane."""
     tau = it.wrench * (1, 1, 0, 0, 0, 1)
     block = {"eta": it.flat_place, "nu": it.flat, "tau": tau[:, [0, 1, 5]]}
@@ -436,7 +426,7 @@ def matlab_of_a_planar_thesis(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude rpm")
-def hdf5_of_sensors(folder: Path, it: Truth) -> Path:
+def hdf5_of_sensors(folder, it):
     h5py = pytest.importorskip("h5py")
     with h5py.File(folder / "a.h5", "w") as file:
         for stem, columns in {
@@ -452,7 +442,7 @@ def hdf5_of_sensors(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position rudder")
-def parquet_of_pyarrow(folder: Path, it: Truth) -> Path:
+def parquet_of_pyarrow(folder, it):
     """Nested structures and time stamps of nanoseconds."""
     arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
     rows = [
@@ -481,9 +471,9 @@ def parquet_of_pyarrow(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def table_of_labview(folder: Path, it: Truth) -> Path:
+def table_of_labview(folder, it):
     """Tabs, times of day, units in brackets, words among the columns."""
-    columns: dict[str, Any] = {"Time": clock(86340 + it.time)}
+    columns = {"Time": clock(86340 + it.time)}
     columns |= it.euler("Roll(deg) Pitch(deg) Heading(deg)", DEG)
     columns["Heading(deg)"] = columns["Heading(deg)"] % 360
     columns |= name_columns("Vx(m/s) Vy(m/s) Vz(m/s)", it.body)
@@ -493,15 +483,15 @@ def table_of_labview(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def date_and_time_of_a_logger(folder: Path, it: Truth) -> Path:
-    columns: dict[str, Any] = {"Date": ["05/28/2024"] * 900, "Time": clock(57600 + it.time, 3)}
+def date_and_time_of_a_logger(folder, it):
+    columns = {"Date": ["05/28/2024"] * 900, "Time": clock(57600 + it.time, 3)}
     columns |= it.euler("Roll Pitch Yaw", DEG) | name_columns("u v w", it.body)
     columns |= name_columns("RollRate PitchRate YawRate", it.rates / DEG)
     return write(folder / "a.csv", {**columns, "Rudder": it.rudder})
 
 
 @case()
-def npz_of_unnamed_arrays(folder: Path, it: Truth) -> Path:
+def npz_of_unnamed_arrays(folder, it):
     """Six velocities in one array, angles in another."""
     both = np.hstack((it.body, it.rates))
     np.savez(folder / "a.npz", time=it.time, velocities=both, attitude=it.angles, rudder=it.rudder)
@@ -509,21 +499,21 @@ def npz_of_unnamed_arrays(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def npz_whose_clock_stops(folder: Path, it: Truth) -> Path:
+def npz_whose_clock_stops(folder, it):
     """The array of the time is shorter than all others."""
     np.savez(folder / "a.npz", **{**it.table("t"), "t": it.time[:500]})
     return folder / "a.npz"
 
 
 @case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
-def npz_without_a_clock(folder: Path, it: Truth) -> Path:
+def npz_without_a_clock(folder, it):
     both = np.hstack((it.body, it.rates))
     np.savez(folder / "a.npz", nu=both, rpy=it.angles, rudder=it.rudder)
     return folder / "a.npz"
 
 
 @case(holds="u v w p q r attitude position port", tolerance=0.1)
-def motion_capture_beside_pulse_widths(folder: Path, it: Truth) -> str:
+def motion_capture_beside_pulse_widths(folder, it):
     """Millimetres and degrees, a frame counter; a file of thrusters beside it. z is up."""
     flip = np.array([1.0, -1.0, -1.0])
     columns = {"Frame": np.arange(900.0), "Time": it.time}
@@ -540,7 +530,7 @@ def motion_capture_beside_pulse_widths(folder: Path, it: Truth) -> str:
 
 
 @case(holds="u v w p q r attitude position port", tolerance=0.1)
-def csv_of_a_pose_and_numbered_motors(folder: Path, it: Truth) -> Path:
+def csv_of_a_pose_and_numbered_motors(folder, it):
     """A quaternion and a place, pulse widths that no word tells, and a battery."""
     columns = {"timestamp": (EPOCH + it.time) * 1e3, **name_columns("qw qx qy qz", it.q_ned)}
     columns |= name_columns("x y z", it.place)
@@ -550,7 +540,7 @@ def csv_of_a_pose_and_numbered_motors(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude", tolerance=0.1)
-def csv_of_a_ship_beside_its_thrusters(folder: Path, it: Truth) -> str:
+def csv_of_a_ship_beside_its_thrusters(folder, it):
     """Heading, heel and trim; in the other file thrusters that are called by what they turn."""
     pose = {"t": it.time, **it.euler("Heel[deg] Trim[deg] Heading[deg]", DEG)}
     pressure = {"P [bar]": 1 + 0.1 * it.place[:, 2], "max_roll": 3 + 0 * it.time}
@@ -561,14 +551,14 @@ def csv_of_a_ship_beside_its_thrusters(folder: Path, it: Truth) -> str:
 
 
 @case(holds="u v w")
-def csv_of_a_heading_alone(folder: Path, it: Truth) -> Path:
+def csv_of_a_heading_alone(folder, it):
     """Heave, and no roll and pitch: level is assumed, and said."""
     heading = {"heading_deg": it.angles[:, 2] / DEG, "yaw": 1500 + 500 * it.rudder}
     return write(folder / "a.csv", {"t": it.time, **heading, **name_columns("u v w", it.body)})
 
 
 @case(tolerance=0.1)
-def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
+def csv_of_a_slow_doppler_log(folder, it):
     """A velocity twice a second in rows of ten, blank between."""
     slow = {
         n: [repr(x) if k % 5 == 0 else "" for k, x in enumerate(item.tolist())]
@@ -578,14 +568,14 @@ def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
 
 
 @case(tolerance=0.1)
-def csv_of_a_dead_gyro(folder: Path, it: Truth) -> Path:
+def csv_of_a_dead_gyro(folder, it):
     """Rates that say nothing while the attitude turns: they come from it."""
     dead = name_columns("p q r", 1e-8 * np.sin(it.rates * 1e3))
     return write(folder / "a.csv", {**it.table("t"), **dead})
 
 
 @case()
-def csv_of_mavlink(folder: Path, it: Truth) -> Path:
+def csv_of_mavlink(folder, it):
     """Names of messages, velocities along north, east, down, servos by number."""
     stem = "LOCAL_POSITION_NED."
     columns = {
@@ -599,7 +589,7 @@ def csv_of_mavlink(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v r attitude position rudder rpm")
-def csv_of_a_surface_boat(folder: Path, it: Truth) -> Path:
+def csv_of_a_surface_boat(folder, it):
     columns = {
         "t": it.time,
         **name_columns("x y psi", it.flat_place),
@@ -609,13 +599,13 @@ def csv_of_a_surface_boat(folder: Path, it: Truth) -> Path:
 
 
 @case(tolerance=0.05)
-def csv_of_a_coarse_clock(folder: Path, it: Truth) -> Path:
+def csv_of_a_coarse_clock(folder, it):
     """Stamps of whole seconds at ten rows a second."""
     return write(folder / "a.csv", {**it.table(), "time": np.floor(it.time + 1e-9)})
 
 
 @case(holds="u v rudder", tolerance=0.1, apart="attitude velocity")
-def csv_of_ground_speed_without_the_vertical(folder: Path, it: Truth) -> Path:
+def csv_of_ground_speed_without_the_vertical(folder, it):
     """North and east alone beside roll and pitch: level is assumed, and said."""
     angles = 0.2 * it.angles[:, :2]
     turns = Rotation.from_euler("ZYX", np.column_stack((it.angles[:, 2], angles[:, ::-1])))
@@ -627,20 +617,20 @@ def csv_of_ground_speed_without_the_vertical(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position rudder")
-def csv_with_z_up_beside_a_depth(folder: Path, it: Truth) -> Path:
+def csv_with_z_up_beside_a_depth(folder, it):
     columns = it.table() | name_columns("roll pitch yaw", it.angles * FLIP)
     columns |= name_columns("u v w", it.body * FLIP) | name_columns("p q r", it.rates * FLIP)
     return write(folder / "a.csv", {**columns, "depth": it.place[:, 2]})
 
 
 @case(loads=False, says="no line of column names")
-def numbers_without_names(folder: Path, it: Truth) -> Path:
+def numbers_without_names(folder, it):
     np.savetxt(folder / "a.dat", np.column_stack((it.time, it.body, it.rates, it.angles)))
     return folder / "a.dat"
 
 
 @case(holds="u v w small rudder", apart="attitude velocity.p velocity.q velocity.r")
-def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
+def csv_of_small_angles_in_degrees(folder, it):
     """Angles of a few degrees and rates of a few degrees a second, no unit anywhere."""
     angles = it.angles * (1, 0.4, 0.13)
     turns = Rotation.from_euler("ZYX", angles[:, ::-1])
@@ -655,7 +645,7 @@ def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude")
-def npz_of_a_quaternion_of_unsaid_order(folder: Path, it: Truth) -> Path:
+def npz_of_a_quaternion_of_unsaid_order(folder, it):
     """x y z w, as ROS has it; nothing says so."""
     pose = it.turns.as_quat()
     np.savez(folder / "a.npz", time=it.time, vel=it.body, gyro=it.rates, quat=pose, fin=it.rudder)
@@ -663,7 +653,7 @@ def npz_of_a_quaternion_of_unsaid_order(folder: Path, it: Truth) -> Path:
 
 
 @case()
-def csv_of_many_sticks(folder: Path, it: Truth) -> Path:
+def csv_of_many_sticks(folder, it):
     """Sixteen channels of a remote control, most of them still."""
     columns = it.table("timestamp") | {"timestamp": EPOCH + it.time}
     del columns["rudder"]
@@ -673,13 +663,13 @@ def csv_of_many_sticks(folder: Path, it: Truth) -> Path:
 
 
 @case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
-def csv_of_pandas_with_an_index_alone(folder: Path, it: Truth) -> Path:
+def csv_of_pandas_with_an_index_alone(folder, it):
     """The index of the table is no clock: its rate must be said."""
     return write(folder / "a.csv", it.table("") | {"": np.arange(900.0)})
 
 
 @case(holds="", loads=False, says="velocity")
-def moos_log_of_speed_alone(folder: Path, it: Truth) -> Path:
+def moos_log_of_speed_alone(folder, it):
     lines = ["%% LOGSTART 1716912000"]
     for k, time in enumerate(it.time.tolist()):
         lines += [f"{time:.3f} NAV_HEADING pNav {it.angles[k, 2] / DEG % 360:.4f}"]
@@ -690,7 +680,7 @@ def moos_log_of_speed_alone(folder: Path, it: Truth) -> Path:
 
 
 @case(holds="u v w p q r attitude position rudder")
-def ulog_of_px4(folder: Path, it: Truth) -> Path:
+def ulog_of_px4(folder, it):
     log, turning = Ulog(), np.outer(it.rudder, (0, 0, 1))
     moving = np.column_stack((it.place, it.world)).tolist()
     topics = {

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable
@@ -13,11 +11,11 @@ _NOTE = re.compile(r"(.+): (\d+) of \d+ samples of `(\w+)` \(.* %\) .+")
 
 
 @pytest.fixture(scope="session")
-def counts() -> Counts:
+def counts():
     """Return how many samples of each channel a step touched, by the notes of a log."""
 
-    def of(log: Log, step: str) -> dict[str, int]:
-        found: Counter[str] = Counter()
+    def of(log, step):
+        found = Counter()
         for note in log.notes:
             told = _NOTE.fullmatch(note)
             if told is not None and told[1] == step:

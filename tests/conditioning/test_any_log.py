@@ -1,10 +1,7 @@
 """Laws that hold of any log, however odd."""
 
-from __future__ import annotations
-
 import dataclasses
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -26,7 +23,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
-KINDS: tuple[Callable[[np.random.Generator, int], np.ndarray], ...] = (
+KINDS = (
     lambda rng, n: rng.normal(size=n),
     lambda rng, n: np.zeros(n),
     lambda rng, n: np.full(n, 1.25),
@@ -38,7 +35,7 @@ KINDS: tuple[Callable[[np.random.Generator, int], np.ndarray], ...] = (
 
 
 @st.composite
-def logs(draw: st.DrawFn) -> Log:
+def logs(draw):
     """Few or many segments, some of two samples, any channels, any clock."""
     lengths = draw(st.lists(st.integers(2, 40), min_size=1, max_size=5))
     n = sum(lengths)
@@ -74,7 +71,7 @@ def logs(draw: st.DrawFn) -> Log:
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(logs())
-def test_cleaning_keeps_a_log_a_log(log: Log) -> None:
+def test_cleaning_keeps_a_log_a_log(log):
     try:
         made = clean(log)
     except LogError:
@@ -104,7 +101,7 @@ def test_cleaning_keeps_a_log_a_log(log: Log) -> None:
 )
 @settings(max_examples=15, deadline=None)
 @given(log=logs())
-def test_completing_returns_a_log_or_says_why_not(step: Callable[[Log], Log], log: Log) -> None:
+def test_completing_returns_a_log_or_says_why_not(step, log):
     try:
         made = step(log)
     except LogError:
@@ -116,7 +113,7 @@ def test_completing_returns_a_log_or_says_why_not(step: Callable[[Log], Log], lo
 
 @settings(max_examples=40, deadline=None)
 @given(logs(), st.sampled_from([0.0, 0.05, 10.0]), st.sampled_from([1e-2, 600.0, 1e9]))
-def test_a_current_is_finite_or_refused(log: Log, drift: float, spacing: float) -> None:
+def test_a_current_is_finite_or_refused(log, drift, spacing):
     try:
         found = estimate_current(log, spacing=spacing, drift=drift)
     except LogError:

@@ -1,9 +1,5 @@
-from __future__ import annotations
-
 import dataclasses
-from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +15,7 @@ SPEEDS = {1500.0: 1.5, 1000.0: 1.0}
 
 
 @cache
-def survey(seed: int = 0, legs: int = 8) -> Log:
+def survey(seed=0, legs=8):
     """Legs up and down with turns between, two propeller speeds, as seen through the water."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, 200.0 * legs, 0.5)
@@ -43,7 +39,7 @@ def survey(seed: int = 0, legs: int = 8) -> Log:
     )
 
 
-def in_current(log: Log, current: np.ndarray) -> Log:
+def in_current(log, current):
     """Add a current, north and east at each sample, to what is seen through the water."""
     flow = np.column_stack((current, np.zeros(log.n)))
     velocity = log.velocity.copy()
@@ -53,7 +49,7 @@ def in_current(log: Log, current: np.ndarray) -> Log:
 
 @settings(max_examples=8, deadline=None)
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.integers(0, 3))
-def test_a_known_constant_current_comes_back(north: float, east: float, seed: int) -> None:
+def test_a_known_constant_current_comes_back(north, east, seed):
     log = survey(seed)
     found = estimate_current(in_current(log, np.tile((north, east), (log.n, 1))), drift=0.0)
     assert found.velocity.shape == (1, 2)
@@ -61,7 +57,7 @@ def test_a_known_constant_current_comes_back(north: float, east: float, seed: in
     assert found.determined
 
 
-def test_a_tide_that_turns_comes_back() -> None:
+def test_a_tide_that_turns_comes_back():
     log = survey()
     true = np.column_stack((0.1 + 0 * log.elapsed, 0.25 * np.sin(2 * np.pi * log.elapsed / 3600)))
     found = estimate_current(in_current(log, true), spacing=300.0, drift=0.1)
@@ -69,7 +65,7 @@ def test_a_tide_that_turns_comes_back() -> None:
     assert found.standard_error.max() < 0.03
 
 
-def test_what_is_removed_is_what_was_added() -> None:
+def test_what_is_removed_is_what_was_added():
     log = survey()
     flow = np.tile((0.2, 0.3), (log.n, 1))
     current = Current([0.0], [[0.2, 0.3]], [[0.0, 0.0]])
@@ -81,7 +77,7 @@ def test_what_is_removed_is_what_was_added() -> None:
     assert "less a current estimated of" in back.notes[-1]
 
 
-def test_recorded_accelerations_follow() -> None:
+def test_recorded_accelerations_follow():
     """The derivative of the velocity through the water is that of its difference."""
     time = np.arange(0.0, 100.0, 0.01)
     yaw = 0.1 * time
@@ -100,7 +96,7 @@ def test_recorded_accelerations_follow() -> None:
     assert subtract_current(made, Current([0.0], [[0, 0]], [[0, 0]])).acceleration is not None
 
 
-def test_runs_months_apart_have_knots_of_their_own() -> None:
+def test_runs_months_apart_have_knots_of_their_own():
     log = in_current(survey(), np.tile((0.2, -0.1), (survey().n, 1)))
     later = dataclasses.replace(log, time=log.time + 1e7)
     both = estimate_current(concatenate([log, later]), spacing=400.0)
@@ -108,7 +104,7 @@ def test_runs_months_apart_have_knots_of_their_own() -> None:
     np.testing.assert_allclose(both.velocity, np.tile((0.2, -0.1), (len(both.time), 1)), atol=0.04)
 
 
-def test_one_heading_tells_nothing() -> None:
+def test_one_heading_tells_nothing():
     log = survey().between(0, 150)
     found = estimate_current(log)
     assert not found.determined
@@ -116,7 +112,7 @@ def test_one_heading_tells_nothing() -> None:
         subtract_current(log)
 
 
-def test_lacking_and_impossible_are_named_at_once() -> None:
+def test_lacking_and_impossible_are_named_at_once():
     log = Log.from_arrays([0, 1], {"r": [0, 0]})
     with pytest.raises(LogError) as caught:
         estimate_current(log, spacing=0.0)
@@ -128,7 +124,7 @@ def test_lacking_and_impossible_are_named_at_once() -> None:
         estimate_current(still)
 
 
-def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:
+def test_the_field_log_of_the_690(measured_logs):
     """Oracle: its documentation, a current that grows from 0.11 to 0.28 m/s towards east."""
     path = measured_logs("vt690_field") / "derived_10hz.csv"
     table = np.loadtxt(path, delimiter=",", skiprows=1)
@@ -149,7 +145,7 @@ def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:
     assert apart[1] < 0.15 * apart[0]
 
 
-def _difference_of_headings(log: Log, velocity: np.ndarray) -> float:
+def _difference_of_headings(log, velocity):
     """Return how much faster the vehicle seems on one heading than on the other [m/s]."""
     yaw = np.degrees(euler_from_quaternion(log.attitude)[:, 2]) % 360
     steady = np.abs(velocity[:, 5]) < 0.01

@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import dataclasses
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -20,7 +17,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 
-def body_rates(euler: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+def body_rates(euler, slopes):
     """Oracle: the kinematics of Euler angles (Fossen 2021, equation 2.39)."""
     (roll, pitch, _), (droll, dpitch, dyaw) = euler.T, slopes.T
     return np.column_stack(
@@ -32,7 +29,7 @@ def body_rates(euler: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     )
 
 
-def motion(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def motion(time):
     """Rolling over and over while pitching and yawing."""
     euler = np.column_stack((0.9 * time, 0.6 * np.sin(0.8 * time), 2 * np.sin(0.3 * time)))
     slopes = np.column_stack((0.9 + 0 * time, 0.48 * np.cos(0.8 * time), 0.6 * np.cos(0.3 * time)))
@@ -40,7 +37,7 @@ def motion(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("irregular", [False, True])
-def test_a_tumbling_vehicle(irregular: bool) -> None:
+def test_a_tumbling_vehicle(irregular):
     rng = np.random.default_rng(1)
     steps = rng.uniform(0.02, 0.08, 600) if irregular else np.full(600, 0.05)
     time = np.cumsum(steps)
@@ -53,7 +50,7 @@ def test_a_tumbling_vehicle(irregular: bool) -> None:
     assert made.notes == ("derived: `p q r` from attitude, by local quadratics over 5 samples",)
 
 
-def test_what_is_recorded_stays_unless_named() -> None:
+def test_what_is_recorded_stays_unless_named():
     time = np.arange(0, 10, 0.1)
     attitude, _ = motion(time)
     recorded = {"p": 7 + 0 * time, "q": 0 * time, "r": 0 * time}
@@ -64,7 +61,7 @@ def test_what_is_recorded_stays_unless_named() -> None:
     assert np.ptp(made.velocity[:, 4]) > 0.1
 
 
-def helix(seed: int | None = None) -> tuple[Log, np.ndarray]:
+def helix(seed=None):
     """A climbing turn; returns what a sensor would have measured too."""
     steps = (
         np.full(500, 0.1) if seed is None else np.random.default_rng(seed).uniform(0.05, 0.15, 500)
@@ -80,7 +77,7 @@ def helix(seed: int | None = None) -> tuple[Log, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", [None, 1])
-def test_the_way_made_is_found_in_body_axes(seed: int | None) -> None:
+def test_the_way_made_is_found_in_body_axes(seed):
     log, body = helix(seed)
     made = velocity_from_position(log, seconds=0.5)
     assert made.velocity_names == ("u", "v", "w", "r")
@@ -89,7 +86,7 @@ def test_the_way_made_is_found_in_body_axes(seed: int | None) -> None:
     assert made.notes[-1].startswith("derived: `u v w` over ground from position")
 
 
-def test_a_planar_log_gets_no_heave() -> None:
+def test_a_planar_log_gets_no_heave():
     log, _ = helix()
     flat = dataclasses.replace(log, position=log.position * (1, 1, 0))
     made = velocity_from_position(flat)
@@ -97,7 +94,7 @@ def test_a_planar_log_gets_no_heave() -> None:
     assert velocity_from_position(made) is made
 
 
-def test_a_depth_alone_gives_no_horizontal_velocity() -> None:
+def test_a_depth_alone_gives_no_horizontal_velocity():
     log, _ = helix()
     made = velocity_from_position(dataclasses.replace(log, position=log.position * (0, 0, 1)))
     assert made.velocity_names == ("w", "r")
@@ -106,7 +103,7 @@ def test_a_depth_alone_gives_no_horizontal_velocity() -> None:
 STEP = 1e-3
 
 
-def swinging(arm: tuple[float, float, float]) -> tuple[Log, np.ndarray]:
+def swinging(arm):
     """A vehicle that moves on every axis, an accelerometer aside, and the true derivative.
 
     Oracle: the position of the accelerometer differenced twice, gravity taken off.
@@ -138,7 +135,7 @@ def swinging(arm: tuple[float, float, float]) -> tuple[Log, np.ndarray]:
 
 
 @pytest.mark.parametrize("arm", [(0.0, 0.0, 0.0), (0.6, -0.2, 0.1)])
-def test_equation_1_gives_the_derivative_at_the_reference_point(arm) -> None:
+def test_equation_1_gives_the_derivative_at_the_reference_point(arm):
     log, true = swinging(arm)
     made = acceleration_from_accelerometer(log, arm, seconds=0.1)
     assert made.acceleration is not None
@@ -159,9 +156,7 @@ def test_equation_1_gives_the_derivative_at_the_reference_point(arm) -> None:
         (partial(acceleration_from_accelerometer, lever_arm="abc"), "", "must be numbers"),
     ],
 )
-def test_what_is_lacking_or_wrong_is_named(
-    step: Callable[[Log], Log], lacking: str, says: str
-) -> None:
+def test_what_is_lacking_or_wrong_is_named(step, lacking, says):
     log = Log(
         time=[0.0, 1.0],
         velocity=np.ones((2, 6)),
@@ -173,7 +168,7 @@ def test_what_is_lacking_or_wrong_is_named(
         step(dataclasses.replace(log, **({lacking: None} if lacking else {})))
 
 
-def test_an_even_clock_gives_savitzky_and_golay() -> None:
+def test_an_even_clock_gives_savitzky_and_golay():
     """Oracle: scipy.signal.savgol_filter."""
     from scipy.signal import savgol_filter
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -13,7 +11,7 @@ from hydrodamp.errors import LogError
 TIME = np.arange(0.0, 60.0, 0.1)
 
 
-def moving(seed: int = 0) -> Log:
+def moving(seed=0):
     rng = np.random.default_rng(seed)
     velocity = np.sin(np.outer(TIME, rng.uniform(0.2, 1, 6))) + 0.01 * rng.normal(size=(600, 6))
     return Log(time=TIME, velocity=velocity, segments=())
@@ -21,9 +19,7 @@ def moving(seed: int = 0) -> Log:
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(20, 300), st.integers(12, 200), st.integers(0, 5))
-def test_all_but_the_first_sample_of_a_frozen_run_go(
-    counts, start: int, length: int, axis: int
-) -> None:
+def test_all_but_the_first_sample_of_a_frozen_run_go(counts, start, length, axis):
     log = moving()
     velocity = log.velocity.copy()
     velocity[start : start + length, axis] = velocity[start, axis]
@@ -32,7 +28,7 @@ def test_all_but_the_first_sample_of_a_frozen_run_go(
     assert made.n == (600 if length <= 10 else 600 - length + 1)
 
 
-def test_a_slow_sensor_is_not_frozen() -> None:
+def test_a_slow_sensor_is_not_frozen():
     log = moving()
     held = log.velocity[np.arange(600) // 15 * 15]
     slow = dataclasses.replace(log, velocity=np.column_stack((held[:, :3], log.velocity[:, 3:])))
@@ -48,13 +44,13 @@ def test_a_slow_sensor_is_not_frozen() -> None:
         (np.s_[100:300, 0], 0.0),
     ],
 )
-def test_rest_and_what_never_moves_are_not_frozen(place: object, value: float) -> None:
+def test_rest_and_what_never_moves_are_not_frozen(place, value):
     velocity = moving().velocity.copy()
     velocity[place] = value
     assert mask_frozen(Log(time=TIME, velocity=velocity)).notes == ()
 
 
-def test_attitude_tells_that_the_vehicle_moves(counts) -> None:
+def test_attitude_tells_that_the_vehicle_moves(counts):
     surge = np.sin(TIME)
     surge[200:300] = surge[200]
     yaw = np.outer(0.1 * np.sin(TIME), (0, 0, 1))
@@ -68,7 +64,7 @@ def test_attitude_tells_that_the_vehicle_moves(counts) -> None:
     ("place", "value"),
     [*((np.s_[30:32, 1], value) for value in (*DVL_SENTINELS, -40.0)), (np.s_[30:50, :3], 0.0)],
 )
-def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) -> None:
+def test_numbers_that_stand_for_none_go(swim, place, value, counts):
     velocity = swim.velocity.copy()
     velocity[place] = value
     made = mask_dvl_dropouts(dataclasses.replace(swim, velocity=velocity))
@@ -84,11 +80,11 @@ def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) 
     [{"r": [1, 32.768, 1]}, {"u": [35, 40, 49]}, {"u": [1, 0, 1]}],
     ids=["rates", "another unit", "a surge alone"],
 )
-def test_what_lost_no_lock_is_left_alone(velocity: dict[str, list[float]]) -> None:
+def test_what_lost_no_lock_is_left_alone(velocity):
     assert mask_dvl_dropouts(Log.from_arrays([0, 1, 2], velocity)).notes == ()
 
 
-def test_a_flag_speaks_for_the_instrument(counts) -> None:
+def test_a_flag_speaks_for_the_instrument(counts):
     good = np.ones(50)
     good[20:24] = 0
     log = Log.from_arrays(np.arange(50) / 10, {"u": np.arange(50) / 10}, commands={"good": good})

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -12,7 +10,7 @@ from hydrodamp.errors import LogError
 CLOCK = np.cumsum(np.random.default_rng(5).uniform(0.05, 0.25, 60))
 
 
-def straight(n: int = 60) -> Log:
+def straight(n=60):
     """Everything linear in time on an irregular clock: interpolation is exact."""
     time = CLOCK[:n]
     return Log.from_arrays(
@@ -24,14 +22,14 @@ def straight(n: int = 60) -> Log:
     )
 
 
-def rows(places: object, n: int = 60) -> np.ndarray:
+def rows(places, n=60):
     """Return which of n samples are at some places."""
     return np.isin(np.arange(n), [*places])
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(1, 28), max_size=10))
-def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
+def test_what_is_linear_comes_back(counts, places):
     log = straight()
     lost = rows(places)
     made = remove_samples(log, {"u": lost, "attitude": lost}, "gone", longest=10.0)
@@ -42,7 +40,7 @@ def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(0, 59), max_size=59), st.floats(0.1, 3.0))
-def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: float) -> None:
+def test_every_lost_sample_is_bridged_or_cut(counts, places, longest):
     log = straight()
     lost = rows(places)
     try:
@@ -56,7 +54,7 @@ def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: 
     assert steps.max() <= np.diff(CLOCK).max()
 
 
-def test_a_long_stretch_splits_and_the_pieces_go_by_the_old_name() -> None:
+def test_a_long_stretch_splits_and_the_pieces_go_by_the_old_name():
     made = remove_samples(straight(), {"u": rows(range(40, 52))}, "gone")
     assert [part.name for part in made.segments] == ["a", "b.1", "b.2"]
     assert made.select("b").n == 18
@@ -66,12 +64,12 @@ def test_a_long_stretch_splits_and_the_pieces_go_by_the_old_name() -> None:
     assert twice.select("b").n == 16
 
 
-def test_no_bridge_across_a_join() -> None:
+def test_no_bridge_across_a_join():
     made = remove_samples(straight(), {"r": rows((29, 30))}, "gone", longest=100.0)
     assert made.n == 58
     assert [part.name for part in made.segments] == ["a", "b"]
 
 
-def test_nothing_left_is_a_fault() -> None:
+def test_nothing_left_is_a_fault():
     with pytest.raises(LogError, match="gone: no two adjacent samples remain of 60"):
         remove_samples(straight(), {"u": rows(range(60))}, "gone")

@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 import dataclasses
 import itertools
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,16 +16,16 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
 
-def noisy(n: int = 400, seed: int = 0) -> np.ndarray:
+def noisy(n=400, seed=0):
     rng = np.random.default_rng(seed)
     return np.sin(np.arange(n) / 15) + 0.02 * rng.normal(size=n)
 
 
-def found_in(values: np.ndarray) -> np.ndarray:
+def found_in(values):
     return find_outliers(still([0, len(values)]), values)
 
 
-def still(edges: list[int]) -> Log:
+def still(edges):
     """A log of nothing but segments between some edges."""
     parts = tuple(Segment(str(a), a, b) for a, b in itertools.pairwise(edges))
     return Log(np.arange(1.0 * edges[-1]), np.zeros((edges[-1], 6)), segments=parts)
@@ -40,7 +37,7 @@ def still(edges: list[int]) -> Log:
     st.integers(0, 5),
     st.sampled_from([-1.0, 1.0]),
 )
-def test_exactly_the_spikes_put_in_are_found(places: set[int], seed: int, sign: float) -> None:
+def test_exactly_the_spikes_put_in_are_found(places, seed, sign):
     values = noisy(seed=seed)
     rows = np.array(sorted(places), dtype=int) * 8  # no two in half a window
     values[rows] += sign * 1.0
@@ -48,7 +45,7 @@ def test_exactly_the_spikes_put_in_are_found(places: set[int], seed: int, sign: 
 
 
 @pytest.mark.parametrize("kind", ["step", "ramp", "corner", "stairs", "still", "pulse of four"])
-def test_motion_is_no_spike(kind: str) -> None:
+def test_motion_is_no_spike(kind):
     index = np.arange(60.0)
     values = {
         "step": np.where(index < 30, 0.0, 1.0),
@@ -61,21 +58,21 @@ def test_motion_is_no_spike(kind: str) -> None:
     assert not found_in(values).any()
 
 
-def test_a_coarse_sensor_may_flicker() -> None:
+def test_a_coarse_sensor_may_flicker():
     rng = np.random.default_rng(1)
     values = np.where(rng.random(500) < 0.1, 0.001, 0.0)
     values[100] = 0.5
     assert np.flatnonzero(found_in(values)).tolist() == [100]
 
 
-def test_nothing_is_compared_across_a_join() -> None:
+def test_nothing_is_compared_across_a_join():
     low, high = noisy(), 30 + noisy(seed=1)
     both = np.concatenate((low, high))
     assert not find_outliers(still([0, 400, 800]), both).any()
     assert not find_outliers(still([0, 4, 10]), both[396:406]).any()
 
 
-def test_a_step_counts_what_it_touched_and_tells_it(swim: Log, counts) -> None:
+def test_a_step_counts_what_it_touched_and_tells_it(swim, counts):
     velocity = swim.velocity.copy()
     velocity[[20, 21, 60], 0] += 4.0
     velocity[0, 5] += 9.0
@@ -89,7 +86,7 @@ def test_a_step_counts_what_it_touched_and_tells_it(swim: Log, counts) -> None:
     )
 
 
-def test_accelerations_are_looked_at_where_named(swim: Log, counts) -> None:
+def test_accelerations_are_looked_at_where_named(swim, counts):
     rng = np.random.default_rng(3)
     blocks = {
         "acceleration": rng.normal(size=(100, 6)) / 50,
@@ -112,12 +109,12 @@ def test_accelerations_are_looked_at_where_named(swim: Log, counts) -> None:
         ({"names": ["rudder"]}, "no measured channel 'rudder'"),
     ],
 )
-def test_settings_that_cannot_be(swim: Log, setting: dict[str, Any], says: str) -> None:
+def test_settings_that_cannot_be(swim, setting, says):
     with pytest.raises(LogError, match=says):
         remove_outliers(swim, **setting)
 
 
-def tumbling(n: int = 200, rate: float = 0.8) -> np.ndarray:
+def tumbling(n=200, rate=0.8):
     """Turning about every axis, through every wrap there is."""
     time = np.arange(n) / 10
     return quaternion_from_euler(
@@ -125,22 +122,20 @@ def tumbling(n: int = 200, rate: float = 0.8) -> np.ndarray:
     )
 
 
-def turning(attitude: np.ndarray) -> Log:
+def turning(attitude):
     n = len(attitude)
     return Log(time=np.arange(n) / 10, velocity=np.ones((n, 6)), attitude=attitude)
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 2.0])
-def test_a_tumbling_vehicle_does_not_leap(rate: float) -> None:
+def test_a_tumbling_vehicle_does_not_leap(rate):
     attitude = tumbling(rate=rate)
     assert not find_attitude_outliers(turning(attitude)).any()
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.sets(st.integers(1, 23), max_size=10), st.floats(0.8, 3.1), st.floats(0, 1.0))
-def test_exactly_the_leaps_put_in_are_taken_out(
-    counts, places: set[int], angle: float, rate: float
-) -> None:
+def test_exactly_the_leaps_put_in_are_taken_out(counts, places, angle, rate):
     attitude = tumbling(rate=rate)
     rows = np.array(sorted(places), dtype=int) * 8
     half = angle / 2
@@ -155,7 +150,7 @@ def test_exactly_the_leaps_put_in_are_taken_out(
 
 
 @pytest.mark.parametrize("length", [1, 3, 8, 12])
-def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length: int) -> None:
+def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length):
     """Motion capture takes another marker set for a while; the vehicle turns on meanwhile."""
     yaw = 0.04 * np.arange(300) + 0.5 * np.sin(0.05 * np.arange(300))
     attitude = quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
@@ -166,7 +161,7 @@ def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length: int) -> Non
     assert found.sum() == length
 
 
-def test_a_manoeuvre_and_a_held_compass_are_no_excursions() -> None:
+def test_a_manoeuvre_and_a_held_compass_are_no_excursions():
     """A turn away and back at 20 deg/s, and a zigzag of a compass at 1 Hz repeated at 20 Hz."""
     rate = np.radians(20.0) * np.repeat([0.0, 1.0, -1.0, 0.0], [300, 4, 4, 300])
     boat = quaternion_from_euler(np.outer(np.cumsum(rate), (0.0, 0.0, 1.0)))
@@ -176,14 +171,14 @@ def test_a_manoeuvre_and_a_held_compass_are_no_excursions() -> None:
     assert not find_attitude_outliers(turning(held)).any()
 
 
-def test_an_attitude_that_is_set_anew_is_no_excursion() -> None:
+def test_an_attitude_that_is_set_anew_is_no_excursion():
     yaw = 0.05 * np.arange(300)
     yaw[150:] += 2.0
     attitude = quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
     assert not find_attitude_outliers(turning(attitude)).any()
 
 
-def test_averaged_wraps_are_found_whatever_the_signs(counts) -> None:
+def test_averaged_wraps_are_found_whatever_the_signs(counts):
     rng = np.random.default_rng(1)
     attitude = tumbling() * rng.choice([-1.0, 1.0], size=(200, 1))
     attitude[[50, 120]] = quaternion_from_euler(np.zeros((2, 3)))
@@ -191,14 +186,14 @@ def test_averaged_wraps_are_found_whatever_the_signs(counts) -> None:
     assert counts(made, "attitude leaps") == {"attitude": 2}
 
 
-def test_small_noise_of_attitude_is_left_alone() -> None:
+def test_small_noise_of_attitude_is_left_alone():
     rng = np.random.default_rng(3)
     attitude = quaternion_from_euler(1e-4 * rng.normal(size=(500, 3)))
     attitude[100] = quaternion_from_euler(np.full((1, 3), np.radians(0.5)))
     assert not find_attitude_outliers(turning(attitude)).any()
 
 
-def test_short_segments_and_no_attitude() -> None:
+def test_short_segments_and_no_attitude():
     attitude = tumbling(8)
     attitude[2] = -attitude[2][[1, 0, 3, 2]]
     halves = (Segment("a", 0, 4), Segment("b", 4, 8))

@@ -1,9 +1,6 @@
 """Steps by their names: the same as the functions, and faults told at once."""
 
-from __future__ import annotations
-
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from hydrodamp.errors import LogError
 
 
 @pytest.fixture
-def turning() -> Log:
+def turning():
     """Yawing to and fro with a rudder, one spike in the surge."""
     time = np.arange(0.0, 30.0, 0.1)
     surge = 1.0 + 0.05 * np.sin(time)
@@ -29,7 +26,7 @@ def turning() -> Log:
     )
 
 
-def test_a_mapping_does_its_steps(turning: Log) -> None:
+def test_a_mapping_does_its_steps(turning):
     fields = {
         "t": turning.time,
         "speed": turning.velocity[:, 0],
@@ -63,7 +60,7 @@ def test_a_mapping_does_its_steps(turning: Log) -> None:
         ([{"clean": {"window": 7}}], "`clean` has no `window`. It takes: nothing"),
     ],
 )
-def test_what_is_wrong_is_said(content: object, said: str) -> None:
+def test_what_is_wrong_is_said(content, said):
     steps, faults = parse_steps(content)
     assert steps == ()
     assert said in faults[0]
@@ -89,13 +86,13 @@ def test_what_is_wrong_is_said(content: object, said: str) -> None:
         ({"apply_dead_zone": {"m1": 1475}}, "`apply_dead_zone.m1` must be a list; got 1475"),
     ],
 )
-def test_settings_are_checked_before_any_log_is_read(settings: dict[str, Any], said: str) -> None:
+def test_settings_are_checked_before_any_log_is_read(settings, said):
     with pytest.raises(LogError) as raised:
         hd.LogMapping.from_dict({"time": "t", "velocity": {"u": "speed"}, "steps": [settings]})
     assert any(said in fault for fault in raised.value.faults)
 
 
-def test_settings_reach_the_function(turning: Log) -> None:
+def test_settings_reach_the_function(turning):
     content = [
         "clean",
         {"remove_outliers": {"names": ["u"], "threshold": 1e6}},
@@ -114,7 +111,7 @@ def test_settings_reach_the_function(turning: Log) -> None:
     assert found.notes == by_hand.notes
 
 
-def spoilt(swim: Log) -> Log:
+def spoilt(swim):
     velocity = swim.velocity.copy()
     velocity[10, :3] = -32.768
     velocity[30, 5] += 5.0
@@ -124,7 +121,7 @@ def spoilt(swim: Log) -> Log:
     return dataclasses.replace(swim, velocity=velocity, attitude=attitude)
 
 
-def test_every_step_counts_its_own(swim: Log, counts) -> None:
+def test_every_step_counts_its_own(swim, counts):
     made = clean(spoilt(swim))
     assert counts(made, "no measurement") == {"u": 1, "v": 1, "w": 1}
     assert counts(made, "frozen") == {"u": 12}
@@ -135,7 +132,7 @@ def test_every_step_counts_its_own(swim: Log, counts) -> None:
     np.testing.assert_allclose(made.velocity, swim.velocity[rows], atol=5e-3)
 
 
-def test_a_clean_log_stays_as_it_is_and_clean(swim: Log) -> None:
+def test_a_clean_log_stays_as_it_is_and_clean(swim):
     assert clean(swim) is swim
     once = clean(spoilt(swim))
     twice = clean(once)

@@ -1,12 +1,9 @@
 """Each fault in the logs of an ROV, an AUV and a tanker is told once, a sound log never."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,7 +23,7 @@ SEEDS = (1, 2)
 
 
 @cache
-def voyage(craft: str, seed: int) -> hd.Log:
+def voyage(craft, seed):
     """A voyage by Froude's law, everything measured with noise and in accord."""
     length, speed, step = CRAFT[craft]
     rng = np.random.default_rng(seed)
@@ -57,7 +54,7 @@ def voyage(craft: str, seed: int) -> hd.Log:
     )
 
 
-def told(craft: str, log: hd.Log) -> list[str]:
+def told(craft, log):
     """Return what `compare` and `identify` say before they work."""
     length = CRAFT[craft][0]
     vehicle = hd.Vehicle.from_hull(length, 0.3 * length, 50 * length**3)
@@ -68,15 +65,15 @@ def told(craft: str, log: hd.Log) -> list[str]:
 Fault = Callable[[hd.Log], dict[str, object]]
 
 
-def times(**factors: float) -> Fault:
+def times(**factors):
     """Velocities times factors."""
     return lambda log: {"velocity": log.velocity * [factors.get(name, 1.0) for name in "uvwpqr"]}
 
 
-def replaced(name: str, rows: slice | list[int], value: Callable[[np.ndarray], object]) -> Fault:
+def replaced(name, rows, value):
     """Some rows of an array made of the array."""
 
-    def fault(log: hd.Log) -> dict[str, object]:
+    def fault(log):
         values = getattr(log, name).copy()
         values[rows] = value(values)
         return {name: values}
@@ -84,46 +81,46 @@ def replaced(name: str, rows: slice | list[int], value: Callable[[np.ndarray], o
     return fault
 
 
-def shuffled(log: hd.Log) -> dict[str, object]:
+def shuffled(log):
     """A yaw rate that is noise."""
     velocity = log.velocity.copy()
     np.random.default_rng(0).shuffle(velocity[:, 5])
     return {"velocity": velocity}
 
 
-def earth_fixed(log: hd.Log) -> dict[str, object]:
+def earth_fixed(log):
     """Velocities along the axes of the world."""
     world = np.einsum("nij,nj->ni", rotation_matrices(log.attitude), log.velocity[:, :3])
     return {"velocity": np.column_stack((world, log.velocity[:, 3:]))}
 
 
-def held(log: hd.Log) -> dict[str, object]:
+def held(log):
     """A Doppler log of a sixth of the rate, held."""
     velocity = log.velocity.copy()
     velocity[:, :3] = velocity[np.arange(log.n) // 6 * 6, :3]
     return {"velocity": velocity}
 
 
-def arrived(log: hd.Log) -> dict[str, object]:
+def arrived(log):
     """Times of arrival: late by up to a step and more."""
     step = log.time[1]
     late = np.random.default_rng(0).exponential(0.8 * step, log.n)
     return {"time": np.maximum.accumulate(log.time + late) + 1e-4 * step * np.arange(log.n)}
 
 
-def derived(log: hd.Log) -> dict[str, object]:
+def derived(log):
     """A surge that was differenced over a frame that motion capture lost."""
     velocity = log.velocity.copy()
     velocity[[700, 710], 0] = (25.0, -25.0)
     return {"velocity": velocity}
 
 
-def turned(_: np.ndarray) -> tuple[float, ...]:
+def turned(_):
     """Return an attitude far from any."""
     return (0.0, 0.6, 0.0, 0.8)
 
 
-FAULTS: dict[str, tuple[Fault, str, str]] = {
+FAULTS = {
     "dead gyro": (times(p=1e-7, q=1e-7, r=1e-7), "p q r", "`steps: [rates_from_attitude: {names"),
     "noise": (shuffled, "r", "over "),
     "degrees": (times(p=0.01745, q=0.01745, r=0.01745), "p q r", "taken for deg/s"),
@@ -168,7 +165,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("craft", CRAFT)
-def test_a_sound_log_is_left_alone(craft: str, seed: int) -> None:
+def test_a_sound_log_is_left_alone(craft, seed):
     assert told(craft, voyage(craft, seed)) == []
     assert check_quality(voyage(craft, seed)) == ()
 
@@ -176,7 +173,7 @@ def test_a_sound_log_is_left_alone(craft: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("craft", CRAFT)
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_is_told_in_one_sentence_with_its_cure(fault: str, craft: str, seed: int) -> None:
+def test_a_fault_is_told_in_one_sentence_with_its_cure(fault, craft, seed):
     change, channel, words = FAULTS[fault]
     log = voyage(craft, seed)
     said = told(craft, dataclasses.replace(log, **change(log)))
@@ -184,33 +181,29 @@ def test_a_fault_is_told_in_one_sentence_with_its_cure(fault: str, craft: str, s
     assert len(said) == 1, said
 
 
-def commanded(name: str, values: np.ndarray) -> Fault:
+def commanded(name, values):
     """One command in place of the wrench."""
-    return lambda _: {
-        "wrench": None,
-        "command_names": (name,),
-        "commands": values[:, np.newaxis],
-    }
+    return lambda _: {"wrench": None, "command_names": (name,), "commands": values[:, np.newaxis]}
 
 
-def place(factor: float) -> Fault:
+def place(factor):
     """Positions times a factor."""
     return lambda log: {"position": factor * log.position}
 
 
-def force(factor: float) -> Fault:
+def force(factor):
     """Specific forces of a vehicle that floats, times a factor."""
     return lambda log: {"specific_force": -9.81 * factor * log.down}
 
 
-def turned_in_degrees(log: hd.Log) -> dict[str, object]:
+def turned_in_degrees(log):
     """A heading in degrees for radians; rates alone cannot tell."""
     yaw = np.degrees(euler_from_quaternion(log.attitude)[:, 2])
     attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
     return {"attitude": attitude, "position": None, "velocity_names": ("u", "r")}
 
 
-def alone(log: hd.Log, **others: object) -> dict[str, object]:
+def alone(log, **others):
     """Nothing but velocities and what else is given."""
     return {"attitude": None, "position": None, **others}
 
@@ -255,7 +248,7 @@ OTHER_SIGN = "is of opposite sign"
         (lambda log: alone(log, time=1000 * log.time), {"time": "may be in ms, not s"}),
     ],
 )
-def test_wrong_units_and_signs_are_noted(change: Fault, found: dict[str, str]) -> None:
+def test_wrong_units_and_signs_are_noted(change, found):
     log = dataclasses.replace(voyage("auv", 1), **change(voyage("auv", 1)))
     wrong = check_quality(log)
     grave = [one for one in wrong if not one.is_minor or one.fix == Fix("unit", "deg")]
@@ -266,7 +259,7 @@ def test_wrong_units_and_signs_are_noted(change: Fault, found: dict[str, str]) -
     np.testing.assert_array_equal(made.time, log.time)
 
 
-def test_what_is_little_goes_with_the_vehicle_by_froude_s_law() -> None:
+def test_what_is_little_goes_with_the_vehicle_by_froude_s_law():
     """A yaw rate of 0.0056 rad/s is much for a ship of 320 m, and nothing for an AUV."""
     ship, auv = (VehicleScale(CRAFT[craft][0]) for craft in ("tanker", "auv"))
     assert 5 * ship.negligible("rad/s") < 0.0056 < auv.negligible("rad/s")
@@ -281,7 +274,7 @@ def test_what_is_little_goes_with_the_vehicle_by_froude_s_law() -> None:
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("craft", CRAFT)
 @pytest.mark.parametrize("fault", [name for name in FAULTS if name not in ("noise", "impossible")])
-def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> None:
+def test_the_step_that_a_cure_names_mends_the_log(fault, craft):
     log = voyage(craft, 1)
     wrong = dataclasses.replace(log, **FAULTS[fault][0](log))
     (found,) = check_quality(wrong, CRAFT[craft][0])
@@ -305,9 +298,7 @@ def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> Non
         ("campaigns", "*/*.csv", None),
     ],
 )
-def test_measured_logs_are_sound_but_for_single_samples(
-    folder: str, files: str, mapping: str | None, measured_logs: Callable[[str], Path]
-) -> None:
+def test_measured_logs_are_sound_but_for_single_samples(folder, files, mapping, measured_logs):
     home = measured_logs(folder)
     for path in home.glob(files) if files else (home,):
         log = hd.read_log(path, mapping)
@@ -315,7 +306,7 @@ def test_measured_logs_are_sound_but_for_single_samples(
         assert [one for part in parts for one in check_quality(part) if not one.is_minor] == []
 
 
-def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start() -> None:
+def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start():
     log = voyage("rov", 1)
     speed = log.velocity.copy()
     speed[-1, 0] = speed[0, 1] = 25.0  # m/s
@@ -327,7 +318,7 @@ def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start() -> None:
     }
 
 
-def test_zeros_at_once_are_no_matter_of_a_doppler_log() -> None:
+def test_zeros_at_once_are_no_matter_of_a_doppler_log():
     log = voyage("rov", 1)
     speed = log.velocity.copy()
     speed[500:510, :3] = 0.0

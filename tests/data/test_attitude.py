@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, strategies as st
 
@@ -14,7 +12,7 @@ angle = st.floats(-3.0, 3.0)
 pitch = st.floats(-1.5, 1.5)
 
 
-def elementary(roll: float, pitch: float, yaw: float) -> np.ndarray:
+def elementary(roll, pitch, yaw):
     """Fossen (2021), eq. 2.31: R = Rz(yaw) Ry(pitch) Rx(roll)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
@@ -24,21 +22,19 @@ def elementary(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 @given(angle, pitch, angle)
-def test_rotation_is_the_product_of_elementary_ones(r: float, p: float, y: float) -> None:
+def test_rotation_is_the_product_of_elementary_ones(r, p, y):
     q = quaternion_from_euler(np.array([[r, p, y]]))
     np.testing.assert_allclose(rotation_matrices(q)[0], elementary(r, p, y), atol=1e-14)
 
 
 @given(angle, pitch, angle)
-def test_euler_angles_come_back(r: float, p: float, y: float) -> None:
+def test_euler_angles_come_back(r, p, y):
     q = quaternion_from_euler(np.array([[r, p, y]]))
     np.testing.assert_allclose(euler_from_quaternion(q), [[r, p, y]], atol=1e-7)
 
 
 @given(st.lists(st.floats(-1.7, 1.7), min_size=3, max_size=3), angle, pitch, angle)
-def test_turn_is_the_constant_rate_that_leads_there(
-    vector: list[float], r: float, p: float, y: float
-) -> None:
+def test_turn_is_the_constant_rate_that_leads_there(vector, r, p, y):
     first = quaternion_from_euler(np.array([[r, p, y]]))
     angle_of = float(np.linalg.norm(vector))
     axis = np.array(vector) / (angle_of or 1.0)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import sys
 import tempfile
 import warnings
@@ -24,11 +22,11 @@ Write = Callable[..., Path]
 HEADER = "time,roll,pitch,yaw,u,v,w,p,q,r,rudder\n"
 
 
-def row(time: float, *, u: str = "1", rudder: str = "0.1") -> str:
+def row(time, *, u="1", rudder="0.1"):
     return f"{time},0,0,0,{u},0,0,0,0,0,{rudder}\n"
 
 
-def assert_same(one: Log, other: Log) -> None:
+def assert_same(one, other):
     """Every number equal to the bit, every name equal."""
     for name in (*(block.name for block in BLOCKS), "commands"):
         mine, its = getattr(one, name), getattr(other, name)
@@ -40,13 +38,13 @@ def assert_same(one: Log, other: Log) -> None:
     assert one.command_names == other.command_names
 
 
-def test_the_reserved_names_are_those_of_the_design() -> None:
+def test_the_reserved_names_are_those_of_the_design():
     design = "time roll pitch yaw qw qx qy qz u v w p q r du dv dw dp dq dr eta segment X Y Z K M N"
     assert {*RESERVED} == {*design.split(), *["north", "east", "down", "fx", "fy", "fz"]}
 
 
 @pytest.mark.parametrize("recorded", [6, 3])
-def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path, recorded: int) -> None:
+def test_a_written_log_is_read_to_the_bit(swim, tmp_path, recorded):
     rng, n = np.random.default_rng(4), swim.n
     log = replace(
         swim,
@@ -71,7 +69,7 @@ def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path, recorded: i
         unique=True,
     ),
 )
-def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) -> None:
+def test_any_numbers_and_names_come_back(block, names):
     log = Log(
         time=[0.0, 0.1, 0.3, 0.0, 1 / 3, 0.7],
         velocity=block[:, :6] / 2e4,  # at most 50
@@ -101,15 +99,13 @@ def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) ->
         (('"yaw, 1800"', "2"), ["yaw, 1800", "2"]),
     ],
 )
-def test_segments_are_called_as_they_are_written(
-    csv_file: Write, cells: tuple[str, str], names: list[str], clean: bool
-) -> None:
+def test_segments_are_called_as_they_are_written(csv_file, cells, names, clean):
     rows = "".join(f"{k},1,{cells[k // 3]}\n" for k in range(6))
     log = read_log(csv_file(f"time,u,segment\n{rows}{'' if clean else '# the end'}"))
     assert [part.name for part in log.segments] == names
 
 
-def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> None:
+def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file):
     path = csv_file("time,u,segment\n0,1,1\n1,2,1\n2,3,2\n3,4,2\n")
     only = {"column": "u", "where": {"segment": 2}}
     asked = LogMapping.from_dict({"time": "time", "velocity": {"u": only}})
@@ -149,14 +145,14 @@ def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> 
         ("time,u,yaw\n0,1,359\n1,1,1\n", "`yaw` must be in rad"),
     ],
 )
-def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> None:
+def test_what_cannot_be_read_says_why(csv_file, text, says):
     with pytest.raises(LogError) as caught:
         read_log(csv_file(text))
     assert says in str(caught.value)
     assert "log.csv" in str(caught.value)
 
 
-def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:
+def test_all_faults_of_a_file_are_told_at_once(csv_file):
     text = "time,u,v,uv,roll,pitch\n0,1,x,1,0,0\n2,1,1,1,0,0\n1,1,inf,1,0,0\n"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -177,31 +173,27 @@ def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:
     ],
     ids=["pitch", "wrap"],
 )
-def test_attitude_in_degrees_is_refused(csv_file: Write, angles: np.ndarray) -> None:
+def test_attitude_in_degrees_is_refused(csv_file, angles):
     rows = "".join(f"{k},1,{a[0]},{a[1]},{a[2]}\n" for k, a in enumerate(angles))
     with pytest.raises(LogError, match="`roll pitch yaw` must be in rad"):
         read_log(csv_file("time,u,roll,pitch,yaw\n" + rows))
 
 
-def test_parquet_holds_the_same_log(swim: Log, tmp_path: Path) -> None:
+def test_parquet_holds_the_same_log(swim, tmp_path):
     pytest.importorskip("pyarrow")
     log = concatenate([swim, swim])
     write_log(log, tmp_path / "log.parquet")
     assert_same(read_log(tmp_path / "log.parquet"), log)
 
 
-def test_parquet_without_pyarrow_says_how_to_get_it(
-    swim: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_parquet_without_pyarrow_says_how_to_get_it(swim, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(FileError, match=r"needs pyarrow.*or write a \.csv file"):
         write_log(swim, tmp_path / "log.parquet")
 
 
 @pytest.mark.parametrize("name", ["log.npz", "log.csv.gz", "log.MAT"])
-def test_a_log_is_not_written_under_the_name_of_another_format(
-    swim: Log, tmp_path: Path, name: str
-) -> None:
+def test_a_log_is_not_written_under_the_name_of_another_format(swim, tmp_path, name):
     with pytest.raises(FileError, match=r"Give a name that ends in \.csv or \.parquet"):
         write_log(swim, tmp_path / name)
     assert not [*tmp_path.iterdir()]

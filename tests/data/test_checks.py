@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
@@ -11,7 +9,7 @@ from hydrodamp.errors import LogError
 DEGREE = 180 / np.pi
 
 
-def tumble(rate: float, seed: int, n: int = 300) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def tumble(rate, seed, n=300):
     """Return an irregular clock, the attitude and the rates of a steady tumble."""
     rng = np.random.default_rng(seed)
     time = np.cumsum(rng.uniform(0.05, 0.2, n))
@@ -24,7 +22,7 @@ def tumble(rate: float, seed: int, n: int = 300) -> tuple[np.ndarray, np.ndarray
 
 @pytest.mark.slow
 @given(st.floats(0.05, 0.8), st.integers(0, 99))
-def test_a_log_in_degrees_names_its_rates(rate: float, seed: int) -> None:
+def test_a_log_in_degrees_names_its_rates(rate, seed):
     time, attitude, rates = tumble(rate, seed)
     velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)
     with pytest.raises(LogError, match=r"rates `p q r` must be in rad/s; they are 57.3 times"):
@@ -34,7 +32,7 @@ def test_a_log_in_degrees_names_its_rates(rate: float, seed: int) -> None:
         Log.from_arrays(time, velocity, attitude=attitude)
 
 
-def test_a_few_stray_attitudes_do_not_hide_it() -> None:
+def test_a_few_stray_attitudes_do_not_hide_it():
     time = np.arange(0.0, 60.0, 0.1)
     yaw = np.outer(np.sin(0.5 * time), (0, 0, 1))
     yaw[::100, 2] += 3.0
@@ -42,15 +40,12 @@ def test_a_few_stray_attitudes_do_not_hide_it() -> None:
         Log.from_arrays(time, {"r": DEGREE * 0.5 * np.cos(0.5 * time)}, attitude=yaw)
 
 
-def test_infinite_values_and_bad_quaternions_are_faults() -> None:
+def test_infinite_values_and_bad_quaternions_are_faults():
     velocity = np.zeros((3, 6))
     velocity[1, 2] = np.inf
     with pytest.raises(LogError) as caught:
         Log.from_arrays(
-            [0, 1, 2],
-            velocity,
-            attitude=[[2, 0, 0, 0]] * 3,
-            commands={"rudder": [0, 0, -np.inf]},
+            [0, 1, 2], velocity, attitude=[[2, 0, 0, 0]] * 3, commands={"rudder": [0, 0, -np.inf]}
         )
     message = str(caught.value)
     assert "`w` must be finite; it is infinite in row 2" in message
@@ -58,7 +53,7 @@ def test_infinite_values_and_bad_quaternions_are_faults() -> None:
     assert "must have norm 1; it is 2 in row 1" in message
 
 
-def test_a_speed_beyond_any_vehicle_names_column_value_and_row() -> None:
+def test_a_speed_beyond_any_vehicle_names_column_value_and_row():
     velocity = np.zeros((5, 6))
     velocity[2:4, 0] = -51.5
     velocity[1, 5] = 200.0
@@ -74,7 +69,7 @@ def test_a_speed_beyond_any_vehicle_names_column_value_and_row() -> None:
         Log(time=np.arange(5.0), velocity=velocity)
 
 
-def test_no_motion_unrelated_motion_and_few_samples_say_nothing() -> None:
+def test_no_motion_unrelated_motion_and_few_samples_say_nothing():
     rng = np.random.default_rng(3)
     time = np.arange(0.0, 20.0, 0.1)
     still = np.tile([1.0, 0, 0, 0], (200, 1))

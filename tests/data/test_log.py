@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,7 +11,7 @@ from hydrodamp.errors import LogError
 STILL = np.zeros((4, 6))
 
 
-def test_arrays_are_copied_and_read_only(swim: Log) -> None:
+def test_arrays_are_copied_and_read_only(swim):
     time = np.array([0.0, 1.0])
     log = Log(time=time, velocity=np.ones((2, 6)))
     time[0] = 5.0
@@ -24,7 +21,7 @@ def test_arrays_are_copied_and_read_only(swim: Log) -> None:
         assert not array.flags.writeable
 
 
-def test_euler_angles_and_dicts_will_do() -> None:
+def test_euler_angles_and_dicts_will_do():
     log = Log.from_arrays([0, 1], {"r": [1, 2], "u": [3, 4]}, attitude=[[0, 0, 0], [0, 0, 1.5]])
     assert log.velocity_names == ("u", "r")
     assert log.velocity.tolist() == [[3, 0, 0, 0, 0, 1], [4, 0, 0, 0, 0, 2]]
@@ -32,7 +29,7 @@ def test_euler_angles_and_dicts_will_do() -> None:
     np.testing.assert_allclose(log.attitude[1], [np.cos(0.75), 0, 0, np.sin(0.75)])
 
 
-def test_every_block_is_kept() -> None:
+def test_every_block_is_kept():
     rng = np.random.default_rng(2)
     shapes = {block.name: (3, *block.shape) for block in BLOCKS[3:]}
     blocks = {name: rng.normal(size=shape) for name, shape in shapes.items()}
@@ -44,7 +41,7 @@ def test_every_block_is_kept() -> None:
     assert log.bounds.tolist() == [[0, 3]]
 
 
-def test_all_wrong_arrays_are_named_at_once() -> None:
+def test_all_wrong_arrays_are_named_at_once():
     with pytest.raises(LogError) as caught:
         Log.from_arrays(
             [0, 1, 2],
@@ -79,13 +76,13 @@ def test_all_wrong_arrays_are_named_at_once() -> None:
         ({"commands": STILL[:, :2], "command_names": ("a", "a")}, "2 different names"),
     ],
 )
-def test_what_cannot_be_a_log(fields: dict[str, object], says: str) -> None:
+def test_what_cannot_be_a_log(fields, says):
     given = {"time": [0, 1, 2, 3], "velocity": STILL} | fields
     with pytest.raises(LogError, match=says):
         Log(**given)  # type: ignore[arg-type]
 
 
-def test_a_clock_may_restart_at_a_segment() -> None:
+def test_a_clock_may_restart_at_a_segment():
     log = Log.from_arrays([5, 6, 7, 0, 1], np.zeros((5, 6)), segment="aaabb")
     assert log.duration == 3.0
     assert log.elapsed.tolist() == [0, 1, 2, 3, 4]
@@ -94,7 +91,7 @@ def test_a_clock_may_restart_at_a_segment() -> None:
     assert on_one_clock.duration == 2.0
 
 
-def test_a_slice_across_segments_keeps_their_names() -> None:
+def test_a_slice_across_segments_keeps_their_names():
     log = Log.from_arrays([0, 1, 2, 0, 1, 2], np.zeros((6, 6)), segment="aaabbb")
     part = log.between(1, 5)
     assert part.segments == (Segment("a", 0, 2), Segment("b", 2, 4))
@@ -118,12 +115,12 @@ SPAN = "swim.csv: no two samples .* spans 0 s to 9.9 s"
         (lambda _: Log.from_arrays([0, 1], {"uu": [1, 2]}), r"got 'uu'\. Did you mean 'u'"),
     ],
 )
-def test_what_is_not_there_is_named(swim: Log, ask: Callable[[Log], object], says: str) -> None:
+def test_what_is_not_there_is_named(swim, ask, says):
     with pytest.raises(LogError, match=says):
         ask(swim)
 
 
-def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:
+def test_notes_are_kept_in_order_through_every_cut(swim):
     log = swim.with_notes("first").with_notes("second", "third")
     assert log.notes == ("first", "second", "third")
     assert swim.notes == ()
@@ -133,20 +130,20 @@ def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:
     assert concatenate([log, swim.with_notes("fourth"), log]).notes == (*log.notes, "fourth")
 
 
-def test_each_log_becomes_a_segment(swim: Log) -> None:
+def test_each_log_becomes_a_segment(swim):
     both = concatenate([swim.between(0, 4), swim.between(4, 10)])
     assert both.segments == (Segment("swim", 0, 40), Segment("swim-2", 40, 100))
     np.testing.assert_array_equal(both.velocity, swim.velocity)
     assert both.source == "swim.csv"
 
 
-def test_commands_may_stand_in_another_order() -> None:
+def test_commands_may_stand_in_another_order():
     first = Log.from_arrays([0, 1], {"u": [1, 2]}, commands={"a": [1, 1], "b": [2, 2]})
     second = Log.from_arrays([0, 1], {"u": [1, 2]}, commands={"b": [4, 4], "a": [3, 3]})
     assert concatenate([first, second]).command("a").tolist() == [1, 1, 3, 3]
 
 
-def test_other_columns_are_refused_both_ways(swim: Log) -> None:
+def test_other_columns_are_refused_both_ways(swim):
     bare = Log.from_arrays([0, 1], np.zeros((2, 6)), commands={"fin": [1, 2]}, source="bare.csv")
     with pytest.raises(LogError) as caught:
         concatenate([swim, bare])
@@ -156,7 +153,7 @@ def test_other_columns_are_refused_both_ways(swim: Log) -> None:
     )
 
 
-def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
+def test_what_was_done_is_told_at_the_end(swim):
     text = str(swim.with_notes(*(f"step {k}" for k in range(20))))
     assert "  processing:\n  step 0\n" in text
     assert text.endswith("... and 8 more notes")

@@ -1,38 +1,34 @@
-from __future__ import annotations
-
 import warnings
 
 import numpy as np
 import pytest
 
-from hydrodamp.data.channels import BLOCKS, Block
+from hydrodamp.data.channels import BLOCKS
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Segment
 from hydrodamp.errors import GapWarning, LogError
 
 
-def speeds(n: int, missing: tuple[int, ...] = ()) -> dict[str, np.ndarray]:
+def speeds(n, missing=()):
     u = np.arange(float(n))
     u[list(missing)] = np.nan
     return {"u": u}
 
 
-def test_a_step_of_more_than_five_medians_is_a_gap() -> None:
+def test_a_step_of_more_than_five_medians_is_a_gap():
     time = [0.0, 0.1, 0.2, 1.3, 1.4, 1.5]
     with pytest.warns(GapWarning, match=r"2 segments: no samples for 1.1 s from 0.20 s"):
         log = Log.from_arrays(time, speeds(6))
     assert log.segments == (Segment("1.1", 0, 3), Segment("1.2", 3, 6))
 
 
-def test_a_step_of_five_medians_is_none() -> None:
+def test_a_step_of_five_medians_is_none():
     assert len(Log.from_arrays([0, 2, 4, 14, 16], speeds(5)).segments) == 1
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.35, 1), (0.6, 2)])
 @pytest.mark.parametrize("period", [10.0, 1000.0])
-def test_a_step_of_less_than_two_fifths_of_the_correlation_time_is_none(
-    share: float, count: int, period: float
-) -> None:
+def test_a_step_of_less_than_two_fifths_of_the_correlation_time_is_none(share, count, period):
     """A sine of period P has a correlation time of acos(1/e) P / 2 pi."""
     correlation_time = np.arccos(np.exp(-1.0)) * period / (2.0 * np.pi)
     time = np.arange(0.0, 20.0 * period, correlation_time / 50.0)
@@ -44,7 +40,7 @@ def test_a_step_of_less_than_two_fifths_of_the_correlation_time_is_none(
 
 
 @pytest.mark.parametrize("block", BLOCKS[3:], ids=lambda block: block.name)
-def test_nan_in_any_block_is_missing(block: Block) -> None:
+def test_nan_in_any_block_is_missing(block):
     values = np.zeros((7, *block.shape))
     values[3] = np.nan
     with pytest.warns(GapWarning):
@@ -52,7 +48,7 @@ def test_nan_in_any_block_is_missing(block: Block) -> None:
     assert log.n == 6
 
 
-def test_nan_in_a_command_or_an_attitude_is_missing() -> None:
+def test_nan_in_a_command_or_an_attitude_is_missing():
     values, euler = np.zeros(9), np.zeros((9, 3))
     values[3] = euler[6] = np.nan
     with pytest.warns(GapWarning):
@@ -60,7 +56,7 @@ def test_nan_in_a_command_or_an_attitude_is_missing() -> None:
     assert log.n == 7
 
 
-def test_a_sample_left_alone_is_dropped_and_named() -> None:
+def test_a_sample_left_alone_is_dropped_and_named():
     with pytest.warns(GapWarning) as caught:
         log = Log.from_arrays(
             [0, 1, 2, 3, 4, 0, 0, 1], speeds(8, (1,)), segment=list("aaaaabcc"), source="x.csv"
@@ -72,18 +68,18 @@ def test_a_sample_left_alone_is_dropped_and_named() -> None:
     assert [part.name for part in log.segments] == ["a", "c"]
 
 
-def test_many_gaps_are_one_warning_that_can_be_read() -> None:
+def test_many_gaps_are_one_warning_that_can_be_read():
     time = np.arange(50.0)
     with pytest.warns(GapWarning, match="3 more parts") as caught:
         Log.from_arrays(time, speeds(50, tuple(range(5, 50, 6))))
     assert len(caught) == 1
 
 
-def test_no_label_changes_no_warning() -> None:
+def test_no_label_changes_no_warning():
     log = Log.from_arrays([0, 1, 0, 1, 0, 1], speeds(6), segment=list("aabbaa"))
     assert [part.name for part in log.segments] == ["a", "b", "a-2"]
 
 
-def test_a_log_with_nothing_left_is_a_fault() -> None:
+def test_a_log_with_nothing_left_is_a_fault():
     with pytest.raises(LogError, match="no two neighbouring samples have all their values"):
         Log.from_arrays(np.arange(6.0), speeds(6, (1, 3, 5)))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from hydrodamp.data.channels import (
@@ -27,11 +25,11 @@ NIST = {
 
 
 @pytest.mark.parametrize(("place", "value"), NIST.items(), ids=lambda item: str(item))
-def test_factors_are_those_of_nist(place: tuple[str, str], value: float) -> None:
+def test_factors_are_those_of_nist(place, value):
     assert unit_factor(place[1], place[0]) == pytest.approx(value, rel=1e-6)
 
 
-def test_a_unit_of_another_quantity_is_refused() -> None:
+def test_a_unit_of_another_quantity_is_refused():
     with pytest.raises(LogError, match=r"'deg' is no unit of angular rate .* mean 'deg/s'\?"):
         unit_factor("deg", "angular rate")
 
@@ -46,19 +44,19 @@ def test_a_unit_of_another_quantity_is_refused() -> None:
         *[("volt", None), ("raw", None), ("S", None), ("", None)],
     ],
 )
-def test_units_are_known_in_the_spellings_of_files(text: str, unit: str | None) -> None:
+def test_units_are_known_in_the_spellings_of_files(text, unit):
     assert parse_unit(text) == unit
     assert is_unit(text) == (unit is not None or text in ("volt", "raw"))
 
 
-def test_the_quantity_decides_between_units_that_differ_by_their_case_alone() -> None:
+def test_the_quantity_decides_between_units_that_differ_by_their_case_alone():
     assert parse_unit("KN", "speed") == "kn"
     assert parse_unit("KN", "force") == "kN"
     assert unit_factor("KTS", "speed") == UNITS["speed"]["kn"]
 
 
 @pytest.mark.parametrize("word", ["u", "r", "1", "7", "t", "N2"])
-def test_names_and_numbers_are_no_units(word: str) -> None:
+def test_names_and_numbers_are_no_units(word):
     assert not is_unit(word)
 
 
@@ -74,10 +72,10 @@ def test_names_and_numbers_are_no_units(word: str) -> None:
         ("m", None),
     ],
 )
-def test_a_name_may_end_in_its_unit(name: str, found: tuple[int, str] | None) -> None:
+def test_a_name_may_end_in_its_unit(name, found):
     assert trailing_unit(name.split()) == found
 
 
-def test_no_column_stands_twice_and_every_quantity_has_units() -> None:
+def test_no_column_stands_twice_and_every_quantity_has_units():
     assert len(set(RESERVED)) == len(RESERVED)
     assert set(QUANTITIES.values()) <= set(UNITS)

@@ -1,7 +1,5 @@
 """Vehicles, coefficients and short logs that the targets are tried with."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -10,12 +8,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.plant import ExportedPlant, States
+from hydrodamp.export.plant import States
 from hydrodamp.export.target import save_files
 from hydrodamp.export.verification import sample_states
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
-from hydrodamp.simulation.campaign.reenact import Campaign
 
 # Behind all packages: one study has the name of one.
 sys.path.append(str(Path(__file__).parents[2] / "studies"))
@@ -57,13 +54,13 @@ ALL_ATOMS = hd.DampingModel.from_table(
 )
 
 
-def coefficients(model: hd.DampingModel, seed: int = 0) -> hd.Damping:
+def coefficients(model, seed=0):
     """Return random coefficients that more or less damp."""
     values = np.random.default_rng(seed).normal(size=model.n_coefficients) - 1.0
     return hd.Damping(model, values)
 
 
-def states(plant: ExportedPlant, n: int = 50, seed: int = 1) -> States:
+def states(plant, n=50, seed=1):
     """Return random states; commands within and beyond their limits."""
     random = np.random.default_rng(seed)
     down = random.normal(size=(n, 3))
@@ -75,7 +72,7 @@ def states(plant: ExportedPlant, n: int = 50, seed: int = 1) -> States:
     )
 
 
-def core(plant: ExportedPlant, at: States) -> np.ndarray:
+def core(plant, at):
     """Return the accelerations of the C core, called by itself."""
     columns = plant.columns
     from hydrodamp.simulation.problem import held_channels
@@ -98,13 +95,13 @@ def core(plant: ExportedPlant, at: States) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def campaign() -> Campaign:
+def campaign():
     """A short campaign of the paper's vehicle."""
     return hd.reenact(duration=20.0, seed=3)
 
 
 @pytest.fixture(scope="session")
-def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
+def planar():
     """A boat of three degrees of freedom, and a log of it."""
     boat = hd.Vehicle(
         "boat",

@@ -1,7 +1,5 @@
 """The C library: the core's bits in double, near it in float, on small processors too."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 

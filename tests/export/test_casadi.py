@@ -1,7 +1,5 @@
 """CasADi's functions: the core's accelerations, derivatives, code, and an example that runs."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

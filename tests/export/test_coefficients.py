@@ -1,7 +1,5 @@
 """Files of coefficients: what is read back damps and moves as what was written."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from xml.etree import ElementTree
 

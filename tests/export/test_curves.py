@@ -1,7 +1,5 @@
 """Curves of commands in every target that runs here: the accelerations of the core."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

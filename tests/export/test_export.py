@@ -1,7 +1,5 @@
 """The verb and the card: whole or not at all, exact or said what was lost."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass, replace

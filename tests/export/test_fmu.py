@@ -1,7 +1,5 @@
 """The functional mock-up unit: valid, and the core's bits in both its kinds."""
 
-from __future__ import annotations
-
 import ctypes
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Frames and reference points, by moving a vehicle."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """SDF for gz-sim and VRX: its plugins' formulas from the file, DART as its physics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.util import find_spec
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """The identifiers in C: the bits of a live run in double, near them in float, and nothing leaks."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -87,7 +85,7 @@ def live(text, vehicle, model):
     line, told = LineParser(), []
     rows = [row for each in text.splitlines() if (row := line(each.encode())) is not None]
     for method in METHODS:
-        lines: list = []
+        lines = []
         LiveRun(vehicle, model, method, lines.append, print).process_rows(rows)
         told.append([one["value"] for one in lines[-1]["coefficients"].values()])
     return np.array(told)

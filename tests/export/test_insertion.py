@@ -1,7 +1,5 @@
 """Blocks in a user's SDF and URDF: nothing else changes, and removal restores the file."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
 import pytest

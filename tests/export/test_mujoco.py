@@ -1,7 +1,5 @@
 """MJCF and its passive force: MuJoCo's accelerations are the core's."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.util import find_spec
 

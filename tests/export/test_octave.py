@@ -1,7 +1,5 @@
 """The functions for Octave: the core's accelerations, states with angles and a current."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

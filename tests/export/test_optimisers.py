@@ -1,7 +1,5 @@
 """Functions for optimisers: the core's accelerations and sensitivities, and a depth step."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """The pages of the targets run by copy and paste: their own imports, a folder for each command."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

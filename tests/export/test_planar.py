@@ -1,7 +1,5 @@
 """A boat known on X, Y and N in simulators of six axes: same motion there, upright elsewhere."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.util import find_spec
 

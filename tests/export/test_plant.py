@@ -1,7 +1,5 @@
 """What is exported: equation 1 as a table, and what cannot leave the house."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -45,11 +43,7 @@ def test_gains_of_a_recorded_wrench_scale_the_wrench_of_the_log():
     np.testing.assert_allclose(plant.wrench_gain, [1.3, 1.0, 1.0, 1.0, 1.0, -0.4])
     expected, ungained, scaled = (
         hd.simulate(vehicle, hd.Damping.from_dict(None, numbers), each).velocity
-        for numbers, each in (
-            (drag | gains, log),
-            (drag, log),
-            (drag, plant.scale_wrench(log)),
-        )
+        for numbers, each in ((drag | gains, log), (drag, log), (drag, plant.scale_wrench(log)))
     )
     effect, error = np.abs(expected - ungained), np.abs(expected - scaled)
     assert (error.max(axis=0) <= 2e-3 * effect.max(axis=0)).all()

@@ -1,7 +1,5 @@
 """The Python file: the same accelerations, and the forms of two simulators."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

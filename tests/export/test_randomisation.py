@@ -1,7 +1,5 @@
 """Draws of coefficients: the covariance they come from, dissipative ones, files of each."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 

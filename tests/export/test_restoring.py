@@ -1,7 +1,5 @@
 """Terms of attitude as buoyancy and centre of buoyancy."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

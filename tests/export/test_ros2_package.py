@@ -1,7 +1,5 @@
 """The colcon package: its XML and Python, the paths that it names, and its build where ROS 2 is."""
 
-from __future__ import annotations
-
 import runpy
 import shutil
 import subprocess

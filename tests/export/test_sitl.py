@@ -3,8 +3,6 @@
 The packets are those of libraries/SITL/examples/JSON/readme.md of ArduPilot.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 import struct
@@ -225,10 +223,7 @@ def test_outputs_without_pulses_are_idle(tmp_path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        (
-            {},
-            "the commands at 1100 and 1900 us, such as -1:1; got neither it nor SOURCE:port:",
-        ),
+        ({}, "the commands at 1100 and 1900 us, such as -1:1; got neither it nor SOURCE:port:"),
         ({"servos": "1:port:-1:1,2:star:-1:1"}, "an entry for each command; got none for heave"),
         ({"servos": "1:por"}, "SOURCE:COMMAND of port, star, heave; got 'por'"),
         ({"servos": "1"}, "SOURCE:COMMAND of port, star, heave; got ''"),

@@ -1,7 +1,5 @@
 """A scenario for Stonefish: what its mesh integrates over a box is the drag."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from xml.etree import ElementTree
 

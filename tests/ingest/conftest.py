@@ -1,9 +1,5 @@
 """One dive in closed form, written down the ways that loggers write."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -12,23 +8,23 @@ from strangers import Truth, name_columns, ros_odometry
 
 
 @pytest.fixture(scope="session")
-def dive() -> Truth:
+def dive():
     """The dive."""
     return Truth()
 
 
 @pytest.fixture
-def table() -> Callable[..., Recording]:
+def table():
     """Return a function that makes a recording of one table."""
 
-    def make(**columns: np.ndarray) -> Recording:
+    def make(**columns):
         return Recording((Topic("", None, columns),), "dive.csv", "text in columns")
 
     return make
 
 
 @pytest.fixture
-def px4(dive: Truth) -> Recording:
+def px4(dive):
     """The dive as PX4 logs it: earth-fixed velocities, quaternion with w first."""
     time, position, speed = dive.time, dive.place.T, dive.world.T
     moves = name_columns("x y z vx vy vz ax", np.vstack((position, speed, 0 * time)).T)
@@ -48,7 +44,7 @@ def px4(dive: Truth) -> Recording:
 
 
 @pytest.fixture
-def ardusub(dive: Truth) -> Recording:
+def ardusub(dive):
     """The dive as ArduSub logs it: degrees, pulse widths, an accelerometer."""
     time, angles = dive.time, np.degrees(dive.angles)
     gyro = name_columns("GyrX GyrY GyrZ", dive.rates)
@@ -77,10 +73,10 @@ def ardusub(dive: Truth) -> Recording:
 
 
 @pytest.fixture
-def odometry(dive: Truth) -> Callable[[str], Recording]:
+def odometry(dive):
     """Return a function that writes the dive as ROS does, by REP 103, under the name of a topic."""
 
-    def make(topic: str) -> Recording:
+    def make(topic):
         fields = {"header.stamp": dive.time, **ros_odometry(dive)}
         return Recording((Topic(topic, dive.time + 0.3, fields),), "dive.mcap", "ROS 2 bag (MCAP)")
 

@@ -1,7 +1,5 @@
 """Clocks as they stand in files: times of day, row numbers, stamps of sensors beside arrival."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ from hydrodamp.ingest.read import read_log
 TIME = np.arange(0.0, 20.0, 0.1)
 
 
-def of_day(start: float) -> list[str]:
+def of_day(start):
     """Return times of day with four digits behind the second."""
     tenths = [round(10 * (start + time)) for time in TIME]
     return [f"{t // 36000 % 24:02}:{t // 600 % 60:02}:{t % 600 / 10:07.4f}" for t in tenths]
@@ -34,7 +32,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_clocks(tmp_path, case) -> None:
+def test_clocks(tmp_path, case):
     columns, time = CASES[case]
     names, rows = (*columns, "speed"), zip(*columns.values(), np.sin(TIME), strict=True)
     text = "\n".join(",".join(map(str, row)) for row in rows)
@@ -45,7 +43,7 @@ def test_clocks(tmp_path, case) -> None:
     np.testing.assert_allclose(log.velocity[:, 0], np.sin(TIME))
 
 
-def test_a_clock_of_words_is_told_as_such(tmp_path) -> None:
+def test_a_clock_of_words_is_told_as_such(tmp_path):
     (tmp_path / "eta.csv").write_text("early,1\nlater,2\n", "utf-8")
     (tmp_path / "nu.csv").write_text("0.0,1\n0.1,2\n", "utf-8")
     mapping = LogMapping.from_dict({"time": "column 1", "velocity": {"u": "eta.column 2"}})

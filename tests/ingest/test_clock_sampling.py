@@ -1,7 +1,5 @@
 """Values at the times of another topic."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +9,6 @@ from scipy.spatial.transform import Rotation, Slerp
 from hydrodamp.ingest.clock import (
     Clock,
     Ticks,
-    Timestamps,
     align_runs,
     bracket_ticks,
     clean_timestamps,
@@ -21,17 +18,17 @@ from hydrodamp.ingest.clock import (
 )
 
 
-def stamps(time: list[float] | np.ndarray, topic: str = "dvl") -> Timestamps:
+def stamps(time, topic="dvl"):
     return clean_timestamps(Clock(topic, np.asarray(time, float)))
 
 
-def ticks(time: list[float] | np.ndarray, run: list[int] | None = None) -> Ticks:
+def ticks(time, run=None):
     time = np.asarray(time, float)
     return Ticks(time, np.zeros(len(time), np.int64) if run is None else np.array(run))
 
 
 @given(lists(floats(0.01, 0.9), min_size=2, max_size=40), lists(floats(-1, 40), min_size=1))
-def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[float]) -> None:
+def test_between_messages_values_lie_on_a_line(steps, asked):
     """Against np.interp where there is something on both sides; else nothing."""
     time = np.cumsum([0.0, *steps])
     values = np.sin(7 * time)
@@ -42,14 +39,14 @@ def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[f
     np.testing.assert_allclose(got[inside], np.interp(wanted, time, values)[inside], atol=1e-12)
 
 
-def test_runs_know_nothing_of_one_another() -> None:
+def test_runs_know_nothing_of_one_another():
     two = stamps([90, 91, 92, 0, 1, 2])
     brackets = bracket_ticks(two, ticks([90.5, 92.0, 0.5, 3.0, 0.5], [0, 0, 1, 1, 2]))
     got = interpolate(np.array([0.0, 1, 2, 10, 11, 12]), brackets)
     np.testing.assert_allclose(got, [0.5, 2.0, 10.5, np.nan, np.nan])
 
 
-def test_attitude_turns_as_scipy_turns_it() -> None:
+def test_attitude_turns_as_scipy_turns_it():
     rng = np.random.default_rng(3)
     time = np.cumsum(rng.uniform(0.05, 0.5, 60))
     turns = Rotation.random(60, random_state=rng)
@@ -65,7 +62,7 @@ def test_attitude_turns_as_scipy_turns_it() -> None:
 
 
 @pytest.mark.parametrize("rate", [3.0, 7.0, 10.0, 50.0])
-def test_even_ticks_reach_the_last_message(rate: float) -> None:
+def test_even_ticks_reach_the_last_message(rate):
     time = np.arange(0, 100 * rate + 1) / rate
     assert make_even_ticks(stamps(time), rate).time.tolist() == pytest.approx(time.tolist())
 
@@ -79,7 +76,5 @@ def test_even_ticks_reach_the_last_message(rate: float) -> None:
         ([0, 1, 2, 3], [0, 1, 2, -50, -49, -48], [0, 0, 0]),
     ],
 )
-def test_runs_are_matched_in_order_or_where_they_overlap_most(
-    base: list[float], other: list[float], run: list[int]
-) -> None:
+def test_runs_are_matched_in_order_or_where_they_overlap_most(base, other, run):
     assert align_runs(stamps(other), stamps(base)).run.tolist() == run

@@ -1,7 +1,5 @@
 """Clocks that repeat, run backwards, are set back or leap."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,14 +7,14 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, integers
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock import Clock, IrregularityKind, Timestamps, clean_timestamps
+from hydrodamp.ingest.clock import Clock, IrregularityKind, clean_timestamps
 
 
-def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Timestamps:
+def right(time, labels=None):
     return clean_timestamps(Clock("dvl", np.asarray(time, float), labels))
 
 
-def oddities(stamps: Timestamps) -> dict[IrregularityKind, int]:
+def oddities(stamps):
     return {irregularity.kind: irregularity.count for irregularity in stamps.irregularities}
 
 
@@ -48,13 +46,7 @@ NAN, INF = np.nan, np.inf
     ],
     ids=["repeated, late", "absent", "set back", "epoch", "label", "label alone", "absent label"],
 )
-def test_odd_stamps_are_dropped_or_begin_a_run(
-    time: list[float],
-    labels: str | None,
-    rows: list[int],
-    run: list[int],
-    odd: dict[IrregularityKind, int],
-) -> None:
+def test_odd_stamps_are_dropped_or_begin_a_run(time, labels, rows, run, odd):
     stamps = right(time, None if labels is None else list(labels))
     assert stamps.rows.tolist() == rows
     assert stamps.run.tolist() == run
@@ -62,13 +54,13 @@ def test_odd_stamps_are_dropped_or_begin_a_run(
     assert oddities(stamps) == odd
 
 
-def test_a_clock_set_back_all_the_time_is_none() -> None:
+def test_a_clock_set_back_all_the_time_is_none():
     with pytest.raises(LogError, match="clock of `dvl` is reset 250 times"):
         right(np.tile(np.arange(10.0), 251))
 
 
 @given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))
-def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> None:
+def test_whatever_the_stamps_time_increases_within_runs(time):
     stamps = right(time)
     inside = stamps.run[1:] == stamps.run[:-1]
     assert (np.diff(stamps.time)[inside] > 0).all()
@@ -76,7 +68,7 @@ def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> Non
     assert (np.diff(stamps.rows) > 0).all()
 
 
-def test_a_coarse_clock_is_spread_and_copies_are_not() -> None:
+def test_a_coarse_clock_is_spread_and_copies_are_not():
     """Stamps of whole seconds at 10 Hz; rows that say the same again are dropped."""
     time = np.arange(0.0, 30.0, 0.1)
     stamps = right(np.floor(time + 1e-9))
@@ -88,7 +80,7 @@ def test_a_coarse_clock_is_spread_and_copies_are_not() -> None:
     assert oddities(stamps) == {IrregularityKind.REPEATED: 150}
 
 
-def test_a_clock_that_stops_says_what_counts_on() -> None:
+def test_a_clock_that_stops_says_what_counts_on():
     stamps = right(np.minimum(np.arange(0.0, 30.0, 0.1), 20.0))
     assert len(stamps.rows) == 201
     (odd,) = stamps.irregularities

@@ -1,10 +1,6 @@
 """Logs of strangers, from thirty writers, through the draft alone; against the truth in them."""
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,26 +8,23 @@ from scipy.spatial.transform import Rotation
 
 import stranger_kinds  # noqa: F401  # adds its cases
 from hydrodamp.data.channels import unit_factor
-from hydrodamp.data.log import Log
-from hydrodamp.data.recording import Recording
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.draft import MIN_CONFIDENCE, SURE_CONFIDENCE, select_channels
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
-from hydrodamp.ingest.inspection.roles import Roles
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_recording
-from strangers import CASES, EPOCH, Case, Truth
+from strangers import CASES, EPOCH, Truth
 
 TRUTH = Truth()
 SPEEDS = dict(zip("uvwpqr", np.hstack((TRUTH.body, TRUTH.rates)).T, strict=True))
 
 
-def wrong(log: Log, case: Case) -> Iterator[str]:
+def wrong(log, case):
     """Yield what a log lacks of the truth, or has otherwise, beside what a case lets it have."""
     holds = case.holds.split()
     at = log.time - EPOCH if log.time[0] > 1e9 else log.elapsed
 
-    def differs(values: np.ndarray, true: np.ndarray, tolerance: float = case.tolerance) -> bool:
+    def differs(values, true, tolerance=case.tolerance):
         known = np.interp(at, TRUTH.time, true)
         inner = slice(5, -5)  # what is derived is less sure at the ends
         rms_error = np.sqrt(np.mean((values - known)[inner] ** 2))
@@ -82,7 +75,7 @@ def wrong(log: Log, case: Case) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
+def test_a_stranger_s_log(name, tmp_path):
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
     probed = probe(recording)
@@ -105,7 +98,7 @@ def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
+def test_no_sure_channel_is_wrong(name, tmp_path):
     """Above 70 % every channel of a draft is what the draft says, in its unit and its sign."""
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
@@ -116,7 +109,7 @@ def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", [name for name, case in CASES.items() if case.commands is not None]
 )
-def test_no_channel_of_a_draft_is_wrong(name: str, tmp_path: Path) -> None:
+def test_no_channel_of_a_draft_is_wrong(name, tmp_path):
     """However unsure: every channel is what the draft says, and so are the commands."""
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
@@ -132,7 +125,7 @@ def test_no_channel_of_a_draft_is_wrong(name: str, tmp_path: Path) -> None:
     assert names.isdisjoint(case.lacks.split()), probed.draft.text
 
 
-def wrong_channels(recording: Recording, roles: Roles, case: Case, above: int) -> Iterator[str]:
+def wrong_channels(recording, roles, case, above):
     """Yield the drafted channels above a confidence that are not what the draft says."""
     for item in select_channels(roles):
         if item.confidence <= above or any(map(item.role.startswith, case.apart.split())):

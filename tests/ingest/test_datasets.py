@@ -1,12 +1,9 @@
 """Public logs by name: fetched from a server of our own, checked by hashlib."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import re
 import threading
-from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -23,10 +20,10 @@ CONTENT = {"a.dat": b"time,u\n0,1\n" * 20_000, "b.dat": b"time,v\n0,2\n"}
 class Quiet(SimpleHTTPRequestHandler):
     """A server that writes nothing, and sends half of what is called so."""
 
-    def log_message(self, *words: object) -> None:
+    def log_message(self, *words):
         """Say nothing."""
 
-    def do_GET(self) -> None:
+    def do_GET(self):
         if not self.path.endswith("half"):
             super().do_GET()
             return
@@ -37,7 +34,7 @@ class Quiet(SimpleHTTPRequestHandler):
 
 
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[Dataset]:
+def served(tmp_path):
     """A dataset of two files on this machine; the first has a checksum."""
     source = tmp_path / "source"
     source.mkdir()
@@ -55,7 +52,7 @@ def served(tmp_path: Path) -> Iterator[Dataset]:
         thread.join()
 
 
-def test_the_registry_is_whole() -> None:
+def test_the_registry_is_whole():
     for name, dataset in datasets().items():
         assert dataset.name == name
         assert all(dataclasses.asdict(dataset).values())
@@ -77,12 +74,12 @@ def test_the_registry_is_whole() -> None:
         ("bluerov2-kth", "bluerov2_kth", (0, 4, 0)),
     ],
 )
-def test_measured_logs_are_those_of_the_registry(measured_logs, name, place, counts) -> None:
+def test_measured_logs_are_those_of_the_registry(measured_logs, name, place, counts):
     checked = check_folder(find_dataset(name), measured_logs(place))
     assert (len(checked.verified), len(checked.unchecked), len(checked.lacking)) == counts
 
 
-def test_what_is_there_is_checked_and_not_downloaded_again(served: Dataset, tmp_path: Path) -> None:
+def test_what_is_there_is_checked_and_not_downloaded_again(served, tmp_path):
     folder = tmp_path / "new" / "folder"
     first = fetch(served, folder)
     assert (first.verified, first.unchecked, first.lacking) == (("a.dat",), ("b.dat",), ())
@@ -92,7 +89,7 @@ def test_what_is_there_is_checked_and_not_downloaded_again(served: Dataset, tmp_
     assert (folder / "b.dat").read_bytes() == b"mine"
 
 
-def test_files_that_changed_are_named_together(served: Dataset, tmp_path: Path) -> None:
+def test_files_that_changed_are_named_together(served, tmp_path):
     twice = dataclasses.replace(served.files[0], name="c.dat")
     dataset = dataclasses.replace(served, files=(*served.files, twice))
     for name in ("a.dat", "c.dat"):
@@ -110,9 +107,7 @@ def test_files_that_changed_are_named_together(served: Dataset, tmp_path: Path) 
         ({"url": "half"}, "the last 50 bytes are missing"),
     ],
 )
-def test_a_file_that_is_not_whole_is_not_kept(
-    served: Dataset, tmp_path: Path, change: dict[str, str], says: str
-) -> None:
+def test_a_file_that_is_not_whole_is_not_kept(served, tmp_path, change, says):
     file = served.files[1]
     url = file.url.replace("b.dat", change.get("url", "b.dat"))
     wrong = dataclasses.replace(file, sha256=change.get("sha256", ""), url=url)

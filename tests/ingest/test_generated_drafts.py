@@ -1,11 +1,8 @@
 """Logs of a vessel in many names, units, signs, frames and clocks: drafts are right, or refuse."""
 
-from __future__ import annotations
-
 import warnings
 from collections import Counter
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -143,7 +140,7 @@ def judge(path, motion):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
-def test_drafts_are_right_or_refuse(tmp_path: Path, part: int) -> None:
+def test_drafts_are_right_or_refuse(tmp_path, part):
     """Of each part of the seeds none is wrong without an issue, and most are right."""
     outcomes = Counter[str]()
     for seed in range(part, SEEDS, PARTS):

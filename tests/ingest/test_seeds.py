@@ -1,20 +1,15 @@
 """Measured logs renamed, resampled, in other units and files, a hundred times: right, or told."""
 
-from __future__ import annotations
-
 import gzip
 import warnings
-from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from hydrodamp.data.log import Log
-from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Probe, probe
+from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
 from hydrodamp.ingest.read import read_log, read_recording
 from strangers import DEG, clock, write
 
@@ -41,7 +36,7 @@ STYLES = {
 
 
 @cache
-def base(folder: Path, number: int) -> Log:
+def base(folder, number):
     """Return one of the measured logs, a stretch of it."""
     positions = (
         ("bluerov2_kth/run_11_40_38.csv", "bluerov2-kth"),
@@ -59,7 +54,7 @@ def base(folder: Path, number: int) -> Log:
     return complete.select(longest.name)
 
 
-def altered(log: Log, seed: int, folder: Path) -> Path:
+def altered(log, seed, folder):
     """Write a log as somebody else might have."""
     rng = np.random.default_rng(seed)
     step = rng.choice([0.05, 0.1, 0.2])
@@ -70,12 +65,12 @@ def altered(log: Log, seed: int, folder: Path) -> Path:
     style = rng.choice([*STYLES])
     speeds, angles, positions = (names.split() for names in STYLES[style])
     stated = bool(rng.integers(2))
-    columns: dict[str, np.ndarray | list[str]] = {}
+    columns = {}
     unit, factor = rng.choice([("m/s", 1.0), ("kn", 0.514444444)]) if stated else ("m/s", 1.0)
     turn, degrees = (("deg", DEG), ("rad", 1.0))[rng.integers(2)]
     is_array = style == "arrays"
 
-    def name(plain: str, unit: str) -> str:
+    def name(plain, unit):
         return f"{plain} [{unit}]" if stated and not is_array else plain
 
     if is_array:
@@ -112,7 +107,7 @@ def altered(log: Log, seed: int, folder: Path) -> Path:
     return save(shuffled if not is_array else columns, ticks, rng, folder, is_array)
 
 
-def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
+def save(columns, ticks, rng, folder, is_array):
     kinds = ["npz", "mat"] if is_array else ["csv", "tsv", "comma", "gz", "npz", "parquet", "day"]
     kind = str(rng.choice(kinds))
     start, unit, scale = [(0.0, "t", 1.0), (1.7e9, "timestamp", 1.0), (5.0, "time_ms", 1e3)][
@@ -127,7 +122,7 @@ def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
         arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
         parquet.write_table(arrow.table(table), path)
     elif kind in ("npz", "mat"):
-        grouped: dict[str, np.ndarray] = {}
+        grouped = {}
         for key in table:
             stem = key.partition("[")[0] if is_array else key
             if stem not in grouped:
@@ -150,7 +145,7 @@ def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
     return path
 
 
-def amiss(found: Probe, log: Log, known: Log) -> list[str]:
+def amiss(found, log, known):
     """Return channels that are other than known, unless it is told that the axes may be."""
     at, messages = log.elapsed, []
     signs = [np.ones(6)]
@@ -188,7 +183,7 @@ def amiss(found: Probe, log: Log, known: Log) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(10))
-def test_seeds(part: int, tmp_path: Path, measured_logs: Callable[[str], Path]) -> None:
+def test_seeds(part, tmp_path, measured_logs):
     data_folder = measured_logs("campaigns").parent
     for seed in range(part, SEEDS, 10):
         known = base(data_folder, seed)

@@ -93,6 +93,6 @@ def test_columns_that_nothing_uses_come_together(commands, said):
     assert not list(unused_commands(hd.fleet["vt690"], log, [model(X="u", K=" ".join(commands))]))
 
 
-def test_commands_are_called_alike_only_where_they_are_alike() -> None:
+def test_commands_are_called_alike_only_where_they_are_alike():
     told = missing_actuation(hd.fleet["vt690"], log_of("port", "rudder_rad"))
     assert "`commands: {rudder: rudder_rad, elevator: COLUMN, rpm: COLUMN}`" in told

@@ -1,7 +1,5 @@
 """Implausible samples are left out and named; strong commands are not."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Files of every format, written by the programs other people write them with."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -14,13 +12,13 @@ Write = Callable[..., Path]
 
 
 @pytest.fixture
-def dataflash() -> Dataflash:
+def dataflash():
     """An empty ArduPilot log."""
     return Dataflash()
 
 
 @pytest.fixture
-def dive(dataflash: Dataflash) -> Dataflash:
+def dive(dataflash):
     """A short ArduPilot log with units, two sensors of a kind, text, and every kind of number."""
     log = dataflash
     log.define(130, "UNIT", "QbZ", "TimeUS,Id,Label")
@@ -49,12 +47,12 @@ def dive(dataflash: Dataflash) -> Dataflash:
 
 
 @pytest.fixture
-def bag() -> RosBag:
+def bag():
     """What writes bags."""
     return RosBag()
 
 
-def ulog(path: Path, n: int = 10, *, dropout: bool = False, instances: int = 1) -> Path:
+def ulog(path, n=10, *, dropout=False, instances=1):
     log = Ulog(1_000_000)
     log.define("vehicle_attitude", "float[4] q;uint8_t reset;uint8_t[3] _padding0")
     log.define("big", "float[80] values")
@@ -71,6 +69,6 @@ def ulog(path: Path, n: int = 10, *, dropout: bool = False, instances: int = 1) 
 
 
 @pytest.fixture
-def write_ulog() -> Write:
+def write_ulog():
     """What writes ULogs."""
     return ulog

@@ -1,12 +1,9 @@
 """Parquet, NPZ and MAT: written by pyarrow, NumPy, SciPy and h5py."""
 
-from __future__ import annotations
-
 import datetime
 import gzip
 import struct
 from decimal import Decimal
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from hydrodamp.ingest.formats import arrays, files
 TIME = np.arange(5.0)
 
 
-def test_parquet_of_every_type(tmp_path: Path) -> None:
+def test_parquet_of_every_type(tmp_path):
     arrow = pytest.importorskip("pyarrow")
     writer = pytest.importorskip("pyarrow.parquet")
     noon = datetime.datetime(2022, 7, 28, 12, tzinfo=datetime.UTC)
@@ -65,7 +62,7 @@ def test_parquet_of_every_type(tmp_path: Path) -> None:
     assert [note.split("`")[1] for note in recording.notes] == ["blob", "names", "cloud"]
 
 
-def test_npz(tmp_path: Path) -> None:
+def test_npz(tmp_path):
     path = tmp_path / "run.npz"
     nu = np.arange(10.0).reshape(5, 2)
     np.savez(
@@ -84,7 +81,7 @@ def test_npz(tmp_path: Path) -> None:
     assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
 
 
-def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path: Path) -> None:
+def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path):
     columns = {"u": np.array(["0.5", "1e3", ""]), "segment": np.array(["001", "001", "2"])}
     np.savez(tmp_path / "a.npz", **columns)
     arrow, writer = map(pytest.importorskip, ("pyarrow", "pyarrow.parquet"))
@@ -95,7 +92,7 @@ def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path: Path) 
         assert topic.texts["segment"] == ("001", "001", "2")
 
 
-def test_structures_of_numpy_are_taken_apart(tmp_path: Path) -> None:
+def test_structures_of_numpy_are_taken_apart(tmp_path):
     rows = np.zeros(3, dtype=[("t", "f8"), ("v", "f8", 3)])
     rows["t"] = [0, 1, 2]
     np.savez(tmp_path / "a.npz", log=rows)
@@ -106,7 +103,7 @@ def test_structures_of_numpy_are_taken_apart(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("userblock", [0, 512])
-def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
+def test_mat_of_version_seven_three(tmp_path, userblock):
     """MATLAB writes a matrix of n x 3 as a dataset of 3 x n, and says its class."""
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "run.mat"
@@ -126,12 +123,12 @@ def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
     assert "`words`" in recording.notes[0]
 
 
-def parquet_file(path: Path) -> None:
+def parquet_file(path):
     arrow = pytest.importorskip("pyarrow")
     pytest.importorskip("pyarrow.parquet").write_table(arrow.table({"time": TIME}), path)
 
 
-def hdf5_file(path: Path) -> None:
+def hdf5_file(path):
     with pytest.importorskip("h5py").File(path, "w") as file:
         file["time"] = TIME
 
@@ -146,7 +143,7 @@ def hdf5_file(path: Path) -> None:
         ("run.h5", hdf5_file),
     ],
 )
-def test_arrays_and_tables_compressed_by_gzip(tmp_path: Path, name: str, write) -> None:
+def test_arrays_and_tables_compressed_by_gzip(tmp_path, name, write):
     write(tmp_path / name)
     packed = tmp_path / f"{name}.gz"
     packed.write_bytes(gzip.compress((tmp_path / name).read_bytes()))
@@ -154,7 +151,7 @@ def test_arrays_and_tables_compressed_by_gzip(tmp_path: Path, name: str, write) 
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
-def test_mat_of_version_four(tmp_path: Path, order: str) -> None:
+def test_mat_of_version_four(tmp_path, order):
     """A header of five whole numbers, the name, and the columns (MATLAB MAT-File Format, 1999)."""
     path = tmp_path / "run.mat"
     scipy.io.savemat(path, {"time": TIME, "u": 2 * TIME}, format="4")

@@ -4,8 +4,6 @@ One line of the table a file. ``refused`` raises a message that names the file;
 ``noted`` reads and tells in the notes; ``spoilt`` reads, and who asks for the field is told.
 """
 
-from __future__ import annotations
-
 import gzip
 import re
 import sys
@@ -23,22 +21,22 @@ TABLE = "time,u,r\n0.0,1.5,0.1\n0.1,1.6,0.2\n0.2,1.7,0.3\n0.3,1.8,0.4\n"
 Make = Callable[[Path, Any, Any, Any], Path]
 
 
-def text(name: str, content: str, encoding: str = "utf-8") -> Make:
+def text(name, content, encoding="utf-8"):
     return raw(name, content.encode(encoding))
 
 
-def raw(name: str, content: bytes) -> Make:
-    def make(folder: Path, *_: Any) -> Path:
+def raw(name, content):
+    def make(folder, *_):
         (folder / name).write_bytes(content)
         return folder / name
 
     return make
 
 
-def changed(make: Make, change: Callable[[bytes], bytes], ending: str = "") -> Make:
+def changed(make, change, ending=""):
     """Change the bytes of a file."""
 
-    def make_folder(folder: Path, *tools: Any) -> Path:
+    def make_folder(folder, *tools):
         path = keep(make(folder, *tools))
         renamed = path.with_name(path.name + ending)
         renamed.write_bytes(change(path.read_bytes()))
@@ -47,81 +45,81 @@ def changed(make: Make, change: Callable[[bytes], bytes], ending: str = "") -> M
     return make_folder
 
 
-def truncate(make: Make, share: float) -> Make:
+def truncate(make, share):
     """Keep the first part of a file."""
     return changed(make, lambda content: content[: int(len(content) * share)])
 
 
-def overwritten(make: Make, start: float, length: int = 64) -> Make:
+def overwritten(make, start, length=64):
     """Put zero bytes over part of a file."""
 
-    def overwrite(content: bytes) -> bytes:
+    def overwrite(content):
         offset = int(len(content) * start)
         return content[:offset] + bytes(length) + content[offset + length :]
 
     return changed(make, overwrite)
 
 
-def packed(make: Make) -> Make:
+def packed(make):
     """Compress a file by gzip."""
     return changed(make, gzip.compress, ".gz")
 
 
-def keep(path: Path) -> Path:
+def keep(path):
     """The storage file of a bag's folder, or the file itself."""
     return next(iter([*path.glob("*.mcap"), *path.glob("*.db3")])) if path.is_dir() else path
 
 
-def ros2(kind: str = "MCAP", messages: Callable[[Any], Any] = lambda bag: bag.twists(40)) -> Make:
+def ros2(kind="MCAP", messages=lambda bag: bag.twists(40)):
     return lambda folder, bag, *_: bag.ros2(folder / "dive", messages(bag), kind)
 
 
-def ros1(folder: Path, bag: Any, *_: Any) -> Path:
+def ros1(folder, bag, *_):
     return bag.ros1(folder / "dive.bag", bag.twists(40, old=True))
 
 
-def two_types(bag: Any) -> Any:
+def two_types(bag):
     joints = ("/dvl", "sensor_msgs/msg/JointState", 105.0, bag.joints(105.0, [0.1], ["fin"]))
     return [*bag.twists(3), joints]
 
 
-def only_markers(bag: Any) -> Any:
+def only_markers(bag):
     kind = "visualization_msgs/msg/MarkerArray"
     return [("/eye", kind, 1.0, bag.modern.types[kind](markers=[]))]
 
 
-def no_metadata(folder: Path, bag: Any, *_: Any) -> Path:
+def no_metadata(folder, bag, *_):
     path = ros2("SQLITE3")(folder, bag)
     (path / "metadata.yaml").unlink()
     return path
 
 
-def broken_metadata(folder: Path, bag: Any, *_: Any) -> Path:
+def broken_metadata(folder, bag, *_):
     path = ros2()(folder, bag)
     (path / "metadata.yaml").write_text("rosbag2_bagfile_information: [\n")
     return path
 
 
-def lost_storage(folder: Path, bag: Any, *_: Any) -> Path:
+def lost_storage(folder, bag, *_):
     path = ros2()(folder, bag)
     keep(path).unlink()
     return path
 
 
-def dataflash(folder: Path, _: Any, dive: Any, *__: Any) -> Path:
+def dataflash(folder, _, dive, *__):
     return dive.save(folder / "dive.bin")
 
 
-def ulog(**options: Any) -> Make:
+def ulog(**options):
     return lambda folder, _, __, write: write(folder / "dive.ulg", **options)
 
 
-def unknown_kind(content: bytes) -> bytes:
+def unknown_kind(content):
     """Give the second message of a ULog a kind that there is not."""
     return content[:61] + b"?" + content[62:]
 
 
-def parquet(folder: Path, *_: Any) -> Path:
+def parquet(folder, *_):
     arrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
     path = folder / "run.parquet"
@@ -129,16 +127,16 @@ def parquet(folder: Path, *_: Any) -> Path:
     return path
 
 
-def npz(**arrays: Any) -> Make:
-    def make(folder: Path, *_: Any) -> Path:
+def npz(**arrays):
+    def make(folder, *_):
         np.savez(folder / "run.npz", **arrays)
         return folder / "run.npz"
 
     return make
 
 
-def mat(**arrays: Any) -> Make:
-    def make(folder: Path, *_: Any) -> Path:
+def mat(**arrays):
+    def make(folder, *_):
         scipy = pytest.importorskip("scipy.io")
         scipy.savemat(folder / "run.mat", arrays)
         return folder / "run.mat"
@@ -146,15 +144,15 @@ def mat(**arrays: Any) -> Make:
     return make
 
 
-def hdf5(folder: Path, *_: Any) -> Path:
+def hdf5(folder, *_):
     h5py = pytest.importorskip("h5py")
     with h5py.File(folder / "run.mat", "w", userblock_size=512) as file:
         file["u"] = np.ones(5000)
     return folder / "run.mat"
 
 
-def folder_of(**contents: str) -> Make:
-    def make(folder: Path, *_: Any) -> Path:
+def folder_of(**contents):
+    def make(folder, *_):
         inside = folder / "dive"
         inside.mkdir()
         for name, content in contents.items():
@@ -191,12 +189,7 @@ CORPUS = [
     ("pickle", raw("a.pkl", b"\x80\x04\x95" + bytes(99)), refused, "a pickle"),
     ("telemetry", raw("a.tlog", b"\x00\x01\xfe\x03" * 9), refused, "signature of MAVLink log"),
     ("lsts", raw("Data.lsf", b"\x54\xfe\x00\x01" * 9), refused, "no maintained reader exists"),
-    (
-        "ragged",
-        text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"),
-        refused,
-        r"(?s)6 has 2 .*7 has 4",
-    ),
+    ("ragged", text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"), refused, r"(?s)6 has 2 .*7 has 4"),
     ("mixed-marks", text("a.csv", TABLE + "0.4;1.9;0.5\n"), refused, "delimiters are commas"),
     ("narrow-names", text("a.csv", "time,u\n0,1,2\n1,2,3\n"), refused, "the header has 2"),
     ("half-line", text("a.csv", TABLE + "0.4,1."), noted, r"the last line \(6\) is truncated"),
@@ -235,12 +228,7 @@ CORPUS = [
     ("bag-bad-metadata", broken_metadata, noted, "cut off or damaged; the whole messages"),
     ("bag-lost-storage", lost_storage, refused, "database files are missing"),
     ("bag-empty", ros2(messages=lambda _: []), refused, "no readable message"),
-    (
-        "bag-markers",
-        ros2(messages=only_markers),
-        refused,
-        r"`/eye` \(.*/MarkerArray\) is no",
-    ),
+    ("bag-markers", ros2(messages=only_markers), refused, r"`/eye` \(.*/MarkerArray\) is no"),
     ("bag-two-types", ros2(messages=two_types), "read", ""),
     ("bin-cut", truncate(dataflash, 0.9), noted, r"truncated: its last \d+ bytes"),
     ("bin-zeroed", overwritten(dataflash, 0.8), noted, "bytes belong to no message, the first at"),
@@ -297,9 +285,7 @@ CASES += [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("arrow", "make", "becomes", "says"), CASES)
-def test_corpus(
-    tmp_path: Path, bag: Any, dive: Any, write_ulog: Any, monkeypatch, arrow, make, becomes, says
-) -> None:
+def test_corpus(tmp_path, bag, dive, write_ulog, monkeypatch, arrow, make, becomes, says):
     if not arrow:
         monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
     path = make(tmp_path, bag, dive, write_ulog)

@@ -1,26 +1,22 @@
 """Dates as day/month or month/day: one order for all files of a call."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats.dates import is_date, parse_dates
 from hydrodamp.ingest.read import read_recordings
 
 
-def write_dive(path: Path, *dates: str, suffix: str = "") -> str:
+def write_dive(path, *dates, suffix=""):
     rows = [f"{date} 11:45:{k:02}{suffix},{0.1 * k}" for date in dates for k in range(20)]
     path.write_text("\n".join(["when,u", *rows]), encoding="utf-8")
     return str(path)
 
 
-def start_day(recording: Recording) -> str:
+def start_day(recording):
     return f"{datetime.fromtimestamp(recording.topics[0].fields['when'][0], tz=UTC):%m-%d}"
 
 
@@ -34,9 +30,7 @@ def start_day(recording: Recording) -> str:
         (("09-11-2020", "10-11-2020"), ("11-09", "11-10"), "day first, which gives the short"),
     ],
 )
-def test_all_files_of_a_call_have_one_order(
-    tmp_path: Path, dates: tuple[str, ...], days: tuple[str, ...], note: str
-) -> None:
+def test_all_files_of_a_call_have_one_order(tmp_path, dates, days, note):
     paths = [write_dive(tmp_path / f"{k}.csv", date) for k, date in enumerate(dates)]
     for order in (1, -1):
         recordings = read_recordings(paths[::order])[::order]
@@ -44,7 +38,7 @@ def test_all_files_of_a_call_have_one_order(
         assert any(f"are read {note}" in text for text in recordings[0].notes)
 
 
-def test_a_log_over_midnight_and_a_lone_ambiguous_day(tmp_path: Path) -> None:
+def test_a_log_over_midnight_and_a_lone_ambiguous_day(tmp_path):
     over_midnight = hd.read_recording(write_dive(tmp_path / "a.csv", "09/11/2020", "09/12/2020"))
     alone = hd.read_recording(write_dive(tmp_path / "b.csv", "12/09/2020"))
     american = hd.read_recording(write_dive(tmp_path / "c.csv", "12/09/2020", suffix=" AM"))
@@ -55,7 +49,7 @@ def test_a_log_over_midnight_and_a_lone_ambiguous_day(tmp_path: Path) -> None:
     assert not any("order" in note for note in same.notes)
 
 
-def test_read_logs_joins_days_in_order(tmp_path: Path) -> None:
+def test_read_logs_joins_days_in_order(tmp_path):
     mapping = tmp_path / "m.yaml"
     mapping.write_text("frame: FRD\ntime: when\nvelocity: {u: u}\n", encoding="utf-8")
     paths = [
@@ -81,7 +75,7 @@ def test_read_logs_joins_days_in_order(tmp_path: Path) -> None:
         ("2024-06-01 24:00:00", 86400.0),
     ],
 )
-def test_forms_of_dates(cell: str, seconds: float) -> None:
+def test_forms_of_dates(cell, seconds):
     assert is_date(cell)
     assert parse_dates([cell])[0][0] == 1717200000.0 + seconds
 
@@ -90,16 +84,15 @@ def test_forms_of_dates(cell: str, seconds: float) -> None:
     "cell",
     ["25:61:61", "12:60:00", "12:30:61", "2024-06-01 25:00:00", "20240601", "20240601123000"],
 )
-def test_other_cells_are_no_dates(cell: str) -> None:
+def test_other_cells_are_no_dates(cell):
     assert not is_date(cell)
     assert np.isnan(parse_dates([cell])[0][0])
 
 
 @pytest.mark.parametrize(
-    "cell",
-    ["1-Jun-2024 12:00:05", "01 June 24 12:00:05", "1.jun.2024T12:00:05", "1/6/24 12:00:05"],
+    "cell", ["1-Jun-2024 12:00:05", "01 June 24 12:00:05", "1.jun.2024T12:00:05", "1/6/24 12:00:05"]
 )
-def test_months_by_name_and_years_of_two_digits(cell: str) -> None:
+def test_months_by_name_and_years_of_two_digits(cell):
     expected = datetime(2024, 6, 1, 12, 0, 5, tzinfo=UTC).timestamp()
     assert is_date(cell)
     assert parse_dates([cell])[0].tolist() == [expected]

@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +12,7 @@ TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
 
 
 @pytest.fixture(params=["arrow", "alone"])
-def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+def reader(request, monkeypatch):
     """Both readers: Arrow's, and our own where Arrow is not installed."""
     if request.param == "arrow":
         pytest.importorskip("pyarrow")
@@ -28,10 +25,10 @@ Read = Callable[[str | bytes], Recording]
 
 
 @pytest.fixture
-def read(tmp_path: Path) -> Read:
+def read(tmp_path):
     """What reads a text from a file."""
 
-    def read_text(text: str | bytes) -> Recording:
+    def read_text(text):
         path = tmp_path / "log.csv"
         path.write_bytes(text.encode() if isinstance(text, str) else text)
         return delimited.read_file(path)
@@ -64,9 +61,7 @@ def read(tmp_path: Path) -> Read:
 @pytest.mark.parametrize(
     "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]
 )
-def test_any_spelling_gives_the_same_numbers(
-    read: Read, text: str, encoding: str, reader: str
-) -> None:
+def test_any_spelling_gives_the_same_numbers(read, text, encoding, reader):
     topic = read(text.encode(encoding)).topics[0]
     assert topic.name == ""
     assert topic.time is None
@@ -95,9 +90,7 @@ def test_any_spelling_gives_the_same_numbers(
         (",t,u", "column 1|t|u", {}),
     ],
 )
-def test_names_and_units_of_columns(
-    read: Read, reader: str, head: str, names: str, units: dict[str, str]
-) -> None:
+def test_names_and_units_of_columns(read, reader, head, names, units):
     columns = range(names.count("|") + 1)
     rows = "".join(",".join(str(row + column) for column in columns) + "\n" for row in range(2))
     topic = read(f"{head}\n{rows}").topics[0]
@@ -107,7 +100,7 @@ def test_names_and_units_of_columns(
     assert list(topic.lines) == [above + 1, above + 2]
 
 
-def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
+def test_words_truths_dates_and_gaps(read, reader):
     recording = read(
         "t,mode,good,when,none,u\n"
         "0,AUTO,True,2022-07-28T12:00:00Z,,1\n"
@@ -124,15 +117,13 @@ def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
     assert recording.notes == ("column `when` holds dates or times of day; it is read in seconds",)
 
 
-def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: str) -> None:
+def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read, reader):
     topic = read("t;u\n0;1,5\n1;1_000\n2;1.234,5\n3;2,5\n").topics[0]
     assert topic.texts["u"] == ("1,5", "1_000", "1.234,5", "2,5")
     assert topic.faults["u"] == ("column `u` must hold numbers; got '1_000' in row 2 (line 3)")
 
 
-def test_a_bad_column_keeps_its_cells_across_blocks(
-    read: Read, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bad_column_keeps_its_cells_across_blocks(read, monkeypatch):
     monkeypatch.setattr(delimited, "_BLOCK_ROWS", 2)
     topic = read("t,u\n0,1.5\n1,2\n2,x\n3,4\n4,y\n5,6\n6,7\n").topics[0]
     assert topic.texts["u"] == ("1.5", "2.0", "x", "4", "y", "6", "7.0")
@@ -141,13 +132,13 @@ def test_a_bad_column_keeps_its_cells_across_blocks(
 
 
 @pytest.mark.slow
-def test_letters_that_are_no_unicode_far_down(read: Read) -> None:
+def test_letters_that_are_no_unicode_far_down(read):
     rows = "".join(f"{k},calm\n" for k in range(60_000))
     recording = read(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
     assert recording.topics[0].texts["sea"][-1] == "müde"
 
 
-def test_the_topics_of_virginia_tech(read: Read, reader: str) -> None:
+def test_the_topics_of_virginia_tech(read, reader):
     lines = [
         "DVL",
         r"time,v_x,data\_good,",
@@ -162,13 +153,13 @@ def test_the_topics_of_virginia_tech(read: Read, reader: str) -> None:
     assert list(topic.lines) == [4, 5]
 
 
-def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
+def test_a_file_of_words_only(tmp_path, reader):
     path = tmp_path / "log.csv"
     path.write_text("event,who\ndive,crew\nrise,crew\n")
     assert delimited.read_file(path).topics[0].texts["event"] == ("dive", "rise")
 
 
-def test_a_line_without_end_is_named(tmp_path: Path) -> None:
+def test_a_line_without_end_is_named(tmp_path):
     (tmp_path / "long.csv").write_text(f"a b,c\n1,x\n2,y\n3,{'z' * (1 << 21)}\n4,q\n")
     with pytest.raises(LogError, match="line 4 has more than 1048576 characters"):
         delimited.read_file(tmp_path / "long.csv")
@@ -184,13 +175,13 @@ def test_a_line_without_end_is_named(tmp_path: Path) -> None:
         (["999.5", "1'000.5", "12'001.5"], "\t"),
     ],
 )
-def test_marks_of_thousands(read: Read, reader: str, cells: list[str], delimiter: str) -> None:
+def test_marks_of_thousands(read, reader, cells, delimiter):
     text = "\n".join([f"t{delimiter}u", *(f"{k}{delimiter}{cell}" for k, cell in enumerate(cells))])
     (topic,) = read(text).topics
     assert topic.fields["u"].tolist() == [999.5, 1000.5, 12001.5]
 
 
-def test_a_lone_comma_is_no_mark_of_thousands(read: Read, reader: str) -> None:
+def test_a_lone_comma_is_no_mark_of_thousands(read, reader):
     (topic,) = read("t;u;v\n0,5;1,250;1.250,5\n1,5;2,500;2.500,5\n").topics
     assert topic.fields["u"].tolist() == [1.25, 2.5]
     assert topic.fields["v"].tolist() == [1250.5, 2500.5]

@@ -1,14 +1,9 @@
 """Which reader a file gets, and several files as one recording."""
 
-from __future__ import annotations
-
 import gzip
 import os
 import sys
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +40,7 @@ TABLE = "t,u\n0,1\n1,2\n"
         (TABLE.encode("utf-16"), "x", "text in columns"),
     ],
 )
-def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, form: str) -> None:
+def test_content_comes_before_the_name(tmp_path, begin, name, form):
     path = tmp_path / name
     path.write_bytes(begin)
     assert files.format_of(path).name == form
@@ -60,9 +55,7 @@ def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, 
         (b"#ROSBAG V2.0", "x.bag", "rosbags"),
     ],
 )
-def test_a_missing_reader_is_named_with_its_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes, name: str, package: str
-) -> None:
+def test_a_missing_reader_is_named_with_its_command(tmp_path, monkeypatch, content, name, package):
     for module in [it for it in sys.modules if it.partition(".")[0] == package]:
         monkeypatch.setitem(sys.modules, module, None)
     monkeypatch.setitem(sys.modules, package, None)
@@ -73,7 +66,7 @@ def test_a_missing_reader_is_named_with_its_command(
     assert 'pip install "hydrodamp[logs]"' in str(caught.value)
 
 
-def test_a_folder_of_tables_is_a_topic_each(tmp_path: Path) -> None:
+def test_a_folder_of_tables_is_a_topic_each(tmp_path):
     (tmp_path / "dvl.csv").write_text(TABLE)
     (tmp_path / "imu.CSV").write_text("t,r\n0,x\n1,2\n2,3\n")
     (tmp_path / "notes.md").write_text("calm sea")
@@ -88,7 +81,7 @@ def test_a_folder_of_tables_is_a_topic_each(tmp_path: Path) -> None:
     assert files.read_files(tmp_path).topics[0].name == "dvl"
 
 
-def test_several_files_are_one_recording(tmp_path: Path) -> None:
+def test_several_files_are_one_recording(tmp_path):
     (tmp_path / "dvl.csv").write_text(TABLE)
     np.savez(tmp_path / "imu.npz", t=np.arange(3.0))
     recording = files.read_files([tmp_path / "dvl.csv", tmp_path / "imu.npz"])
@@ -97,18 +90,18 @@ def test_several_files_are_one_recording(tmp_path: Path) -> None:
     assert files.read_files([tmp_path / "dvl.csv"]).topics[0].name == ""
 
 
-def test_topics_of_unequal_fields_cannot_be() -> None:
+def test_topics_of_unequal_fields_cannot_be():
     with pytest.raises(LogError, match=r"topic `a` must have 3 values a field; got `x` 2"):
         Topic("a", [0.0, 1.0, 2.0], {"x": [1.0, 2.0]})
 
 
 @pytest.fixture
-def bars(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int, list[int]]]:
+def bars(monkeypatch):
     """Every bar of a reader: its label, its total and the steps it was told."""
-    bars: list[tuple[str, int, list[int]]] = []
+    bars = []
 
     @contextmanager
-    def progress(label: str, total: int) -> Iterator[Callable[[int], None]]:
+    def progress(label, total):
         bars.append((label, total, []))
         yield bars[-1][2].append
 
@@ -118,7 +111,7 @@ def bars(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int, list[int]]]:
 
 
 @pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.alog", "log.parquet", "log.h5"])
-def test_a_bar_counts_the_bytes_of_a_file(tmp_path: Path, bars: list[Any], name: str) -> None:
+def test_a_bar_counts_the_bytes_of_a_file(tmp_path, bars, name):
     path, values = tmp_path / name, np.random.default_rng(0).normal(size=60_000)
     if name.endswith("t"):
         arrow, writer = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))

@@ -1,11 +1,6 @@
 """The readers of our own on anything: an answer or a LogError, and no number but those written."""
 
-from __future__ import annotations
-
 import sys
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,11 +19,11 @@ NAME = st.text(st.sampled_from("abcdefgxyz_"), min_size=1, max_size=8).map(lambd
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def place(tmp_path_factory):
     return tmp_path_factory.mktemp("fuzz")
 
 
-def answers(read: Callable[[Path], Any], path: Path) -> Any:
+def answers(read, path):
     """Read, or refuse in words."""
     try:
         return read(path)
@@ -41,7 +36,7 @@ def answers(read: Callable[[Path], Any], path: Path) -> Any:
 @SETTINGS
 @given(content=st.binary(max_size=400))
 @pytest.mark.parametrize("name", ["x.csv", "x.bin", "x.alog", "x.dat", "x", "x.csv.gz", "x.ulg"])
-def test_any_bytes_are_answered(place: Path, name: str, content: bytes) -> None:
+def test_any_bytes_are_answered(place, name, content):
     path = place / name
     path.write_bytes(content)
     answers(files.read_files, path)
@@ -50,7 +45,7 @@ def test_any_bytes_are_answered(place: Path, name: str, content: bytes) -> None:
 @SETTINGS
 @given(content=st.text(st.sampled_from("01.,;\t e-\n\r\"'#%tuNa_\0é="), max_size=200))
 @pytest.mark.parametrize("read", [delimited.read_file, moos.read_file, ardupilot.read_file])
-def test_any_text_is_answered(place: Path, read: Callable[[Path], Any], content: str) -> None:
+def test_any_text_is_answered(place, read, content):
     path = place / "x.dat"
     path.write_bytes(content.encode())
     recording = answers(read, path)
@@ -60,7 +55,7 @@ def test_any_text_is_answered(place: Path, read: Callable[[Path], Any], content:
 
 @SETTINGS
 @given(content=st.text(st.sampled_from('01.,; -\n"tuNa'), max_size=120))
-def test_arrow_and_the_careful_reader_agree(place: Path, content: str) -> None:
+def test_arrow_and_the_careful_reader_agree(place, content):
     """Where Arrow reads a text, the reader that goes row by row finds the same in it."""
     pytest.importorskip("pyarrow")
     path = place / "x.csv"
@@ -84,7 +79,7 @@ def test_arrow_and_the_careful_reader_agree(place: Path, content: str) -> None:
 @SETTINGS
 @given(data=st.data())
 @pytest.mark.parametrize("fast", [True, False])
-def test_tables_come_back_as_written(place: Path, fast: bool, data: st.DataObject) -> None:
+def test_tables_come_back_as_written(place, fast, data):
     names = data.draw(st.lists(NAME, min_size=2, max_size=4, unique=True))
     mark = data.draw(st.sampled_from([",", ";", "\t", "|", "  "]))
     comma = mark != "," and data.draw(st.booleans())
@@ -106,9 +101,7 @@ def test_tables_come_back_as_written(place: Path, fast: bool, data: st.DataObjec
 @SETTINGS
 @given(damage=st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12))
 @pytest.mark.parametrize("name", ["x.bin", "x.ulg"])
-def test_damaged_logs_are_answered(
-    place: Path, dive: Any, write_ulog: Any, name: str, damage: list[Any]
-) -> None:
+def test_damaged_logs_are_answered(place, dive, write_ulog, name, damage):
     path = dive.save(place / name) if name == "x.bin" else write_ulog(place / name)
     content = bytearray(path.read_bytes())
     for where, value in damage:

@@ -1,9 +1,5 @@
 """Attributes of the CF conventions: epochs of times and fill values."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -26,7 +22,7 @@ from hydrodamp.ingest.formats.netcdf import decode_variable
         ("seconds since 1970-01-01 00:00:00 GMT", 1.0),
     ],
 )
-def test_epochs(units: str, seconds: float) -> None:
+def test_epochs(units, seconds):
     variable = decode_variable(np.array([1.0]), {"units": units})
     assert (variable.values[0], variable.unit, variable.fault) == (seconds, "s", "")
 
@@ -42,7 +38,7 @@ def test_epochs(units: str, seconds: float) -> None:
         ("f8", 9.969209968386869e36),
     ],
 )
-def test_the_default_fill_is_missing(kind: str, fill: float) -> None:
+def test_the_default_fill_is_missing(kind, fill):
     values = np.array([7, fill, 100], dtype=kind)
     found = decode_variable(values, {"units": "m/s", "scale_factor": 0.5}).values
     np.testing.assert_array_equal(found, [3.5, np.nan, 50.0])
@@ -50,13 +46,13 @@ def test_the_default_fill_is_missing(kind: str, fill: float) -> None:
     np.testing.assert_array_equal(np.isnan(stated), [False, False, True])
 
 
-def test_integers_next_to_the_fill_stay() -> None:
+def test_integers_next_to_the_fill_stay():
     values = np.array([-2147483647, -2147483646], dtype="i4")
     found = decode_variable(values, {"units": "m"}).values
     np.testing.assert_array_equal(found, [np.nan, -2147483646.0])
 
 
-def test_an_unreadable_epoch_is_a_fault_of_its_variable(tmp_path: Path) -> None:
+def test_an_unreadable_epoch_is_a_fault_of_its_variable(tmp_path):
     from scipy.io import netcdf_file
 
     with netcdf_file(tmp_path / "a.nc", "w") as file:

@@ -1,10 +1,5 @@
 """Columns of digits `hhmmss`, and dates next to times of day."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,25 +9,23 @@ DAY = 86400.0
 JUNE = 1717200000.0  # 2024-06-01
 
 
-def read_time(path: Path, header: str, row: Callable[[int], str], n: int = 60) -> np.ndarray:
+def read_time(path, header, row, n=60):
     path.write_text("\n".join([f"{header},u", *(f"{row(k)},{k}" for k in range(n))]), "utf-8")
     return hd.read_recording(path).topics[0].fields[header.split(",")[-1]]
 
 
-def day_and_time(since_june: int) -> str:
+def day_and_time(since_june):
     day, time = divmod(since_june, 86400)
     return f"2024-06-{day + 1:02d},{time // 3600:02d}:{time // 60 % 60:02d}:{time % 60:02d}"
 
 
 @pytest.mark.parametrize("start", [36000, 86370], ids=["of two days apart", "over midnight"])
 @pytest.mark.parametrize("n_missing", [0, 10, 40])
-def test_each_time_of_day_has_the_date_of_its_row(
-    tmp_path: Path, start: int, n_missing: int
-) -> None:
+def test_each_time_of_day_has_the_date_of_its_row(tmp_path, start, n_missing):
     pause = 2 * 86400 - 3600 if start == 36000 else 0
     seconds = [start + k + pause * (k >= 30) for k in range(60)]
 
-    def row(k: int) -> str:
+    def row(k):
         date, time = day_and_time(seconds[k]).split(",")
         return f"{'' if k < n_missing and (pause == 0 or k < 20) else date},{time}"
 
@@ -40,8 +33,8 @@ def test_each_time_of_day_has_the_date_of_its_row(
     np.testing.assert_array_equal(times, JUNE + np.array(seconds))
 
 
-def test_a_date_of_the_start_continues_over_midnight(tmp_path: Path) -> None:
-    def row(k: int) -> str:
+def test_a_date_of_the_start_continues_over_midnight(tmp_path):
+    def row(k):
         return f"2024-06-01,{day_and_time(86370 + k).split(',')[1]}"
 
     times = read_time(tmp_path / "a.csv", "date,time", row)
@@ -58,15 +51,13 @@ def test_a_date_of_the_start_continues_over_midnight(tmp_path: Path) -> None:
         ("time_since_boot", lambda k: 100.0 * (k // 60) + k % 60),
     ],
 )
-def test_seconds_with_pauses_are_no_digits(
-    tmp_path: Path, name: str, row: Callable[[int], float]
-) -> None:
+def test_seconds_with_pauses_are_no_digits(tmp_path, name, row):
     times = read_time(tmp_path / "a.csv", name, lambda k: f"{row(k)}", 150)
     np.testing.assert_array_equal(times, [row(k) for k in range(150)])
 
 
 @pytest.mark.parametrize("step", [0.2, 1.0, 20.0, 30.0])
-def test_digits_with_a_carry_are_times_of_day(tmp_path: Path, step: float) -> None:
+def test_digits_with_a_carry_are_times_of_day(tmp_path, step):
     seconds = (86380.0 + step * np.arange(400)) % DAY
     digits = seconds // 3600 * 1e4 + seconds // 60 % 60 * 1e2 + seconds % 60
     times = read_time(tmp_path / "a.csv", "time", lambda k: f"{digits[k]:09.2f}", 400)

@@ -1,10 +1,5 @@
 """ArduPilot against pymavlink, PX4 against pyulog, MOOS against its published form."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,10 +7,10 @@ from hydrodamp.ingest.formats import ardupilot, files, px4
 from hydrodamp.ingest.formats.content import as_numbers
 
 
-def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
+def test_dataflash_is_what_pymavlink_reads(tmp_path, dive):
     path = dive.save(tmp_path / "dive.bin")
     recording = ardupilot.read_file(path)
-    rows: dict[str, list[Any]] = {}
+    rows = {}
     for message in dive.messages(path):
         kind = message.get_type()
         rows.setdefault(f"IMU[{message.I}]" if kind == "IMU" else kind, []).append(message)
@@ -37,9 +32,7 @@ def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
     ("letters", "columns", "length"),
     [("Qf", "TimeUS", 15), ("Q?", "TimeUS,x", 12), ("Qf", "TimeUS,x", 99), ("ff", "x,x", 11)],
 )
-def test_messages_that_break_their_own_format(
-    tmp_path: Path, dive: Any, letters: str, columns: str, length: int
-) -> None:
+def test_messages_that_break_their_own_format(tmp_path, dive, letters, columns, length):
     dive.write_message("FMT", 160, length, b"BAD", letters.encode(), columns.encode())
     dive.content += b"\xa3\x95\xa0" + bytes(length - 3)
     dive.write_message("ATT", 9_000_000, 1.0, 2.0, 3.0)
@@ -48,7 +41,7 @@ def test_messages_that_break_their_own_format(
     assert "messages BAD do not match their FMT message; they were skipped" in recording.notes
 
 
-def test_dataflash_in_text(tmp_path: Path) -> None:
+def test_dataflash_in_text(tmp_path):
     path = tmp_path / "dive.log"
     path.write_text(
         "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
@@ -73,7 +66,7 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
     assert "line 9 and 1 more match no FMT message of the log; skipped" in recording.notes
 
 
-def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
+def test_ulog_is_what_pyulog_reads(tmp_path, write_ulog):
     pyulog = pytest.importorskip("pyulog")
     path = write_ulog(tmp_path / "dive.ulg", instances=2)
     recording = files.read_files(path)
@@ -93,9 +86,7 @@ def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
 
 
 @pytest.mark.parametrize("damage", [b"\xff" * 60, bytes(60), bytes(range(1, 61))])
-def test_corruption_that_pyulog_passes_over_is_noted(
-    tmp_path: Path, write_ulog: Any, damage: bytes, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_corruption_that_pyulog_passes_over_is_noted(tmp_path, write_ulog, damage, capsys):
     pytest.importorskip("pyulog")
     path = write_ulog(tmp_path / "dive.ulg", n=50)
     content = bytearray(path.read_bytes())
@@ -106,7 +97,7 @@ def test_corruption_that_pyulog_passes_over_is_noted(
     assert capsys.readouterr().out == ""
 
 
-def test_what_pyulog_finds_damaged_is_noted(tmp_path: Path, write_ulog: Any) -> None:
+def test_what_pyulog_finds_damaged_is_noted(tmp_path, write_ulog):
     """A chain that holds, around messages too short for their format."""
     pytest.importorskip("pyulog")
     path = write_ulog(tmp_path / "dive.ulg")
@@ -133,7 +124,7 @@ MOOS = """\
 """
 
 
-def test_moos(tmp_path: Path) -> None:
+def test_moos(tmp_path):
     path = tmp_path / "alpha.alog"
     path.write_text(MOOS)
     recording = files.read_files(path)

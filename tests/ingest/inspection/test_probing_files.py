@@ -1,15 +1,9 @@
 """Drafts of mappings for clocks, units and cells as programs write them: the log that they read."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import suppress_warnings
 from hydrodamp.ingest.inspection.probe import inspect
 
@@ -20,7 +14,7 @@ SURGE = 2.0 + 0.2 * np.sin(0.2 * TIME)
 SWAY = 0.1 * np.cos(0.3 * TIME)
 
 
-def write_table(path: Path, columns: Mapping[str, object], form: str = "%.9g") -> Path:
+def write_table(path, columns, form="%.9g"):
     cells = [
         [form % value if isinstance(value, float) else str(value) for value in column]
         for column in (np.asarray(column).tolist() for column in columns.values())
@@ -30,25 +24,25 @@ def write_table(path: Path, columns: Mapping[str, object], form: str = "%.9g") -
     return path
 
 
-def read_by_draft(path: Path) -> hd.Log:
+def read_by_draft(path):
     with suppress_warnings():
         return hd.read_log(path, hd.probe(hd.read_recording(path)).mapping())
 
 
-def assert_motion(log: hd.Log, step: float = 0.1, atol: float = 2e-4) -> None:
+def assert_motion(log, step=0.1, atol=2e-4):
     """Check surge, sway, yaw rate and step of a log of the motion above."""
     np.testing.assert_allclose(np.mean(np.diff(log.time)), step, rtol=1e-3)
     for index, values in ((0, SURGE), (1, SWAY), (5, RATE)):
         np.testing.assert_allclose(log.velocity[:, index], values[: log.n], atol=atol)
 
 
-def canonical(**others: object) -> dict[str, object]:
-    angles: dict[str, FloatArray] = {"yaw": np.degrees(YAW), "r": np.degrees(RATE)}
+def canonical(**others):
+    angles = {"yaw": np.degrees(YAW), "r": np.degrees(RATE)}
     return {"time": TIME, **others, **angles, "u": SURGE, "v": SWAY}
 
 
 @pytest.mark.parametrize("texts", [["hold"], ["---"], [""], ["auto", "manual"]])
-def test_text_among_canonical_names_and_degrees(tmp_path: Path, texts: list[str]) -> None:
+def test_text_among_canonical_names_and_degrees(tmp_path, texts):
     labels = np.resize(texts, len(TIME))
     path = write_table(tmp_path / "log.csv", canonical(mode=labels))
     assert_motion(read_by_draft(path))
@@ -59,7 +53,7 @@ def test_text_among_canonical_names_and_degrees(tmp_path: Path, texts: list[str]
     assert_motion(judged.log)
 
 
-def write_netcdf(path: Path, form: str, *, packed: bool, since: str) -> Path:
+def write_netcdf(path, form, *, packed, since):
     """Write the motion as netCDF with attributes of the CF conventions."""
     unit, _, date = since.partition(" since ")
     epoch = (np.datetime64("2023-11-14T22:13:20") - np.datetime64(date[:10])) / np.timedelta64(
@@ -77,7 +71,7 @@ def write_netcdf(path: Path, form: str, *, packed: bool, since: str) -> Path:
         "rudder": (np.degrees(SWAY), "degrees", ""),
     }
 
-    def encode(name: str, values: FloatArray) -> tuple[FloatArray, dict[str, object]]:
+    def encode(name, values):
         if not packed or name == "obs_time":
             return values, {}
         offset, factor = float(values.mean()), float(np.ptp(values)) / 4e4
@@ -121,9 +115,7 @@ def write_netcdf(path: Path, form: str, *, packed: bool, since: str) -> Path:
         (True, "milliseconds since 2000-01-01"),
     ],
 )
-def test_netcdf_has_the_units_of_its_attributes(
-    tmp_path: Path, form: str, packed: bool, since: str
-) -> None:
+def test_netcdf_has_the_units_of_its_attributes(tmp_path, form, packed, since):
     path = write_netcdf(tmp_path / "auv.nc", form, packed=packed, since=since)
     recording = hd.read_recording(path)
     assert recording.format == "netCDF"
@@ -135,8 +127,8 @@ def test_netcdf_has_the_units_of_its_attributes(
     np.testing.assert_allclose(log.commands[:, 0], SWAY[: log.n], atol=1e-4)
 
 
-def test_german_names_and_marks_of_thousands(tmp_path: Path) -> None:
-    def german(value: float) -> str:
+def test_german_names_and_marks_of_thousands(tmp_path):
+    def german(value):
         return f"{value:,.4f}".translate(str.maketrans(",.", ".,"))
 
     columns = {
@@ -157,7 +149,7 @@ def test_german_names_and_marks_of_thousands(tmp_path: Path) -> None:
     np.testing.assert_allclose(log.commands[:, 1], 2000.0 + 1000.0 * RATE, atol=1e-4)
 
 
-def digits_of(seconds: FloatArray) -> FloatArray:
+def digits_of(seconds):
     """Return times of day as hhmmss."""
     minutes, second = np.divmod(np.round(seconds, 3) % 86400.0, 60.0)
     hour, minute = np.divmod(minutes, 60.0)
@@ -168,7 +160,7 @@ START = 1717148640.0  # s; 2024-05-31 09:44 UTC
 WRAP = 2**32
 
 #: Columns of a clock, and the first time that the log has; None for any.
-CLOCKS: dict[str, tuple[dict[str, object], float | None]] = {
+CLOCKS = {
     "hhmmss": ({"time": digits_of(START + TIME)}, START % 86400.0),
     "hhmmss over midnight": ({"gps_time": digits_of(86390.0 + TIME)}, 86390.0),
     "hhmmssmmm": ({"UTC time": 1e3 * digits_of(START + TIME)}, START % 86400.0),
@@ -216,7 +208,7 @@ CLOCKS: dict[str, tuple[dict[str, object], float | None]] = {
 
 
 @pytest.mark.parametrize("kind", CLOCKS)
-def test_clocks(tmp_path: Path, kind: str) -> None:
+def test_clocks(tmp_path, kind):
     columns, start = CLOCKS[kind]
     motion = {
         "heading (deg)": np.degrees(YAW) % 360.0,
@@ -233,14 +225,14 @@ def test_clocks(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("rate", [50.0, 0.0333])
-def test_clocks_with_plausible_units_stay(tmp_path: Path, rate: float) -> None:
+def test_clocks_with_plausible_units_stay(tmp_path, rate):
     """Seconds since 1970 at 30 s are no milliseconds; a fast sensor keeps its stated unit."""
     columns = {"time": START + TIME * 10.0 / rate, "pitch_deg": 20.0 * SWAY, "depth": SURGE}
     found = hd.probe(hd.read_recording(write_table(tmp_path / "log.csv", columns, "%.17g")))
     assert found.topics[0].rate == pytest.approx(rate, rel=1e-3)
 
 
-def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path: Path) -> None:
+def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path):
     time = np.arange(0.0, 20.0, 5e-4)
     columns = {"t [ms]": 1e3 * time, "yaw": np.sin(time), "r [rad/s]": np.cos(time), "u": time}
     log = read_by_draft(write_table(tmp_path / "log.csv", columns))
@@ -255,7 +247,7 @@ def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path: Path) -> Non
     ],
 )
 @pytest.mark.parametrize("delay", [0.0, 0.013])
-def test_long_form(tmp_path: Path, header: str, delay: float) -> None:
+def test_long_form(tmp_path, header, delay):
     columns = {
         "yaw_deg": np.degrees(YAW),
         "yaw_rate_deg_s": np.degrees(RATE),

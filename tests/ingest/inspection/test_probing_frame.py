@@ -1,14 +1,10 @@
 """Which way is down: what decides it, in a canonical log and through a mapping."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
-from hydrodamp.ingest.inspection.probe import WITHOUT_MAPPING, Inspection, inspect, probe
+from hydrodamp.ingest.inspection.probe import WITHOUT_MAPPING, inspect, probe
 from hydrodamp.ingest.inspection.quality_report import report_quality
 from hydrodamp.ingest.read import read_recording
 from strangers import FLIP, Truth, name_columns, write
@@ -26,14 +22,14 @@ commands: {{rudder: rudder}}
 """
 
 
-def motion(turn: np.ndarray) -> dict[str, np.ndarray]:
+def motion(turn):
     """Return the dive under its canonical names, y and z turned or not."""
     it, angles = TRUTH, name_columns("roll pitch yaw", TRUTH.angles * turn)
     both = name_columns("u v w p q r", np.hstack((it.body * turn, it.rates * turn)))
     return {"time": it.time, **angles, **both, "rudder": it.rudder}
 
 
-def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = None) -> Inspection:
+def judged(folder, columns, mapping=None):
     recording = read_recording(write(folder / "a.csv", columns))
     if mapping is not None:
         (folder / "mapping.yaml").write_text(mapping, "utf-8")
@@ -43,7 +39,7 @@ def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = N
 
 @pytest.mark.parametrize("turn", [np.ones(3), FLIP], ids=["FRD", "FLU"])
 @pytest.mark.parametrize("beside", [NONE, FORCE, DEPTH], ids=["nothing", "force", "depth"])
-def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: Path) -> None:
+def test_a_canonical_log_with_z_up(turn, beside, tmp_path):
     columns = motion(turn)
     if beside == FORCE:
         columns |= name_columns("fx fy fz", TRUTH.force * turn)
@@ -67,14 +63,14 @@ def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: P
 
 
 @pytest.mark.parametrize("frame", ["FRD", "FLU"])
-def test_a_mapping_of_the_wrong_frame(frame: str, tmp_path: Path) -> None:
+def test_a_mapping_of_the_wrong_frame(frame, tmp_path):
     found = judged(tmp_path, motion(FLIP) | DEPTH, MAPPING.format(frame=frame)).report
     assert found is not None
     assert [one.channel for one in found.issues] == (["frame"] if frame == "FRD" else [])
     assert found.vertical_axis.is_sure
 
 
-def test_positions_with_their_unit_are_no_commands(tmp_path: Path) -> None:
+def test_positions_with_their_unit_are_no_commands(tmp_path):
     place = name_columns("x_m y_m z_m", TRUTH.place * FLIP)
     found = judged(tmp_path, motion(FLIP) | place).report
     assert found is not None
@@ -85,7 +81,7 @@ def test_positions_with_their_unit_are_no_commands(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_wrench_against_its_sign(sign: float) -> None:
+def test_a_wrench_against_its_sign(sign):
     """Heave with linear drag, driven by steps of a force that is recorded in either sign."""
     time = np.arange(0.0, 120.0, 0.1)
     force, heave = np.sign(np.sin(0.7 * time) + 0.4 * np.sin(1.9 * time)), np.zeros(len(time))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings, strategies as st
 
@@ -16,7 +14,7 @@ ODD = [0.0, 1.0, -1.0, 0.5, 3.2, 359.0, 1e308, -1e308, np.inf, np.nan, 1e-300]
 
 
 @st.composite
-def recordings(draw: st.DrawFn) -> Recording:
+def recordings(draw):
     rng = np.random.default_rng(draw(st.integers(0, 2**16)))
     topics = []
     for name in draw(
@@ -40,7 +38,7 @@ def recordings(draw: st.DrawFn) -> Recording:
 
 @settings(max_examples=60, deadline=None)
 @given(recordings())
-def test_no_recording_is_too_odd(recording: Recording) -> None:
+def test_no_recording_is_too_odd(recording):
     """Whatever stands in a recording, it is looked through; its draft reads, or says why not."""
     found = probe(recording)
     assert 0 <= found.draft.confidence <= 99

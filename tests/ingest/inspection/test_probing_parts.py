@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -27,14 +25,14 @@ from hydrodamp.ingest.mapping import LogMapping
         (1e3, 1.7e12, "ms"),
     ],
 )
-def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) -> None:
+def test_unit_of_the_clock_by_its_size(scale, start, unit):
     found = find_clock(Topic("", None, {"stamp": start + scale * np.arange(0, 60, 0.1)}))
     assert found is not None
     assert found.unit == unit
     assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
 
 
-def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch) -> None:
+def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch):
     """A clock that is thinned tenfold has no gap from tick to tick."""
     monkeypatch.setattr(columns, "_MAX_SAMPLES", 200)
     time = np.arange(2000.0)
@@ -44,7 +42,7 @@ def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch) -> None:
     assert probe(Recording((table,), "days.csv", "text in columns")).roles.rates.unit == "deg/s"
 
 
-def test_a_topic_without_a_message_hinders_no_joining() -> None:
+def test_a_topic_without_a_message_hinders_no_joining():
     time, nothing = np.arange(50.0), Topic("/none", np.empty(0), {"u": np.empty(0)})
     pose, fins = Topic("/pose", time, {"x": time}), Topic("/fins", time, {"rudder": time})
     made = [Recording((one, nothing), name, "") for one, name in ((pose, "a"), (fins, "b"))]
@@ -52,7 +50,7 @@ def test_a_topic_without_a_message_hinders_no_joining() -> None:
     assert describe_join([Recording((nothing,), "c", ""), made[1]]) == ""
 
 
-def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Log:
+def surge(delay, step, irregular=False, n=3000):
     """Surge with quadratic drag that answers a thruster some steps late; noise on top."""
     rng = np.random.default_rng(7)
     command = np.repeat(rng.choice([-1.0, 0.0, 0.5, 1.0], n // 50 + 1), 50)[:n]
@@ -70,7 +68,7 @@ def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Lo
 
 
 @pytest.mark.parametrize(("delay", "irregular"), [(0, False), (4, False), (12, False), (6, True)])
-def test_delay_comes_back(delay: int, irregular: bool) -> None:
+def test_delay_comes_back(delay, irregular):
     (found,) = estimate_delays(surge(delay, 0.05, irregular))
     assert (found.command, found.velocity, found.sign) == ("rpm", "u", 1)
     assert found.seconds == pytest.approx(0.05 * delay, abs=0.05)
@@ -79,7 +77,7 @@ def test_delay_comes_back(delay: int, irregular: bool) -> None:
     assert found.standard_deviation < 0.05
 
 
-def test_a_righting_moment_is_not_taken_for_the_response() -> None:
+def test_a_righting_moment_is_not_taken_for_the_response():
     """Pitch obeys q' = c - 4 theta - 0.3 q: lightly damped, it rings for longer than commands."""
     rng, step, n = np.random.default_rng(2), 0.1, 3000
     command = 0.3 * np.repeat(rng.choice([-1.0, 0.0, 0.0, 1.0], n // 15), 15)
@@ -99,7 +97,7 @@ def test_a_righting_moment_is_not_taken_for_the_response() -> None:
     assert found.seconds == pytest.approx(0.0, abs=0.1)
 
 
-def test_a_command_that_does_nothing_has_no_delay() -> None:
+def test_a_command_that_does_nothing_has_no_delay():
     rng = np.random.default_rng(3)
     time = np.arange(0.0, 200.0, 0.1)
     command = np.repeat(rng.choice([0.0, 1.0], 40), 50)
@@ -107,17 +105,17 @@ def test_a_command_that_does_nothing_has_no_delay() -> None:
     assert estimate_delays(log) == ()
 
 
-def test_command_names_are_short_legal_and_unlike() -> None:
+def test_command_names_are_short_legal_and_unlike():
     names = command_names(["/a/port.data", "/b/port.data", "yes", "1", "a b", "a-b", "!", "u|v"])
     assert len(set(names)) == len(names)
     content = {"time": "t", "velocity": {"u": "u"}, "commands": dict.fromkeys(names, "c")}
     assert tuple(LogMapping.from_dict(content).commands) == tuple(names)
 
 
-def test_a_channel_rests_only_where_it_rests_in_all_logs() -> None:
+def test_a_channel_rests_only_where_it_rests_in_all_logs():
     time = np.arange(0.0, 60.0, 0.1)
 
-    def turns(yaw: float) -> Recording:
+    def turns(yaw):
         fields = {"t": time, "r": np.sin(time), "ch_yaw": yaw * np.cos(time), "ch_roll": 0 * time}
         return Recording((Topic("", None, fields),), "turns.csv", "text in columns")
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +7,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.inspection.names import guess_role, split_unit
 from hydrodamp.ingest.inspection.probe import probe
-from strangers import FLIP, Truth, name_columns
+from strangers import FLIP, name_columns
 
 TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]
@@ -76,7 +74,7 @@ Table = Callable[..., Recording]
         ("", "LCEWZZ01", None, None),
     ],
 )
-def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
+def test_names(topic, field, unit, role):
     said, sure = guess_role(topic, field, unit, {field})
     assert (said if sure else None) == role
 
@@ -112,13 +110,13 @@ def test_newtons_are_a_unit_after_an_axis(name, unit, role):
         ("vn_m ve_m vd_m", "velocity.north velocity.east velocity.down"),
     ],
 )
-def test_elements_count_from_the_first_of_their_array(names: str, roles: str) -> None:
+def test_elements_count_from_the_first_of_their_array(names, roles):
     for name, role in zip(names.split(), roles.split(), strict=True):
         said = guess_role("", name, None, names.split())[0]
         assert said.split()[0] == role
 
 
-def test_elements_of_an_array_have_a_unit_in_common() -> None:
+def test_elements_of_an_array_have_a_unit_in_common():
     """Roll and pitch rates that could be radians have the unit of the yaw rate beside them."""
     time = np.arange(0.0, 60.0, 0.1)
     rates = np.sin(np.outer(time, (0.3, 0.4, 0.2))) * (1.0, 2.0, 40.0)
@@ -127,7 +125,7 @@ def test_elements_of_an_array_have_a_unit_in_common() -> None:
     assert [found.roles.best(f"velocity.{name}").unit for name in "pqr"] == ["deg/s"] * 3
 
 
-def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
+def test_a_column_of_the_name_is_never_said_to_be_absent():
     """A yaw moment in a unit that cannot be one is left out, and the draft says so."""
     time = np.arange(0.0, 60.0, 0.1)
     columns = {"t": time, "tau_X": 10 * np.sin(time), "tau_Y": 9 * np.sin(time), "tau_N": time % 7}
@@ -137,7 +135,7 @@ def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
     assert "Z: {value: 0.0}    # not recorded" in text
 
 
-def test_a_unit_that_no_role_has_is_of_something_else() -> None:
+def test_a_unit_that_no_role_has_is_of_something_else():
     assert guess_role("", "P", None, {"P"}, "bar") == ("in bar", 0)
     assert guess_role("", "p", None, {"p"}, "body") == ("velocity.p", 85)
 
@@ -150,7 +148,7 @@ def test_a_unit_that_no_role_has_is_of_something_else() -> None:
         ("odometry", [], ("FLU", "ENU", False)),
     ],
 )
-def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive: Truth) -> None:
+def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive):
     recording = request.getfixturevalue(log)
     recording = recording("/rov/state") if log == "odometry" else recording
     found = probe(recording)
@@ -164,7 +162,7 @@ def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive
     dive.check(found.mapping().log(recording))
 
 
-def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
+def test_axes_and_units_of_every_sensor_are_found(table, dive):
     """Attitude and velocity with z up, rates in deg/s with z down."""
     recording = table(
         t_ms=1000 * dive.time + 1e6,
@@ -188,7 +186,7 @@ def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
     dive.check(found.mapping().log(recording))
 
 
-def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
+def test_velocities_in_other_axes_than_the_attitude(table, dive):
     recording = table(
         time_s=dive.time,
         **dive.euler(),
@@ -204,7 +202,7 @@ def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
     dive.check(found.mapping().log(recording))
 
 
-def test_numbers_alone_are_no_roles(table: Table) -> None:
+def test_numbers_alone_are_no_roles(table):
     time = np.arange(0.0, 60.0, 0.1)
     found = probe(table(a=time, b=np.cos(time), c=np.sin(time)))
     assert [(one.column, one.role) for one in found.roles.guesses] == [("a", "time")]
@@ -214,7 +212,7 @@ def test_numbers_alone_are_no_roles(table: Table) -> None:
         found.mapping()
 
 
-def test_columns_without_names_fit_a_preset_by_the_way_they_make(table) -> None:
+def test_columns_without_names_fit_a_preset_by_the_way_they_make(table):
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.column_stack((1 + 0.3 * np.sin(time / 3), 0.4 * np.cos(time / 5)))
     for scale, presets in ((0.1, ["kvlcc2-hsva"]), (0.2, [])):
@@ -226,13 +224,13 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table) -> None:
         assert found.draft.confidence == (70 if presets else 0)
 
 
-def test_a_rudder_that_stands_still_stays_in_the_draft(table: Table, dive) -> None:
+def test_a_rudder_that_stands_still_stays_in_the_draft(table, dive):
     text = probe(table(t=dive.time, r=dive.rates[:, 2], rudder=0 * dive.time)).draft.text
     assert "rudder: rudder    # 85 %: constant in this run" in text
 
 
 @pytest.mark.parametrize(("axes", "flip"), [("FRD", 1.0), ("FLU", FLIP)])
-def test_depth_tells_which_way_is_down(dive, axes: str, flip: np.ndarray) -> None:
+def test_depth_tells_which_way_is_down(dive, axes, flip):
     topics = (
         Topic("dvl", dive.time, name_columns("v_x v_y v_z", dive.body * flip)),
         Topic("ahrs", dive.time, name_columns("roll pitch yaw", dive.angles * flip)),
@@ -243,7 +241,7 @@ def test_depth_tells_which_way_is_down(dive, axes: str, flip: np.ndarray) -> Non
     assert upright.confidence > 90
 
 
-def test_bad_rows_are_left_out_and_flagged(dive) -> None:
+def test_bad_rows_are_left_out_and_flagged(dive):
     good = np.ones(len(dive.time))
     good[100:140] = 0.0
     speed = np.where(good[:, np.newaxis] == 1.0, dive.body, -32.768)

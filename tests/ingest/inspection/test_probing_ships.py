@@ -1,14 +1,9 @@
 """Drafts of the logs of ships and boats, and of topics of one number, against one motion."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.formats.cells import parse_column
 from hydrodamp.ingest.inspection.names import guess_role
@@ -27,27 +22,27 @@ RUDDER = np.degrees(-0.3 * R)
 KNOT = 1852.0 / 3600.0
 
 
-def read_by_draft(columns: dict[str, np.ndarray], texts: dict[str, tuple[str, ...]] | None = None):
+def read_by_draft(columns, texts=None):
     """Return the log that the draft of one table reads."""
     topic = Topic("", None, {"t": TIME, **columns}, texts or {})
     recording = Recording((topic,), "a.csv", "text in columns")
     return probe(recording).mapping().log(recording)
 
 
-def read_topics(columns: dict[str, np.ndarray], field: str, form: str) -> Log:
+def read_topics(columns, field, form):
     """Return the log that the draft of topics of one number reads."""
     topics = (Topic(name, TIME, {field: values}) for name, values in columns.items())
     recording = Recording(tuple(topics), "a", form)
     return probe(recording).mapping().log(recording)
 
 
-def assert_motion(log: Log, tolerance: float = 0.03) -> None:
+def assert_motion(log, tolerance=0.03):
     for name, true in (("u", U), ("v", V), ("r", R)):
         error = log.velocity[:, "uvwpqr".index(name)] - true
         assert np.sqrt(np.mean(error[5:-5] ** 2)) < tolerance, name
 
 
-def fold_minutes(degrees: np.ndarray) -> np.ndarray:
+def fold_minutes(degrees):
     whole, rest = np.divmod(np.abs(degrees), 1.0)
     return 100.0 * whole + 60.0 * rest
 
@@ -68,7 +63,7 @@ def fold_minutes(degrees: np.ndarray) -> np.ndarray:
     ],
     ids=["degrees", "receiver", "radians"],
 )
-def test_a_position_on_the_ellipsoid(columns: dict[str, np.ndarray]) -> None:
+def test_a_position_on_the_ellipsoid(columns):
     log = read_by_draft({**columns, "rudder": RUDDER})
     assert_motion(log)
     travelled = np.column_stack((NORTH - NORTH[0], EAST - EAST[0]))
@@ -76,7 +71,7 @@ def test_a_position_on_the_ellipsoid(columns: dict[str, np.ndarray]) -> None:
     assert log.command_names == ("rudder",)
 
 
-def test_degrees_and_minutes_with_a_column_of_the_hemisphere() -> None:
+def test_degrees_and_minutes_with_a_column_of_the_hemisphere():
     columns = {"lat": fold_minutes(LATITUDE), "lon": fold_minutes(LONGITUDE), "hdt": HDG}
     letters = {"ns": ("S",) * len(TIME), "ew": ("W",) * len(TIME)}
     log = read_by_draft({**columns, "sog_kn": SOG / KNOT, "cog": COG}, letters)
@@ -96,7 +91,7 @@ def test_degrees_and_minutes_with_a_column_of_the_hemisphere() -> None:
         (False, {"LatRef": "N", "hemisphere": "E"}),
     ],
 )
-def test_letters_that_change_no_sign(signed: bool, texts: dict[str, str]) -> None:
+def test_letters_that_change_no_sign(signed, texts):
     """Signed coordinates have their sign, and other columns hold letters of other meanings."""
     latitude, longitude = (LATITUDE, LONGITUDE) if signed else (-LATITUDE, -LONGITUDE)
     letters = {name: (letter,) * len(TIME) for name, letter in texts.items()}
@@ -108,7 +103,7 @@ def test_letters_that_change_no_sign(signed: bool, texts: dict[str, str]) -> Non
 @pytest.mark.parametrize("speed", [{"u": U, "v": V}, {"SOG": SOG / KNOT, "COG": COG}])
 @pytest.mark.parametrize("origin", [(0.0, 0.0), (1.2, 2.5)])
 @pytest.mark.parametrize("unit", ["deg", "rad", "degE6", "degE7"])
-def test_coordinates_have_the_unit_that_fits_the_speed(unit, origin, speed) -> None:
+def test_coordinates_have_the_unit_that_fits_the_speed(unit, origin, speed):
     start = np.array(origin) + (7.0 if unit.startswith("degE") else 0.0)
     scale = {"deg": 1.0, "rad": np.pi / 180.0, "degE6": 1e6, "degE7": 1e7}[unit]
     # radii of WGS 84 by the tables, at the equator and near it
@@ -120,14 +115,14 @@ def test_coordinates_have_the_unit_that_fits_the_speed(unit, origin, speed) -> N
     assert np.ptp(log.position[:, 1]) == pytest.approx(np.ptp(EAST), rel=0.01)
 
 
-def test_coordinates_of_two_possible_units_make_no_log() -> None:
+def test_coordinates_of_two_possible_units_make_no_log():
     columns = {"t": TIME, "lat": 1.2 + NORTH / 1e5, "lon": 2.5 + EAST / 1e5, "hdg": HDG}
     draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
     assert "unit: deg}    # 55 %: deg by magnitude, unless it is rad" in draft.text
     assert draft.confidence < MIN_DRAFT_CONFIDENCE
 
 
-def test_positions_without_a_fix_say_nothing_about_the_unit_of_a_speed() -> None:
+def test_positions_without_a_fix_say_nothing_about_the_unit_of_a_speed():
     fixes = {"lat": LATITUDE.copy(), "lon": LONGITUDE.copy()}
     for values in fixes.values():
         values[:40] = values[200:203] = 0.0
@@ -139,7 +134,7 @@ def test_positions_without_a_fix_say_nothing_about_the_unit_of_a_speed() -> None
 
 @pytest.mark.parametrize("unit", ["deg", "rad"])
 @pytest.mark.parametrize("reference", ["north", "lat", "heading_deg", "sparse", None])
-def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference) -> None:
+def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference):
     course = np.radians(3.5 + 2.0 * np.sin(0.2 * TIME))
     if unit == "rad":
         course *= 180.0 / np.pi
@@ -160,13 +155,13 @@ def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference) -> No
 
 
 @pytest.mark.parametrize("yaw", [PSI, np.pi / 2.0 - PSI], ids=["north", "east"])
-def test_a_course_in_radians_agrees_with_a_yaw(yaw: np.ndarray) -> None:
+def test_a_course_in_radians_agrees_with_a_yaw(yaw):
     columns = {"t": TIME, "sog_mps": SOG, "cog": np.radians(COG), "yaw": yaw}
     roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
     assert roles.best("velocity.course").unit == "rad"
 
 
-def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:
+def test_a_hemisphere_in_the_cells(tmp_path):
     rows = zip(TIME, fold_minutes(LATITUDE), fold_minutes(LONGITUDE), SOG, COG, HDG, strict=True)
     lines = [f"{t:.1f},{a:.6f}S,0{b:.6f} W,{s},{c},{h}" for t, a, b, s, c, h in rows]
     path = tmp_path / "a.csv"
@@ -186,16 +181,16 @@ def test_a_hemisphere_in_the_cells(tmp_path: Path) -> None:
         ("", "E 010 30 36.0", 10.51),
     ],
 )
-def test_cells_of_latitude_and_longitude(name: str, cell: str, degrees: float) -> None:
+def test_cells_of_latitude_and_longitude(name, cell, degrees):
     assert parse_column([cell, ""], name=name).numbers[0] == pytest.approx(degrees)
 
 
 @pytest.mark.parametrize("name", ["power", "lateral_power", "plate", "longitudinal_load"])
-def test_a_number_with_the_letter_of_a_unit_is_no_coordinate(name: str) -> None:
+def test_a_number_with_the_letter_of_a_unit_is_no_coordinate(name):
     assert parse_column(["10.5 W", "11.5 W"], name=name).numbers is None
 
 
-def test_labels_are_no_coordinates() -> None:
+def test_labels_are_no_coordinates():
     assert parse_column(["N1", "S2"]).numbers is None
 
 
@@ -208,7 +203,7 @@ def test_labels_are_no_coordinates() -> None:
         ("turn_rate_dpm", "deg/min", 60.0 * np.degrees(1.0)),
     ],
 )
-def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit, factor) -> None:
+def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit, factor):
     columns = {"t": TIME, "u": U, "v": V, "heading": HDG, name: factor * R}
     recording = Recording((Topic("", None, columns),), "a.csv", "text in columns")
     found = probe(recording)
@@ -216,12 +211,12 @@ def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit, factor) -
     assert_motion(found.mapping().log(recording), tolerance=1e-6)
 
 
-def test_a_course_over_ground_goes_with_the_speed_over_ground() -> None:
+def test_a_course_over_ground_goes_with_the_speed_over_ground():
     columns = {"STW": 0.5 * SOG, "lat": LATITUDE, "lon": LONGITUDE, "COG": COG, "HDG": HDG}
     assert_motion(read_by_draft({**columns, "SOG": SOG}))
 
 
-def test_a_unit_by_convention_alone_makes_no_log() -> None:
+def test_a_unit_by_convention_alone_makes_no_log():
     columns = {"t": TIME, "SOG": SOG / KNOT, "COG": COG, "HDG": HDG, "rudder": RUDDER}
     draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
     assert "unit: kn}    # 55 %: kn by convention" in draft.text
@@ -229,13 +224,13 @@ def test_a_unit_by_convention_alone_makes_no_log() -> None:
 
 
 @pytest.mark.parametrize(("name", "factor"), [("v", 1.0), ("speed", 1.0), ("V", 1 / KNOT)])
-def test_a_speed_of_the_length_of_the_path_is_no_sway(name: str, factor: float) -> None:
+def test_a_speed_of_the_length_of_the_path_is_no_sway(name, factor):
     columns = {"x": NORTH, "y": EAST, "yaw": PSI, name: factor * SOG}
     assert_motion(read_by_draft(columns))
 
 
 @pytest.mark.parametrize("name", ["speed", "v", "groundspeed"])
-def test_a_speed_alone_makes_no_log(name: str) -> None:
+def test_a_speed_alone_makes_no_log(name):
     """Nothing says that the vehicle neither drifts nor moves astern."""
     columns = {"t": TIME, "yaw": PSI, name: SOG, "rudder": RUDDER}
     found = probe(Recording((Topic("", None, columns),), "a.csv", "text"))
@@ -245,13 +240,13 @@ def test_a_speed_alone_makes_no_log(name: str) -> None:
     assert log.velocity[:, 0] == pytest.approx(SOG)
 
 
-def test_a_sway_of_one_sign_stays_a_sway() -> None:
+def test_a_sway_of_one_sign_stays_a_sway():
     columns = {"t": TIME, "x": NORTH, "y": EAST, "yaw": PSI, "v": V - V.min()}
     roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
     assert roles.best("velocity.v").column == "v"
 
 
-def test_a_moos_log_has_x_east_and_a_heading() -> None:
+def test_a_moos_log_has_x_east_and_a_heading():
     columns = {"NAV_YAW": -PSI, "NAV_X": EAST, "NAV_Y": NORTH, "NAV_HEADING": HDG}
     columns |= {"NAV_SPEED": SOG, "DESIRED_HEADING": HDG, "DESIRED_RUDDER": RUDDER}
     log = read_topics(columns, "value", "MOOS log")
@@ -260,7 +255,7 @@ def test_a_moos_log_has_x_east_and_a_heading() -> None:
 
 
 @pytest.mark.parametrize("names", ["u_speed v_speed r_speed", "surge_vel sway_vel yaw_rate"])
-def test_topics_of_one_number_have_the_role_of_their_names(names: str) -> None:
+def test_topics_of_one_number_have_the_role_of_their_names(names):
     speeds = dict(zip(names.split(), (U, V, R), strict=True))
     topics = {f"/boat/{name}": values for name, values in speeds.items()}
     log = read_topics(
@@ -270,7 +265,7 @@ def test_topics_of_one_number_have_the_role_of_their_names(names: str) -> None:
     assert log.command_names == ()
 
 
-def test_theta_beside_x_and_y_alone_is_a_yaw() -> None:
+def test_theta_beside_x_and_y_alone_is_a_yaw():
     turned = (PSI + np.pi) % (2.0 * np.pi) - np.pi
     pose = Topic("/pose", TIME, {"x": NORTH, "y": EAST, "theta": turned})
     rudder = Topic("/rudder", TIME, {"data": RUDDER})
@@ -280,7 +275,7 @@ def test_theta_beside_x_and_y_alone_is_a_yaw() -> None:
 
 
 @pytest.mark.parametrize("factor", [1.0, 180.0 / np.pi])
-def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor: float) -> None:
+def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor):
     angles = np.column_stack((0.1 * np.sin(TIME), 0.05 * np.cos(TIME), np.sin(0.3 * TIME)))
     unit = "radian" if factor == 1.0 else "degrees"
     fields = {f"angular.{axis}": factor * angles[:, k] for k, axis in enumerate("xyz")}
@@ -322,13 +317,13 @@ def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor: float) -> None:
         ("/rov/attitude", "twist.angular.z", "attitude.yaw"),
     ],
 )
-def test_names_of_rates_and_of_what_is_no_sensor(topic: str, field: str, role: str | None) -> None:
+def test_names_of_rates_and_of_what_is_no_sensor(topic, field, role):
     hint, confidence = guess_role(topic, field, None, {field})
     assert (hint if confidence else None) == role
 
 
 @pytest.mark.parametrize("name", ["sat", "delivered", "measured"])
-def test_a_wrench_that_acts_precedes_the_commanded(name: str) -> None:
+def test_a_wrench_that_acts_precedes_the_commanded(name):
     columns = {"u": U, "v": V, "r": R, "psi": PSI}
     for axis, values in zip("XYN", (U, V, R), strict=True):
         columns |= {f"tau_cmd_{axis}": 1000 * values, f"tau_{name}_{axis}": np.tanh(values)}
@@ -336,14 +331,14 @@ def test_a_wrench_that_acts_precedes_the_commanded(name: str) -> None:
     np.testing.assert_allclose(wrench[:, [0, 1, 5]], np.tanh(np.column_stack((U, V, R))))
 
 
-def test_a_saturated_command_precedes_the_commanded() -> None:
+def test_a_saturated_command_precedes_the_commanded():
     columns = {"u": U, "v": V, "r": R, "psi": PSI, "thrust_cmd": RUDDER}
     log = read_by_draft({**columns, "thrust_delivered": np.clip(RUDDER, -3.0, 3.0)})
     assert log.command_names == ("thrust_delivered",)
 
 
 @pytest.mark.parametrize(("norm", "gravity"), [(1.0, True), (1000.0, True), (0.02, False)])
-def test_a_specific_force_has_the_norm_of_gravity(norm: float, gravity: bool) -> None:
+def test_a_specific_force_has_the_norm_of_gravity(norm, gravity):
     force = norm * np.column_stack((0.01 * np.sin(TIME), 0.02 * np.cos(TIME), -1 + 0 * TIME))
     columns = {f"Acc{axis}": force[:, k] for k, axis in enumerate("XYZ")}
     angles = {"roll": 0.1 * np.sin(TIME), "pitch": 0.1 * np.sin(TIME), "yaw": PSI}

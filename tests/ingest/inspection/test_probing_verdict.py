@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +18,7 @@ from hydrodamp.ingest.inspection.quality_report import Requirements, report_qual
 TIME = np.arange(0.0, 60.0, 0.1)
 
 
-def test_steps_and_changes_stay_within_segments() -> None:
+def test_steps_and_changes_stay_within_segments():
     commands = {"rpm": np.tile([1.0, 1.0, 2.0], 2)}
     names = np.repeat(["run0", "run1"], 3).tolist()
     log = Log.from_arrays(
@@ -32,7 +30,7 @@ def test_steps_and_changes_stay_within_segments() -> None:
     assert found.source == "in memory"
 
 
-def test_a_sound_log_is_fit_for_the_job() -> None:
+def test_a_sound_log_is_fit_for_the_job():
     time = np.arange(0.0, 100.0, 0.1)
     waves = np.sin(np.outer(time, np.linspace(0.3, 0.9, 6)))
     log = Log.from_arrays(
@@ -49,7 +47,7 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
     assert judged.recorded == ("attitude", "acceleration", "wrench", "specific_force")
 
 
-def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy() -> None:
+def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy():
     waves = np.zeros((600, 6))
     waves[:, [0, 1, 5]] = np.sin(np.outer(TIME, [0.3, 0.6, 0.9]))
     log = Log.from_arrays(TIME, waves, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (600, 1)))
@@ -65,7 +63,7 @@ def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy() ->
     )
 
 
-def test_gains_of_models_are_the_actuation_of_a_vehicle_without_actuators() -> None:
+def test_gains_of_models_are_the_actuation_of_a_vehicle_without_actuators():
     waves = np.sin(np.outer(TIME, np.linspace(0.3, 0.9, 6)))
     attitude = np.tile([1.0, 0.0, 0.0, 0.0], (600, 1))
     log = Log.from_arrays(TIME, waves, attitude=attitude, commands={"throttle": waves[:, 0]})
@@ -78,7 +76,7 @@ def test_gains_of_models_are_the_actuation_of_a_vehicle_without_actuators() -> N
     assert not with_gains.missing
 
 
-def test_the_draft_is_tried_before_a_preset() -> None:
+def test_the_draft_is_tried_before_a_preset():
     rng = np.random.default_rng(1)
     columns = {name: rng.standard_normal(600) for name in ("u", "v", "w", "p", "q", "r")}
     columns |= {f"{name}_rad": 0.1 * np.sin(TIME) for name in ("roll", "pitch", "yaw")}
@@ -93,7 +91,7 @@ def test_the_draft_is_tried_before_a_preset() -> None:
     assert inspect(found, [recording]).mapping == "by the draft"
 
 
-def test_a_current_is_minded() -> None:
+def test_a_current_is_minded():
     """Through the water 1 m/s straight ahead on turning headings, 0.3 m/s of tide to the east."""
     rng = np.random.default_rng(2)
     time = np.arange(0.0, 1200.0, 0.5)
@@ -113,14 +111,14 @@ def test_a_current_is_minded() -> None:
 
 
 @pytest.mark.parametrize("has", [True, False])
-def test_what_can_be_derived_is_counted(has: bool) -> None:
+def test_what_can_be_derived_is_counted(has):
     yaw = np.sin(TIME)
     attitude = quaternion_from_euler(np.column_stack((0 * yaw, 0.2 * np.cos(0.6 * TIME), yaw)))
     said = report_quality(Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None))
     assert any("yaw" in each for each in said.identifiable) is has
 
 
-def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
+def test_a_suspicion_of_a_step_that_is_there_says_so():
     log = report_quality(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
     one = QualityIssue("yaw", "leaps", "once", fix=Fix("step", "remove_attitude_outliers"))
     found = omit_applied_steps(replace(log, issues=(one,)), (remove_attitude_outliers,))
@@ -131,7 +129,7 @@ def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
     assert any("`rates_from_attitude` (already applied)" in each for each in there.missing)
 
 
-def test_a_draft_cleans_a_pose_before_it_derives_rates() -> None:
+def test_a_draft_cleans_a_pose_before_it_derives_rates():
     report = report_quality(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
     steps = ("remove_outliers", "remove_attitude_outliers", "mask_frozen")
     issues = tuple(QualityIssue("yaw", "leaps", "once", fix=Fix("step", step)) for step in steps)
@@ -142,7 +140,7 @@ def test_a_draft_cleans_a_pose_before_it_derives_rates() -> None:
     )
 
 
-def test_a_vehicle_that_pitches_is_no_boat() -> None:
+def test_a_vehicle_that_pitches_is_no_boat():
     motion = {"u": 1.0 + 0.1 * np.sin(TIME), "v": 0.1 * np.cos(TIME), "r": 0.2 * np.sin(TIME)}
     for size, has_all in ((0.02, True), (0.4, False)):
         angles = np.column_stack((0 * TIME, size * np.sin(0.5 * TIME), 0 * TIME))

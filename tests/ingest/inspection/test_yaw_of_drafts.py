@@ -1,7 +1,5 @@
 """Sign and zero of the yaw of a draft, decided by the motion along the position."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Canonical names need no mapping in any flat format."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,7 +23,7 @@ COLUMNS = {
 }
 
 
-def write(path: Path) -> Path:
+def write(path):
     """Write the columns with the writer of each format."""
     if path.suffix == ".parquet":
         arrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
@@ -46,7 +44,7 @@ def write(path: Path) -> Path:
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".tsv", ".parquet", ".npz", ".mat"])
-def test_canonical_names_need_no_mapping(tmp_path: Path, suffix: str) -> None:
+def test_canonical_names_need_no_mapping(tmp_path, suffix):
     log = read_log(write(tmp_path / f"dive{suffix}"))
     assert log.time.tolist() == TIME.tolist()
     assert log.velocity_names == ("u", "r")
@@ -55,11 +53,10 @@ def test_canonical_names_need_no_mapping(tmp_path: Path, suffix: str) -> None:
     assert [segment.name for segment in log.segments] == ["dive"]
 
 
-def test_topics_need_a_mapping(tmp_path: Path) -> None:
+def test_topics_need_a_mapping(tmp_path):
     topics = tuple(Topic(f"/t{k}", [0.0, 1.0], {"u": [1.0, 1.0]}) for k in range(10))
     with pytest.raises(
-        LogError,
-        match=r"/t7, ... and 2 more topics; a mapping is required .* preset: ardusub",
+        LogError, match=r"/t7, ... and 2 more topics; a mapping is required .* preset: ardusub"
     ):
         canonical_record(Recording(topics, "dive.bag", "a test"))
     table = Topic("", [0.0, 1.0], {"u": [1.0, 1.0], "segment": [1.0, 2.0]})
@@ -87,9 +84,7 @@ def test_topics_need_a_mapping(tmp_path: Path) -> None:
         "time,u,r,eta,north,east,down,rudder\n{},{},deg/s,-,m,m,cm,deg\n",
     ],
 )
-def test_units_in_the_header_are_turned_into_si(
-    csv_file: Write, clock: str, tick: float, speed: str, factor: float, line: str
-) -> None:
+def test_units_in_the_header_are_turned_into_si(csv_file, clock, tick, speed, factor, line):
     rows = f"0,1,90,1,0,0,200,5\n{round(0.5 / tick)},2,0,1,0,0,300,6\n"
     record = canonical_record(read_recording(csv_file(line.format(clock, speed) + rows)))
     np.testing.assert_allclose(record.time, [0.0, 0.5])
@@ -99,7 +94,7 @@ def test_units_in_the_header_are_turned_into_si(
     assert record.blocks["commands"].tolist() == [[5.0], [6.0]]  # commands may be anything
 
 
-def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file: Write) -> None:
+def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file):
     with pytest.raises(LogError) as caught:
         read_log(csv_file("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n"))
     assert [fault.partition(".")[0] for fault in caught.value.faults] == [
@@ -108,7 +103,7 @@ def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file: Write) -> No
     ]
 
 
-def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
+def test_two_whole_runs_are_sent_to_read_logs(tmp_path):
     runs = [write(tmp_path / f"run{number}.csv") for number in (1, 2)]
     with pytest.raises(LogError) as caught:
         read_log(runs)

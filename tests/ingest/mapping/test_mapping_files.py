@@ -1,7 +1,5 @@
 """Mapping files: presets, overrides, faults, and the schema for editors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -24,13 +22,13 @@ NAMES = (
 )
 
 
-def faults(content: object) -> tuple[str, ...]:
+def faults(content):
     with pytest.raises(LogError) as caught:
         LogMapping.from_dict(content, "map.yaml")
     return caught.value.faults
 
 
-def test_the_presets_are_those_promised_and_name_their_sources() -> None:
+def test_the_presets_are_those_promised_and_name_their_sources():
     assert presets() == NAMES
     for name in NAMES:
         content = resolve_extends({"extends": name})
@@ -38,7 +36,7 @@ def test_the_presets_are_those_promised_and_name_their_sources() -> None:
         assert read_mapping(name).name == name
 
 
-def test_a_file_changes_what_it_extends(tmp_path: Path) -> None:
+def test_a_file_changes_what_it_extends(tmp_path):
     (tmp_path / "mine.yaml").write_text(
         "extends: rep103-odometry\n"
         "topics: {odometry: /rov/odom}\n"
@@ -62,14 +60,14 @@ def test_a_file_changes_what_it_extends(tmp_path: Path) -> None:
     assert not any(entry.group == "position" for entry in yours.entries)
 
 
-def test_a_ring_of_files_is_refused(tmp_path: Path) -> None:
+def test_a_ring_of_files_is_refused(tmp_path):
     (tmp_path / "a.yaml").write_text("extends: b.yaml\n", encoding="utf-8")
     (tmp_path / "b.yaml").write_text("extends: a.yaml\n", encoding="utf-8")
     with pytest.raises(LogError, match="`extends` is circular"):
         read_mapping(tmp_path / "a.yaml")
 
 
-def test_what_cannot_be_extended_is_told(tmp_path: Path) -> None:
+def test_what_cannot_be_extended_is_told(tmp_path):
     with pytest.raises(
         LogError, match=r"no preset 'mavross'\. Did you mean 'mavros'\? The presets"
     ):
@@ -85,7 +83,7 @@ def test_what_cannot_be_extended_is_told(tmp_path: Path) -> None:
         read_mapping("ardu")
 
 
-def test_all_faults_of_a_mapping_are_told_at_once() -> None:
+def test_all_faults_of_a_mapping_are_told_at_once():
     """Each at its place; `name` and `one` are also what pydantic calls the form it tried."""
     messages = faults(
         {
@@ -212,11 +210,11 @@ BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "
         ({"steps": "low_pass"}, "`steps` must be a list; got 'low_pass'"),
     ],
 )
-def test_what_makes_no_sense_is_told(more: dict[str, object], says: str) -> None:
+def test_what_makes_no_sense_is_told(more, says):
     assert says in "\n".join(faults({**BASE, **more}))
 
 
-def test_the_schema_knows_every_key_and_takes_the_presets() -> None:
+def test_the_schema_knows_every_key_and_takes_the_presets():
     jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed")
     schema = json_schema()
     assert set(schema["properties"]) >= {"extends", "velocity", "sensors", "clock", "topics"}
@@ -227,7 +225,7 @@ def test_the_schema_knows_every_key_and_takes_the_presets() -> None:
     assert [*validator.iter_errors({"velocity": {"u": {"colum": "a"}}})]
 
 
-def test_the_mappings_of_the_documentation_are_sound() -> None:
+def test_the_mappings_of_the_documentation_are_sound():
     page = Path(__file__).resolve().parents[3] / "docs" / "how-to" / "write-a-mapping.md"
     blocks = page.read_text(encoding="utf-8").split("```yaml\n")[1:]
     mappings = [

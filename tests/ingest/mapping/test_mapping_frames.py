@@ -1,7 +1,5 @@
 """Axes there and back again, against SciPy's rotations and the definitions of the frames."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +7,6 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, sampled_from
 from scipy.spatial.transform import Rotation
 
-from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import build_record
@@ -26,24 +23,24 @@ EULER, QUATERNION = "roll pitch yaw", "qw qx qy qz"
 CASES = sampled_from([("FRD", "NED"), ("FLU", "NWU"), ("FLU", "ENU")])
 
 
-def make_record(content: dict[str, object], **columns: np.ndarray) -> Record:
+def make_record(content, **columns):
     """Return the record that a mapping makes of columns a second apart."""
     columns["t"] = np.arange(float(len(next(iter(columns.values())))))
     recording = Recording((Topic("", None, columns),), "log.parquet", "a test")
     return build_record(LogMapping.from_dict({"time": "t", **content}), recording)
 
 
-def name_columns(names: str, values: np.ndarray) -> dict[str, np.ndarray]:
+def name_columns(names, values):
     """Return the columns of an array by their names."""
     return dict(zip(names.split(), values.T, strict=True))
 
 
-def by_name(names: str) -> dict[str, str]:
+def by_name(names):
     """Return channels that are called as they are here."""
     return {name: name for name in names.split()}
 
 
-def recorded(motion: np.ndarray, body: str, world: str) -> tuple[Rotation, np.ndarray, np.ndarray]:
+def recorded(motion, body, world):
     """Return attitude, velocity and rates as a log with such axes would hold them."""
     ours = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     theirs = Rotation.from_matrix(WORLDS[world] @ ours.as_matrix() @ BODIES[body].T)
@@ -52,7 +49,7 @@ def recorded(motion: np.ndarray, body: str, world: str) -> tuple[Rotation, np.nd
 
 @settings(deadline=None, max_examples=60)
 @given(MOTIONS, CASES, sampled_from([EULER, QUATERNION]))
-def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], names: str) -> None:
+def test_axes_there_and_back(motion, case, names):
     body, world = case
     turned, velocity, rates = recorded(motion, body, world)
     angles = turned.as_euler("ZYX")[:, ::-1]
@@ -79,7 +76,7 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], names: s
 
 
 @pytest.mark.parametrize(("frame", "world"), [("FRD", "NED"), ("FLU", "ENU")])
-def test_a_heading_is_that_of_a_compass_in_every_world(frame: str, world: str) -> None:
+def test_a_heading_is_that_of_a_compass_in_every_world(frame, world):
     content = {
         "frame": frame,
         "world": world,
@@ -95,7 +92,7 @@ def test_a_heading_is_that_of_a_compass_in_every_world(frame: str, world: str) -
 
 @settings(deadline=None, max_examples=40)
 @given(MOTIONS)
-def test_velocities_of_the_world_become_those_of_the_body(motion: np.ndarray) -> None:
+def test_velocities_of_the_world_become_those_of_the_body(motion):
     turned = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     world = turned.apply(motion[:, 3:6]) * (1, 1, -1)
     content = {"attitude": by_name(EULER), "velocity": by_name("north east up")}
@@ -110,10 +107,10 @@ def test_velocities_of_the_world_become_those_of_the_body(motion: np.ndarray) ->
     [(0.0, 110.574, 111.320), (45.0, 111.132, 78.847), (-60.0, 111.412, 55.800)],
 )
 @pytest.mark.parametrize("unit", ["deg", "rad", "degE7", "ddmm"])
-def test_a_geographic_position_becomes_north_and_east(latitude, north, east, unit) -> None:
+def test_a_geographic_position_becomes_north_and_east(latitude, north, east, unit):
     """The lengths of a degree are those of the tables of WGS 84, in km; 180 degrees is no jump."""
 
-    def write_in_unit(degrees: np.ndarray) -> np.ndarray:
+    def write_in_unit(degrees):
         whole, rest = np.divmod(np.abs(degrees), 1.0)
         minutes = np.copysign(100.0 * whole + 60.0 * rest, degrees)
         return {"deg": degrees, "rad": np.radians(degrees), "degE7": 1e7 * degrees}.get(
@@ -133,7 +130,7 @@ def test_a_geographic_position_becomes_north_and_east(latitude, north, east, uni
 
 
 @pytest.mark.parametrize("is_split", [False, True])
-def test_positions_without_a_fix_are_missing_between_other_clocks(is_split: bool) -> None:
+def test_positions_without_a_fix_are_missing_between_other_clocks(is_split):
     time = np.arange(40.0)
     fixes = {"lat": 59.4 + 0.0 * time, "lon": 10.5 + 1e-6 * time}
     for values in fixes.values():
@@ -153,7 +150,7 @@ def test_positions_without_a_fix_are_missing_between_other_clocks(is_split: bool
     assert np.nanmax(np.abs(east)) < 5.0
 
 
-def test_positions_without_a_fix_are_missing() -> None:
+def test_positions_without_a_fix_are_missing():
     columns = {"lat": np.array([0.0, 59.4, 59.4]), "lon": np.array([0.0, 10.5, 10.5])}
     position = {"latitude": "lat", "longitude": "lon"}
     record = make_record({"velocity": {"u": "u"}, "position": position}, u=np.ones(3), **columns)
@@ -162,7 +159,7 @@ def test_positions_without_a_fix_are_missing() -> None:
 
 
 @pytest.mark.parametrize("frame", ["FRD", "FLU"])
-def test_a_speed_over_ground_has_the_axes_of_the_vehicle(frame: str) -> None:
+def test_a_speed_over_ground_has_the_axes_of_the_vehicle(frame):
     """The vehicle drifts to starboard where its course is clockwise from its heading."""
     course, heading = np.radians([10.0, 350.0, 181.0]), np.radians([350.0, 10.0, 181.0])
     path = {"speed": {"column": "s", "unit": "kn"}, "course": "c"}
@@ -173,7 +170,7 @@ def test_a_speed_over_ground_has_the_axes_of_the_vehicle(frame: str) -> None:
     np.testing.assert_allclose(record.blocks["velocity"][:, :2], expected, rtol=1e-8, atol=1e-12)
 
 
-def test_a_speed_without_a_course_is_u() -> None:
+def test_a_speed_without_a_course_is_u():
     record = make_record({"velocity": {"speed": "s"}}, s=np.array([1.0, 2.0]))
     assert record.blocks["velocity"][:, 0].tolist() == [1.0, 2.0]
     assert "sway is not separated" in record.notes[-1]
@@ -181,7 +178,7 @@ def test_a_speed_without_a_course_is_u() -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(MOTIONS)
-def test_a_sensor_turned_and_moved_in_the_vehicle(motion: np.ndarray) -> None:
+def test_a_sensor_turned_and_moved_in_the_vehicle(motion):
     """What rigid kinematics says a sensor measures comes back as the motion of the body."""
     angles, lever_arm = np.array([10.0, -20.0, 45.0]), np.array([0.4, -0.1, 0.2])
     sits = Rotation.from_euler("ZYX", angles[::-1], degrees=True)
@@ -207,7 +204,7 @@ def test_a_sensor_turned_and_moved_in_the_vehicle(motion: np.ndarray) -> None:
     np.testing.assert_allclose((back * body.inv()).magnitude(), 0, atol=1e-7)
 
 
-def test_mountings_are_given_in_the_axes_of_the_mapping() -> None:
+def test_mountings_are_given_in_the_axes_of_the_mapping():
     """A Doppler log turned 30 degrees to port, half a metre ahead and a fifth to port."""
     sits = {"rotation": {"yaw": 30.0}, "position": [0.5, 0.2, 0.1], "axes": "FLU"}
     content = {"frame": "FLU", "velocity": by_name("u v w r"), "sensors": {"velocity": sits}}

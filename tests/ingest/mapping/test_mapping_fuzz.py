@@ -1,7 +1,5 @@
 """Whatever the clocks and numbers of a recording: a sound log, or a fault in words."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np
@@ -23,7 +21,7 @@ MAPPING = {
 }
 
 
-def topic(name: str, rng: np.random.Generator) -> Topic:
+def topic(name, rng):
     """Steps of 0.1 s and small numbers, here and there something else."""
     n = int(rng.choice([0, 1, 2, *[60] * 20]))
     odd = 0.05 * rng.random()
@@ -38,7 +36,7 @@ def topic(name: str, rng: np.random.Generator) -> Topic:
 
 @settings(deadline=None, max_examples=120)
 @given(integers(0, 10**9), sampled_from([None, "a", {"rate": 3.0}]))
-def test_a_recording_makes_a_sound_log_or_a_fault(seed: int, clock: object) -> None:
+def test_a_recording_makes_a_sound_log_or_a_fault(seed, clock):
     rng = np.random.default_rng(seed)
     a, b, c, d = (topic(name, rng) for name in "abcd")
     mapping = LogMapping.from_dict({**MAPPING, **({} if clock is None else {"clock": clock})})

@@ -1,7 +1,5 @@
 """Presets, each on messages as their standard or firmware writes them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +18,7 @@ EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mappi
 
 
 @pytest.mark.parametrize("topic", ["/odom", "/my/odometry"])
-def test_odometry_of_rep_103(topic: str, odometry, dive) -> None:
+def test_odometry_of_rep_103(topic, odometry, dive):
     recording = odometry(topic)
     given = {"extends": "rep103-odometry"}
     if topic != "/odom":
@@ -33,7 +31,7 @@ def test_odometry_of_rep_103(topic: str, odometry, dive) -> None:
     assert log.position is not None
 
 
-def test_a_bag_beside_mavros(dive) -> None:
+def test_a_bag_beside_mavros(dive):
     still = np.tile([0, 0, 9.8], (len(dive.time), 1))
     pulses = np.tile([1500, 1900.0], (len(dive.time), 1))
     topics = {
@@ -72,7 +70,7 @@ def test_a_bag_beside_mavros(dive) -> None:
 
 
 @pytest.mark.parametrize("core", ["XKF1[0]", "NKF1"])
-def test_a_dataflash_log_of_ardusub(core: str, ardusub: Recording, dive) -> None:
+def test_a_dataflash_log_of_ardusub(core, ardusub, dive):
     attitude, ekf, imu, servos = ardusub.topics
     rates = Topic("RATE", dive.time, dict(zip("RPY", np.degrees(dive.rates).T, strict=True)))
     second_core = Topic(
@@ -86,7 +84,7 @@ def test_a_dataflash_log_of_ardusub(core: str, ardusub: Recording, dive) -> None
     np.testing.assert_allclose(log.command("servo1"), 0.25 * dive.rudder, atol=1e-12)
 
 
-def test_a_log_of_px4(px4: Recording, dive) -> None:
+def test_a_log_of_px4(px4, dive):
     log = read_mapping("px4-uuv").log(px4)
     dive.check(log)
     assert log.position is not None
@@ -94,13 +92,13 @@ def test_a_log_of_px4(px4: Recording, dive) -> None:
     assert log.command("thrust_x").tolist() == dive.rudder.tolist()
 
 
-def test_the_preset_of_the_tank_runs_is_the_mapping_of_the_example() -> None:
+def test_the_preset_of_the_tank_runs_is_the_mapping_of_the_example():
     ours, theirs = read_mapping("bluerov2-kth"), read_mapping(EXAMPLE)
     assert (ours.entries, ours.frame, ours.world) == (theirs.entries, theirs.frame, theirs.world)
 
 
 @pytest.mark.slow
-def test_the_tanker_moves_as_its_position_says(measured_logs) -> None:
+def test_the_tanker_moves_as_its_position_says(measured_logs):
     """Every zigzag: u v r against differences of position and heading at 20 Hz."""
     for path in sorted(measured_logs("kvlcc2_hsva").glob("HSVA_*.dat")):
         log = read_log(path, "kvlcc2-hsva")
@@ -122,7 +120,7 @@ def test_the_tanker_moves_as_its_position_says(measured_logs) -> None:
 
 
 @pytest.mark.slow
-def test_the_690_becomes_one_log_of_many_topics(measured_logs) -> None:
+def test_the_690_becomes_one_log_of_many_topics(measured_logs):
     """Against the log on one clock that others derived from the same files."""
     folder = measured_logs("vt690_field")
     with pytest.warns(GapWarning):

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,7 +14,7 @@ Write = Callable[..., Path]
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
 
 
-def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
+def test_names_units_and_signs_are_turned(csv_file):
     path = csv_file("t_ms,spd,yawrate,fin,ignored\n0,1,90,5,abc\n500,2,180,,def\n1000,2,0,7,\n")
     mapping = LogMapping.from_dict(
         {
@@ -38,7 +36,7 @@ def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
     assert log.velocity_names == ("u", "r")
 
 
-def test_a_stamp_that_nobody_filled_gives_way_to_the_next(csv_file: Write) -> None:
+def test_a_stamp_that_nobody_filled_gives_way_to_the_next(csv_file):
     path = csv_file("stamp,t,u\nnan,0,1\nnan,1,1\nnan,2,1\n")
     mapping = LogMapping.from_dict({"time": ["stamp", "t"], "velocity": {"u": "u"}})
     assert read_log(path, mapping).time.tolist() == [0, 1, 2]
@@ -60,9 +58,7 @@ def test_a_stamp_that_nobody_filled_gives_way_to_the_next(csv_file: Write) -> No
         ),
     ],
 )
-def test_a_unit_of_the_file_is_never_passed_over(
-    csv_file: Write, header: str, channel: object, told: str | None
-) -> None:
+def test_a_unit_of_the_file_is_never_passed_over(csv_file, header, channel, told):
     row = "1,2,3\n" if "furlong" in header and "m/s" in header else "1,2\n"
     path = csv_file(f"{header}\n{row}{row.replace('1', '2', 1)}")
     mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": channel}})
@@ -73,7 +69,7 @@ def test_a_unit_of_the_file_is_never_passed_over(
             read_log(path, mapping)
 
 
-def test_every_group_finds_its_place(csv_file: Write) -> None:
+def test_every_group_finds_its_place(csv_file):
     path = csv_file(
         "t,s,u1,a1,x1,n1,e\n0,a,1,2,3,4,50\n1,a,1,2,3,4,50\n0,b,1,2,3,4,50\n1,b,1,2,3,4,5\n"
     )
@@ -99,14 +95,14 @@ def test_every_group_finds_its_place(csv_file: Write) -> None:
 
 
 @pytest.mark.parametrize("content", [None, [1], "time"])
-def test_a_mapping_must_be_a_table(content: object) -> None:
+def test_a_mapping_must_be_a_table(content):
     with pytest.raises(LogError, match="must be a table"):
         LogMapping.from_dict(content)
     with pytest.raises(LogError, match="`velocity` is missing"):
         LogMapping.from_dict({"time": "t"})
 
 
-def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file: Write) -> None:
+def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file):
     mapping = LogMapping.from_dict(
         {"time": "time_s", "velocity": {"u": "surge"}, "segment": "run"}, "map.yaml"
     )
@@ -122,7 +118,7 @@ def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file: Write) -> No
         read_log(csv_file(""), mapping)
 
 
-def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]) -> None:
+def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs):
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)
         assert log.attitude is not None
@@ -144,7 +140,7 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]
             assert np.corrcoef(heave, log.velocity[:, 2])[0, 1] < -0.4
 
 
-def test_a_sparse_column_stays_in_its_own_run(csv_file: Write) -> None:
+def test_a_sparse_column_stays_in_its_own_run(csv_file):
     """Its own stamps, 1.5 and then 0.5 s, do not tell that the clock began anew."""
     rows = [
         f"{0.1 * k:.1f},1.0,{(700 if run else 500) if k == (5 if run else 15) else ''}"

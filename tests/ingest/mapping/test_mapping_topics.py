@@ -1,9 +1,6 @@
 """Topics on clocks of their own become one log."""
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from hydrodamp.ingest.mapping.assemble import build_record
 FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 
 
-def dive(*more: Topic, notes: tuple[str, ...] = ()) -> Recording:
+def dive(*more, notes=()):
     """A Doppler log at 4 Hz, a gyroscope at 10 Hz, a fin; and more, or others in their place."""
     dvl = Topic("/dvl", SLOW, {"v.x": 1 + 0.1 * SLOW, "v.y": 0 * SLOW, "ok": 1 + 0 * SLOW})
     imu = Topic("/imu", FAST, {"r": 0.5 * np.cos(FAST), "yaw": 0.5 * np.sin(FAST)})
@@ -26,8 +23,8 @@ def dive(*more: Topic, notes: tuple[str, ...] = ()) -> Recording:
     return Recording(tuple(topics.values()), "dives/dive7.bag", "a test", notes)
 
 
-def mapping(**more: object) -> LogMapping:
-    content: dict[str, object] = {
+def mapping(**more):
+    content = {
         "time": "recorded",
         "velocity": {"u": "/dvl.v.x", "r": "/imu.r"},
         "attitude": {"yaw": "/imu.yaw"},
@@ -36,13 +33,13 @@ def mapping(**more: object) -> LogMapping:
     return LogMapping.from_dict({**content, **more}, "map.yaml")
 
 
-def read_quietly(recording: Recording, given: LogMapping) -> object:
+def read_quietly(recording, given):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GapWarning)
         return given.log(recording)
 
 
-def test_the_fastest_velocity_gives_the_clock() -> None:
+def test_the_fastest_velocity_gives_the_clock():
     with pytest.warns(GapWarning, match="no samples|missing values"):
         log = mapping().log(dive())
     first, last = SLOW[[0, -1]]
@@ -54,7 +51,7 @@ def test_the_fastest_velocity_gives_the_clock() -> None:
 
 
 @pytest.mark.parametrize("clock", ["/dvl", {"topic": "/dvl"}, {"rate": 2.0}])
-def test_a_topic_or_a_rate_gives_the_clock(clock: object) -> None:
+def test_a_topic_or_a_rate_gives_the_clock(clock):
     log = read_quietly(dive(), mapping(clock=clock))
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
     if clock == {"rate": 2.0}:
@@ -81,18 +78,18 @@ def test_a_topic_or_a_rate_gives_the_clock(clock: object) -> None:
         ),
     ],
 )
-def test_what_the_topics_do_not_give_is_told(more: dict[str, object], says: str) -> None:
+def test_what_the_topics_do_not_give_is_told(more, says):
     with pytest.raises(LogError, match=says):
         mapping(**more).log(dive())
 
 
-def test_a_delay_is_taken_off_the_stamps() -> None:
+def test_a_delay_is_taken_off_the_stamps():
     delayed = {"u": {"column": "/dvl.v.x", "delay": 0.4}, "r": "/imu.r"}
     log = read_quietly(dive(), mapping(velocity=delayed))
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * (log.time + 0.4))
 
 
-def test_rows_that_do_not_meet_a_condition_do_not_count() -> None:
+def test_rows_that_do_not_meet_a_condition_do_not_count():
     """Without bottom lock for two seconds the Doppler log says nonsense: a gap in it."""
     dropped = (SLOW > 5) & (SLOW < 7)
     nonsense = np.where(dropped, 99.0, 1 + 0.1 * SLOW)
@@ -104,7 +101,7 @@ def test_rows_that_do_not_meet_a_condition_do_not_count() -> None:
         assert log.velocity[:, 0].max() < 3.1
 
 
-def test_a_drop_out_becomes_a_cut_and_is_told() -> None:
+def test_a_drop_out_becomes_a_cut_and_is_told():
     keep = (SLOW < 8) | (SLOW > 11)
     log = read_quietly(dive(Topic("/dvl", SLOW[keep], {"v.x": 1 + 0.1 * SLOW[keep]})), mapping())
     assert [segment.name for segment in log.segments] == ["dive7.1", "dive7.2"]
@@ -112,7 +109,7 @@ def test_a_drop_out_becomes_a_cut_and_is_told() -> None:
     assert any("`/dvl`: once no message for longer than 1.25 s" in note for note in log.notes)
 
 
-def test_times_told_count_from_the_first_sample_of_the_log() -> None:
+def test_times_told_count_from_the_first_sample_of_the_log():
     """A gyroscope from 0 s and a Doppler log from 5.03 s that drops out after 7.78 s."""
     keep = (SLOW > 5) & ((SLOW < 8) | (SLOW > 11))
     dvl, fin = ({"v.x": 1 + 0.1 * SLOW[keep]}, {"angle": SLOW[keep]})
@@ -127,14 +124,14 @@ def test_times_told_count_from_the_first_sample_of_the_log() -> None:
     assert note.startswith(expected), note
 
 
-def test_numbers_that_are_missing_are_passed_over_and_told() -> None:
+def test_numbers_that_are_missing_are_passed_over_and_told():
     speed = np.where(np.isin(np.arange(len(SLOW)), (10, 11)), np.nan, 1 + 0.1 * SLOW)
     log = read_quietly(dive(Topic("/dvl", SLOW, {"v.x": speed})), mapping())
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
     assert any("2 messages without a value of u, dropped" in note for note in log.notes)
 
 
-def test_commands_hold_or_interpolate_as_asked() -> None:
+def test_commands_hold_or_interpolate_as_asked():
     """A command sent only when it changes holds until the next: `hold: true`."""
     given = dive(Topic("/fin", np.array([0, 0.5, 1, 2, 15]), {"angle": np.arange(5.0)}))
     until = {"rudder": {"column": "/fin.angle", "hold": True}}
@@ -151,7 +148,7 @@ def test_commands_hold_or_interpolate_as_asked() -> None:
     np.testing.assert_allclose(log.command("rudder"), log.time, atol=1e-12)
 
 
-def test_numbers_are_scaled_shifted_and_added() -> None:
+def test_numbers_are_scaled_shifted_and_added():
     """A pulse width as a share of full thrust; half the difference of opposite fins."""
     pwm = Topic("/pwm", np.arange(21.0), {"c": np.linspace(1100, 1900, 21)})
     fins = Topic("/fins", np.arange(21.0), {"top": np.full(21, 0.3), "bottom": np.full(21, -0.1)})
@@ -164,7 +161,7 @@ def test_numbers_are_scaled_shifted_and_added() -> None:
     np.testing.assert_allclose(log.command("rudder"), -0.2)
 
 
-def test_angles_of_several_topics_and_constants_go_together() -> None:
+def test_angles_of_several_topics_and_constants_go_together():
     """Roll is not recorded; pitch comes from another topic than yaw, which wraps."""
     time = np.arange(0.02, 20, 0.1)
     pitch = Topic("/pitch", time, {"deg": 5 + 0 * time})
@@ -184,7 +181,7 @@ def test_angles_of_several_topics_and_constants_go_together() -> None:
 
 
 @pytest.mark.parametrize("order", ["wxyz", "xyzw", None])
-def test_quaternions_come_in_either_order_or_by_name(order: str | None) -> None:
+def test_quaternions_come_in_either_order_or_by_name(order):
     time = np.arange(0.05, 20, 0.1)
     values = {"w": np.cos(time / 2), "x": 0 * time, "y": 0 * time, "z": np.sin(time / 2)}
     names = {
@@ -207,7 +204,7 @@ def test_quaternions_come_in_either_order_or_by_name(order: str | None) -> None:
     )
 
 
-def test_the_first_choice_that_a_log_has_is_taken_in_its_unit() -> None:
+def test_the_first_choice_that_a_log_has_is_taken_in_its_unit():
     choices = [{"column": "/gyro.r", "unit": "deg/s"}, {"column": "/imu.r", "unit": "rad/s"}]
     velocity = {"u": "/dvl.v.x", "r": choices}
     log = read_quietly(dive(), mapping(velocity=velocity))
@@ -218,7 +215,7 @@ def test_the_first_choice_that_a_log_has_is_taken_in_its_unit() -> None:
         np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
 
 
-def test_angles_in_degrees_are_found_out() -> None:
+def test_angles_in_degrees_are_found_out():
     time = np.arange(0.05, 20, 0.1)
     spun = Topic("/att", time, {"roll": 0 * time, "pitch": 0 * time + 9, "yaw": (90 * time) % 360})
     attitude = {name: f"/att.{name}" for name in ("roll", "pitch", "yaw")}
@@ -226,7 +223,7 @@ def test_angles_in_degrees_are_found_out() -> None:
         mapping(attitude=attitude).log(dive(spun))
 
 
-def test_a_position_alone_makes_a_record_to_be_completed() -> None:
+def test_a_position_alone_makes_a_record_to_be_completed():
     given = LogMapping.from_dict(
         {"time": "recorded", "position": {"north": "/gps.n", "east": "/gps.e"}}
     )
@@ -236,7 +233,7 @@ def test_a_position_alone_makes_a_record_to_be_completed() -> None:
     assert record.blocks["position"][2].tolist() == [2, 2, 0]
 
 
-def test_odd_clocks_are_put_right_with_a_warning() -> None:
+def test_odd_clocks_are_put_right_with_a_warning():
     time = SLOW.copy()
     time[5] = time[4]
     given = dive(Topic("/dvl", time, {"v.x": 1 + 0.1 * time}), notes=("the bag was cut short",))
@@ -254,9 +251,7 @@ def test_odd_clocks_are_put_right_with_a_warning() -> None:
         (lambda time: time + np.where(time < 10, 0, 1.7e9), -1.7e9, "its epoch once"),
     ],
 )
-def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(
-    change: Callable[[np.ndarray], np.ndarray], back: float, says: str
-) -> None:
+def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(change, back, says):
     topics = (Topic(topic.name, change(topic.time), topic.fields) for topic in dive().topics)
     with pytest.warns(ClockWarning, match=says):
         log = read_quietly(dive(*topics), mapping())
@@ -266,7 +261,7 @@ def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(
     np.testing.assert_allclose(log.velocity[after, 0], 1 + 0.1 * (log.time[after] + back))
 
 
-def test_all_that_a_log_lacks_is_told_at_once() -> None:
+def test_all_that_a_log_lacks_is_told_at_once():
     given = mapping(
         velocity={"u": "/dvl.v.xx", "v": "/gps.v", "w": "/gps.w", "r": "/imu.r"},
         segment="/mode.run",
@@ -288,7 +283,7 @@ def test_all_that_a_log_lacks_is_told_at_once() -> None:
     )
 
 
-def test_a_topic_without_a_clock_says_so() -> None:
+def test_a_topic_without_a_clock_says_so():
     bare = Topic("/bare", None, {"angle": np.arange(3.0), "stamps": np.arange(3.0)})
     with pytest.raises(LogError, match="topic `/bare` has no recorded time"):
         mapping(commands={"a": "/bare.angle"}).log(dive(bare))
@@ -304,7 +299,7 @@ def test_a_topic_without_a_clock_says_so() -> None:
     }
 
 
-def test_clocks_with_nothing_in_common_are_refused() -> None:
+def test_clocks_with_nothing_in_common_are_refused():
     """A simulator's seconds beside the seconds since 1970."""
     fin = Topic("/fin2", 1.7e9 + np.arange(20.0), {"a": np.arange(20.0)})
     with pytest.raises(LogError, match=r"`/fin2` .from 1700000000.000 s .* do not overlap"):
@@ -316,7 +311,7 @@ def test_clocks_with_nothing_in_common_are_refused() -> None:
     assert set(log.command("a").tolist()) == {19.0}
 
 
-def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock() -> None:
+def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock():
     once = Topic("/once", np.array([1.0]), {"a": np.array([7.0])})
     commands = {"a": {"column": "/once.a", "hold": True}}
     log = read_quietly(dive(once), mapping(commands=commands))
@@ -330,7 +325,7 @@ def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock() -> Non
             alone.log(given)
 
 
-def test_topics_without_a_message_are_refused_unless_they_are_optional() -> None:
+def test_topics_without_a_message_are_refused_unless_they_are_optional():
     empty = Topic("/empty", np.empty(0), {"a": np.empty(0)})
     with pytest.raises(LogError, match="topic `/empty` has no message with a timestamp; set its"):
         mapping(commands={"a": "/empty.a"}).log(dive(empty))
@@ -338,7 +333,7 @@ def test_topics_without_a_message_are_refused_unless_they_are_optional() -> None
     assert read_quietly(dive(empty), mapping(commands=commands)).command_names == ()
 
 
-def test_infinite_numbers_are_missing() -> None:
+def test_infinite_numbers_are_missing():
     time = np.arange(0, 5, 0.1)
     speed = np.where(time == 2.0, np.inf, 1.0)
     table = Recording((Topic("", None, {"t": time, "u": speed}),), "log.csv", "a test")
@@ -346,7 +341,7 @@ def test_infinite_numbers_are_missing() -> None:
         assert LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}}).log(table).n == 49
 
 
-def test_a_held_value_ends_with_its_run() -> None:
+def test_a_held_value_ends_with_its_run():
     time = np.concatenate((np.arange(10.0), np.arange(10.0)))  # the clock begins anew
     rpm = np.repeat([5.0, 7.0], 10)
     rpm[[2, 3, 10, 11, 12, 15]] = np.nan

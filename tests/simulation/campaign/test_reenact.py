@@ -101,11 +101,7 @@ def test_side_by_side_or_one_by_one():
 def test_a_plan_sails_at_the_rate_of_its_autopilot():
     """Commands five times as often, samples likewise; the motion is nearly the same."""
     plan = CampaignSetup.of("sname")
-    fast = replace(
-        plan,
-        period=0.02,
-        training_runs=plan.training_runs[1:2],
-    )
+    fast = replace(plan, period=0.02, training_runs=plan.training_runs[1:2])
     (ten,), (fifty,) = (one.simulate((0,), 8.0, Conditions(0.0)) for one in (plan, fast))
     assert fifty.train.n == 401
     assert [segment.name for segment in fifty.train.segments] == ["yaw-1800"]
