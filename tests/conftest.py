@@ -1,6 +1,7 @@
 """Shared builders: smooth motions with exact accelerations, and the wrench they need."""
 
 import os
+import re
 import signal
 from dataclasses import replace
 from pathlib import Path
@@ -153,3 +154,15 @@ def csv_file(tmp_path):
 def bluerov2_runs(measured_logs):
     """The BlueROV2 tank runs, where the data folder is at hand."""
     return sorted(measured_logs("bluerov2_kth").glob("run_*.csv"))
+
+
+@pytest.fixture
+def refused(snapshot):
+    """Call what must fail: the message, without its folder, is that of the snapshot."""
+
+    def check(error, call, *arguments, **named):
+        with pytest.raises(error) as caught:
+            call(*arguments, **named)
+        assert re.sub(r"\S*/pytest-\d+/[^/\s]+", "FOLDER", str(caught.value)) == snapshot
+
+    return check

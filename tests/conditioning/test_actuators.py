@@ -67,15 +67,12 @@ def test_what_was_done_is_told_and_zero_does_nothing():
     np.testing.assert_array_equal(same.commands, log.commands)
 
 
-def test_what_cannot_be_is_named():
+def test_what_cannot_be_is_named(refused):
     log = log_of(wave(6))
-    with pytest.raises(LogError, match=r"no command 'ruder'\. Did you mean 'rudder'"):
-        apply_delay(log, {"ruder": 0.1})
+    refused(LogError, apply_delay, log, {"ruder": 0.1})
     for seconds in (-1.0, np.nan, np.inf):
-        with pytest.raises(LogError, match="the time of `rudder` must be zero or positive"):
-            apply_first_order_lag(log, {"rudder": seconds})
-    with pytest.raises(LogError, match="dead zone of `rudder` must be lowest, highest; got 1, 0"):
-        apply_dead_zone(log, {"rudder": (1.0, 0.0)})
+        refused(LogError, apply_first_order_lag, log, {"rudder": seconds})
+    refused(LogError, apply_dead_zone, log, {"rudder": (1.0, 0.0)})
 
 
 @settings(max_examples=30, deadline=None)

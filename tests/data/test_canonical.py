@@ -113,46 +113,43 @@ def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    "text",
     [
-        (HEADER, "no samples"),
-        (HEADER + row(0), "no two neighbouring samples"),
-        ("Time,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 'Time'?"),
-        ("time_s,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 'time_s'?"),
-        ("t,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 't'?"),
-        ("time,speed\n0,1\n1,1\n", "found time, speed"),
-        ("time,u,Roll\n0,1,0\n1,1,0\n", "column `Roll` must be named `roll`"),
-        ("time,u,roll,pitch,heading\n0,1,0,0,0\n1,1,0,0,0\n", "`yaw` is missing"),
-        ("time,u,qw,qx\n0,1,1,0\n1,1,1,0\n", "`qy qz` is missing"),
-        ("time,u,roll,qw\n0,1,0,1\n1,1,0,1\n", "got both `roll` and `qw`"),
-        ("time,u,qw,qx,qy,qz\n0,1,1,1,0,0\n1,1,1,0,0,0\n", "norm 1; it is 1.414 in row 1 (line 2)"),
-        ("time,u,u\n0,1,1\n1,1,1\n", "column `u` occurs 2 times"),
-        ("time,u,uv\n0,1,1\n1,1,1\n", "column `uv`: Command name `uv` reads as the product u*v"),
-        ("time,u,motor 1\n0,1,1\n1,1,1\n", "Command name `motor 1`"),
-        (",time,u\n0,0,1\n1,1,1\n", "column 1 has no name; delete it"),
-        ("time,u,du,dv\n0,1,1,1\n1,1,1,1\n", "accelerations `dv` have no velocity column"),
-        ("time,u,fin\n0,1,\n1,1,\n", "column `fin` holds no number"),
-        (HEADER + row(0) + row(0.5) + row(0.5), "goes from 0.5 s to 0.5 s in row 3 (line 4)"),
-        (HEADER + row(0) + row(2) + row(1), "goes from 2 s to 1 s in row 3 (line 4)"),
-        (HEADER + row(0, u="fast") + row(1), "column `u` must hold numbers; got 'fast' in row 1"),
-        (HEADER + row(0, rudder="inf") + row(1), "`rudder` must be finite"),
-        (HEADER + row(0, u="inf") + row(1), "`u` must be finite; it is infinite in row 1 (line 2)"),
-        (HEADER + row(0) + row(1, u="60"), "it is 60 in row 2 (line 3)"),
-        ("time,u,north,down\n0,1,0,0\n1,1,0,0\n", "belong together; `east` is missing"),
-        ("time,u,w,X,Z,M\n0,1,0,1,1,1\n1,1,0,1,1,1\n", "`Y K N` is missing next to `X Z M`"),
-        ("time,u,v,r,X,Y\n0,1,0,0,1,1\n1,1,0,0,1,1\n", "`N` is missing next to `X Y`"),
-        ("time,u,w,yaw\n0,1,0,0\n1,1,0,0\n", "Only a planar log, of u v r alone"),
-        ("time,u,yaw\n0,1,359\n1,1,1\n", "`yaw` must be in rad"),
+        HEADER,
+        HEADER + row(0),
+        "Time,u\n0,1\n1,1\n",
+        "time_s,u\n0,1\n1,1\n",
+        "t,u\n0,1\n1,1\n",
+        "time,speed\n0,1\n1,1\n",
+        "time,u,Roll\n0,1,0\n1,1,0\n",
+        "time,u,roll,pitch,heading\n0,1,0,0,0\n1,1,0,0,0\n",
+        "time,u,qw,qx\n0,1,1,0\n1,1,1,0\n",
+        "time,u,roll,qw\n0,1,0,1\n1,1,0,1\n",
+        "time,u,qw,qx,qy,qz\n0,1,1,1,0,0\n1,1,1,0,0,0\n",
+        "time,u,u\n0,1,1\n1,1,1\n",
+        "time,u,uv\n0,1,1\n1,1,1\n",
+        "time,u,motor 1\n0,1,1\n1,1,1\n",
+        ",time,u\n0,0,1\n1,1,1\n",
+        "time,u,du,dv\n0,1,1,1\n1,1,1,1\n",
+        "time,u,fin\n0,1,\n1,1,\n",
+        HEADER + row(0) + row(0.5) + row(0.5),
+        HEADER + row(0) + row(2) + row(1),
+        HEADER + row(0, u="fast") + row(1),
+        HEADER + row(0, rudder="inf") + row(1),
+        HEADER + row(0, u="inf") + row(1),
+        HEADER + row(0) + row(1, u="60"),
+        "time,u,north,down\n0,1,0,0\n1,1,0,0\n",
+        "time,u,w,X,Z,M\n0,1,0,1,1,1\n1,1,0,1,1,1\n",
+        "time,u,v,r,X,Y\n0,1,0,0,1,1\n1,1,0,0,1,1\n",
+        "time,u,w,yaw\n0,1,0,0\n1,1,0,0\n",
+        "time,u,yaw\n0,1,359\n1,1,1\n",
     ],
 )
-def test_what_cannot_be_read_says_why(csv_file, text, says):
-    with pytest.raises(LogError) as caught:
-        read_log(csv_file(text))
-    assert says in str(caught.value)
-    assert "log.csv" in str(caught.value)
+def test_what_cannot_be_read_says_why(csv_file, text, refused):
+    refused(LogError, lambda: read_log(csv_file(text)))
 
 
-def test_all_faults_of_a_file_are_told_at_once(csv_file):
+def test_all_faults_of_a_file_are_told_at_once(csv_file, refused):
     text = "time,u,v,uv,roll,pitch\n0,1,x,1,0,0\n2,1,1,1,0,0\n1,1,inf,1,0,0\n"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -160,9 +157,7 @@ def test_all_faults_of_a_file_are_told_at_once(csv_file):
             read_log(csv_file(text))
     assert len(caught.value.faults) == 3
     text = text.replace("x", "1").replace(",roll,pitch", ",a,b")
-    with pytest.raises(LogError) as caught:
-        read_log(csv_file(text))
-    assert len(caught.value.faults) == 3
+    refused(LogError, lambda: read_log(csv_file(text)))
 
 
 @pytest.mark.parametrize(
@@ -173,10 +168,9 @@ def test_all_faults_of_a_file_are_told_at_once(csv_file):
     ],
     ids=["pitch", "wrap"],
 )
-def test_attitude_in_degrees_is_refused(csv_file, angles):
+def test_attitude_in_degrees_is_refused(csv_file, angles, refused):
     rows = "".join(f"{k},1,{a[0]},{a[1]},{a[2]}\n" for k, a in enumerate(angles))
-    with pytest.raises(LogError, match="`roll pitch yaw` must be in rad"):
-        read_log(csv_file("time,u,roll,pitch,yaw\n" + rows))
+    refused(LogError, lambda: read_log(csv_file("time,u,roll,pitch,yaw\n" + rows)))
 
 
 def test_parquet_holds_the_same_log(swim, tmp_path):
@@ -186,14 +180,12 @@ def test_parquet_holds_the_same_log(swim, tmp_path):
     assert_same(read_log(tmp_path / "log.parquet"), log)
 
 
-def test_parquet_without_pyarrow_says_how_to_get_it(swim, tmp_path, monkeypatch):
+def test_parquet_without_pyarrow_says_how_to_get_it(swim, tmp_path, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(FileError, match=r"needs pyarrow.*or write a \.csv file"):
-        write_log(swim, tmp_path / "log.parquet")
+    refused(FileError, lambda: write_log(swim, tmp_path / "log.parquet"))
 
 
 @pytest.mark.parametrize("name", ["log.npz", "log.csv.gz", "log.MAT"])
-def test_a_log_is_not_written_under_the_name_of_another_format(swim, tmp_path, name):
-    with pytest.raises(FileError, match=r"Give a name that ends in \.csv or \.parquet"):
-        write_log(swim, tmp_path / name)
+def test_a_log_is_not_written_under_the_name_of_another_format(swim, tmp_path, name, refused):
+    refused(FileError, lambda: write_log(swim, tmp_path / name))
     assert not [*tmp_path.iterdir()]

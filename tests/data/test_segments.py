@@ -80,6 +80,5 @@ def test_no_label_changes_no_warning():
     assert [part.name for part in log.segments] == ["a", "b", "a-2"]
 
 
-def test_a_log_with_nothing_left_is_a_fault():
-    with pytest.raises(LogError, match="no two neighbouring samples have all their values"):
-        Log.from_arrays(np.arange(6.0), speeds(6, (1, 3, 5)))
+def test_a_log_with_nothing_left_is_a_fault(refused):
+    refused(LogError, lambda: Log.from_arrays(np.arange(6.0), speeds(6, (1, 3, 5))))

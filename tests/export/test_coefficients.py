@@ -141,7 +141,7 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["uuv", "urdf", "marinegym"])
 def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
-    key, campaign, planar, tmp_path
+    key, campaign, planar, tmp_path, refused
 ):
     published, log = hd.published["vt690-sname2022"], campaign.test.between(0.0, 5.0)
     card = hd.export(published, campaign.vehicle, key, tmp_path / "a", log=log, force=True)
@@ -149,11 +149,9 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     assert card.replays.source_to_target.rms > 0.0
     assert card.not_run
     boat, damping, _ = planar
-    with pytest.raises(VehicleError, match="six axes"):
-        hd.export(damping, boat, key, tmp_path / "b")
+    refused(VehicleError, lambda: hd.export(damping, boat, key, tmp_path / "b"))
     righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_wdown_y": 3.0})
-    with pytest.raises(ModelError, match="no products with the attitude such as wdown_y"):
-        hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b")
+    refused(ModelError, lambda: hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b"))
 
 
 @pytest.mark.slow

@@ -76,15 +76,14 @@ def test_a_vehicle_of_three_degrees_of_freedom(planar, tmp_path):
 
 
 @pytest.mark.slow
-def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, tmp_path):
+def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, tmp_path, refused):
     card = hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "a", log=campaign.test)
     assert not card.exact
     assert "X_u|u|" in card.projected
     assert 0.1 < card.wrench_error["X"] < 50.0
     assert card.replays.source_to_target.rms > 0.01
     assert "Projected terms: " in str(card)
-    with pytest.raises(MethodError, match="no log is given"):
-        hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "b")
+    refused(MethodError, lambda: hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "b"))
     again = hd.export(
         *(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "b"),
         box=operating_box(
@@ -95,10 +94,9 @@ def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, tm
 
 
 @pytest.mark.slow
-def test_a_projection_that_diverges_is_refused_unless_forced(campaign, tmp_path):
+def test_a_projection_that_diverges_is_refused_unless_forced(campaign, tmp_path, refused):
     wild, out = Linear(factor=-5.0), tmp_path / "a"
-    with pytest.raises(MethodError, match=r"replay diverges \d"):
-        hd.export(PUBLISHED, campaign.vehicle, wild, out, log=campaign.test)
+    refused(MethodError, hd.export, PUBLISHED, campaign.vehicle, wild, out, log=campaign.test)
     assert not [*tmp_path.iterdir()]
     card = hd.export(PUBLISHED, campaign.vehicle, wild, out, log=campaign.test, force=True)
     assert card.replays.target_to_log.diverged
@@ -118,15 +116,14 @@ def test_what_could_not_be_run_is_said(campaign, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_export_replaces_the_files_of_an_earlier_one_alone(campaign, tmp_path):
+def test_an_export_replaces_the_files_of_an_earlier_one_alone(campaign, tmp_path, refused):
     out = tmp_path / "deep" / "a"
     hd.export(PUBLISHED, campaign.vehicle, "c", out)
     mine = {out / "controller.c": "mine", out / ".git" / "HEAD": "mine", out / "new" / "x": "mine"}
     for path, text in mine.items():
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
-    with pytest.raises(FileError, match="--force"):
-        hd.export(PUBLISHED, campaign.vehicle, "c", out)
+    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "c", out)
     hd.export(PUBLISHED, campaign.vehicle, "python", out, force=True)
     left = {path for path in out.rglob("*") if path.is_file()}
     assert left == {*mine, out / "auv_vt690.py", out / "fidelity.json", out / MANIFEST}
@@ -138,35 +135,36 @@ def test_an_export_replaces_the_files_of_an_earlier_one_alone(campaign, tmp_path
 
 
 @pytest.mark.slow
-def test_files_that_somebody_edited_or_wrote_are_not_replaced(campaign, tmp_path):
+def test_files_that_somebody_edited_or_wrote_are_not_replaced(campaign, tmp_path, refused):
     out = tmp_path / "a"
     hd.export(PUBLISHED, campaign.vehicle, "c", out)
     edited = out / "examples" / "simulate.c"
     edited.write_text("my loop")
-    with pytest.raises(FileError, match=r"examples/simulate.c: was changed since"):
-        hd.export(PUBLISHED, campaign.vehicle, "c", out, force=True)
+    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "c", out, force=True)
     edited.unlink()  # what is gone is no work lost
     (out / "fidelity.html").write_text("mine")
-    with pytest.raises(FileError, match=r"fidelity.html: is not hydrodamp's"):
-        hd.export(PUBLISHED, campaign.vehicle, "c", out, force=True)
+    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "c", out, force=True)
     (out / "fidelity.html").unlink()
     (out / "auv_vt690.py").write_text("mine")
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    with pytest.raises(FileError, match=r"auv_vt690.py: is not hydrodamp's"):
-        hd.export(PUBLISHED, campaign.vehicle, "python", out, force=True)
+    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "python", out, force=True)
     assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
 
-def test_folders_without_a_list_of_files_are_left_alone(campaign, tmp_path):
+def test_folders_without_a_list_of_files_are_left_alone(campaign, tmp_path, refused):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "thesis.tex").write_text("mine")
-    with pytest.raises(FileError, match="no export"):
-        hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True)
+    refused(
+        FileError,
+        lambda: hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True),
+    )
     for listed in ({}, {"files": {"../thesis.tex": ["0"]}}, {"files": {"/etc/hosts": ["0"]}}):
         (tmp_path / "b" / "fidelity.json").write_text("{}")
         (tmp_path / "b" / MANIFEST).write_text(json.dumps(listed))
-        with pytest.raises(FileError, match="is not a manifest"):
-            hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True)
+        refused(
+            FileError,
+            lambda: hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True),
+        )
 
 
 @pytest.mark.slow
@@ -184,9 +182,8 @@ def test_any_name_and_words_make_files_that_run(tmp_path, target, name):
     assert max(card.wrench_error.values()) < 1e-9
 
 
-def test_targets_are_found_by_name():
-    with pytest.raises(MethodError, match="Did you mean 'python'"):
-        hd.find_target("pyhton")
+def test_targets_are_found_by_name(refused):
+    refused(MethodError, hd.find_target, "pyhton")
 
 
 def test_terms_of_propulsion_need_to_know_it(campaign, tmp_path):
@@ -282,12 +279,14 @@ def test_the_card_looks_at_low_speeds(campaign, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(campaign, tmp_path):
+def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(
+    campaign, tmp_path, refused
+):
     doubled = Linear(factor=3.0)
-    with pytest.raises(
-        MethodError, match=r"wrench error of X .* no damping at all has 100 .* --force"
-    ):
-        hd.export(PUBLISHED, campaign.vehicle, doubled, tmp_path / "a", log=campaign.test)
+    refused(
+        MethodError,
+        lambda: hd.export(PUBLISHED, campaign.vehicle, doubled, tmp_path / "a", log=campaign.test),
+    )
     assert not [*tmp_path.iterdir()]
     card = hd.export(
         PUBLISHED, campaign.vehicle, doubled, tmp_path / "a", log=campaign.test, force=True
@@ -302,7 +301,9 @@ def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(campai
 
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["fossen", "prestero"])
-def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(model, campaign, tmp_path):
+def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(
+    model, campaign, tmp_path, refused
+):
     """A diagonal mass matrix is no fault of the model, and no other model would mend it."""
     damping = hd.identify(
         hd.catalog[model], campaign.vehicle, campaign.train, hd.LeastSquares()
@@ -312,26 +313,28 @@ def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(model, ca
     assert not [label for label in card.projected if label.startswith("K")]
     assert card.wrench_error["K"] > 100.0
     assert "coupled added mass" in str(card)
-    with pytest.raises(MethodError, match=r"wrench error of .*K .* no damping at all has 100"):
-        hd.export(damping, campaign.vehicle, "stonefish", tmp_path / "b", log=campaign.test)
+    refused(
+        MethodError,
+        lambda: hd.export(
+            damping, campaign.vehicle, "stonefish", tmp_path / "b", log=campaign.test
+        ),
+    )
 
 
-def test_a_link_that_leads_nowhere_is_no_file_of_the_export(tmp_path):
+def test_a_link_that_leads_nowhere_is_no_file_of_the_export(tmp_path, refused):
     plant = hd.fleet["bluerov2"], hd.published["bluerov2"]
     hd.export(plant[1], plant[0], "python", tmp_path / "a")
     link = tmp_path / "a" / "README.md"
     link.symlink_to("nowhere")
-    with pytest.raises(FileError, match=r"README\.md: is not hydrodamp's"):
-        hd.export(plant[1], plant[0], "c", tmp_path / "a", force=True)
+    refused(FileError, lambda: hd.export(plant[1], plant[0], "c", tmp_path / "a", force=True))
     assert link.is_symlink()
 
 
-def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path, refused):
     plant = hd.fleet["bluerov2"], hd.published["bluerov2"]
     hd.export(plant[1], plant[0], "python", tmp_path / "a")
     (tmp_path / "a" / "examples").write_text("mine")
-    with pytest.raises(FileError, match="examples"):
-        hd.export(plant[1], plant[0], "c", tmp_path / "a", force=True)
+    refused(FileError, lambda: hd.export(plant[1], plant[0], "c", tmp_path / "a", force=True))
     assert (tmp_path / "a" / "examples").read_text() == "mine"
 
 
@@ -355,7 +358,7 @@ def test_what_does_not_compile_is_said_on_the_card(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", hd.published)
-def test_a_published_set_goes_onto_its_own_vehicle_alone(name, tmp_path):
+def test_a_published_set_goes_onto_its_own_vehicle_alone(name, tmp_path, refused):
     damping = hd.published[name]
     for vehicle in hd.fleet.values():
         stamp = damping.vehicle
@@ -364,8 +367,7 @@ def test_a_published_set_goes_onto_its_own_vehicle_alone(name, tmp_path):
             assert stamp.name == vehicle.name
             ExportedPlant.of(vehicle, damping)
         else:
-            with pytest.raises(ModelError, match="belong to vehicle"):
-                ExportedPlant.of(vehicle, damping)
+            refused(ModelError, ExportedPlant.of, vehicle, damping)
 
 
 def test_the_text_of_a_card(snapshot):

@@ -179,16 +179,17 @@ def test_without_dart_it_is_not_run(tmp_path, monkeypatch):
     assert "dartpy" in card.not_run
 
 
-def test_the_legacy_path(planar, tmp_path):
+def test_the_legacy_path(planar, tmp_path, refused):
     legacy, light = (
         GzSim(legacy=True),
         replace(hd.fleet["bluerov2-heavy"], added_mass=np.diag([5.0, 6, 7, 0.1, 0.1, 0.2])),
     )
     damping = coefficients(hd.catalog["fossen"])
-    with pytest.raises(MethodError, match=r"'vt690' has Y 1\.01, Z 1\.09, K 3\.96 times it"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], legacy, tmp_path / "a")
-    with pytest.raises(MethodError, match="`rigid_body` and `added_mass`"):
-        hd.export(damping, replace(light, added_mass=None), legacy, tmp_path / "a")
+    refused(MethodError, lambda: hd.export(PUBLISHED, hd.fleet["vt690"], legacy, tmp_path / "a"))
+    refused(
+        MethodError,
+        lambda: hd.export(damping, replace(light, added_mass=None), legacy, tmp_path / "a"),
+    )
     card = hd.export(damping, light, legacy, tmp_path / "a")
     assert ElementTree.parse(tmp_path / "a" / "model.sdf").findtext(".//disable_coriolis") == "true"
     assert "fluid_added_mass" not in (tmp_path / "a" / "model.sdf").read_text()
@@ -242,18 +243,20 @@ def test_gz_sims_own_forces_of_the_moving_frame_have_the_other_sign():
     np.testing.assert_allclose(-total, -wanted, rtol=1e-12, atol=1e-12)
 
 
-def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
+def test_what_is_no_body_in_water_is_refused(planar, tmp_path, refused):
     boat, damping, _ = planar
-    with pytest.raises(VehicleError, match="known on Y N alone"):
-        hd.export(damping, replace(boat, axes=("Y", "N")), "gz-sim", tmp_path / "a")
+    refused(
+        VehicleError,
+        lambda: hd.export(damping, replace(boat, axes=("Y", "N")), "gz-sim", tmp_path / "a"),
+    )
     weightless = replace(hd.fleet["vt690"], weight=0.0)
-    with pytest.raises(VehicleError, match="must be positive"):
-        hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a")
+    refused(
+        VehicleError,
+        lambda: hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a"),
+    )
     steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_wdown_z": 1.0})
-    with pytest.raises(ModelError, match=r"no products with the attitude such as wdown_z:"):
-        hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a")
-    with pytest.raises(MethodError, match="`density` must be positive; got 0"):
-        GzSim(density=0.0)
+    refused(ModelError, lambda: hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a"))
+    refused(MethodError, GzSim, density=0.0)
     assert not [*tmp_path.iterdir()]
 
 

@@ -60,11 +60,10 @@ def test_all_else_of_an_sdf_remains(blocks, tmp_path, newline, encoding):
     assert path.read_bytes() == original
 
 
-def test_a_urdf_has_no_added_mass_of_its_own(blocks, tmp_path):
+def test_a_urdf_has_no_added_mass_of_its_own(blocks, tmp_path, refused):
     path = tmp_path / "own.urdf"
     path.write_text(URDF, "utf-8")
-    with pytest.raises(MethodError, match=r"has no <fluid_added_mass>: .* legacy=true"):
-        insert_blocks(path, "hull", blocks())
+    refused(MethodError, lambda: insert_blocks(path, "hull", blocks()))
     assert path.read_text("utf-8") == URDF
     folder = blocks()
     (folder / "added_mass.txt").write_text("", "utf-8")  # as with `legacy`
@@ -77,26 +76,23 @@ def test_a_urdf_has_no_added_mass_of_its_own(blocks, tmp_path):
     assert path.read_text("utf-8") == URDF
 
 
-def test_what_cannot_be_extended_is_refused_and_unchanged(blocks, tmp_path):
+def test_what_cannot_be_extended_is_refused_and_unchanged(blocks, tmp_path, refused):
     path, folder = tmp_path / "own.sdf", blocks()
-    several = "has several links; give `--link`: rov::hull, rov::arm, buoy::hull"
     cases = (
-        (SDF, "", MethodError, several),
-        (SDF, "hull", MethodError, several),
-        (SDF, "hul", MethodError, "no link 'hul'. .*rov::hull, rov::arm, buoy::hull"),
-        (SDF[:-9], "arm", FileError, "is no XML: "),
-        (SDF.replace("inertial", "inert"), "arm", FileError, "'arm' has no <inertial>"),
-        (SDF.replace("</link>", "<fluid_added_mass/></link>"), "arm", FileError, "already"),
-        ("<sdf/>", "", MethodError, "There are: none"),
+        (SDF, "", MethodError),
+        (SDF, "hull", MethodError),
+        (SDF, "hul", MethodError),
+        (SDF[:-9], "arm", FileError),
+        (SDF.replace("inertial", "inert"), "arm", FileError),
+        (SDF.replace("</link>", "<fluid_added_mass/></link>"), "arm", FileError),
+        ("<sdf/>", "", MethodError),
     )
-    for text, name, error, message in cases:
+    for text, name, error in cases:
         path.write_text(text, "utf-8")
-        with pytest.raises(error, match=message):
-            insert_blocks(path, name, folder)
+        refused(error, insert_blocks, path, name, folder)
         assert path.read_text("utf-8") == text
     path.write_bytes(SDF.encode("utf-16"))
-    with pytest.raises(FileError, match="in UTF-8"):
-        insert_blocks(path, "arm", folder)
+    refused(FileError, insert_blocks, path, "arm", folder)
     path.write_text(SDF, "utf-8")
     assert find_link(path, "arm") == "rov::arm"
     with pytest.raises(FileError, match="cannot be read"):

@@ -50,7 +50,7 @@ class Generator:
         return np.array(self.rows * shape[0])[: shape[0]] - [*LABELS.values()]
 
 
-def test_draws_that_inject_energy_are_rejected(damping):
+def test_draws_that_inject_energy_are_rejected(damping, refused):
     plant = ExportedPlant.of(hd.fleet["vt690"], replace(damping, covariance=np.eye(4)))
     passive, active = damping.coefficients.tolist(), (-damping.coefficients).tolist()
     generator = Generator([active, passive])
@@ -58,8 +58,7 @@ def test_draws_that_inject_energy_are_rejected(damping):
     np.testing.assert_array_equal(draws, [active, passive])
     draws = accept_draws(plant, 2, generator, dissipative=True)
     np.testing.assert_array_equal(draws, [passive, passive])
-    with pytest.raises(MethodError, match="only 0 of 20 draws"):
-        accept_draws(plant, 1, Generator([active]), dissipative=True)
+    refused(MethodError, lambda: accept_draws(plant, 1, Generator([active]), dissipative=True))
 
 
 def test_each_draw_is_written_for_another_target(damping, tmp_path):
@@ -73,20 +72,19 @@ def test_each_draw_is_written_for_another_target(damping, tmp_path):
     np.testing.assert_allclose(found, rows[:, 1])
 
 
-def test_what_cannot_be_drawn_is_told(damping, tmp_path):
+def test_what_cannot_be_drawn_is_told(damping, tmp_path, refused):
     bare = hd.Damping.from_dict(None, LABELS)
-    with pytest.raises(ModelError, match="no covariance to draw from"):
-        hd.export(bare, hd.fleet["vt690"], "randomisation", tmp_path / "a")
-    with pytest.raises(MethodError, match="must be one of python"):
-        Randomisation(form="randomisation")
-    with pytest.raises(MethodError, match="at least 1; got 0"):
-        Randomisation(draws=0)
+    refused(ModelError, lambda: hd.export(bare, hd.fleet["vt690"], "randomisation", tmp_path / "a"))
+    refused(MethodError, Randomisation, form="randomisation")
+    refused(MethodError, Randomisation, draws=0)
 
 
-def test_draws_for_a_form_that_lacks_terms_are_refused(damping, tmp_path):
+def test_draws_for_a_form_that_lacks_terms_are_refused(damping, tmp_path, refused):
     """Dropped silently, cross terms such as N_v would leave draws of another model."""
-    with pytest.raises(MethodError, match=r"'urdf' .*N_v.* not projected"):
-        hd.export(
+    refused(
+        MethodError,
+        lambda: hd.export(
             damping, hd.fleet["bluerov2"], Randomisation(draws=2, form="urdf"), tmp_path / "x"
-        )
+        ),
+    )
     assert not (tmp_path / "x").exists()

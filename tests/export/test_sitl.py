@@ -165,12 +165,11 @@ def test_a_boat_of_three_axes_stays_at_the_surface(planar, tmp_path):
     assert replies[-1]["imu"]["gyro"][2] > 0.1
 
 
-def test_a_diverging_motion_ends_the_server(tmp_path):
+def test_a_diverging_motion_ends_the_server(tmp_path, refused):
     unstable = hd.Damping.from_dict(None, {"X_u": 200.0})
     module, _ = run_module(SERVOS, ROV, unstable, tmp_path)
     vehicle = module.Simulation()
-    with pytest.raises(SystemExit, match=r"diverged at \d"):
-        [vehicle.answer(50, count, [1900] * 16) for count in range(200)]
+    refused(SystemExit, lambda: [vehicle.answer(50, count, [1900] * 16) for count in range(200)])
 
 
 def mix(frame, demands):
@@ -221,39 +220,30 @@ def test_outputs_without_pulses_are_idle(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    "settings",
     [
-        ({}, "the commands at 1100 and 1900 us, such as -1:1; got neither it nor SOURCE:port:"),
-        ({"servos": "1:port:-1:1,2:star:-1:1"}, "an entry for each command; got none for heave"),
-        ({"servos": "1:por"}, "SOURCE:COMMAND of port, star, heave; got 'por'"),
-        ({"servos": "1"}, "SOURCE:COMMAND of port, star, heave; got ''"),
-        ({"servos": "1:port:0:1,2:port"}, "one entry a command; got 'port' again"),
-        ({"servos": "0:port:0:1"}, "a servo output from 1 to 32, or set `frame`; got '0'"),
-        ({"servos": "forward:port:0:1"}, "or set `frame`; got 'forward'"),
-        (
-            {"servos": "pitch:port:0:1", "frame": "vectored"},
-            "lateral, throttle, roll, yaw; got 'pitch'",
-        ),
-        ({"servos": "1:port:1"}, "two different numbers LOW:HIGH; got '1'"),
-        ({"servos": "1:port:0:nan"}, "two different numbers LOW:HIGH; got '0:nan'"),
-        ({"pulse_range": "2:2"}, "two different numbers LOW:HIGH; got '2:2'"),
-        ({"frame": "vectord"}, "Did you mean 'vectored'?"),
-        (
-            {"frame": "vectored", "pulse_range": "-1:1"},
-            "motor 3 of the frame 'vectored' pushes +X +Y -N",
-        ),
+        {},
+        {"servos": "1:port:-1:1,2:star:-1:1"},
+        {"servos": "1:por"},
+        {"servos": "1"},
+        {"servos": "1:port:0:1,2:port"},
+        {"servos": "0:port:0:1"},
+        {"servos": "forward:port:0:1"},
+        {"servos": "pitch:port:0:1", "frame": "vectored"},
+        {"servos": "1:port:1"},
+        {"servos": "1:port:0:nan"},
+        {"pulse_range": "2:2"},
+        {"frame": "vectord"},
+        {"frame": "vectored", "pulse_range": "-1:1"},
     ],
 )
-def test_maps_that_drive_no_vehicle_are_refused(settings, message, tmp_path):
-    with pytest.raises(MethodError) as caught:
-        hd.export(DAMPING, ROV, SITL(**settings), tmp_path / "a")
-    assert message in str(caught.value)
+def test_maps_that_drive_no_vehicle_are_refused(settings, tmp_path, refused):
+    refused(MethodError, lambda: hd.export(DAMPING, ROV, SITL(**settings), tmp_path / "a"))
     assert not (tmp_path / "a").exists()
 
 
-def test_a_vehicle_that_no_servo_can_drive_is_refused(tmp_path):
-    with pytest.raises(VehicleError, match="'bluerov2' has no actuators"):
-        hd.export(DAMPING, hd.fleet["bluerov2"], SITL(), tmp_path / "a")
+def test_a_vehicle_that_no_servo_can_drive_is_refused(tmp_path, refused):
+    refused(VehicleError, lambda: hd.export(DAMPING, hd.fleet["bluerov2"], SITL(), tmp_path / "a"))
 
 
 def test_the_card_replays_a_log_through_the_server(campaign, tmp_path):

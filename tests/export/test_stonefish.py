@@ -109,7 +109,7 @@ def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
     np.testing.assert_allclose(found, plant.acceleration(at), rtol=1e-8, atol=1e-9)
 
 
-def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path):
+def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path, refused):
     damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0})
     folder = write_export(Stonefish(), ExportedPlant.of(hd.fleet["bluerov2"], damping), tmp_path)
     assert multipliers(folder) == [[0.0] * 3] * 2
@@ -118,8 +118,7 @@ def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path)
     assert "Stonefish" in card.not_run
     assert set(card.projected) == {x for x, value in published.as_dict().items() if value}
     assert card.power["target"] <= 0.0
-    with pytest.raises(MethodError, match="`height` must be positive"):
-        Stonefish(height=-1.0)
+    refused(MethodError, Stonefish, height=-1.0)
 
 
 def test_the_scenario_says_what_it_needs_besides(vehicle, tmp_path):

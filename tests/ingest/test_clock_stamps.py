@@ -54,9 +54,8 @@ def test_odd_stamps_are_dropped_or_begin_a_run(time, labels, rows, run, odd):
     assert oddities(stamps) == odd
 
 
-def test_a_clock_set_back_all_the_time_is_none():
-    with pytest.raises(LogError, match="clock of `dvl` is reset 250 times"):
-        right(np.tile(np.arange(10.0), 251))
+def test_a_clock_set_back_all_the_time_is_none(refused):
+    refused(LogError, lambda: right(np.tile(np.arange(10.0), 251)))
 
 
 @given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))

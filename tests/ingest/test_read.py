@@ -36,16 +36,11 @@ def test_several_files_are_one_log(csv_file):
     assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
 
 
-def test_the_faults_of_every_file_are_told(csv_file):
+def test_the_faults_of_every_file_are_told(csv_file, refused):
     bad = csv_file("time,u\n0,x\n1,2\n", "bad.csv")
     worse = csv_file("u,uv\n0,1\n1,2\n", "worse.csv")
-    with pytest.raises(LogError) as caught:
-        read_logs([bad, csv_file(GOOD), worse])
-    message = str(caught.value)
-    assert "bad.csv: column `u` must hold numbers" in message
-    assert "worse.csv: 2 faults" in message
-    with pytest.raises(LogError, match=r"bad\.csv: column `u`"):
-        read_logs([bad, csv_file(GOOD)])
+    refused(LogError, read_logs, [bad, csv_file(GOOD), worse])
+    refused(LogError, read_logs, [bad, csv_file(GOOD)])
 
 
 def test_runs_of_one_file_name_are_named_by_their_folder(tmp_path):
@@ -56,20 +51,18 @@ def test_runs_of_one_file_name_are_named_by_their_folder(tmp_path):
     assert [segment.name for segment in read_logs(paths).segments] == ["monday", "tuesday"]
 
 
-def test_nested_folders_are_named(tmp_path):
+def test_nested_folders_are_named(tmp_path, refused):
     for topic, columns in {"imu": "time,r\n0,1\n1,2\n", "dvl": GOOD}.items():
         (tmp_path / topic).mkdir()
         (tmp_path / topic / "data.csv").write_text(columns)
-    with pytest.raises(FileError, match=r"subfolders dvl, imu.*joined by \+"):
-        read_recording(tmp_path)
+    refused(FileError, read_recording, tmp_path)
     both = read_recording([tmp_path / topic / "data.csv" for topic in ("imu", "dvl")])
     assert [topic.name for topic in both.topics] == ["imu", "dvl"]
     (tmp_path / "top.csv").write_text(GOOD)
     assert f"logs in {tmp_path / 'dvl'}, {tmp_path / 'imu'}" in read_recording(tmp_path).notes[-1]
 
 
-def test_a_wild_row_is_named_by_its_column(csv_file):
+def test_a_wild_row_is_named_by_its_column(csv_file, refused):
     path = csv_file("t,speed\n0,1\n1,2e3\n2,1\n")
     mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "speed"}})
-    with pytest.raises(LogError, match=r"`u`, read from `speed`, must be at most 50 m/s.*line 3"):
-        read_log(path, mapping)
+    refused(LogError, read_log, path, mapping)

@@ -14,58 +14,50 @@ VEHICLE = "name: a\nmass_matrix: [[1,0,0],[0,1,0],[0,0,1]]\naxes: [X, Y, N]\n"
 
 
 @pytest.mark.parametrize("value", [1e300, -1e31])
-def test_a_coefficient_beyond_any_vessel_is_refused(tmp_path, value):
+def test_a_coefficient_beyond_any_vessel_is_refused(tmp_path, value, refused):
     document = damping_document(DAMPING)
     document["coefficients"]["X_u"] = value
     (tmp_path / "d.json").write_text(json.dumps(document), "utf-8")
-    with pytest.raises(ModelError, match=r"`coefficients\.X_u` must be .*1e\+?30"):
-        hd.read_damping(tmp_path / "d.json")
+    refused(ModelError, lambda: hd.read_damping(tmp_path / "d.json"))
 
 
-def test_a_damping_without_any_number_is_neither_written_nor_read(tmp_path):
+def test_a_damping_without_any_number_is_neither_written_nor_read(tmp_path, refused):
     nothing = hd.Damping(DAMPING.model, np.full(2, np.nan))
-    with pytest.raises(ModelError, match="not written: no coefficient of the damping"):
-        hd.write_damping(nothing, tmp_path / "d.json")
+    refused(ModelError, lambda: hd.write_damping(nothing, tmp_path / "d.json"))
     assert not (tmp_path / "d.json").exists()
     (tmp_path / "d.json").write_text(json.dumps(damping_document(nothing)), "utf-8")
-    with pytest.raises(ModelError, match="no coefficient has a number"):
-        hd.read_damping(tmp_path / "d.json")
+    refused(ModelError, lambda: hd.read_damping(tmp_path / "d.json"))
 
 
-def test_a_coefficient_given_twice_is_refused(tmp_path):
+def test_a_coefficient_given_twice_is_refused(tmp_path, refused):
     text = json.dumps(damping_document(DAMPING)).replace('"X_u": -1.0', '"X_u": -1.0, "X_u": -9')
     (tmp_path / "d.json").write_text(text, "utf-8")
-    with pytest.raises(FileError, match="the key `X_u` is given 2 times"):
-        hd.read_damping(tmp_path / "d.json")
+    refused(FileError, lambda: hd.read_damping(tmp_path / "d.json"))
 
 
 @pytest.mark.parametrize("terms", ['{X: "u u|u| u"}', '{X: "u", X Y: "u"}'])
-def test_a_term_given_twice_is_refused(tmp_path, terms):
+def test_a_term_given_twice_is_refused(tmp_path, terms, refused):
     (tmp_path / "m.yaml").write_text(f"name: m\nterms: {terms}\n", "utf-8")
-    with pytest.raises(ModelError, match="given twice: `u` on X"):
-        hd.read_models(tmp_path / "m.yaml")
+    refused(ModelError, lambda: hd.read_models(tmp_path / "m.yaml"))
 
 
-@pytest.mark.parametrize(("weight", "words"), [("true", "a .*number"), ("1e300", "at most 1e")])
-def test_a_weight_that_is_none_is_refused(tmp_path, weight, words):
+@pytest.mark.parametrize("weight", ["true", "1e300"])
+def test_a_weight_that_is_none_is_refused(tmp_path, weight, refused):
     (tmp_path / "v.yaml").write_text(f"{VEHICLE}weight: {weight}\nbuoyancy: 1\n", "utf-8")
-    with pytest.raises(VehicleError, match=f"`weight` must be {words}"):
-        hd.read_vehicle(tmp_path / "v.yaml")
+    refused(VehicleError, lambda: hd.read_vehicle(tmp_path / "v.yaml"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["yaml", "json"])
-def test_deep_nesting_is_refused(tmp_path, form):
+def test_deep_nesting_is_refused(tmp_path, form, refused):
     path = tmp_path / f"d.{form}"
     for depth in (2000, 100_000):
         path.write_text("[" * depth, "utf-8")
-        with pytest.raises(FileError, match="nested more than 32 deep"):
-            hd.read_damping(path)
+        refused(FileError, hd.read_damping, path)
 
 
-def test_aliases_that_multiply_are_refused(tmp_path):
+def test_aliases_that_multiply_are_refused(tmp_path, refused):
     lines = ["a0: &a0 [u, v]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 9)]
     (tmp_path / "m.yaml").write_text("\n".join(lines), "utf-8")
-    with pytest.raises(FileError, match=r"aliases .* more than 200000"):
-        hd.read_models(tmp_path / "m.yaml")
+    refused(FileError, lambda: hd.read_models(tmp_path / "m.yaml"))

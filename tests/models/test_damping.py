@@ -15,33 +15,34 @@ def damping():
     return Damping(model, coefficients, np.eye(88), VehicleStamp("toy", 1.0, 2.0), "src", "nb")
 
 
-def test_coefficients_by_label(damping):
+def test_coefficients_by_label(damping, refused):
     values = damping.as_dict()
     assert tuple(values) == damping.model.labels
     assert all(damping[label] == value for label, value in values.items())
     assert damping["Y_V_v|r|"] == values["Y_|r|V_v"]
-    with pytest.raises(ModelError, match="no coefficient `K_p`"):
-        damping["K_p"]
+    refused(ModelError, lambda: damping["K_p"])
 
 
-def test_wrench_takes_commands_and_attitude():
+def test_wrench_takes_commands_and_attitude(refused):
     damping = Damping.from_dict(None, {"N_u|u|*rudder": -9.0, "Y_down_y": 3.0})
     velocity = [[2.0, 0, 0, 0, 0, 0]] * 2
     wrench = damping.wrench(velocity, down=[0, 0.5, 0], commands={"rudder": [0.1, -0.1]})
     np.testing.assert_allclose(wrench[:, 5], [-3.6, 3.6])
     np.testing.assert_allclose(wrench[:, 1], 1.5)
-    with pytest.raises(TermError, match="`commands` must hold rudder"):
-        damping.wrench(velocity)
+    refused(TermError, damping.wrench, velocity)
 
 
-def test_from_dict_wants_every_label_of_the_model():
+def test_from_dict_wants_every_label_of_the_model(refused):
     model = catalog["fossen"]
     values = dict.fromkeys(model.labels, -1.0)
     assert Damping.from_dict(model, values).as_dict() == values
-    with pytest.raises(ModelError, match=r"Model 'fossen' also needs X_u\|u\|, N_r"):
-        Damping.from_dict(model, {k: v for k, v in values.items() if k not in ("X_u|u|", "N_r")})
-    with pytest.raises(ModelError, match="has no coefficient N_q"):
-        Damping.from_dict(model, {**values, "N_q": 1.0})
+    refused(
+        ModelError,
+        lambda: Damping.from_dict(
+            model, {k: v for k, v in values.items() if k not in ("X_u|u|", "N_r")}
+        ),
+    )
+    refused(ModelError, Damping.from_dict, model, {**values, "N_q": 1.0})
 
 
 def test_a_damping_prints_itself():
@@ -55,14 +56,12 @@ def test_a_damping_prints_itself():
     assert "  Y: -20 v, 5 r\n  vehicle: toy\n  source: here" in str(damping)
 
 
-def test_arrays_fit_the_model_are_copied_and_cannot_be_written():
+def test_arrays_fit_the_model_are_copied_and_cannot_be_written(refused):
     model, values = catalog["fossen"], np.zeros(12)
     damping = Damping(model, values)
     values[0] = 1.0
     assert damping["X_u"] == 0.0
     assert not damping.coefficients.flags.writeable
     assert not damping.matrix.flags.writeable
-    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(12\)"):
-        Damping(model, np.zeros(11))
-    with pytest.raises(ModelError, match=r"`covariance` must have shape \(12, 12\)"):
-        Damping(model, np.zeros(12), np.zeros((12, 11)))
+    refused(ModelError, lambda: Damping(model, np.zeros(11)))
+    refused(ModelError, lambda: Damping(model, np.zeros(12), np.zeros((12, 11))))

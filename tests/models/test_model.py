@@ -25,7 +25,7 @@ def test_labels_go_axis_by_axis_in_canonical_order(mine):
     assert str(mine.basis) == "u v u|u| v|r| u|u|*rudder"
 
 
-def test_unpack_is_equation_14():
+def test_unpack_is_equation_14(refused):
     """K = vec^-1(M_m^T kappa)^T, with the masking matrix M_m written out."""
     model = catalog["prestero"]
     kappa = np.random.default_rng(14).normal(size=model.n_coefficients)
@@ -37,24 +37,19 @@ def test_unpack_is_equation_14():
     columns = (masking.T @ kappa).reshape(n, 6, order="F")
     np.testing.assert_array_equal(model.unpack(kappa), columns.T)
     np.testing.assert_array_equal(model.pack(columns.T), kappa)
-    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(30,\).*got \(6,\)"):
-        model.unpack(np.zeros(6))
-    with pytest.raises(ModelError, match=rf"`matrix` must have shape \(6, {n}\); got \(5, 6\)"):
-        model.pack(np.zeros((5, 6)))
+    refused(ModelError, lambda: model.unpack(np.zeros(6)))
+    refused(ModelError, lambda: model.pack(np.zeros((5, 6))))
 
 
-def test_index_takes_any_spelling_and_names_the_nearest(mine):
+def test_index_takes_any_spelling_and_names_the_nearest(mine, refused):
     assert [mine.index(label) for label in mine.labels] == list(range(7))
     assert mine.index("Y_|r|v") == 3
-    with pytest.raises(ModelError, match=r"no coefficient `Y_v\|p\|`. Did you mean 'Y_v\|r\|'"):
-        mine.index("Y_v|p|")
-    with pytest.raises(ModelError, match="`Q_u` is not a coefficient: it must be an axis"):
-        mine.index("Q_u")
-    with pytest.raises(ModelError, match=r"`Y_v\|x\|` is not a coefficient: .*stuck at"):
-        mine.index("Y_v|x|")
+    refused(ModelError, mine.index, "Y_v|p|")
+    refused(ModelError, mine.index, "Q_u")
+    refused(ModelError, mine.index, "Y_v|x|")
 
 
-def test_with_terms_adds_and_keeps_what_is_there():
+def test_with_terms_adds_and_keeps_what_is_there(refused):
     model = catalog["fossen"].with_terms({"Y N": "u|u|*rudder", "Y": "v"})
     assert model.key == "fossen-extended"
     assert model.title == "Fossen + v u|u|*rudder"
@@ -62,29 +57,22 @@ def test_with_terms_adds_and_keeps_what_is_there():
     assert model.commands == ("rudder",)
     assert model.source == catalog["fossen"].source
     assert catalog["fossen"].with_terms({"X": "1"}, key="biased").key == "biased"
-    with pytest.raises(ModelError, match=r"Terms added to model 'fossen': `Q` is not an axis"):
-        catalog["fossen"].with_terms({"Q": "u"})
+    refused(ModelError, catalog["fossen"].with_terms, {"Q": "u"})
 
 
-def test_all_axes_change_nothing_and_unknown_ones_are_refused():
+def test_all_axes_change_nothing_and_unknown_ones_are_refused(refused):
     model = catalog["prestero"]
     assert model.restricted_to(AXES) == model
-    with pytest.raises(ModelError, match="`axes` must be of X Y Z K M N; got Q"):
-        model.restricted_to(["X", "Q"])
+    refused(ModelError, model.restricted_to, ["X", "Q"])
 
 
-def test_faults_of_a_table_come_at_once():
-    with pytest.raises(ModelError) as caught:
-        DampingModel.from_table({"X Q": "u v|x|", "Y": ["eta"]}, key="bad")
-    for part in ("Model 'bad'", "`Q` is not an axis", "stuck at '|x|'", "At Y: `eta`"):
-        assert part in str(caught.value)
+def test_faults_of_a_table_come_at_once(refused):
+    refused(ModelError, DampingModel.from_table, {"X Q": "u v|x|", "Y": ["eta"]}, key="bad")
 
 
-def test_keys_and_rows_are_checked():
-    with pytest.raises(ModelError, match="`key` must be letters, digits"):
-        DampingModel.from_table({"X": "u"}, key="a model")
-    with pytest.raises(ModelError, match="`terms` must have one entry for each of X Y Z K M N"):
-        DampingModel("mine", "Mine", ((Term.parse("u"),),))
+def test_keys_and_rows_are_checked(refused):
+    refused(ModelError, DampingModel.from_table, {"X": "u"}, key="a model")
+    refused(ModelError, DampingModel, "mine", "Mine", ((Term.parse("u"),),))
     twice = (Term.parse("u"), Term.parse("u"))
     assert DampingModel("mine", "Mine", ((), (), twice, (), (), ())).labels == ("Z_u",)
 

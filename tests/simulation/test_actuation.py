@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
@@ -41,15 +40,13 @@ def test_no_rise_reaches_across_a_join_and_locked_axes_have_no_gain(vehicle):
     ]
 
 
-def test_without_a_known_wrench_there_is_no_gain(vehicle):
+def test_without_a_known_wrench_there_is_no_gain(vehicle, refused):
     log = hd.Log(
         time=np.arange(3.0),
         velocity=np.ones((3, 6)),
         commands=np.ones((3, 1)),
         command_names=("stick",),
     )
-    with pytest.raises(ProblemError, match="no actuator gain"):
-        with_gains(vehicle, log, LINEAR)
+    refused(ProblemError, with_gains, vehicle, log, LINEAR)
     sticks = LINEAR.with_terms({"X": "stick", "Y": "actuation_Y"})
-    with pytest.raises(ProblemError, match="no command 'actuation_Y', which a term uses"):
-        hd.prepare(vehicle, log, sticks)
+    refused(ProblemError, hd.prepare, vehicle, log, sticks)

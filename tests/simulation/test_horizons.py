@@ -93,6 +93,5 @@ def test_windows_that_diverge_are_counted(vehicle):
 
 
 @pytest.mark.parametrize("horizon", [0.0, -1.0, np.nan, np.inf, "day"])
-def test_a_horizon_that_is_none_is_refused(vehicle, log, horizon):
-    with pytest.raises(MethodError, match="positive number of seconds, 'step' or 'run'"):
-        horizon_scores(vehicle, SOFT, log, [horizon])
+def test_a_horizon_that_is_none_is_refused(vehicle, log, horizon, refused):
+    refused(MethodError, horizon_scores, vehicle, SOFT, log, [horizon])

@@ -209,10 +209,9 @@ def test_an_impossible_quaternion_does_not_refuse_a_log():
     assert log.n == 199
 
 
-def test_degrees_are_refused():
+def test_degrees_are_refused(refused):
     columns = {"u": np.ones(40)}
-    with pytest.raises(LogError, match="at most 50 m/s"):
-        Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]})
+    refused(LogError, lambda: Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]}))
 
 
 def test_warnings_have_the_order_of_the_channels():

@@ -68,16 +68,13 @@ def test_divergence_is_a_status(vehicle):
     assert set(result.rms_by_axis.values()) == {None}
 
 
-def test_settings_are_checked(vehicle):
+def test_settings_are_checked(vehicle, refused):
     log = quiet_log(20, wrench=np.zeros((20, 6)))
     nothing = hd.Damping(hd.catalog["linear"], np.zeros(36))
-    with pytest.raises(MethodError, match="'measured' or 'simulated'"):
-        hd.simulate(vehicle, nothing, log, attitude="guessed")
+    refused(MethodError, hd.simulate, vehicle, nothing, log, attitude="guessed")
     for step in (0.2, 1e-12):
-        with pytest.raises(MethodError, match="max_step"):
-            hd.simulate(vehicle, nothing, log, max_step=step)
-    with pytest.raises(MethodError, match="'deg' or 'rad'"):
-        score(hd.simulate(vehicle, nothing, log), rate_unit="grad")
+        refused(MethodError, hd.simulate, vehicle, nothing, log, max_step=step)
+    refused(MethodError, lambda: score(hd.simulate(vehicle, nothing, log), rate_unit="grad"))
     planar = replace(vehicle, axes=("X", "Y", "N"))
     bare = hd.Log.from_arrays(
         [0.0, 0.1], {"u": [1, 1], "v": [0, 0], "r": [0, 0]}, wrench=np.zeros((2, 6))

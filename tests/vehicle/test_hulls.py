@@ -134,23 +134,22 @@ def test_a_cube_and_a_prism_have_the_coefficients_of_the_table():
 
 
 @pytest.mark.parametrize(
-    ("kind", "sizes", "message"),
+    ("kind", "sizes"),
     [
-        ("ship", {}, "`mass` or the `block_coefficient`"),
-        ("boat", {"mass": 17000.0}, "metres and kilograms"),
-        ("boat", {"mass": 0.017}, "metres and kilograms"),
-        ("boat", {"mass": 17.0, "block_coefficient": 0.9}, "displaces 26.6 to 41.5 kg"),
-        ("boat", {"block_coefficient": 45.0}, "at most 1; got 45"),
-        ("boat", {"mass": -1.0}, "`mass` must be a positive number"),
-        ("boat", {"mass": 17.0, "beam": 1.5}, "`beam` must be at most `length`"),
-        ("catamaran", {"block_coefficient": 0.4}, "needs a `mass`"),
-        ("catamaran", {"mass": 30.0}, "too wide for a `beam` of 0.3 m"),
+        ("ship", {}),
+        ("boat", {"mass": 17000.0}),
+        ("boat", {"mass": 0.017}),
+        ("boat", {"mass": 17.0, "block_coefficient": 0.9}),
+        ("boat", {"block_coefficient": 45.0}),
+        ("boat", {"mass": -1.0}),
+        ("boat", {"mass": 17.0, "beam": 1.5}),
+        ("catamaran", {"block_coefficient": 0.4}),
+        ("catamaran", {"mass": 30.0}),
     ],
 )
-def test_dimensions_that_cannot_be_are_refused(kind, sizes, message):
+def test_dimensions_that_cannot_be_are_refused(kind, sizes, refused):
     known = {"length": 1.2, "beam": 0.3, "draft": 0.1} | sizes
-    with pytest.raises(VehicleError, match=message):
-        hd.Vehicle.from_dimensions(kind, **known)
+    refused(VehicleError, hd.Vehicle.from_dimensions, kind, **known)
 
 
 @pytest.mark.parametrize(
@@ -172,12 +171,19 @@ def test_a_file_has_the_estimate(kind, sizes):
     assert estimate.note in written.source
 
 
-def test_axes_and_sizes_of_another_kind_are_refused():
+def test_axes_and_sizes_of_another_kind_are_refused(refused):
     sizes = {"length": 1.2, "beam": 0.3, "draft": 0.1, "mass": 17.0}
     assert parse_vehicle(vehicle_template("b", ("X", "N"), "boat", **sizes)).axes == ("X", "N")
-    with pytest.raises(VehicleError, match="no formula gives its added mass on Z K"):
-        vehicle_template("b", "XYZKN", "boat", **sizes)
-    with pytest.raises(VehicleError, match="kind auv needs"):
-        vehicle_template("b", None, "auv", **sizes)
-    with pytest.raises(VehicleError, match="kind ship needs"):
-        vehicle_template("b", None, "ship", length=1.2, beam=0.3, draft=0.1, diameter=0.3)
+    refused(VehicleError, vehicle_template, "b", "XYZKN", "boat", **sizes)
+    refused(VehicleError, vehicle_template, "b", None, "auv", **sizes)
+    refused(
+        VehicleError,
+        vehicle_template,
+        "b",
+        None,
+        "ship",
+        length=1.2,
+        beam=0.3,
+        draft=0.1,
+        diameter=0.3,
+    )

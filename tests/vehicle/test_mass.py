@@ -36,35 +36,27 @@ def test_rigid_body_kinetic_energy(center, linear, angular):
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    "call",
     [
-        (lambda: rigid_body_mass_matrix(1.0, (1, 1, 1), (0, 0)), "`center_of_gravity`"),
-        (lambda: checked_mass_matrix([["a"]]), "`mass_matrix` must be numbers"),
-        (lambda: checked_mass_matrix(np.eye(3)), r"shape \(6, 6\); got \(3, 3\)"),
-        (lambda: checked_mass_matrix(np.eye(4), ("X", "Y", "N")), r"\(6, 6\) or \(3, 3\)"),
-        (lambda: checked_mass_matrix(np.full((6, 6), np.nan)), "must be finite"),
-        (
-            lambda: checked_mass_matrix(np.eye(6) + 0.5 * np.eye(6, k=4)),
-            "got 0.5 in row X, column q and 0 in its mirror place",
-        ),
-        (
-            lambda: checked_mass_matrix(np.diag([1.0, 1.0, 1.0, 1.0, -0.31, 1.0])),
-            r"smallest eigenvalue is -0.31 \(direction mostly q\)",
-        ),
-        (lambda: checked_mass_matrix(np.diag([1.0, 1, 1, 0, 1, 1])), "direction mostly p"),
-        (lambda: lamb_factors(0.9), "`length` must be at least `diameter`"),
+        lambda: rigid_body_mass_matrix(1.0, (1, 1, 1), (0, 0)),
+        lambda: checked_mass_matrix([["a"]]),
+        lambda: checked_mass_matrix(np.eye(3)),
+        lambda: checked_mass_matrix(np.eye(4), ("X", "Y", "N")),
+        lambda: checked_mass_matrix(np.full((6, 6), np.nan)),
+        lambda: checked_mass_matrix(np.eye(6) + 0.5 * np.eye(6, k=4)),
+        lambda: checked_mass_matrix(np.diag([1.0, 1.0, 1.0, 1.0, -0.31, 1.0])),
+        lambda: checked_mass_matrix(np.diag([1.0, 1, 1, 0, 1, 1])),
+        lambda: lamb_factors(0.9),
     ],
 )
-def test_refusals_say_what_is_wanted(call, message):
-    with pytest.raises(VehicleError, match=message):
-        call()
+def test_refusals_say_what_is_wanted(call, refused):
+    refused(VehicleError, call)
 
 
-def test_only_the_free_axes_are_checked():
+def test_only_the_free_axes_are_checked(refused):
     matrix = np.diag([1.0, 1.0, 0.0, -1.0, 0.0, 1.0])
     np.testing.assert_array_equal(checked_mass_matrix(matrix, ("X", "Y", "N")), matrix)
-    with pytest.raises(VehicleError, match="mostly p"):
-        checked_mass_matrix(matrix, ("X", "Y", "K", "N"))
+    refused(VehicleError, checked_mass_matrix, matrix, ("X", "Y", "K", "N"))
 
 
 def test_small_matrix_lands_on_its_axes():

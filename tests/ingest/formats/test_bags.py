@@ -168,15 +168,14 @@ def test_big_endian_messages(bag):
     assert columns.texts["header.frame_id"] == ["base"] * 4
 
 
-def test_broken_messages_are_noted_and_left_out(tmp_path, bag, monkeypatch):
+def test_broken_messages_are_noted_and_left_out(tmp_path, bag, monkeypatch, refused):
     pack = bag.modern.serialize_cdr
     sizes = iter([None, -8, 9, None, 20])
     monkeypatch.setattr(bag.modern, "serialize_cdr", lambda *it: pack(*it)[: next(sizes)])
     recording = rosbag.read_file(bag.ros2(tmp_path / "dive", bag.twists(4)))
     assert recording.topics[0].fields["twist.linear.x"].tolist() == [0.0, 0.03]
     assert "2 messages are truncated" in recording.notes[0]
-    with pytest.raises(ValueError, match="1 messages are truncated"):
-        rosbag.read_file(bag.ros2(tmp_path / "other", bag.twists(1)))
+    refused(ValueError, lambda: rosbag.read_file(bag.ros2(tmp_path / "other", bag.twists(1))))
 
 
 @pytest.mark.parametrize("kind", ["MCAP", "ROS1"])

@@ -53,16 +53,13 @@ def virtual_dataset(file, secret):
 @pytest.mark.parametrize(
     "put", [external_storage, external_link, external_link_in_a_group, virtual_dataset]
 )
-def test_hdf5_that_names_other_files_is_refused(tmp_path, secret, put):
+def test_hdf5_that_names_other_files_is_refused(tmp_path, secret, put, refused):
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "log.h5"
     with h5py.File(path, "w") as file:
         file["time"] = TIME
         put(file, secret)
-    with pytest.raises(
-        LogError, match=r"log\.h5: the values of `(nav/)?u` are stored in other files"
-    ):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
 def test_hdf5_with_links_within_itself_is_read(tmp_path):
@@ -76,30 +73,30 @@ def test_hdf5_with_links_within_itself_is_read(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n_mb", [1, 8])
-def test_a_gzip_file_may_unpack_in_proportion(tmp_path, monkeypatch, n_mb):
+def test_a_gzip_file_may_unpack_in_proportion(tmp_path, monkeypatch, n_mb, refused):
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 4 << 20)
     path = tmp_path / "log.csv.gz"
     path.write_bytes(gzip.compress(b"time,u\n" + b"0.5,0.25\n" * ((n_mb << 20) // 9)))
     if n_mb == 1:
         assert files.read_files(path).topics[0].n == (1 << 20) // 9
         return
-    with pytest.raises(LogError, match=r"MB unpack to more than 4\.194 MB"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
-def test_a_gzip_file_for_a_library_that_seeks_is_bounded(tmp_path, monkeypatch):
+def test_a_gzip_file_for_a_library_that_seeks_is_bounded(tmp_path, monkeypatch, refused):
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
     path = tmp_path / "log.npy.gz"
     stream = io.BytesIO()
     np.save(stream, np.zeros(1 << 20))
     path.write_bytes(gzip.compress(stream.getvalue()))
-    with pytest.raises(LogError, match="MB unpack to more than"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
 @pytest.mark.parametrize("name", ["a.alog", "a.tlog", "a.bin", "a.ulg"])
 @pytest.mark.parametrize("is_packed", [False, True])
-def test_messages_that_unpack_out_of_proportion_are_refused(tmp_path, monkeypatch, name, is_packed):
+def test_messages_that_unpack_out_of_proportion_are_refused(
+    tmp_path, monkeypatch, name, is_packed, refused
+):
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
     data = b"%% LOGSTART 1\n" + b"1.0 A p 0\n" * 10_000
     path = tmp_path / name
@@ -107,8 +104,7 @@ def test_messages_that_unpack_out_of_proportion_are_refused(tmp_path, monkeypatc
     if not is_packed:
         assert content.read_bytes(path) == data
         return
-    with pytest.raises(LogError, match=r"MB unpack to more than 0\.03277 MB"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
 def npz(path):
@@ -129,12 +125,13 @@ def parquet(path):
 
 
 @pytest.mark.parametrize(("name", "put"), [("a.npz", npz), ("a.h5", hdf5), ("a.parquet", parquet)])
-def test_arrays_that_unpack_out_of_proportion_are_refused(tmp_path, monkeypatch, name, put):
+def test_arrays_that_unpack_out_of_proportion_are_refused(
+    tmp_path, monkeypatch, name, put, refused
+):
     put(tmp_path / name)
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
     monkeypatch.setattr(content, "MAX_UNPACKED_RATIO", 2)
-    with pytest.raises(LogError, match="MB unpack to more than"):
-        files.read_files(tmp_path / name)
+    refused(LogError, lambda: files.read_files(tmp_path / name))
 
 
 def short_lines(line, start=b""):
@@ -185,12 +182,11 @@ def lists_of_parquet(path):
         ("a.parquet", lists_of_parquet),
     ],
 )
-def test_cells_and_not_their_bytes_are_bounded(tmp_path, monkeypatch, name, put):
+def test_cells_and_not_their_bytes_are_bounded(tmp_path, monkeypatch, name, put, refused):
     put(tmp_path / name)
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 20)
     monkeypatch.setattr(content, "MAX_UNPACKED_RATIO", 2)
-    with pytest.raises(LogError, match=r"MB unpack to more than 1\.049 MB"):
-        files.read_files(tmp_path / name)
+    refused(LogError, lambda: files.read_files(tmp_path / name))
 
 
 def test_a_bound_on_cells_leaves_a_table_of_its_size(tmp_path, monkeypatch):
@@ -225,7 +221,7 @@ files.read_files({str(path)!r})
 
 
 @pytest.mark.parametrize(("depth", "is_read"), [(31, True), (32, False), (2000, False)])
-def test_nested_groups_are_bounded(tmp_path, depth, is_read):
+def test_nested_groups_are_bounded(tmp_path, depth, is_read, refused):
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "deep.h5"
     with h5py.File(path, "w") as file:
@@ -236,8 +232,7 @@ def test_nested_groups_are_bounded(tmp_path, depth, is_read):
     if is_read:
         assert files.read_files(path).topics[0].n == 20
         return
-    with pytest.raises(LogError, match="nested more than 32 deep"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
 def test_many_spaces_are_read_alike_in_blocks(tmp_path):
@@ -253,36 +248,27 @@ def test_many_spaces_are_read_alike_in_blocks(tmp_path):
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
-def test_a_table_of_very_many_columns_is_refused(tmp_path, delimiter):
+def test_a_table_of_very_many_columns_is_refused(tmp_path, delimiter, refused):
     path = tmp_path / "wide.csv"
     n = content.MAX_COLUMNS + 1
     rows = (delimiter.join(f"{cell}{k}" for k in range(n)) for cell in ("c", "1", "2"))
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    with pytest.raises(
-        LogError, match=rf"wide\.csv: the table has {n} columns; the maximum is 4096"
-    ):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
 @pytest.mark.parametrize(
-    ("crash", "words"),
-    [
-        ("import os; os.abort()", "makes SciPy's reader crash .SIGABRT"),
-        ("import sys; sys.exit('ValueError: odd')", "read as MATLAB file: ValueError: odd"),
-    ],
+    "crash", ["import os; os.abort()", "import sys; sys.exit('ValueError: odd')"]
 )
-def test_a_file_that_crashes_its_reader_costs_itself(tmp_path, monkeypatch, crash, words):
+def test_a_file_that_crashes_its_reader_costs_itself(tmp_path, monkeypatch, crash, refused):
     import scipy.io
 
     path = tmp_path / "log.mat"
     scipy.io.savemat(path, {"time": TIME, "u": TIME})
     monkeypatch.setattr(arrays, "_CHILD_CODE", f"{crash} # {{path}} {{module}} {{bound}}")
-    with pytest.raises(LogError, match=words) as caught:
-        files.read_files(path)
-    assert "log.mat" in str(caught.value)
+    refused(LogError, files.read_files, path)
 
 
-def test_a_mat_file_that_unpacks_without_end_is_refused(tmp_path):
+def test_a_mat_file_that_unpacks_without_end_is_refused(tmp_path, refused):
     pytest.importorskip("resource")
     import scipy.io
 
@@ -292,8 +278,7 @@ def test_a_mat_file_that_unpacks_without_end_is_refused(tmp_path):
     assert columns["time"].size == 1 << 20
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(content, "MAX_UNPACKED_BYTES", 1 << 18)
-        with pytest.raises(LogError, match="MB unpack to more than"):
-            files.read_files(path)
+        refused(LogError, files.read_files, path)
 
 
 def test_no_file_of_the_working_folder_is_imported_for_a_mat_file(tmp_path, monkeypatch):
@@ -316,20 +301,20 @@ def test_no_file_of_the_working_folder_is_imported_for_a_mat_file(tmp_path, monk
     ],
 )
 @pytest.mark.parametrize("error", [IndexError("out of range"), KeyError("u")])
-def test_whatever_a_reader_raises_names_the_file(tmp_path, monkeypatch, module, name, begin, error):
+def test_whatever_a_reader_raises_names_the_file(
+    tmp_path, monkeypatch, module, name, begin, error, refused
+):
     def fail(_):
         raise error
 
     path = tmp_path / name
     path.write_bytes(begin)
     monkeypatch.setattr(f"hydrodamp.ingest.formats.{module}.read_file", fail)
-    with pytest.raises(LogError, match=f"{name}: the file is truncated or damaged; read as"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
-def test_an_archive_of_other_things_than_arrays_is_named(tmp_path):
+def test_an_archive_of_other_things_than_arrays_is_named(tmp_path, refused):
     path = tmp_path / "a.npz"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("u.npy", b"\x93NUMPY\x01\x00\xff\xff")
-    with pytest.raises(LogError, match=r"a\.npz: the file is truncated or damaged"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)

@@ -159,10 +159,9 @@ def test_a_file_of_words_only(tmp_path, reader):
     assert delimited.read_file(path).topics[0].texts["event"] == ("dive", "rise")
 
 
-def test_a_line_without_end_is_named(tmp_path):
+def test_a_line_without_end_is_named(tmp_path, refused):
     (tmp_path / "long.csv").write_text(f"a b,c\n1,x\n2,y\n3,{'z' * (1 << 21)}\n4,q\n")
-    with pytest.raises(LogError, match="line 4 has more than 1048576 characters"):
-        delimited.read_file(tmp_path / "long.csv")
+    refused(LogError, lambda: delimited.read_file(tmp_path / "long.csv"))
 
 
 @pytest.mark.parametrize(

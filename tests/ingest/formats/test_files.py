@@ -55,15 +55,14 @@ def test_content_comes_before_the_name(tmp_path, begin, name, form):
         (b"#ROSBAG V2.0", "x.bag", "rosbags"),
     ],
 )
-def test_a_missing_reader_is_named_with_its_command(tmp_path, monkeypatch, content, name, package):
+def test_a_missing_reader_is_named_with_its_command(
+    tmp_path, monkeypatch, content, name, package, refused
+):
     for module in [it for it in sys.modules if it.partition(".")[0] == package]:
         monkeypatch.setitem(sys.modules, module, None)
     monkeypatch.setitem(sys.modules, package, None)
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(FileError) as caught:
-        files.read_files(tmp_path / name)
-    assert f"the package {package}, which" in str(caught.value)
-    assert 'pip install "hydrodamp[logs]"' in str(caught.value)
+    refused(FileError, lambda: files.read_files(tmp_path / name))
 
 
 def test_a_folder_of_tables_is_a_topic_each(tmp_path):
@@ -90,9 +89,8 @@ def test_several_files_are_one_recording(tmp_path):
     assert files.read_files([tmp_path / "dvl.csv"]).topics[0].name == ""
 
 
-def test_topics_of_unequal_fields_cannot_be():
-    with pytest.raises(LogError, match=r"topic `a` must have 3 values a field; got `x` 2"):
-        Topic("a", [0.0, 1.0, 2.0], {"x": [1.0, 2.0]})
+def test_topics_of_unequal_fields_cannot_be(refused):
+    refused(LogError, Topic, "a", [0.0, 1.0, 2.0], {"x": [1.0, 2.0]})
 
 
 @pytest.fixture
@@ -131,16 +129,14 @@ def test_a_bar_counts_the_bytes_of_a_file(tmp_path, bars, name):
     assert total <= sum(steps) <= (1.5 * total if name[-1] in "t5" else total)
 
 
-def test_a_pipe_a_socket_and_a_dangling_link_are_named_and_not_waited_for(tmp_path):
+def test_a_pipe_a_socket_and_a_dangling_link_are_named_and_not_waited_for(tmp_path, refused):
     table = "time,u\n0,1\n1,2\n"
     (tmp_path / "good.csv").write_text(table, "utf-8")
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "link.csv").symlink_to("nowhere.csv")
-    for name, fault in (("pipe.csv", "is a pipe"), ("link.csv", "does not exist")):
-        with pytest.raises(LogError, match=f"{name}: it .*{fault}"):
-            files.read_files(tmp_path / name)
-        with pytest.raises(FileError, match=f"{name}: it .*{fault}"):
-            load_text(tmp_path / name)
+    for name in ("pipe.csv", "link.csv"):
+        refused(LogError, files.read_files, tmp_path / name)
+        refused(FileError, load_text, tmp_path / name)
     notes = " ".join(files.read_files(tmp_path).notes)
     assert "pipe.csv: it is a pipe" in notes
     assert "link.csv: it is a link" in notes

@@ -130,12 +130,11 @@ def test_messages_that_no_dialect_defines_are_counted(tmp_path, vehicle):
         assert recording.notes == ("1 packets have an unknown message type; skipped",)
 
 
-def test_a_log_without_an_autopilot_is_refused(tmp_path):
+def test_a_log_without_an_autopilot_is_refused(tmp_path, refused):
     ground = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
     path = tmp_path / "dive.tlog"
     path.write_bytes(stamped([(0, ground.heartbeat_encode(6, 8, 0, 0, 0).pack(ground))]))
-    with pytest.raises(LogError, match="no message of an autopilot"):
-        files.read_files(path)
+    refused(LogError, files.read_files, path)
 
 
 def test_no_noise_is_more_than_an_error():

@@ -66,9 +66,8 @@ def test_names_of_commands_are_valid_in_terms_and_distinct():
         assert changed["commands"] == {"rpm": "a", name: column}
 
 
-def test_a_text_that_is_no_mapping_is_refused():
-    with pytest.raises(FileError, match="m"):
-        parse_content("a: [1", "m")
+def test_a_text_that_is_no_mapping_is_refused(refused):
+    refused(FileError, parse_content, "a: [1", "m")
 
 
 def test_a_change_of_sign_keeps_the_other_keys_and_the_name_of_a_command():

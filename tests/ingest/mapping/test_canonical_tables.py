@@ -53,19 +53,15 @@ def test_canonical_names_need_no_mapping(tmp_path, suffix):
     assert [segment.name for segment in log.segments] == ["dive"]
 
 
-def test_topics_need_a_mapping(tmp_path):
+def test_topics_need_a_mapping(tmp_path, refused):
     topics = tuple(Topic(f"/t{k}", [0.0, 1.0], {"u": [1.0, 1.0]}) for k in range(10))
-    with pytest.raises(
-        LogError, match=r"/t7, ... and 2 more topics; a mapping is required .* preset: ardusub"
-    ):
-        canonical_record(Recording(topics, "dive.bag", "a test"))
+    refused(LogError, lambda: canonical_record(Recording(topics, "dive.bag", "a test")))
     table = Topic("", [0.0, 1.0], {"u": [1.0, 1.0], "segment": [1.0, 2.0]})
     record = canonical_record(Recording((table,), "dive.npz", "a test", ("one note",)))
     assert record.labels == ("1", "2")
     assert record.notes == ("one note",)
     words = Topic("", None, {"time": [0.0, 1.0], "u": [1.0, 1.0]}, {"mode": ("a", "b")})
-    with pytest.raises(LogError, match="column `mode` must hold numbers; got 'a' in row 1, 'b'"):
-        canonical_record(Recording((words,), "dive.mat", "a test"))
+    refused(LogError, lambda: canonical_record(Recording((words,), "dive.mat", "a test")))
 
 
 @pytest.mark.parametrize(
@@ -94,13 +90,10 @@ def test_units_in_the_header_are_turned_into_si(csv_file, clock, tick, speed, fa
     assert record.blocks["commands"].tolist() == [[5.0], [6.0]]  # commands may be anything
 
 
-def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file):
-    with pytest.raises(LogError) as caught:
-        read_log(csv_file("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n"))
-    assert [fault.partition(".")[0] for fault in caught.value.faults] == [
-        "column `u` is in deg by its file, which is no known unit of speed",
-        "column `v` is in furlong by its file, which is no known unit of speed",
-    ]
+def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file, refused):
+    refused(
+        LogError, lambda: read_log(csv_file("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n"))
+    )
 
 
 def test_two_whole_runs_are_sent_to_read_logs(tmp_path):

@@ -60,27 +60,22 @@ def test_a_file_changes_what_it_extends(tmp_path):
     assert not any(entry.group == "position" for entry in yours.entries)
 
 
-def test_a_ring_of_files_is_refused(tmp_path):
+def test_a_ring_of_files_is_refused(tmp_path, refused):
     (tmp_path / "a.yaml").write_text("extends: b.yaml\n", encoding="utf-8")
     (tmp_path / "b.yaml").write_text("extends: a.yaml\n", encoding="utf-8")
-    with pytest.raises(LogError, match="`extends` is circular"):
-        read_mapping(tmp_path / "a.yaml")
+    refused(LogError, lambda: read_mapping(tmp_path / "a.yaml"))
 
 
-def test_what_cannot_be_extended_is_told(tmp_path):
-    with pytest.raises(
-        LogError, match=r"no preset 'mavross'\. Did you mean 'mavros'\? The presets"
-    ):
-        LogMapping.from_dict({"extends": "mavross"})
-    with pytest.raises(LogError, match="`extends` must be the name of a preset or a path; got 3"):
-        LogMapping.from_dict({"extends": [3]})
+def test_what_cannot_be_extended_is_told(tmp_path, refused):
+    refused(LogError, LogMapping.from_dict, {"extends": "mavross"})
+    refused(LogError, LogMapping.from_dict, {"extends": [3]})
     (tmp_path / "list.yaml").write_text("[1, 2]\n", encoding="utf-8")
-    with pytest.raises(LogError, match="must hold a mapping table"):
-        LogMapping.from_dict({"extends": "list.yaml"}, str(tmp_path / "map.yaml"))
+    refused(
+        LogError, lambda: LogMapping.from_dict({"extends": "list.yaml"}, str(tmp_path / "map.yaml"))
+    )
     with pytest.raises(FileError, match="cannot be read"):
         LogMapping.from_dict({"extends": "absent.yaml"}, str(tmp_path / "map.yaml"))
-    with pytest.raises(LogError, match="no preset 'ardu'"):
-        read_mapping("ardu")
+    refused(LogError, read_mapping, "ardu")
 
 
 def test_all_faults_of_a_mapping_are_told_at_once():

@@ -51,29 +51,23 @@ def test_topics_keep_their_clocks_units_and_axes():
 
 
 @pytest.mark.parametrize(
-    ("sensor", "says"),
+    "sensor",
     [
-        ({"kind": "positon", "columns": {"north": "n"}}, "`sensors.gps.kind` must be position,"),
-        ({"kind": "position", "columns": {"nort": "n"}}, "north east down; got nort"),
-        ({"kind": "position", "columns": {"north": "gps.lat"}}, "`gps.lat` is an angle: project"),
-        (
-            {"kind": "position", "columns": {"north": {"column": "n", "unit": "deg"}}},
-            "'deg' is no unit of length",
-        ),
-        ({"kind": "rates", "columns": {"p": "p"}, "std": -1}, "must be greater than 0; got -1"),
-        ({"kind": "rates", "columns": {"p": "p"}, "std": {"q": 1.0}}, "`std` must be a number"),
-        ({"kind": "rates", "columns": {"p": "p"}, "estimate": ["x"]}, "must be bias, delay,"),
+        {"kind": "positon", "columns": {"north": "n"}},
+        {"kind": "position", "columns": {"nort": "n"}},
+        {"kind": "position", "columns": {"north": "gps.lat"}},
+        {"kind": "position", "columns": {"north": {"column": "n", "unit": "deg"}}},
+        {"kind": "rates", "columns": {"p": "p"}, "std": -1},
+        {"kind": "rates", "columns": {"p": "p"}, "std": {"q": 1.0}},
+        {"kind": "rates", "columns": {"p": "p"}, "estimate": ["x"]},
     ],
 )
-def test_faults_of_a_sensor_are_told(sensor, says):
-    with pytest.raises(LogError) as caught:
-        hd.LogMapping.from_dict({**BASE, "sensors": {"gps": sensor}})
-    assert says in str(caught.value)
+def test_faults_of_a_sensor_are_told(sensor, refused):
+    refused(LogError, hd.LogMapping.from_dict, {**BASE, "sensors": {"gps": sensor}})
 
 
-def test_a_log_needs_a_velocity_or_a_sensor():
-    with pytest.raises(LogError, match="or `sensors` one sensor with its `kind`"):
-        hd.LogMapping.from_dict({"time": "t", "attitude": {"heading": "psi"}})
+def test_a_log_needs_a_velocity_or_a_sensor(refused):
+    refused(LogError, hd.LogMapping.from_dict, {"time": "t", "attitude": {"heading": "psi"}})
 
 
 def test_sparse_columns_of_a_canonical_table_are_sensors(tmp_path):

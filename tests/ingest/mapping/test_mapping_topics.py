@@ -62,25 +62,18 @@ def test_a_topic_or_a_rate_gives_the_clock(clock):
 
 
 @pytest.mark.parametrize(
-    ("more", "says"),
+    "more",
     [
-        ({"clock": "/dvll"}, r"the topic `/dvll`, .* Did you mean '/dvl'\? Mapped topics: "),
-        (
-            {"attitude": {"qw": "/imu.r", "qx": "/dvl.ok", "qy": "/imu.r", "qz": {"value": 0.0}}},
-            "a quaternion needs `qw qx qy qz`",
-        ),
-        (
-            {
-                "velocity": {"north": "/dvl.v.x", "east": "/dvl.v.y"},
-                "attitude": {"heading": {"column": "/compass.heading", "optional": True}},
-            },
-            "needs a heading",
-        ),
+        {"clock": "/dvll"},
+        {"attitude": {"qw": "/imu.r", "qx": "/dvl.ok", "qy": "/imu.r", "qz": {"value": 0.0}}},
+        {
+            "velocity": {"north": "/dvl.v.x", "east": "/dvl.v.y"},
+            "attitude": {"heading": {"column": "/compass.heading", "optional": True}},
+        },
     ],
 )
-def test_what_the_topics_do_not_give_is_told(more, says):
-    with pytest.raises(LogError, match=says):
-        mapping(**more).log(dive())
+def test_what_the_topics_do_not_give_is_told(more, refused):
+    refused(LogError, lambda: mapping(**more).log(dive()))
 
 
 def test_a_delay_is_taken_off_the_stamps():
@@ -215,12 +208,11 @@ def test_the_first_choice_that_a_log_has_is_taken_in_its_unit():
         np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
 
 
-def test_angles_in_degrees_are_found_out():
+def test_angles_in_degrees_are_found_out(refused):
     time = np.arange(0.05, 20, 0.1)
     spun = Topic("/att", time, {"roll": 0 * time, "pitch": 0 * time + 9, "yaw": (90 * time) % 360})
     attitude = {name: f"/att.{name}" for name in ("roll", "pitch", "yaw")}
-    with pytest.raises(LogError, match=r"`attitude.pitch` must be in rad(.|\n)*`attitude.yaw`"):
-        mapping(attitude=attitude).log(dive(spun))
+    refused(LogError, lambda: mapping(attitude=attitude).log(dive(spun)))
 
 
 def test_a_position_alone_makes_a_record_to_be_completed():
@@ -261,7 +253,7 @@ def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(change, back, 
     np.testing.assert_allclose(log.velocity[after, 0], 1 + 0.1 * (log.time[after] + back))
 
 
-def test_all_that_a_log_lacks_is_told_at_once():
+def test_all_that_a_log_lacks_is_told_at_once(refused):
     given = mapping(
         velocity={"u": "/dvl.v.xx", "v": "/gps.v", "w": "/gps.w", "r": "/imu.r"},
         segment="/mode.run",
@@ -270,65 +262,41 @@ def test_all_that_a_log_lacks_is_told_at_once():
             "b": {"column": "/fin.angle", "where": "on"},
         },
     )
-    with pytest.raises(LogError) as caught:
-        given.log(dive())
-    assert caught.value.faults == (
-        "topic `/dvl` has no field `v.xx`, which map.yaml maps to `u`. Did you mean 'v.x'?",
-        "topic `/fin` lacks one of `on` for `angle`, which map.yaml maps to `b`",
-        "there is no topic `/gps`, which map.yaml maps to `v w`. Topics: /dvl, /imu, /fin."
-        " If it has another name, set `topics: {/gps: NAME}`",
-        "there is no topic `/mode`, which map.yaml maps to `segment`."
-        " Topics: /dvl, /imu, /fin. If it has another name, set"
-        " `topics: {/mode: NAME}`",
-    )
+    refused(LogError, lambda: given.log(dive()))
 
 
-def test_a_topic_without_a_clock_says_so():
+def test_a_topic_without_a_clock_says_so(refused):
     bare = Topic("/bare", None, {"angle": np.arange(3.0), "stamps": np.arange(3.0)})
-    with pytest.raises(LogError, match="topic `/bare` has no recorded time"):
-        mapping(commands={"a": "/bare.angle"}).log(dive(bare))
-    with pytest.raises(LogError) as caught:
-        mapping(commands={"a": "/bare.angle"}, time="stamp").log(dive(bare))
-    assert set(caught.value.faults) == {
-        f"topic `{name}` has no field `stamp`, its clock{tail}"
-        for name, tail in (
-            ("/dvl", "; `time: recorded` uses the time of recording."),
-            ("/imu", "; `time: recorded` uses the time of recording."),
-            ("/bare", ". Did you mean 'stamps'?"),
-        )
-    }
+    refused(LogError, lambda: mapping(commands={"a": "/bare.angle"}).log(dive(bare)))
+    refused(LogError, lambda: mapping(commands={"a": "/bare.angle"}, time="stamp").log(dive(bare)))
 
 
-def test_clocks_with_nothing_in_common_are_refused():
+def test_clocks_with_nothing_in_common_are_refused(refused):
     """A simulator's seconds beside the seconds since 1970."""
     fin = Topic("/fin2", 1.7e9 + np.arange(20.0), {"a": np.arange(20.0)})
-    with pytest.raises(LogError, match=r"`/fin2` .from 1700000000.000 s .* do not overlap"):
-        mapping(commands={"a": "/fin2.a"}).log(dive(fin))
+    refused(LogError, lambda: mapping(commands={"a": "/fin2.a"}).log(dive(fin)))
     early = Topic("/fin2", -100 + np.arange(20.0), {"a": np.arange(20.0)})
-    with pytest.raises(LogError, match=r"`/fin2` .from -100.000 s to -81.000 s. and `/imu`"):
-        mapping(commands={"a": "/fin2.a"}).log(dive(early))
+    refused(LogError, lambda: mapping(commands={"a": "/fin2.a"}).log(dive(early)))
     log = read_quietly(dive(early), mapping(commands={"a": {"column": "/fin2.a", "hold": True}}))
     assert set(log.command("a").tolist()) == {19.0}
 
 
-def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock():
+def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock(refused):
     once = Topic("/once", np.array([1.0]), {"a": np.array([7.0])})
     commands = {"a": {"column": "/once.a", "hold": True}}
     log = read_quietly(dive(once), mapping(commands=commands))
     assert set(log.command("a").tolist()) == {7.0}
     assert log.time[0] == 1.0
-    for velocity, rows, says in (("/once.a", once, "one message"), ("/none.a", None, "no message")):
+    for velocity, rows in (("/once.a", once), ("/none.a", None)):
         empty = Topic("/none", np.array([np.nan]), {"a": np.array([1.0])})
         given = Recording((rows or empty,), "dive.bag", "a test")
         alone = LogMapping.from_dict({"time": "recorded", "velocity": {"u": velocity}})
-        with pytest.raises(LogError, match=f"has {says} with increasing time; two"):
-            alone.log(given)
+        refused(LogError, alone.log, given)
 
 
-def test_topics_without_a_message_are_refused_unless_they_are_optional():
+def test_topics_without_a_message_are_refused_unless_they_are_optional(refused):
     empty = Topic("/empty", np.empty(0), {"a": np.empty(0)})
-    with pytest.raises(LogError, match="topic `/empty` has no message with a timestamp; set its"):
-        mapping(commands={"a": "/empty.a"}).log(dive(empty))
+    refused(LogError, lambda: mapping(commands={"a": "/empty.a"}).log(dive(empty)))
     commands = {"a": {"column": "/empty.a", "optional": True}}
     assert read_quietly(dive(empty), mapping(commands=commands)).command_names == ()
 

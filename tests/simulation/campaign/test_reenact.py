@@ -72,18 +72,11 @@ def check_control(log):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"truth": "snam"}, "no truth 'snam'. Did you mean 'sname'"),
-        ({"seed": -1}, "`seed` must be 0 or more; got -1"),
-        ({"duration": 0.5}, "`duration` must be 1 s or more; got 0.5"),
-        ({"duration": np.nan}, "`duration` must be 1 s or more; got nan"),
-    ],
+    "arguments", [{"truth": "snam"}, {"seed": -1}, {"duration": 0.5}, {"duration": np.nan}]
 )
-def test_impossible_arguments_are_refused(arguments, message):
+def test_impossible_arguments_are_refused(arguments, refused):
     """With what is required and what was got."""
-    with pytest.raises(MethodError, match=message):
-        hd.reenact(**arguments)  # type: ignore[arg-type]
+    refused(MethodError, hd.reenact, **arguments)
 
 
 @pytest.mark.slow
