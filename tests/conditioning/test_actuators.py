@@ -44,6 +44,7 @@ def test_a_delay_keeps_the_impulse(seed, seconds):
         assert made @ steps == pytest.approx(values @ steps, abs=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 5), st.floats(0.02, 5.0))
 def test_a_lag_solves_its_equation(seed, seconds):

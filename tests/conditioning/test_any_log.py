@@ -88,6 +88,7 @@ def test_cleaning_keeps_a_log_a_log(log):
         np.testing.assert_array_equal(values[rows], made.velocity[:, "uvwpqr".index(name)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "step",
     [
@@ -111,6 +112,7 @@ def test_completing_returns_a_log_or_says_why_not(step, log):
     assert len(made.notes) >= len(log.notes)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(logs(), st.sampled_from([0.0, 0.05, 10.0]), st.sampled_from([1e-2, 600.0, 1e9]))
 def test_a_current_is_finite_or_refused(log, drift, spacing):

@@ -47,6 +47,7 @@ def in_current(log, current):
     return dataclasses.replace(log, velocity=velocity)
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.integers(0, 3))
 def test_a_known_constant_current_comes_back(north, east, seed):
@@ -119,6 +120,7 @@ def test_lacking_and_impossible_are_named_at_once(refused):
     refused(LogError, estimate_current, still)
 
 
+@pytest.mark.slow
 def test_the_field_log_of_the_690(measured_logs):
     """Oracle: its documentation, a current that grows from 0.11 to 0.28 m/s towards east."""
     path = measured_logs("vt690_field") / "derived_10hz.csv"

@@ -17,6 +17,7 @@ def moving(seed=0):
     return Log(time=TIME, velocity=velocity, segments=())
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(20, 300), st.integers(12, 200), st.integers(0, 5))
 def test_all_but_the_first_sample_of_a_frozen_run_go(counts, start, length, axis):

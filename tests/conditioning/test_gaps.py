@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.dropouts import remove_samples
@@ -37,6 +38,7 @@ def test_what_is_linear_comes_back(counts, places):
     np.testing.assert_allclose(np.abs(rotation_vectors(made.attitude, log.attitude)), 0, atol=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(0, 59), max_size=59), st.floats(0.1, 3.0))
 def test_every_lost_sample_is_bridged_or_cut(counts, places, longest):

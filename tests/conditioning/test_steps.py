@@ -1,6 +1,8 @@
 """Steps by their names: the same as the functions, and faults told at once."""
 
 import dataclasses
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from hydrodamp.conditioning.pipeline import clean, parse_steps
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+
+WRONG = json.loads(Path(__file__).with_name("wrong_steps.json").read_text("utf-8"))
 
 
 @pytest.fixture
@@ -66,17 +70,7 @@ def test_what_is_wrong_is_said(content, said):
     assert said in faults[0]
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"remove_outliers": {"threshold": "much"}},
-        {"remove_outliers": {"threshold": 0}},
-        {"remove_outliers": {"names": "u"}},
-        {"apply_first_order_lag": {"rudder": "slow"}},
-        {"apply_delay": {"rudder": -1}},
-        {"apply_dead_zone": {"m1": 1475}},
-    ],
-)
+@pytest.mark.parametrize("settings", WRONG["settings"])
 def test_settings_are_checked_before_any_log_is_read(settings, refused):
     refused(
         LogError,

@@ -19,7 +19,8 @@ from hydrodamp.simulation.log_issues import log_issues
 
 #: Length [m], speed [m/s] and step of the clock [s].
 CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
-SEEDS = (1, 2)
+SEEDS = (1, pytest.param(2, marks=pytest.mark.slow))
+OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("auv", "tanker")]
 
 
 @cache
@@ -272,7 +273,7 @@ def test_what_is_little_goes_with_the_vehicle_by_froude_s_law():
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("craft", CRAFT)
+@pytest.mark.parametrize("craft", ["rov", *OTHERS])
 @pytest.mark.parametrize("fault", [name for name in FAULTS if name not in ("noise", "impossible")])
 def test_the_step_that_a_cure_names_mends_the_log(fault, craft):
     log = voyage(craft, 1)

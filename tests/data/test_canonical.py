@@ -1,3 +1,4 @@
+import json
 import sys
 import tempfile
 import warnings
@@ -17,6 +18,8 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
+
+WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 Write = Callable[..., Path]
 HEADER = "time,roll,pitch,yaw,u,v,w,p,q,r,rudder\n"
@@ -112,39 +115,7 @@ def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file):
     assert read_log(path, asked).velocity[:, 0].tolist() == [3, 4]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        HEADER,
-        HEADER + row(0),
-        "Time,u\n0,1\n1,1\n",
-        "time_s,u\n0,1\n1,1\n",
-        "t,u\n0,1\n1,1\n",
-        "time,speed\n0,1\n1,1\n",
-        "time,u,Roll\n0,1,0\n1,1,0\n",
-        "time,u,roll,pitch,heading\n0,1,0,0,0\n1,1,0,0,0\n",
-        "time,u,qw,qx\n0,1,1,0\n1,1,1,0\n",
-        "time,u,roll,qw\n0,1,0,1\n1,1,0,1\n",
-        "time,u,qw,qx,qy,qz\n0,1,1,1,0,0\n1,1,1,0,0,0\n",
-        "time,u,u\n0,1,1\n1,1,1\n",
-        "time,u,uv\n0,1,1\n1,1,1\n",
-        "time,u,motor 1\n0,1,1\n1,1,1\n",
-        ",time,u\n0,0,1\n1,1,1\n",
-        "time,u,du,dv\n0,1,1,1\n1,1,1,1\n",
-        "time,u,fin\n0,1,\n1,1,\n",
-        HEADER + row(0) + row(0.5) + row(0.5),
-        HEADER + row(0) + row(2) + row(1),
-        HEADER + row(0, u="fast") + row(1),
-        HEADER + row(0, rudder="inf") + row(1),
-        HEADER + row(0, u="inf") + row(1),
-        HEADER + row(0) + row(1, u="60"),
-        "time,u,north,down\n0,1,0,0\n1,1,0,0\n",
-        "time,u,w,X,Z,M\n0,1,0,1,1,1\n1,1,0,1,1,1\n",
-        "time,u,v,r,X,Y\n0,1,0,0,1,1\n1,1,0,0,1,1\n",
-        "time,u,w,yaw\n0,1,0,0\n1,1,0,0\n",
-        "time,u,yaw\n0,1,359\n1,1,1\n",
-    ],
-)
+@pytest.mark.parametrize("text", WRONG["tables"])
 def test_what_cannot_be_read_says_why(csv_file, text, refused):
     refused(LogError, lambda: read_log(csv_file(text)))
 

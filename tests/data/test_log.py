@@ -9,6 +9,7 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
 STILL = np.zeros((4, 6))
+SPANS = (20, 30), (5, 5), (7, 3), (-9, 0), (0, 0.05)
 
 
 def test_arrays_are_copied_and_read_only(swim):
@@ -91,24 +92,18 @@ def test_a_slice_across_segments_keeps_their_names():
     assert log.between(2, 5).segments == (Segment("b", 0, 2),)
 
 
-SPAN = "swim.csv: no two samples .* spans 0 s to 9.9 s"
-
-
 @pytest.mark.parametrize(
-    ("ask", "says"),
+    "ask",
     [
-        *(
-            (lambda log, span=span: log.between(*span), SPAN)
-            for span in ((20, 30), (5, 5), (7, 3), (-9, 0), (0, 0.05))
-        ),
-        (lambda log: log.select(), "name at least one segment of: swim"),
-        (lambda log: log.select("x", "swim", "y"), r"'x'. There are: swim[\s\S]*segment 'y'"),
-        (lambda log: log.command("ruder"), r"no command 'ruder'. Did you mean 'rudder'\?"),
-        (lambda log: Log(log.time, log.velocity).command("x"), "There are: none"),
-        (lambda _: Log.from_arrays([0, 1], {"uu": [1, 2]}), r"got 'uu'\. Did you mean 'u'"),
+        *((lambda log, span=span: log.between(*span)) for span in SPANS),
+        lambda log: log.select(),
+        lambda log: log.select("x", "swim", "y"),
+        lambda log: log.command("ruder"),
+        lambda log: Log(log.time, log.velocity).command("x"),
+        lambda _: Log.from_arrays([0, 1], {"uu": [1, 2]}),
     ],
 )
-def test_what_is_not_there_is_named(swim, ask, says, refused):
+def test_what_is_not_there_is_named(swim, ask, refused):
     refused(LogError, ask, swim)
 
 

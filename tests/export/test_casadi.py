@@ -12,26 +12,9 @@ from hydrodamp.errors import MethodError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import CasADi, execute_module
 
-from .conftest import (
-    ALL_ATOMS,
-    MODELS,
-    RICH,
-    accelerations_of,
-    coefficients,
-    core,
-    states,
-    write_export,
-)
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, write_export
 
 ca = pytest.importorskip("casadi")
-
-
-@pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
-def test_accelerations_are_those_of_the_core(model, tmp_path):
-    plant = ExportedPlant.of(RICH, coefficients(model))
-    at = states(plant)
-    found = accelerations_of(CasADi(), write_export(CasADi(), plant, tmp_path), plant, at)
-    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
 
 
 def test_its_jacobian_is_that_of_differences(tmp_path):
@@ -76,6 +59,7 @@ def test_it_has_derivatives_at_rest_and_says_what_rounding_off_costs(tmp_path, c
     refused(MethodError, CasADi, smooth=-1.0)
 
 
+@pytest.mark.slow
 def test_its_step_is_that_of_a_replay(tmp_path, campaign):
     log = campaign.exact_test.between(0.0, 3.0)
     damping = hd.published["vt690-sname2022"]
@@ -90,6 +74,7 @@ def test_its_step_is_that_of_a_replay(tmp_path, campaign):
     np.testing.assert_allclose(state[:6], wanted.velocity[-1], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_code_it_generates_is_the_same(tmp_path):
     compiler = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
     if compiler is None:

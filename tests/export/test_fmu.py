@@ -112,13 +112,6 @@ def test_another_program_sails_it(fmi, tmp_path):
         assert found["velocity.u"][-1] == pytest.approx(2.0, abs=0.01)  # u_c = 0.001 rpm
 
 
-def test_the_card_is_of_the_unit_itself(planar, tmp_path):
-    boat, damping, log = planar
-    card = hd.export(damping, boat, "fmu", tmp_path / "a", log=log)
-    assert card.run_by.startswith("fmpy")
-    assert card.replays.source_to_target.rms < 1e-13
-
-
 def test_a_quaternion_that_grew_is_told_to_the_importer(tmp_path):
     from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Model, fmi2EventInfo

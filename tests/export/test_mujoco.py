@@ -12,33 +12,13 @@ from hydrodamp.export.plant import FLU, ExportedPlant, States
 from hydrodamp.export.scripts import MuJoCo, execute_module
 from hydrodamp.identification.predicted_error import predict_error
 
-from .conftest import (
-    ALL_ATOMS,
-    MODELS,
-    RICH,
-    accelerations_of,
-    coefficients,
-    core,
-    states,
-    write_export,
-)
+from .conftest import core, write_export
 
 here = pytest.mark.skipif(not find_spec("mujoco"), reason="mujoco is not installed")
 PUBLISHED = hd.published["vt690-sname2022"]
 
 
-@here
-@pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
-def test_accelerations_are_those_of_the_core(model, tmp_path):
-    plant = ExportedPlant.of(RICH, coefficients(model))
-    at = states(plant, 12)
-    found, wanted = (
-        accelerations_of(MuJoCo(), write_export(MuJoCo(), plant, tmp_path), plant, at),
-        core(plant, at),
-    )
-    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
-
-
+@pytest.mark.slow
 @here
 def test_it_sails_as_the_core_but_for_its_step(campaign, tmp_path):
     log = campaign.test.between(0.0, 5.0)
@@ -155,6 +135,7 @@ def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
     assert [model.sensor(index).name for index in (1, 3)] == ["imu_rates", "dvl_velocity"]
 
 
+@pytest.mark.slow
 @here
 def test_the_card_has_the_fit_of_the_simulator_and_its_share_in_the_band(campaign, tmp_path):
     model, log = hd.catalog["prestero"], campaign.test.between(0.0, 5.0)

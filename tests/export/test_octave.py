@@ -12,39 +12,11 @@ from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Octave
 from hydrodamp.export.verification import attitude_quaternions
 
-from .conftest import (
-    ALL_ATOMS,
-    MODELS,
-    RICH,
-    accelerations_of,
-    coefficients,
-    core,
-    states,
-    write_export,
-)
+from .conftest import write_export
 
 here = pytest.mark.skipif(
     not (shutil.which("octave-cli") or shutil.which("octave")), reason="Octave is not installed"
 )
-
-
-@here
-@pytest.mark.parametrize("model", [MODELS[-1], ALL_ATOMS], ids=lambda model: model.key)
-def test_accelerations_are_those_of_the_core(model, tmp_path):
-    plant = ExportedPlant.of(RICH, coefficients(model))
-    at = states(plant, 12)
-    found = accelerations_of(Octave(), write_export(Octave(), plant, tmp_path), plant, at)
-    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.slow
-@here
-def test_it_sails_as_the_core_does(campaign, tmp_path):
-    log = campaign.test.between(0.0, 5.0)
-    damping = hd.published["vt690-sname2022"]
-    card = hd.export(damping, campaign.vehicle, "octave", tmp_path / "a", log=log)
-    assert card.replays.source_to_target.rms < 1e-12
-    assert "Octave" in card.run_by
 
 
 @here

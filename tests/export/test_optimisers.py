@@ -20,16 +20,7 @@ from hydrodamp.kernels.core import replay
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import held_channels
 
-from .conftest import (
-    ALL_ATOMS,
-    MODELS,
-    RICH,
-    accelerations_of,
-    coefficients,
-    core,
-    states,
-    write_export,
-)
+from .conftest import ALL_ATOMS, RICH, accelerations_of, coefficients, core, states, write_export
 
 PLANT = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
 pytestmark = [  # what these packages warn of where they are imported
@@ -81,15 +72,7 @@ def core_step(plant, velocity, attitude, inputs, wrench, h):
     return after[1], slope[1][:, 1:]
 
 
-@pytest.mark.parametrize("form", ALL)
-@pytest.mark.parametrize("model", [MODELS[0], ALL_ATOMS], ids=lambda model: model.key)
-def test_accelerations_are_those_of_the_core(form, model, tmp_path):
-    plant = ExportedPlant.of(RICH, coefficients(model))
-    at = states(plant)
-    found = accelerations_of(form, write_export(form, plant, tmp_path), plant, at)
-    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [needs("jax"), needs("torch")])
 def test_an_input_that_is_no_command_and_locked_axes_are_the_core_s(form, planar, tmp_path):
     boat, *_ = planar
@@ -103,6 +86,7 @@ def test_an_input_that_is_no_command_and_locked_axes_are_the_core_s(form, planar
     assert not (folder / "depth_step.py").exists()
 
 
+@pytest.mark.slow
 def test_jacobians_in_jax_are_the_sensitivities_of_the_core(jax, tmp_path):
     module, at, h = module_of(JAX(), tmp_path), states(PLANT, 8), 0.02
     attitudes = attitude_quaternions(at.down)
@@ -117,6 +101,7 @@ def test_jacobians_in_jax_are_the_sensitivities_of_the_core(jax, tmp_path):
         np.testing.assert_allclose(found, slope, rtol=1e-9, atol=1e-9 * np.abs(slope).max())
 
 
+@pytest.mark.slow
 def test_a_gradient_in_reverse_is_the_one_forward(jax, tmp_path):
     module, at = module_of(JAX(), tmp_path), states(PLANT, 1)
     nu, *rest = (part[0] for part in at)
@@ -125,6 +110,7 @@ def test_a_gradient_in_reverse_is_the_one_forward(jax, tmp_path):
     np.testing.assert_allclose(forward, backward, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_batches_are_loops_and_compiled_functions_are_those_of_numpy(jax, tmp_path):
     module, at = module_of(JAX(), tmp_path), states(PLANT, 6)
     (tmp_path / "numpy").mkdir()
@@ -195,6 +181,7 @@ def test_the_example_steers_a_depth_step(form, tmp_path):
     np.testing.assert_allclose(depths[-len(depths) // 4 :], 1.0, atol=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [JAX(), PyTorch(), Acados(), DoMPC()], ids=lambda form: form.key)
 def test_without_its_package_the_card_says_how_to_get_it(form, tmp_path, monkeypatch):
     monkeypatch.setitem(require_package.__globals__, "find_spec", lambda name: None)

@@ -1,14 +1,13 @@
 """The Python file: the same accelerations, and the forms of two simulators."""
 
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Python
 
-from .conftest import ALL_ATOMS, MODELS, RICH, accelerations_of, coefficients, core, states
+from .conftest import ALL_ATOMS, RICH, coefficients
 
 
 def module_of(plant, folder):
@@ -17,16 +16,6 @@ def module_of(plant, folder):
     names = {}
     exec(next(folder.glob("*.py")).read_text(encoding="utf-8"), names)
     return names
-
-
-@pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
-@pytest.mark.parametrize("vehicle", [RICH, hd.fleet["remus100"]], ids=lambda v: v.name)
-def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
-    plant = ExportedPlant.of(vehicle, coefficients(model))
-    module_of(plant, tmp_path)
-    at = states(plant)
-    found, wanted = accelerations_of(Python(), tmp_path, plant, at), core(plant, at)
-    np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
 
 
 def test_the_simulators_euler_step_converges_to_the_replay(campaign, tmp_path):

@@ -50,6 +50,7 @@ class Generator:
         return np.array(self.rows * shape[0])[: shape[0]] - [*LABELS.values()]
 
 
+@pytest.mark.slow
 def test_draws_that_inject_energy_are_rejected(damping, refused):
     plant = ExportedPlant.of(hd.fleet["vt690"], replace(damping, covariance=np.eye(4)))
     passive, active = damping.coefficients.tolist(), (-damping.coefficients).tolist()

@@ -220,6 +220,7 @@ def test_settings_are_those_of_the_package(tmp_path):
     assert [root.findtext(tag) for tag in ("maintainer", "license")] == ["A & B", "MIT"]
 
 
+@pytest.mark.slow
 @dart
 def test_it_moves_as_the_target_gz_sim(package, tmp_path):
     write_export(GzSim(), PLANT, tmp_path)

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +23,8 @@ from hydrodamp.export.scripts import execute_module
 from hydrodamp.export.sitl import _FRAMES, SITL
 
 from .conftest import RICH, write_export
+
+WRONG = json.loads(Path(__file__).with_name("wrong_servos.json").read_text("utf-8"))
 
 G = 9.80665
 DOFS = "forward", "lateral", "throttle", "roll", "pitch", "yaw"
@@ -126,6 +129,7 @@ def test_frames_repeat_restart_and_are_not_confused_by_garbage(autopilot):
     assert read(ask(packet(1, forward, rate=4)))["timestamp"] == pytest.approx(1 / 50 + 1 / 4)
 
 
+@pytest.mark.slow
 def test_acceleration_is_the_specific_force(tmp_path):
     neutral = replace(ROV, weight=ROV.buoyancy)
     module, _ = run_module(SERVOS, neutral, DAMPING, tmp_path)
@@ -142,6 +146,7 @@ def test_acceleration_is_the_specific_force(tmp_path):
     np.testing.assert_allclose(now["imu"]["accel_body"], wanted, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_light_vehicle_floats_where_it_displaces_its_weight(tmp_path):
     light = replace(ROV, weight=0.8 * ROV.buoyancy)
     heavily = hd.Damping.from_dict(None, {"Z_w": -100.0})
@@ -219,24 +224,7 @@ def test_outputs_without_pulses_are_idle(tmp_path):
     np.testing.assert_allclose(module.read_inputs([900] * 16), [-0.3, 0.0, 1100.0, 0.3])
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {},
-        {"servos": "1:port:-1:1,2:star:-1:1"},
-        {"servos": "1:por"},
-        {"servos": "1"},
-        {"servos": "1:port:0:1,2:port"},
-        {"servos": "0:port:0:1"},
-        {"servos": "forward:port:0:1"},
-        {"servos": "pitch:port:0:1", "frame": "vectored"},
-        {"servos": "1:port:1"},
-        {"servos": "1:port:0:nan"},
-        {"pulse_range": "2:2"},
-        {"frame": "vectord"},
-        {"frame": "vectored", "pulse_range": "-1:1"},
-    ],
-)
+@pytest.mark.parametrize("settings", WRONG["servos"])
 def test_maps_that_drive_no_vehicle_are_refused(settings, tmp_path, refused):
     refused(MethodError, lambda: hd.export(DAMPING, ROV, SITL(**settings), tmp_path / "a"))
     assert not (tmp_path / "a").exists()
@@ -246,6 +234,7 @@ def test_a_vehicle_that_no_servo_can_drive_is_refused(tmp_path, refused):
     refused(VehicleError, lambda: hd.export(DAMPING, hd.fleet["bluerov2"], SITL(), tmp_path / "a"))
 
 
+@pytest.mark.slow
 def test_the_card_replays_a_log_through_the_server(campaign, tmp_path):
     damping, log = hd.published["vt690-sname2022"], campaign.exact_test.between(0.0, 4.0)
     form = SITL(servos="1:rudder,2:elevator,3:rpm:-2000:2000", pulse_range="-0.3:0.3")

@@ -68,6 +68,7 @@ def multipliers(folder):
     return [[float(x) for x in hydrodynamics.get(name).split()] for name in names]
 
 
+@pytest.mark.slow
 def test_a_box_has_the_wrench_of_the_source():
     form, skin = np.array([0.9, 1.2, 0.7]), np.array([0.1, 0.2, 0.3])
     velocity = np.random.default_rng(0).normal(size=(40, 6))
@@ -109,6 +110,7 @@ def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
     np.testing.assert_allclose(found, plant.acceleration(at), rtol=1e-8, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path, refused):
     damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0})
     folder = write_export(Stonefish(), ExportedPlant.of(hd.fleet["bluerov2"], damping), tmp_path)

@@ -86,10 +86,12 @@ def write_table(rng, path):
             text = f"{turn}/s" if is_rate else unit
             label = f"{name} [{text}]" if is_stated else name
             columns[label] = values * (factor if is_rate else scale)
-    convention = rng.choice(["true", "opposite", "mathematical"])
+    convention = rng.choice(["true", "opposite", "mathematical", "south"])
     if place not in ("named", "geographic") or speed == "over ground":
         convention = "true"
-    yaw = {"true": heading, "opposite": -heading, "mathematical": np.pi / 2 - heading}[convention]
+    yaw = {"true": heading, "opposite": -heading, "mathematical": np.pi / 2 - heading}.get(
+        convention, heading + np.pi
+    )
     yaw = yaw % (2 * np.pi) if rng.integers(2) else (yaw + np.pi) % (2 * np.pi) - np.pi
     name = "heading" if place == "enu" else rng.choice(["yaw", "psi", "heading", "hdg"])
     columns[f"{name} [{turn}]" if is_stated else name] = yaw * factor

@@ -1,12 +1,16 @@
 """Laws that every kind of actuator keeps, then what each of them does."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import VehicleError
+
+WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 ALL = [
     hd.Matrix(("forward", "turn"), [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 2]]),
@@ -77,21 +81,7 @@ def test_thruster_limit_dead_zone_and_gain():
     np.testing.assert_allclose(thrust, [-36, -20, 0, 0, 0, 8.4, 36])
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {},
-        {"gain": 1.0, "curve": [(0, 0), (1, 1)]},
-        {"gain": np.inf},
-        {"gain": 1.0, "direction": (0, 0, 0)},
-        {"gain": 1.0, "position": (0, 0)},
-        {"gain": 1.0, "position": (1, np.inf, 0)},
-        {"gain": 1.0, "dead_zone": (0.2, 0.1)},
-        {"curve": [(0, 0)]},
-        {"curve": []},
-        {"curve": [(1, 0), (0, 1)]},
-    ],
-)
+@pytest.mark.parametrize("settings", WRONG["thrusters"])
 def test_thruster_refusals(settings, refused):
     refused(
         VehicleError,
@@ -127,9 +117,7 @@ def test_actuators_and_propulsion_get_the_value_of_a_curve():
     np.testing.assert_allclose(vehicle.propulsion_speed(commands), 0.01 * values)
 
 
-@pytest.mark.parametrize(
-    "fields", [{"dead_band": 400.0}, {"dead_band": -1.0}, {"exponent": 0.0}, {"voltage": "battery"}]
-)
+@pytest.mark.parametrize("fields", WRONG["curves"])
 def test_a_curve_that_cannot_be_is_refused(fields, refused):
     refused(VehicleError, replace, CURVE, **fields)
 

@@ -1,4 +1,6 @@
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,6 +9,8 @@ import hydrodamp as hd
 from hydrodamp import errors
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import fleet, format_vehicle, parse_vehicle
+
+WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"
 ADDED = f"added_mass: {np.diag([1.0, 8, 8, 0.1, 1, 1]).tolist()}\n"
@@ -97,28 +101,7 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
     assert parse_vehicle(text.replace("AAA", rows)).mass_matrix[1, 1] == 4.0
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        REST,
-        REST + RIGID,
-        REST + RIGID + ADDED + "mass_matrix: [[1]]\n",
-        "weight: heavy\nbuoyancy: -1\nmas_matrix: []\n",
-        REST + "rigid_body: {mas: 1}\n",
-        REST + RIGID + ADDED + "actuators: [{kind: fin, command: rudder, froce: {Y: 1}}]\n",
-        REST + RIGID + ADDED + "actuators: [{kind: sail}]\n",
-        REST + RIGID + ADDED + "actuators: [{kind: fin, command: a1, force: {Q: 1}}]\n",
-        REST + RIGID + "added_mass: [[1, 2, 3]]\n",
-        REST + "mass_matrix: [[1, 2], [3, 4]]\n",
-        REST.replace("98", "98\naxes: [N, X]")
-        + RIGID
-        + ADDED
-        + "actuators: [{kind: fin, command: uv, force: {Y: 1}}, {kind: propeller, command: n1,"
-        " thrust: 1, limit: -1}]\n",
-        "- a\n- b\n",
-        "",
-    ],
-)
+@pytest.mark.parametrize("text", WRONG["files"])
 def test_faults_are_collected_with_file_and_key(tmp_path, text, refused):
     path = tmp_path / "mine.yaml"
     path.write_text(text)

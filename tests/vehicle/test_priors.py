@@ -1,5 +1,8 @@
 """Standard deviations and origins of the values of a vehicle file."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -9,6 +12,8 @@ from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import fleet_text, format_vehicle, parse_vehicle
 from hydrodamp.vehicle.priors import HULL_STD
 from hydrodamp.vehicle.template import vehicle_template
+
+WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 #: Length and diameter of the fleet [m], a BlueROV2 by its frame.
 SIZES = {
@@ -42,18 +47,7 @@ def test_a_std_is_given_once_or_by_component_and_survives(given, name, std):
     assert again.origin == {name: "measured"}
 
 
-@pytest.mark.parametrize(
-    "lines",
-    [
-        {"std": {"added_mas": 1}},
-        {"std": {"added_mass": {"Q": 1}}},
-        {"std": {"added_mass": [1, 2]}},
-        {"std": {"buoyancy": "-2 %"}},
-        {"std": {"center_of_gravity": "2 %"}},
-        {"std": {"buoyancy": True}},
-        {"origin": {"buoyancy": "guessed"}},
-    ],
-)
+@pytest.mark.parametrize("lines", WRONG["priors"])
 def test_a_wrong_std_or_origin_is_refused_with_its_key(lines, refused):
     refused(VehicleError, lambda: parse_vehicle(with_lines(**lines)))
 

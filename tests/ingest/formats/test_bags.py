@@ -62,6 +62,7 @@ def test_messages_of_changing_shape(tmp_path, bag):
     assert topic.fields["header.stamp"].tolist() == [5, 6, 7, 8, 9]
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())
 @pytest.mark.parametrize("old", [False, True], ids=["ROS 2", "ROS 1"])
@@ -205,6 +206,7 @@ def test_whole_messages_before_a_cut(tmp_path, bag, kind, share):
             hd.read_recording(path.parent)
 
 
+@pytest.mark.slow
 def test_a_cut_bag_with_two_publishers_of_a_topic(tmp_path, bag):
     from rosbags.rosbag1 import Writer
     from rosbags.typesys import Stores, get_typestore

@@ -285,12 +285,14 @@ CASES += [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("arrow", "make", "becomes", "says"), CASES)
-def test_corpus(tmp_path, bag, dive, write_ulog, monkeypatch, arrow, make, becomes, says, refused):
+def test_corpus(tmp_path, bag, dive, write_ulog, monkeypatch, arrow, make, becomes, says):
     if not arrow:
         monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
     path = make(tmp_path, bag, dive, write_ulog)
     if becomes == refused:
-        refused((LogError, FileError), files.read_files, path)
+        with pytest.raises((LogError, FileError), match=says) as caught:
+            files.read_files(path)
+        assert path.name in str(caught.value)
         return
     recording = files.read_files(path)
     assert recording.topics

@@ -76,6 +76,7 @@ def test_arrow_and_the_careful_reader_agree(place, content):
         np.testing.assert_array_equal(values, theirs.fields[name])
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(data=st.data())
 @pytest.mark.parametrize("fast", [True, False])

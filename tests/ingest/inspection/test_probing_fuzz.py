@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.data.recording import Recording, Topic
@@ -36,6 +37,7 @@ def recordings(draw):
     return Recording(tuple(topics), "odd.csv", draw(st.sampled_from(["ROS 1 bag", "PX4 ULog", ""])))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(recordings())
 def test_no_recording_is_too_odd(recording):

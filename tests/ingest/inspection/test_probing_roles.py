@@ -1,4 +1,6 @@
+import csv
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,70 +15,15 @@ TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]
 
 
-@pytest.mark.parametrize(
-    ("topic", "field", "unit", "role"),
-    [
-        ("IMU", "AccZ", "m/s^2", "specific_force.fz"),
-        ("RATE", "Y", "deg/s", "velocity.r"),
-        ("share_node.fins", "top", "rad", "commands"),
-        ("share_node.yaw_pid", "yaw_setpoint", "rad", None),
-        ("share_node.depth", "depth_filt", "m", "position.depth"),
-        ("", "yaw", "m/s", None),
-        ("", "velocity_north", "m/s", "velocity.north"),
-        ("", "north", "m", "position.north"),
-        ("dvl", "data_good", "bool", "flag"),
-        ("", "ch_yaw", None, "commands"),
-        ("", "temperature", None, None),
-        ("", "log.vel.u", None, "velocity.u"),
-        ("/rov/torque", "vector.x", None, "wrench.K"),
-        ("/rov/torque_setpoint", "vector.x", None, "commands"),
-        ("/thruster_forces", "data[0]", None, "commands"),
-        ("", "mag.x", None, None),
-        ("", "u_meas", None, "velocity.u"),
-        ("", "psi_measured", None, "attitude.yaw"),
-        ("LOCAL_POSITION_NED", "vy", None, "velocity.east"),
-        ("", "nu.z", None, "velocity.w"),
-        ("/euler", "vector.z", None, "attitude.yaw"),
-        ("", "thr_yaw", None, "commands"),
-        ("", "yaw_moment", None, "commands"),
-        ("", "yaw_acc", None, None),
-        ("", "depth_rate", None, None),
-        ("", "camera_pitch", None, None),
-        ("/camera/odom", "pose.position.x", None, "position.x"),
-        ("", "Heel", "deg", "attitude.roll"),
-        ("", "Trim", "deg", "attitude.pitch"),
-        ("", "Trim", "m", None),
-        ("", "trim_tab", None, "commands"),
-        ("GLOBAL_POSITION_INT", "vx", "cm/s", "velocity.x"),
-        ("/gps/velocity", "twist.linear.x", None, "velocity.x"),
-        ("/mavros/local_position/velocity_body", "twist.linear.x", None, "velocity.u"),
-        ("/vel_enu", "twist.linear.x", None, "velocity.east"),
-        ("", "tau_N", "N m", "wrench.N"),
-        ("", "tau_surge", None, "wrench.X"),
-        ("", "gps_fwd_mps", "m/s", "velocity.u"),
-        ("", "gps_surge_mps", "m/s", "velocity.u"),
-        ("", "speed_sideways", None, "velocity.v"),
-        ("", "forward", None, None),
-        ("", "psi_d", None, None),
-        ("", "pd_x", None, None),
-        ("", "vel_ref_x", None, None),
-        ("", "rudder_ref", None, "commands"),
-        ("", "motor_fault_code", None, None),
-        ("/thruster_status", "data", None, None),
-        ("ACTUATOR_OUTPUT_STATUS", "actuator[0]", None, "commands"),
-        ("", "angle_x", None, "attitude.roll"),
-        ("", "angle_rate_x", None, "velocity.p"),
-        ("", "vel_rotational_x", None, "velocity.p"),
-        ("", "HEADCM01", "deg", "attitude.heading"),  # SeaDataNet P01
-        ("", "PTCHGP01", "deg", "attitude.pitch"),
-        ("", "PTVELX01", None, "velocity.u"),
-        ("", "APNSGP01", None, "velocity.north"),
-        ("", "LCEWZZ01", None, None),
-    ],
-)
+with Path(__file__).with_name("names.csv").open(encoding="utf-8") as file:
+    _, *NAMES = csv.reader(file)
+
+
+@pytest.mark.parametrize(("topic", "field", "unit", "role"), NAMES)
 def test_names(topic, field, unit, role):
-    said, sure = guess_role(topic, field, unit, {field})
-    assert (said if sure else None) == role
+    """P01 codes of SeaDataNet, such as HEADCM01, among them."""
+    said, sure = guess_role(topic, field, unit or None, {field})
+    assert (said if sure else "") == role
 
 
 @pytest.mark.parametrize(

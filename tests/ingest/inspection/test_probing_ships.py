@@ -294,34 +294,6 @@ def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor):
     np.testing.assert_allclose(log.velocity[5:-5, 5], -r[5:-5], atol=0.01)
 
 
-@pytest.mark.parametrize(
-    ("topic", "field", "role"),
-    [
-        ("", "roll_vel", "velocity.p"),
-        ("", "pitch_velocity", "velocity.q"),
-        ("", "AsZ", "velocity.r"),
-        ("", "ang_vel_z", "velocity.r"),
-        ("", "AngX", "attitude.roll"),
-        ("RAW_IMU", "zacc", "specific_force.fz"),
-        ("SENSOR_OFFSETS", "accel_cal_x", None),
-        ("NAV_CONTROLLER_OUTPUT", "nav_bearing", None),
-        ("NAV_CONTROLLER_OUTPUT", "nav_roll", None),
-        ("NAV_CONTROLLER_OUTPUT", "wp_dist", None),
-        ("COMMAND_ACK", "result", None),
-        ("/wind", "vector.x", None),
-        ("", "wave_height", None),
-        ("", "TWS", None),
-        ("", "engine_speed", "commands"),
-        ("", "target_lat", None),
-        ("", "northing", "position.north"),
-        ("/rov/attitude", "twist.angular.z", "attitude.yaw"),
-    ],
-)
-def test_names_of_rates_and_of_what_is_no_sensor(topic, field, role):
-    hint, confidence = guess_role(topic, field, None, {field})
-    assert (hint if confidence else None) == role
-
-
 @pytest.mark.parametrize("name", ["sat", "delivered", "measured"])
 def test_a_wrench_that_acts_precedes_the_commanded(name):
     columns = {"u": U, "v": V, "r": R, "psi": PSI}

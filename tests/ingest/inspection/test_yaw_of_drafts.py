@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.attitude import euler_from_quaternion
 
 
 def turns(seed, n=600):
@@ -33,42 +32,6 @@ def wrap(angle):
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
-CONVENTIONS = {
-    "heading": lambda heading: heading,
-    "of opposite sign": lambda heading: -heading,
-    "counterclockwise from east": lambda heading: np.pi / 2 - heading,
-    "from south": lambda heading: heading + np.pi,
-}
-
-
-@pytest.mark.parametrize("unit", ["rad", "deg"])
-@pytest.mark.parametrize(
-    ("convention", "has_speed"),
-    [(name, has_speed) for name in CONVENTIONS for has_speed in (True, False)][:-1],
-)
-def test_named_positions_decide_the_yaw(tmp_path, convention, has_speed, unit):
-    for seed in range(3):
-        time, north, east, heading, u, v = turns(seed)
-        yaw = wrap(CONVENTIONS[convention](heading))
-        yaw = np.degrees(yaw) if unit == "deg" else yaw
-        columns = {"time": time, "x_north": north, "y_east": east, f"yaw_{unit}": yaw}
-        columns |= {"surge_mps": u, "sway_mps": v} if has_speed else {}
-        _, log = read_draft(tmp_path, columns)
-        error = wrap(euler_from_quaternion(log.attitude)[:, 2] - np.interp(log.time, time, heading))
-        assert np.abs(np.degrees(error)).max() < 0.1
-        assert log.velocity[:, 0].mean() == pytest.approx(2.0, abs=0.05)
-        np.testing.assert_allclose(log.velocity[5:-5, 1], v[5:-5], atol=0.06)
-
-
-def test_a_heading_decides_which_of_x_and_y_is_east(tmp_path):
-    time, north, east, heading, u, v = turns(4)
-    columns = {"time": time, "x": east, "y": north, "heading_deg": np.degrees(heading) % 360.0}
-    found, log = read_draft(tmp_path, columns | {"surge": u, "sway": v})
-    roles = {guess.column: guess.role for guess in found.roles.guesses}
-    assert (roles["x"], roles["y"]) == ("position.east", "position.north")
-    np.testing.assert_allclose(np.ptp(log.position[:, 0]), np.ptp(north), rtol=1e-3)
-
-
 def test_a_vehicle_that_moves_astern_keeps_its_yaw(tmp_path):
     """Without a velocity nothing says which end is the bow."""
     time, north, east, heading, _, _ = turns(6)
@@ -85,18 +48,6 @@ def test_a_vehicle_that_moves_sideways_keeps_its_yaw(tmp_path):
     columns = {"time": time, "x_north": north, "y_east": east, "yaw_rad": wrap(yaw)}
     found, _ = read_draft(tmp_path, columns)
     assert {guess.sign for guess in found.roles.guesses} == {1}
-
-
-@pytest.mark.parametrize("convention", ["of opposite sign", "counterclockwise from east"])
-def test_latitude_and_longitude_decide_the_yaw(tmp_path, convention):
-    time, north, east, heading, *_ = turns(7)
-    yaw = np.degrees(wrap(CONVENTIONS[convention](heading)))
-    latitude = -33.0 + np.degrees(north / 6.37e6)
-    longitude = 151.0 + np.degrees(east / 6.37e6 / np.cos(np.radians(33.0)))
-    _, log = read_draft(tmp_path, {"time": time, "lat": latitude, "lon": longitude, "yaw_deg": yaw})
-    error = wrap(euler_from_quaternion(log.attitude)[:, 2] - np.interp(log.time, time, heading))
-    assert np.abs(np.degrees(error)).max() < 0.1
-    assert log.velocity[:, 0].mean() == pytest.approx(2.0, abs=0.05)
 
 
 @pytest.mark.parametrize("drift", [-90.0, 180.0], ids=["sideways", "astern"])

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis.strategies import integers, sampled_from
 
@@ -34,6 +35,7 @@ def topic(name, rng):
     return Topic(name, time, fields)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=120)
 @given(integers(0, 10**9), sampled_from([None, "a", {"rate": 3.0}]))
 def test_a_recording_makes_a_sound_log_or_a_fault(seed, clock):

@@ -1,11 +1,16 @@
 """Sensors that keep their own times, read from tables with empty cells and from topics."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+
+WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 BASE = {"time": "t", "velocity": {"r": "r"}, "attitude": {"heading": "psi"}, "commands": ["rudder"]}
 
@@ -50,18 +55,7 @@ def test_topics_keep_their_clocks_units_and_axes():
     np.testing.assert_allclose(force.time[0], 0.03)
 
 
-@pytest.mark.parametrize(
-    "sensor",
-    [
-        {"kind": "positon", "columns": {"north": "n"}},
-        {"kind": "position", "columns": {"nort": "n"}},
-        {"kind": "position", "columns": {"north": "gps.lat"}},
-        {"kind": "position", "columns": {"north": {"column": "n", "unit": "deg"}}},
-        {"kind": "rates", "columns": {"p": "p"}, "std": -1},
-        {"kind": "rates", "columns": {"p": "p"}, "std": {"q": 1.0}},
-        {"kind": "rates", "columns": {"p": "p"}, "estimate": ["x"]},
-    ],
-)
+@pytest.mark.parametrize("sensor", WRONG["sensors"])
 def test_faults_of_a_sensor_are_told(sensor, refused):
     refused(LogError, hd.LogMapping.from_dict, {**BASE, "sensors": {"gps": sensor}})
 

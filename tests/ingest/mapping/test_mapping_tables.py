@@ -108,6 +108,7 @@ def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file, refused):
     refused(LogError, lambda: read_log(csv_file(""), mapping))
 
 
+@pytest.mark.slow
 def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs):
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)

@@ -1,6 +1,7 @@
 """The motion: equilibria, energy, and the steady turns of the Bulletin."""
 
 import numpy as np
+import pytest
 
 from hydrodamp.simulation.campaign.conditions import sname_truth, true_damping
 from hydrodamp.simulation.campaign.reenact import Motion
@@ -31,6 +32,7 @@ def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth):
     np.testing.assert_allclose(motion.acceleration(sailing), 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_energy_only_falls_without_propeller(truth):
     """Kinetic plus potential energy of a vehicle coasting with roll and rates."""
     motion = motion_of(truth, [0.0])
@@ -45,6 +47,7 @@ def test_energy_only_falls_without_propeller(truth):
     assert np.all(np.diff(energies) < 0.0)
 
 
+@pytest.mark.slow
 def test_steady_turns_of_the_bulletin():
     """SNAME T&R Bulletin 1-45, tables 8.1-8.2, six degrees of freedom, 2.06 m/s.
 
