@@ -7,7 +7,7 @@ import hydrodamp as hd
 from hydrodamp.errors import suppress_warnings
 from hydrodamp.ingest.inspection.probe import inspect
 
-TIME = np.arange(0.0, 40.0, 0.1)
+TIME = np.arange(0.0, 80.0, 0.1)
 RATE = 0.2 * np.sin(0.3 * TIME) + 0.1 * np.cos(0.8 * TIME)  # rad/s
 YAW = 0.4 - 0.2 / 0.3 * np.cos(0.3 * TIME) + 0.125 * np.sin(0.8 * TIME)
 SURGE = 2.0 + 0.2 * np.sin(0.2 * TIME)
@@ -219,7 +219,7 @@ def test_clocks(tmp_path, kind):
     log = read_by_draft(write_table(tmp_path / "log.csv", {**columns, **motion}, "%.17g"))
     assert_motion(log, atol=1e-3)
     assert [len(log.segments), log.n] == [1, len(TIME)]
-    np.testing.assert_allclose(np.ptp(log.time), 39.9, rtol=1e-4)
+    np.testing.assert_allclose(np.ptp(log.time), 79.9, rtol=1e-4)
     if start is not None:
         assert log.time[0] == pytest.approx(start, abs=1e-3)
 
