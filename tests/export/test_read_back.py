@@ -92,5 +92,6 @@ def test_a_boat_of_three_degrees_of_freedom_sails_as_the_core(key, planar, tmp_p
     if not card.not_run:
         assert card.run_by
         assert set(card.wrench_error) == {"X", "Y", "N"}
-        assert card.replays.source_to_target.rms < 1e-13
+        tolerance = 1e-15 if key == "c" else 1e-13  # the C code is that of the core
+        assert card.replays.source_to_target.rms < tolerance
         assert card.replays.target_to_log.rms < 1e-12
