@@ -50,6 +50,7 @@ STUDIES = (
     Study("benchmark", "benchmark.py --out {out} --jobs 1 --page {page} --campaigns 'sname*'"),
     Study("measured-logs", "benchmark_measured.py --out {out} --data {data} --page {page}"),
     Study("adequacy", "adequacy.py --out {out} --page {page} --draws 2"),
+    Study("constants", "constants.py --out {out} --data {data} --page {page}"),
     Study("consistency", "consistency.py --out {out} --page {page}"),
     Study("predicted-error", "predicted_error.py --out {out} --page {page} --draws 6"),
     Study("interval-coverage", "guesses.py --out {out} --page {page} --draws 10"),
