@@ -136,7 +136,11 @@ def read_constants(module: str, text: str) -> Iterator[Constant]:
                 before -= 1
             comment = " ".join(line.lstrip("#: ") for line in lines[before : node.lineno - 1])
             beside = lines[node.end_lineno - 1].partition("  # ")[2]
-            meaning = beside or documented.get(node.end_lineno, "") or comment
+            owner, _, field = name.rpartition(".")
+            described = re.compile(rf"\n {{4}}(?:\w+, )*{field}(?:, \w+)* : .*\n +(.+)")
+            found = described.search(text, text.index(f"class {owner}")) if owner else None
+            parameter = found[1] if found else ""
+            meaning = beside or documented.get(node.end_lineno, "") or comment or parameter
             yield Constant(module, name, ast.unparse(value), " ".join(str(meaning).split()))
 
 
@@ -219,7 +223,7 @@ def run_variant(
 
 
 def effect(row: Row, nominal: Mapping[str, Mapping[str, Any]]) -> tuple[float, float, int, bool]:
-    """Return worst log-ratios of error and width, changed decisions, and whether all is equal."""
+    """Return largest log-ratios of error and width, changed decisions, and whether all is equal."""
     errors, widths, n_changed, is_equal = [0.0], [0.0], 0, True
     for result in row.results:
         before = nominal[result["case"]]
@@ -229,8 +233,7 @@ def effect(row: Row, nominal: Mapping[str, Mapping[str, Any]]) -> tuple[float, f
             widths.append(result["width"] - before["width"])
         n_changed += result["decisions"] != before["decisions"]
         is_equal &= result == before
-    worst = max(errors), max(widths, key=abs)
-    return *worst, n_changed, is_equal
+    return max(errors, key=abs), max(widths, key=abs), n_changed, is_equal
 
 
 def summarise(rows: Sequence[Row], constants: Mapping[str, Constant]) -> str:

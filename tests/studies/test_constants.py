@@ -92,3 +92,14 @@ def test_a_variant_changes_the_result_of_its_method_only(study, tmp_path):
     half = rows[1]._replace(factor=0.5)
     text = study.summarise([rows[0], half, rows[1]], {constant.key: constant})
     assert constant.key in text
+
+
+def test_the_largest_change_is_reported_in_either_direction(study):
+    def row(factor, error, width, word):
+        case = {"case": "a", "error": error, "width": width, "decisions": [word], "values": [1.0]}
+        return study.Row(study.NONE.key if factor == 1.0 else "m.A", factor, "", [case])
+
+    rows = [row(1.0, 1.0, 0.0, "ok"), row(0.5, 0.5, np.log(2.0), "ok"), row(2.0, 1.0, 0.0, "ok")]
+    constant = study.Constant("m", "A", "3.0", "A share.")
+    [line] = study.summarise(rows, {"m.A": constant}).splitlines()[2:]
+    assert line == "| `m.A` | `3.0` | A share | choice | -50 %, +100 %, 0 | none |"
