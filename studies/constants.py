@@ -32,10 +32,10 @@ import typer
 import hydrodamp as hd
 from benchmark_campaign import Logs
 from benchmark_campaigns import SEEN
-from benchmark_measured import measured
 from benchmark_tables import table
 from constant_variants import assignments
 from hydrodamp.files import save_text
+from measured_splits import measured
 from sensors import Mask, make_cases
 from tables import finish_jobs, replace_table
 
