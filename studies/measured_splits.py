@@ -20,7 +20,7 @@ from hydrodamp.errors import FileError
 
 STUDIES = Path(__file__).parent
 TABLE = STUDIES / "measured_splits.toml"
-BELUGA = Path(hd.__file__).parent / "ingest/beluga"
+BELUGA = Path(hd.__file__).parent / "beluga"
 """Vehicle and mapping of ``demo --measured``."""
 LABORATORY_MASS = 42.2, 233.0, 94.9
 """Added mass of the 3 m Esso Osaka in the simulator of its laboratory [kg, kg m²]."""

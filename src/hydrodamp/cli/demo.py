@@ -13,7 +13,7 @@ from hydrodamp.cli.output import WRONG_INPUT, check_out_folder, fail, print_resu
 DEMO_METHODS = "ls,ai,ai-composite,recommended"
 
 #: Log, vehicle and mapping of `demo --measured`, and what is identified from it.
-MEASURED = Path(hd.__file__).parent / "ingest/beluga"
+MEASURED = Path(hd.__file__).parent / "beluga"
 MEASURED_MODELS, MEASURED_METHODS = "linear,prestero,fossen,general", "ls,recommended"
 
 
