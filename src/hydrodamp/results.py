@@ -205,7 +205,7 @@ def _exchange(files: Mapping[Path, bytes], removed: Iterable[Path], root: Path) 
         staging.rename(root / _COMMIT)
     except BaseException as error:
         shutil.rmtree(staging, ignore_errors=True)
-        _remove_empty_folders(files, root)
+        remove_empty_folders(files, root)
         if isinstance(error, OSError) and not isinstance(error, FileError):
             raise write_error(root, error) from error
         raise
@@ -236,7 +236,7 @@ def _complete(root: Path) -> None:
             commit.rename(staging)
         except OSError as error:
             raise FileError(f"{write_error(root, error)} {remedy}") from error
-        _remove_empty_folders((root / name for name in obsolete), root)
+        remove_empty_folders((root / name for name in obsolete), root)
     shutil.rmtree(staging, ignore_errors=True)
 
 
@@ -279,7 +279,7 @@ def _read_journal(root: Path) -> tuple[dict[str, list[str]], dict[str, str]]:
     raise FileError(f"{path}: is not a journal of hydrodamp. Move its folder elsewhere.")
 
 
-def _remove_empty_folders(paths: Iterable[Path], folder: Path) -> None:
+def remove_empty_folders(paths: Iterable[Path], folder: Path) -> None:
     for path in paths:
         for parent in path.parents:
             if not parent.is_relative_to(folder) or parent == folder:

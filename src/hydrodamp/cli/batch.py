@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,8 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli.inputs import list_models, split_names
 from hydrodamp.cli.output import WORK_FAILED, note, print_output
-from hydrodamp.errors import MethodError, demand
-from hydrodamp.results import check_results
+from hydrodamp.errors import HydrodampError, MethodError, demand
+from hydrodamp.results import check_results, remove_empty_folders
 
 
 def batch(
@@ -37,7 +38,8 @@ def batch(
     models, mappings = list_models(model).with_terms(), mapping or []
     wanted = "given once: run `batch` separately for the logs of each mapping"
     demand(len(mappings) < 2, "--mapping", wanted, len(mappings))
-    with nullcontext() if scheduler is None else _cluster(scheduler) as client:
+    cluster = nullcontext() if scheduler is None else _cluster(scheduler)
+    with _emptied_if_refused(cache := out / "statistics"), cluster as client:
         result = hd.batch(
             logs,
             vehicles,
@@ -47,7 +49,7 @@ def batch(
             mapping=mappings[0] if mappings else None,
             client=client,
             workers=workers,
-            cache=out / "statistics",
+            cache=cache,
             timeout=timeout,
             exclude=out,
         )
@@ -75,6 +77,20 @@ def batch(
         n = len(result.failed)
         note(f"{n} log{'s' * (n > 1)} could not be used and are not part of the fits.")
         raise typer.Exit(WORK_FAILED)
+
+
+@contextmanager
+def _emptied_if_refused(cache: Path) -> Iterator[None]:
+    """Remove the statistics that a refused call wrote, and folders that are empty then."""
+    earlier, folder = {*cache.glob("*")}, next(p for p in (cache, *cache.parents) if p.exists())
+    try:
+        yield
+    except HydrodampError:
+        written = {*cache.glob("*")} - earlier
+        for path in written:
+            path.unlink()
+        remove_empty_folders(written, folder)
+        raise
 
 
 def _cluster(address: str) -> Any:
