@@ -33,9 +33,18 @@ def test_nothing_is_shown_where_there_is_no_terminal(capsys, monkeypatch):
 def test_lines_say_what_starts_where_there_is_no_terminal(capsys):
     with show_progress(lines=True), progress("identifying", 3) as step:
         step()
+        with progress("identifying"):
+            pass
     with progress("quiet"):
         pass
     assert capsys.readouterr() == ("", "identifying\n")
+
+
+def test_lines_state_the_progress_of_long_work(capsys, monkeypatch):
+    monkeypatch.setattr("hydrodamp.progress._LINE_INTERVAL", 0.0)
+    with show_progress(lines=True):
+        assert [*count_items("ab", "reading", 2)] == ["a", "b"]
+    assert capsys.readouterr().err.splitlines() == ["reading", "reading: 50%", "reading: 100%"]
 
 
 def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import ContextVar
+from threading import Lock
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
@@ -20,18 +22,23 @@ Step = Callable[..., None]
 _bars: ContextVar[Progress | None] = ContextVar("bars", default=None)
 
 
-#: Whether progress is shown as lines where standard error is no terminal.
-_lines: ContextVar[bool] = ContextVar("lines", default=False)
+#: The labels printed as lines where standard error is no terminal; None if no lines are shown.
+_lines: ContextVar[set[str] | None] = ContextVar("lines", default=None)
+
+_LINE_INTERVAL = 10.0
+"""s; between lines of a piece of work."""
+_MANY_STEPS = 100  # work of more steps, such as the bytes of a file, has lines only at intervals
 
 
 @contextmanager
 def show_progress(*, lines: bool = False) -> Iterator[None]:
     """Show progress inside the context on standard error: bars on a terminal, else lines or none.
 
-    A line is for the start of a piece of work.
+    A line is for the first start of a piece of work, and for its progress at intervals.
     """
     is_terminal = sys.stderr.isatty()
-    token, lines_token = _bars.set(_new_bars() if is_terminal else None), _lines.set(lines)
+    token = _bars.set(_new_bars() if is_terminal else None)
+    lines_token = _lines.set(set() if lines else None)
     try:
         yield
     finally:
@@ -44,9 +51,7 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
     """Yield a thread-safe function that advances the bar."""
     bars = _bars.get()
     if bars is None:
-        if _lines.get():
-            print(label, file=sys.stderr, flush=True)
-        yield lambda steps=1: None
+        yield _print_lines(label, total)
         return
     task = bars.add_task(label.replace("[", r"\["), total=total)
     bars.start()
@@ -57,6 +62,26 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
         bars.remove_task(task)
         if not bars.tasks:
             bars.stop()
+
+
+def _print_lines(label: str, total: float | None) -> Step:
+    """Print a label once; return a function that prints the number of steps at intervals."""
+    if (printed := _lines.get()) is None:
+        return lambda steps=1: None
+    if label not in printed and (total or 0) <= _MANY_STEPS:
+        printed.add(label)
+        print(label, file=sys.stderr, flush=True)
+    lock, n_done, last = Lock(), 0.0, monotonic()
+
+    def step(steps: float = 1) -> None:
+        nonlocal n_done, last
+        with lock:
+            n_done += steps
+            if total and monotonic() - last >= _LINE_INTERVAL:
+                last = monotonic()
+                print(f"{label}: {n_done / total:.0%}", file=sys.stderr, flush=True)
+
+    return step
 
 
 def count_items(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:

@@ -74,6 +74,7 @@ def test_completion_continues_a_list():
 )
 def test_output(folder, call, line, snapshot, monkeypatch):
     monkeypatch.setattr("hydrodamp.report.plan_report.write_plan", lambda *_: [])
+    monkeypatch.setattr("hydrodamp.progress._LINE_INTERVAL", float("inf"))
     shutil.copytree(HERE / "spoilt", folder, dirs_exist_ok=True)
     done = call(line)
     assert mask(f"{done.stdout}\n{done.stderr}") == snapshot

@@ -40,6 +40,9 @@ _COLOURS = {"error": "red", "warning": "yellow"}
 
 WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
+#: Commands that print lines of progress where standard error is no terminal.
+_LONG_COMMANDS = {"compare", "control", "demo", "identify", "manoeuvre", "plan"}
+
 _collected: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
@@ -88,7 +91,8 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
         for name, value in kwargs.items():
             if not value and (hint := definition(command.__name__, name).get("missing")):
                 fail(f"`--{name}` is missing: {hint}", WRONG_INPUT)
-        display = nullcontext() if is_quiet else show_progress(lines=command.__name__ == "demo")
+        lines = command.__name__ in _LONG_COMMANDS
+        display = nullcontext() if is_quiet else show_progress(lines=lines)
         with warnings_as_notes(), display:
             try:
                 inputs = named_inputs(kwargs)

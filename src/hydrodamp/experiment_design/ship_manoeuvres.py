@@ -34,6 +34,7 @@ from hydrodamp.identification.dissipativity import find_exceedances, velocity_ra
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.predicted_error import predict_error
 from hydrodamp.models.damping import Damping
+from hydrodamp.progress import count_items, progress
 from hydrodamp.simulation import closed_loop as dynamics
 from hydrodamp.simulation.checks import CHANNEL_AXES, estimate_length
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -152,10 +153,12 @@ def evaluate_ship(
     ship = Ship(planar, equation, names, rudder, propeller, speed, length, rudder_rate)
     with np.errstate(all="ignore"):  # a draw may diverge
         ship, steady = approach(ship, len(equation.matrices))
-        runs = {name: ship.simulate(name, steady) for name in MANOEUVRES}
+        counted = count_items(MANOEUVRES, "simulating manoeuvres", len(MANOEUVRES))
+        runs = {name: ship.simulate(name, steady) for name in counted}
         numbers = [each for name, run in runs.items() for each in _measure(ship, name, run)]
         ends = [each.draws[0] for each in numbers if each.name == "steady yaw rate"]
-        spiral = trace_spiral(ship, steady, np.radians(ends))
+        with progress("simulating the spiral"):
+            spiral = trace_spiral(ship, steady, np.radians(ends))
         falls = np.fmax.accumulate(spiral[1], axis=0) - spiral[1]
     width = np.degrees(np.fmax.reduce(falls, axis=0))
     numbers.append(Characteristic("spiral", "", "loop width", "deg", width))
@@ -163,11 +166,11 @@ def evaluate_ship(
     return ShipManoeuvres(ship, steady, runs, spiral, tuple(numbers), extrapolation)
 
 
-def _at_crossing(progress: FloatArray, level: float, values: FloatArray) -> FloatArray:
-    """Return values at the first sample of each column where its progress reaches a level."""
-    is_reached = progress >= level
+def _at_crossing(reached: FloatArray, level: float, values: FloatArray) -> FloatArray:
+    """Return values at the first sample of each column where a quantity reaches a level."""
+    is_reached = reached >= level
     after = is_reached.argmax(axis=0)[None]
-    pairs = [np.take_along_axis(x, k, 0)[0] for x in (progress, values) for k in (after - 1, after)]
+    pairs = [np.take_along_axis(x, k, 0)[0] for x in (reached, values) for k in (after - 1, after)]
     share = (level - pairs[0]) / (pairs[1] - pairs[0])
     return np.where(is_reached.any(axis=0), pairs[2] + share * (pairs[3] - pairs[2]), np.nan)
 

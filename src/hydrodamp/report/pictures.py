@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from importlib.resources import files
 from importlib.util import find_spec
@@ -50,8 +50,7 @@ def illustrate(
     pictures: tuple[Picture, ...] = ()
     if find_spec("matplotlib"):
         sketches = [*_sketches(comparison, findings)]
-        counted = count_items(sketches, "drawing pictures", len(sketches))
-        pictures, missing = draw_pictures(counted, findings.failures)
+        pictures, missing = draw_pictures(sketches, findings.failures)
     if "grades" in findings.failures:
         missing.append(_sentence("Coefficients are not graded", findings.failures["grades"]))
     return ReportContent(
@@ -60,12 +59,12 @@ def illustrate(
 
 
 def draw_pictures(
-    sketches: Iterable[Sketch], failures: Mapping[str, str]
+    sketches: Sequence[Sketch], failures: Mapping[str, str]
 ) -> tuple[tuple[Picture, ...], list[str]]:
     """Draw sketches; return the pictures, and the reason for each that is missing."""
     pictures: list[Picture] = []
     missing: list[str] = []
-    for name, caption, draw in sketches:
+    for name, caption, draw in count_items(sketches, "drawing pictures", len(sketches)):
         try:
             if name in failures:
                 raise HydrodampError(failures[name])
