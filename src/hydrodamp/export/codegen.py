@@ -163,6 +163,7 @@ def template_values(plant: ExportedPlant, language: Language = PYTHON) -> dict[s
             f"Written by hydrodamp {hydrodamp.__version__}.",
             f"Vehicle: {vehicle.source}." if vehicle.source else "",
             f"Coefficients: {damping.source}." if damping.source else "",
+            *plant.reservations,
         ),
         "inputs": plant.inputs,
         "variables": [

@@ -30,7 +30,12 @@ from hydrodamp.export.sitl import SITL
 from hydrodamp.export.target import Files, Target, save_files
 from hydrodamp.export.verification import Engine, VerificationRun, sample_states
 from hydrodamp.files import as_json, load_json, load_text
-from hydrodamp.identification.dissipativity import OperatingBox, max_damping_power, operating_box
+from hydrodamp.identification.dissipativity import (
+    OperatingBox,
+    max_damping_power,
+    operating_box,
+    velocity_unit,
+)
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.predicted_error import predict_error
 from hydrodamp.models.damping import Damping, draw_coefficients
@@ -125,7 +130,8 @@ def export(
         driven = complete_log(driven) if assumed and driven is not None else driven
     run = None if driven is None else VerificationRun.of(plant, driven)
     default_box = UNIT_BOX if run is None else operating_box(run.problem)
-    plant = replace(plant, box=box or default_box)
+    reservations = () if fit is None else tuple(list_reservations(fit))
+    plant = replace(plant, box=box or default_box, reservations=reservations)
     at = sample_states(plant) if run is None else run.states
     if (labels := form.unrepresented_effects(plant)) and log is None and box is None:
         raise MethodError(
@@ -141,7 +147,7 @@ def export(
         contents = save_files(files, Path(verification_folder))
         checked = Path(verification_folder)
         card = measure_fidelity(form, plant, projected, at, run, checked, band)
-    card = replace(card, assumed=assumed)
+    card = replace(card, assumed=assumed, reservations=reservations)
     if band is not None:
         sizes = band.rms_by_axis(vehicle.axes, "deg")
         card = replace(card, predicted_error=sizes, extrapolated=band.extrapolated)
@@ -153,6 +159,20 @@ def export(
     results = {folder / path: content for path, content in contents.items()}
     save_results(results, folder, obsolete=(*_earlier_files(folder), PAGE))
     return card
+
+
+def list_reservations(fit: Fit) -> Iterator[str]:
+    """Yield the form of the model of a fit, what it is not for, and its range of velocities."""
+    if fit.adequacy is None:
+        yield f"Form: not tested by the method {fit.method}."
+    else:
+        yield from fit.adequacy.describe(fit.model.key)
+    ranges = [
+        f"{name} {low:.3g} to {high:.3g} {velocity_unit(name)}"
+        for name, (low, high) in fit.training_range.items()
+    ]
+    if ranges:
+        yield f"Velocities of its training data: {', '.join(ranges)}; others are not tested."
 
 
 def check_export(folder: Path, force: bool) -> None:

@@ -115,6 +115,8 @@ class Fidelity:
         Values on the axes Z, K and M that the vehicle file does not have; the source has them too.
     wrench_gain : dict of str to float
         Gain of the wrench that the log of the fit has, by axis; empty where none is estimated.
+    reservations : tuple of str
+        Form of the model, what it is not for, and velocities of its training data.
     """
 
     target: str
@@ -140,6 +142,7 @@ class Fidelity:
     extrapolated: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     wrench_gain: dict[str, float] = field(default_factory=dict)
+    reservations: tuple[str, ...] = ()
 
     @property
     def exact(self) -> bool:
@@ -167,6 +170,7 @@ def _summary_lines(card: Fidelity) -> Iterator[str]:
         size += f", without {card.ignores}"
     ran = f"{size}; read back and run by {card.run_by}" if card.run_by else "not verified"
     yield f"Verdict: {f'failed: {card.run_error}' if card.run_error else ran}."
+    yield from card.reservations
     if card.exact:
         yield f"{card.description} represents every term of {card.model}."
     else:

@@ -48,6 +48,7 @@ class ExportedPlant:
     vehicle: Vehicle
     damping: Damping
     box: OperatingBox = UNIT_BOX  # operating range
+    reservations: tuple[str, ...] = ()  # of the fit
     #: Of the wrench of a log: deviation from 1 of its gain, and gain of its increment.
     gains: FloatArray = field(default_factory=lambda: np.zeros((2, 6)))
 

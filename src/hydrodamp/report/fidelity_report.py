@@ -90,6 +90,7 @@ def _card_facts(card: dict[str, Any]) -> dict[str, str]:
         "model": card["model"],
         "inputs": card["inputs"],
         "projected terms": card["projected"],
+        "reservations": card.get("reservations", ()),
         "unrepresented effects": card["ignores"],
         "run by": card["run_by"],
         "not run": card["not_run"],
