@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -142,8 +142,20 @@ def design_control(
         envelope.period,
         len(ensemble.dampings) - 1,
         tuple(_design_at(speed, vehicle, ensemble, envelope, fit) for speed in progress),
-        overall.assumptions,
+        (*overall.assumptions, *_default_values(envelope, overall)),
     )
+
+
+def _default_values(envelope: Envelope, autopilot: DesignedAutopilot) -> Iterator[str]:
+    """Yield the values of the envelope that are used and not stated."""
+    values = {"period": f"{envelope.period:g} s"}
+    if autopilot.pitch is not None:
+        values["pitch"] = f"{envelope.pitch:g} deg"
+    if assumed := [f"`{k}: {v}`" for k, v in values.items() if k not in envelope.model_fields_set]:
+        yield (
+            f"Time between commands and largest pitch are assumed: {', '.join(assumed)}. State "
+            "them in the file of `--envelope`."
+        )
 
 
 def _design_at(

@@ -192,8 +192,8 @@ def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> 
             lowest[propeller] = max(lowest[propeller], -highest[propeller])
             assumptions.append(
                 f"No limit of `{name}` is given: {highest[propeller]:.4g} is assumed, where its "
-                f"thrust is {ASSUMED_THRUST:.0%} of the vehicle's weight. State it in the "
-                f"envelope: `commands: {{{name}: {{lowest: 0, highest: ...}}}}`."
+                f"thrust is {ASSUMED_THRUST:.0%} of the vehicle's weight. State it in "
+                f"the file of `--envelope`: `commands: {{{name}: {{lowest: 0, highest: ...}}}}`."
             )
         full_ahead = np.zeros(len(names))
         full_ahead[propeller] = highest[propeller]
@@ -241,7 +241,8 @@ def _gain_assumptions(envelope: Envelope, loops: Sequence[Loop | None]) -> Itera
         entries = ", ".join(f"{name}: [{values}]" for name, values in gains.items())
         yield (
             f"The autopilot's gains are assumed: {entries}. With other gains the dive may leave "
-            f"its limits. State the vehicle's: `autopilot: {{{entries}}}` in the envelope."
+            f"its limits. State the vehicle's: `autopilot: {{{entries}}}` in the file "
+            "of `--envelope`."
         )
 
 
@@ -258,7 +259,8 @@ def _rates(
         return rates, []
     return rates, [
         f"No rate of {', '.join(f'`{name}`' for name in missing)} is given: {FIN_RATE:g} rad/s is "
-        f"assumed. State it in the envelope: `commands: {{{missing[0]}: {{rate: ...}}}}`."
+        "assumed. State it in the file of `--envelope`: "
+        f"`commands: {{{missing[0]}: {{rate: ...}}}}`."
     ]
 
 
