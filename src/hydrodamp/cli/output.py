@@ -6,6 +6,7 @@ import functools
 import hashlib
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from datetime import datetime
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
@@ -42,6 +44,9 @@ WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
 #: Commands that print lines of progress where standard error is no terminal.
 _LONG_COMMANDS = {"compare", "control", "demo", "identify", "manoeuvre", "plan"}
+
+#: Commands that draw pictures or pages into `--out`.
+_REPORTING_COMMANDS = {"batch", "compare", "control", "demo", "identify", "manoeuvre", "plan"}
 
 _collected: ContextVar[dict[str, None]] = ContextVar("warned")
 
@@ -102,7 +107,7 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
             except (typer.Exit, BrokenPipeError):
                 raise
             except HydrodampError as error:
-                fail(str(error), WRONG_INPUT)
+                fail(_name_extras(str(error), command.__name__, kwargs), WRONG_INPUT)
             except OSError as error:
                 fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
             except (KeyboardInterrupt, Exception) as error:
@@ -140,6 +145,14 @@ def standard_input_as_file(arguments: dict[str, Any]) -> Iterator[None]:
         for name in names:
             arguments[name] = [str(path) if each == "-" else each for each in arguments[name]]
         yield
+
+
+def _name_extras(message: str, command: str, arguments: Mapping[str, Any]) -> str:
+    """Return a message that asks for an extra, with the extra of reports if the call needs it."""
+    draws = command in _REPORTING_COMMANDS and arguments.get("out") is not None
+    if draws and not all(map(find_spec, ("jinja2", "matplotlib"))):
+        return re.sub(r"hydrodamp\[(?!report)(\w+)\]", r"hydrodamp[\1,report]", message)
+    return message
 
 
 def named_inputs(arguments: Mapping[str, Any]) -> list[Path]:
