@@ -5,6 +5,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.report.comparison_tables import (
     axis_tables,
+    brief_table,
     detail_tables,
     horizon_tables,
     replay_table,
@@ -87,3 +88,9 @@ def test_rows_have_names_for_programs_and_full_precision(comparison):
     assert [row["status"] for row in rows[:3]] == ["ok", "diverged", "rank deficient"]
     assert rows[4]["rank"] is None
     assert all(column.meaning for column in grid.columns)
+
+
+def test_a_mark_in_the_table_on_screen_has_a_legend(comparison):
+    table = brief_table(comparison)
+    assert any("~" in str(cell) for row in table.rows for cell in row)
+    assert any(note.startswith("~ not converged: ") for note in table.notes)

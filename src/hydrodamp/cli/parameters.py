@@ -115,13 +115,14 @@ def set_parameters(
 
 
 def note_stopped(methods: Sequence[Method], fits: Sequence[hd.Fit]) -> None:
-    """Name the setting for more iterations where a fit has stopped before it converged."""
+    """Name what may help where a fit has stopped before it converged."""
     for method in methods:
         of_method = [fit for fit in fits if fit.method == method.key]
         stopped = [fit.model.key for fit in of_method if fit.status is hd.Status.STOPPED]
         if stopped and isinstance(method, hd.OutputError):
             note(
-                f"`{method.key}` has not converged on {', '.join(stopped)}: in Python, "
-                f"`max_iterations={2 * method.max_iterations}` of the method allows twice as many "
-                "iterations; where these change nothing, no step lowers the objective."
+                f"`{method.key}` has not converged on {', '.join(stopped)}: name a model of fewer "
+                "terms, a log of more excitation, or a method without iterations, such as "
+                f"`weak`. In Python, `max_iterations={2 * method.max_iterations}` of the method "
+                "allows twice as many; where these change nothing, no step lowers the objective."
             )

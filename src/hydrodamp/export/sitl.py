@@ -116,7 +116,7 @@ class SITL(Python):
         """Return a command at 1100 and at 1900 us."""
         if values:
             return _read_range(values, "servos")
-        wanted = "LOW:HIGH, the commands at 1100 and 1900 us, such as -1:1"
+        wanted = "LOW:HIGH, the commands at 1100 and 1900 us, such as `--set pulse_range=-1:1`"
         got = f"neither it nor SOURCE:{command}:LOW:HIGH"
         demand(bool(self.pulse_range), "pulse_range", wanted, got)
         return _read_range(self.pulse_range.split(":"), "pulse_range")

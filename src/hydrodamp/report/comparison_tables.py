@@ -13,7 +13,7 @@ from os.path import commonprefix
 import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.report.narrative import describe_data, limits, remarks
+from hydrodamp.report.narrative import describe_data, limits, remarks, status_remarks
 from hydrodamp.report.table import Column, Table, error_size, percent
 from hydrodamp.report.verdict_tables import selection_table
 from hydrodamp.simulation.replay import HorizonScore, Score
@@ -99,7 +99,7 @@ def brief_table(comparison: Comparison) -> Table:
     is_shown = [column.name != "rank" for column in table.columns]
     columns = tuple(compress(table.columns, is_shown))
     cells = tuple(tuple(compress(row, is_shown)) for row in table.rows)
-    notes = tuple(limits(comparison))
+    notes = (*limits(comparison), *status_remarks(comparison, [Status.NOT_CONVERGED]))
     return replace(table, columns=columns, rows=cells, notes=notes, best=frozenset())
 
 
