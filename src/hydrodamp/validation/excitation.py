@@ -15,7 +15,10 @@ from hydrodamp.data.intervals import ALL_TEST_DATA, select_data
 from hydrodamp.data.log import Log
 from hydrodamp.identification.dissipativity import velocity_ranges, velocity_unit
 from hydrodamp.identification.fit import Fit
+from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.replay import Trajectory
+from hydrodamp.vehicle.mass import STANDARD_GRAVITY
+from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Range of a velocity in one log over that in another from which only the first excites it: ten
 #: times the quadratic damping.
@@ -225,3 +228,28 @@ def _motion(speeds: Mapping[str, float], training: Ranges) -> str:
 
 def _largest(limits: tuple[float, float]) -> float:
     return max(map(abs, limits))
+
+
+def foreign_motion(vehicle: Vehicle, log: Log) -> str:
+    """Return a message if the motion of a log is too quick for the length of a vehicle, else "".
+
+    Times are compared by Froude scaling, and circles with the length.
+    """
+    length, yaw_rate = estimate_length(vehicle), log.velocity[:, VELOCITIES.index("r")]
+    speeds = np.linalg.norm(log.velocity[:, :3], axis=1)
+    speed, turn = (float(np.quantile(np.abs(each), 0.9)) for each in (speeds, yaw_rate))
+    if not length or not turn * length > _MAX_TURN * speed > 0.0:
+        return ""
+    if log.time_scale > _MIN_TIME_SCALE * np.sqrt(length / STANDARD_GRAVITY):
+        return ""
+    return (
+        f"its motion is not that of '{vehicle.name}', whose length by its inertia is "
+        f"{length:.3g} m: it turns in circles of {speed / turn:.2g} m radius, and its velocities "
+        f"change within {log.time_scale:.2g} s. Name the vehicle of the log, such as that of the "
+        "model in a tank, by `--vehicle`, or check the units of the log"
+    )
+
+
+#: Largest yaw rate over speed and length, and least correlation time over sqrt(length / gravity);
+#: measured logs of three ship models and an ROV have at most 1.1 and at least 5.
+_MAX_TURN, _MIN_TIME_SCALE = 4.0, 3.0

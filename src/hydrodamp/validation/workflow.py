@@ -41,7 +41,7 @@ from hydrodamp.validation.compare import (
 )
 from hydrodamp.validation.cross_validation import CrossValidation, cross_validate
 from hydrodamp.validation.diagnostics import find_selected_row
-from hydrodamp.validation.excitation import compare_logs
+from hydrodamp.validation.excitation import compare_logs, foreign_motion
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Key in the provenance of an incomplete comparison; its value says how many rows there are.
@@ -118,6 +118,8 @@ def prepare_study(
     """
     models = request.unselected(vehicle, train)
     warn_issues(train, training_issues(vehicle, train, request.candidates(vehicle, train, models)))
+    if message := foreign_motion(vehicle, train):
+        warn_issues(train, [message])
     if test is not train:
         candidates = request.candidates(vehicle, test, models)
         warn_issues(test, log_issues(vehicle, test, candidates, reference=train))
