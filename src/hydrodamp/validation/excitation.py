@@ -251,5 +251,5 @@ def foreign_motion(vehicle: Vehicle, log: Log) -> str:
 
 
 #: Largest yaw rate over speed and length, and least correlation time over sqrt(length / gravity);
-#: measured logs of three ship models and an ROV have at most 1.1 and at least 5.
+#: measured logs of a ship model and an ROV have at most 1.1 and at least 5.
 _MAX_TURN, _MIN_TIME_SCALE = 4.0, 3.0
