@@ -22,8 +22,7 @@ MODULES = sorted(
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] * name.endswith(LONG)) for name in MODULES],
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.endswith(LONG)) for name in MODULES]
 )
 def test_examples_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

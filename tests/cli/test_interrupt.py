@@ -58,8 +58,7 @@ def whole(folder, call):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("interrupt", "at"),
-    [(interrupt_fits, 1), (interrupt_fits, 3), (interrupt_replays, 6)],
+    ("interrupt", "at"), [(interrupt_fits, 1), (interrupt_fits, 3), (interrupt_replays, 6)]
 )
 def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
     interrupt, at, whole, folder, call, monkeypatch

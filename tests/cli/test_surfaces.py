@@ -69,8 +69,7 @@ def test_completion_continues_a_list():
 
 
 @pytest.mark.parametrize(
-    "line",
-    [pytest.param(x, id=x, marks=[pytest.mark.slow] * x.startswith("plan")) for x in CALLS],
+    "line", [pytest.param(x, id=x, marks=[pytest.mark.slow] * x.startswith("plan")) for x in CALLS]
 )
 def test_output(folder, call, line, snapshot, monkeypatch):
     monkeypatch.setattr("hydrodamp.report.plan_report.write_plan", lambda *_: [])

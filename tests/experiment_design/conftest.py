@@ -37,11 +37,4 @@ def planned(boat, known):
         envelope = hd.Envelope(
             speed=(0.8, 1.6), area={"north": (-80, 80), "east": (-80, 80)}, home=(60.0, 5.0)
         )
-        return hd.plan(
-            boat,
-            known.model,
-            60.0,
-            damping=known,
-            envelope=envelope,
-            mode="waypoints",
-        )
+        return hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, mode="waypoints")

@@ -8,11 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
 from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
-from hydrodamp.experiment_design.ensemble import (
-    extended_model,
-    prior_damping,
-    sample_ensemble,
-)
+from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
 from hydrodamp.experiment_design.guidance import CourseGuidance, Manoeuvre
 from hydrodamp.experiment_design.optimise import ensemble_information
 from hydrodamp.identification.continuation import make_objective

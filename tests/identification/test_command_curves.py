@@ -96,12 +96,7 @@ def test_curves_of_thrusters_with_unknown_gain_are_recovered(tmp_path):
 
 @pytest.mark.slow
 def test_the_exponent_of_the_voltage_is_recovered():
-    true = replace(
-        TRUTH[0],
-        voltage="battery",
-        reference_voltage=14.0,
-        voltage_exponent=1.3,
-    )
+    true = replace(TRUTH[0], voltage="battery", reference_voltage=14.0, voltage_exponent=1.3)
     ranges = COMMANDS | {"battery": (10.0, 17.0)}
     log = record(boat(true), MODEL, VALUES, ranges)
     fit = identify(boat(replace(true, voltage_exponent=1.0)), log, MODEL, "thrust-curve")

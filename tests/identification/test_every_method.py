@@ -65,10 +65,7 @@ def test_too_few_samples_are_a_status(method, vehicle, exact_log, true_damping):
 @pytest.mark.parametrize("method", ALL, ids=by_key)
 def test_a_model_without_a_term_on_the_free_axes_is_a_status(method, vehicle):
     log = hd.Log.from_arrays(
-        np.arange(30) / 10,
-        {"p": np.ones(30)},
-        attitude=np.zeros((30, 3)),
-        wrench=np.zeros((30, 6)),
+        np.arange(30) / 10, {"p": np.ones(30)}, attitude=np.zeros((30, 3)), wrench=np.zeros((30, 6))
     )
     rolling = replace(vehicle, axes=("K",))
     fit = hd.identify(hd.catalog["pitch-yaw"], rolling, log, method)  # its K row is empty

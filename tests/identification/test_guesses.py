@@ -12,11 +12,7 @@ from hydrodamp.identification import output_error
 from hydrodamp.identification.estimated_vehicle import estimated_vehicle
 from hydrodamp.identification.identifiability import add_grades
 from hydrodamp.identification.parameter_estimates import describe_changes
-from hydrodamp.identification.parameters import (
-    Parameter,
-    vehicle_parameters,
-    wrench_parameters,
-)
+from hydrodamp.identification.parameters import Parameter, vehicle_parameters, wrench_parameters
 from hydrodamp.identification.prediction_error import minimise_prediction_errors
 from hydrodamp.simulation.checks import with_gains
 from hydrodamp.validation.diagnostics import diagnose_comparison

@@ -67,7 +67,7 @@ def test_fields_are_those_of_a_bag(kind):
 def test_only_wanted_topics_are_subscribed_each_once():
     asked = []
     node = SimpleNamespace(
-        get_topic_names_and_types=lambda: [("/odom", ["nav_msgs/msg/Odometry"]), ("/tf", ["x"])],
+        get_topic_names_and_types=lambda: [("/odom", ["nav_msgs/msg/Odometry"]), ("/tf", ["x"])]
     )
     look = subscribe_new_topics(node, lambda topic: asked.append(topic) or False, print)
     look()

@@ -41,9 +41,7 @@ def messages(until=20.0, start=100.0):
         turn = 0.1 * at
         q = [0.0, 0.0, math.sin(turn), math.cos(turn)]
         yield Message(
-            "imu",
-            at,
-            {"stamp": at, "rate": 0.2, **{f"q[{i}]": part for i, part in enumerate(q)}},
+            "imu", at, {"stamp": at, "rate": 0.2, **{f"q[{i}]": part for i, part in enumerate(q)}}
         )
 
 

@@ -8,12 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import FileError
-from hydrodamp.report.files import (
-    ReportContent,
-    picture_files,
-    read_content,
-    save_comparison,
-)
+from hydrodamp.report.files import ReportContent, picture_files, read_content, save_comparison
 from hydrodamp.results import MANIFEST, save_result, save_results
 
 
