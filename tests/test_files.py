@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 import yaml
@@ -26,6 +27,8 @@ from hydrodamp.files import (
     wrong_kind_message,
 )
 from hydrodamp.ingest.formats.files import read_files
+
+TABLES = json.loads(Path(__file__).with_name("files.json").read_text("utf-8"))
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -104,22 +107,7 @@ def test_what_cannot_be_read_is_named(tmp_path):
             load(tmp_path / "latin.txt")
 
 
-@pytest.mark.parametrize(
-    ("wanted", "near"),
-    [
-        ("missoin.csv", "mission.csv"),
-        ("MISSION.CSV", "mission.csv"),
-        ("mission.cvs", "mission.csv"),
-        ("auw.yml", "auv.yaml"),
-        ("auv", "auv.yaml"),
-        ("runs/day2.csv", "runs/day1.csv"),
-        ("a.csv", None),
-        ("none.csv", None),
-        ("mission.yaml", "mission.csv"),
-        ("elsewhere/mission.csv", None),
-        ("mission.csv/a.csv", None),
-    ],
-)
+@pytest.mark.parametrize(("wanted", "near"), TABLES["nearest"])
 def test_the_nearest_neighbour_of_what_is_not_there(tmp_path, wanted, near):
     (tmp_path / "runs").mkdir()
     for name in ("mission.csv", "auv.yaml", "b.csv", "runs/day1.csv"):
@@ -129,20 +117,7 @@ def test_the_nearest_neighbour_of_what_is_not_there(tmp_path, wanted, near):
     assert missing_file_message(tmp_path / wanted).endswith(f"No such file or directory.{clause}")
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("name: mine\nweight: [1, 2\nbuoyancy: 3\n", 3),
-        ("name: mine\n  wrong: [1,\n", 2),
-        ("a: 'x\n", 2),
-        ("a: 1\nb: *c\n", 2),
-        ("--- 1\n--- 2\n", 2),
-        ("a: 1\n[b]: 2\n", 2),
-        ("a: 1\n\nb: \x07\n", 3),
-        ("\x00", 1),
-        ("a: 1\nb: !!python/object:os.system {}\n", 2),
-    ],
-)
+@pytest.mark.parametrize(("text", "line"), TABLES["yaml lines"])
 def test_unreadable_yaml_tells_its_line(tmp_path, text, line):
     path = tmp_path / "mine.yaml"
     path.write_text(text, "utf-8")
@@ -150,10 +125,7 @@ def test_unreadable_yaml_tells_its_line(tmp_path, text, line):
         load_yaml(path)
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [("a: 1\nb: 2\na: 3\n", 3), ("x:\n  - a: 1\n    'a': 2\n", 3), ("1: a\n1: b\n", 2)],
-)
+@pytest.mark.parametrize(("text", "line"), TABLES["keys twice"])
 def test_a_key_that_comes_twice_is_refused(text, line):
     with pytest.raises(FileError, match=rf"mine, line {line}: .*the key `.` is in line ."):
         parse_yaml(text, "mine")

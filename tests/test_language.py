@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,40 +11,17 @@ ROOT = Path(__file__).parents[1]
 SOURCES = sorted((ROOT / "src" / "hydrodamp").rglob("*.py"))
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 PAGES += sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
 
 
-def words(text):
-    """Return the words of a text."""
-    return frozenset(text.split())
+def words(name):
+    """Return a list of the file of words."""
+    return frozenset(WORDS[name].split())
 
 
-# Past participles are no names of functions or classes: a function is a verb with an object.
-PARTICIPLES = words(
-    """
-    asked begun bound brought built called caught chosen closed counted covered delayed
-    drawn fed felt filled fitted folded found freed given graded heard held hidden informed
-    joined judged kept known lagged laid learnt left listed looked lost made matched meant
-    merged met moved named opened parted passed placed printed reached rehearsed restricted
-    sailed sampled scaled seen sent settled shaped shared shifted shown smoothed solved
-    sorted spanned spelled spent started stepped stopped strayed taken thought thrown told
-    turned understood wanted widened worded written
-    """
-)
-# Words without a meaning of their own are no names of variables.
-FILLERS = words(
-    """
-    alike another anything apart around beside beyond else found given held instead kept
-    left lost made met nothing one ones other others own part parts place places rest said
-    seen shown some something taken thing things told way ways whatever whole within
-    """
-)
-# A constant says what it limits and in which unit.
-GENERIC = words(
-    """
-    ALIKE BEYOND DEAD EVEN EXACT FAR FED FEW FEWEST FIRST FLOOR HIGH LARGE LAST LEAST LITTLE
-    LONGEST LOOKED LOST LOW MANY MOST MUCH NEAR PART SHORTEST SMALL TINY UNLIKE USUAL
-    """
-)
+PARTICIPLES = words("participles")
+FILLERS = words("fillers")
+GENERIC = words("generic")
 COLLOQUIAL = re.compile(
     r"\b(alike|apart|beside|comes? to rest|house|is said|are said|leaves over|left over|makes small"
     r"|neighbours?|ran away|reckon\w*|rooms?|run(?:s|ning)? away|sail(?:s|ed|ing)?|stands?|stood"

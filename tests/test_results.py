@@ -152,25 +152,33 @@ def n_operations(home):
     return len(calls)
 
 
-@pytest.mark.slow
+def interrupt(folder, number):
+    with pytest.MonkeyPatch.context() as patch, suppress(KeyboardInterrupt):
+        at_call(patch, number, lambda: signal.raise_signal(signal.SIGINT))
+        change(folder)
+
+
+def kill(folder, number):
+    if not (child := os.fork()):
+        at_call(pytest.MonkeyPatch(), number, lambda: os.kill(os.getpid(), signal.SIGKILL))
+        change(folder)
+        os._exit(0)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="fork")
-def test_a_process_that_is_killed_leaves_the_old_or_the_new_files(home, tmp_path):
-    old = files_of(home)
-    copy = tmp_path / "copy"
+@pytest.mark.parametrize("end", [interrupt, pytest.param(kill, marks=pytest.mark.slow)])
+def test_a_process_that_ends_at_any_operation_leaves_the_old_or_the_new_files(home, tmp_path, end):
+    old, copy = files_of(home), tmp_path / "copy"
     shutil.copytree(home, copy)
-    n = n_operations(copy)
-    new = files_of(copy)
+    n, new = n_operations(copy), files_of(copy)
     assert new == {**CHANGES, "fits/mine.json": b"mine", "notes.md": b"notes"}
     assert n > 20
     outcomes = []
     for number in range(1, n + 1):
         folder = tmp_path / str(number)
         shutil.copytree(home, folder)
-        if not (child := os.fork()):
-            at_call(pytest.MonkeyPatch(), number, lambda: os.kill(os.getpid(), signal.SIGKILL))
-            change(folder)
-            os._exit(0)
-        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+        end(folder, number)
         complete_exchange(folder)
         assert files_of(folder) in (old, new)
         assert not [path for path in folder.rglob(".hydrodamp*") if path.name != MANIFEST]
@@ -184,49 +192,20 @@ def test_a_process_that_is_killed_leaves_the_old_or_the_new_files(home, tmp_path
     assert {*outcomes} == {False, True}
 
 
-def test_an_interrupt_leaves_the_old_or_the_new_files(home, tmp_path):
-    def interrupt():
-        raise KeyboardInterrupt
-
-    old, copy = files_of(home), tmp_path / "copy"
-    shutil.copytree(home, copy)
-    for number in range(1, n_operations(copy) + 1):
-        folder = tmp_path / str(number)
-        shutil.copytree(home, folder)
-        with pytest.MonkeyPatch.context() as patch, suppress(KeyboardInterrupt):
-            at_call(patch, number, interrupt)
-            change(folder)
-        complete_exchange(folder)
-        assert files_of(folder) in (old, files_of(copy))
-        assert not [path for path in folder.rglob(".hydrodamp*") if path.name != MANIFEST]
-
-
 @pytest.mark.parametrize("number", range(1, 5))
-def test_a_failed_write_leaves_the_old_files(home, number):
+def test_a_full_disk_is_named_and_leaves_the_old_files(home, number):
     def fail():
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    old = files_of(home)
-    with pytest.MonkeyPatch.context() as patch:
-        at_call(patch, number, fail, "fsync rename")
-        with pytest.raises(FileError, match="No space left"):
-            change(home)
-    assert files_of(home) == old
-    assert not [path for path in home.rglob(".hydrodamp*") if path.name != MANIFEST]
-
-
-def test_a_full_disk_is_named_with_the_file_and_leaves_all(home, monkeypatch):
-    def fail(_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    old, created = files_of(home), home.with_name("created")
-    monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(FileError, match=r"out.new\.csv: cannot be written: No space.*Free disk"):
-        change(home)
-    assert files_of(home) == old
-    with pytest.raises(FileError, match="No space left"):
-        change(created)
-    assert not created.exists()
+    for folder in (home, home.with_name("created")):
+        old = files_of(folder)
+        with pytest.MonkeyPatch.context() as patch:
+            at_call(patch, number, fail, "fsync rename")
+            with pytest.raises(FileError, match=r"cannot be written: No space.*Free disk"):
+                change(folder)
+        assert files_of(folder) == old
+        assert not [path for path in folder.rglob(".hydrodamp*") if path.name != MANIFEST]
+    assert not home.with_name("created").exists()
 
 
 def test_a_file_that_was_changed_after_an_abort_is_kept(home, monkeypatch):

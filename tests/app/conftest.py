@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import re
 import shutil
 import socket
 import threading
@@ -61,6 +62,9 @@ class Server:
         return json.loads(self.get(path))
 
     def post(self, path, status=200, **form):
+        """Post a form, to a project with the version of its files."""
+        project = re.match("/p/[^/]+", path)
+        form = {"version": version_of(self, project[0]) if project else "", **form}
         done, _, text = self.request("POST", path, form)
         assert done == status, text[:500]
         return text.decode()
@@ -111,6 +115,12 @@ def open_log(server, *paths, **more):
     status, headers, text = server.request("POST", "/open", {"log": paths, **more})
     assert status == 200, text[:500]
     return headers["HX-Redirect"].removeprefix(server.session.path).removesuffix("/channels")
+
+
+@pytest.fixture
+def project(server, canonical):
+    """The address of a project of that log."""
+    return open_log(server, canonical)
 
 
 def version_of(server, project):

@@ -14,7 +14,6 @@ import pytest
 
 import hydrodamp as hd
 from chromium import AXE, needs_chromium, open_chromium
-from strangers import Truth, ros1_odometry_and_wrench
 
 pytestmark = needs_chromium
 PICTURES = os.environ.get("HYDRODAMP_PICTURES")
@@ -281,31 +280,6 @@ def test_from_a_run_of_a_bluerov2_to_a_simulator(visit, measured_logs):
 
 
 @WIDE
-def test_from_a_bag_of_another_vehicle_to_an_export(visit):
-    root, page = visit.server.root, visit.page
-    ros1_odometry_and_wrench(root, Truth())
-    visit.open_listed("run.bag")
-    visit.check("bag")
-    visit.go("Vehicle")
-    page.get_by_label("Length [m]").fill("2")
-    page.get_by_role("radio", name="AUV").check()
-    page.get_by_label("Diameter [m]").fill("0.2")
-    page.get_by_label("Mass with flooded spaces [kg]").fill("45")
-    visit.click("Estimate")
-    page.get_by_role("heading", name="my-vehicle").wait_for()
-    visit.go("Split")
-    visit.wait_for_plots()
-    page.get_by_label("Training data").fill("0:60")
-    page.get_by_label("Test data", exact=True).fill("60:90")
-    visit.click("Save the split")
-    page.get_by_role("region", name="Excitation").wait_for()
-    visit.go("Run")
-    choose_models(visit, "fossen")
-    project = run_and_export(visit)
-    assert hd.read_damping(project / "results/damping.json").model.key == "fossen"
-
-
-@WIDE
 def test_from_a_run_of_a_ship_to_an_export(visit, measured_logs):
     """A planar log proposes the axes X Y N and gains by the names of rudder and propeller."""
     page, folder = visit.page, measured_logs("esso_osaka")
@@ -378,18 +352,6 @@ def test_another_local_server_gets_no_secret(visit, stranger):
         assert secret not in str(received)
     page.goto(start)
     page.get_by_role("heading", name="Open a log").wait_for()  # the session goes on
-
-
-@WIDE
-def test_a_used_address_tells_how_to_get_another(visit):
-    address = visit.server.address
-    page = visit.page.context.new_page()
-    page.goto(address)
-    page.get_by_role("heading", name="Open a log").wait_for()
-    page.reload()
-    page.get_by_role("heading", name="Open a log").wait_for()
-    page.goto(address)
-    page.get_by_text("latest address in the terminal").wait_for()
 
 
 @WIDE

@@ -118,16 +118,6 @@ def test_an_occupied_port_is_told(boat):
         stop(process)
 
 
-def test_other_commands_import_nothing_of_the_pages():
-    code = (
-        "import sys; from hydrodamp.cli.main import app; "
-        "print([name for name in sys.modules if name.startswith(('starlette', 'uvicorn', "
-        "'jinja2', 'hydrodamp.app'))])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
-
-
 def test_a_project_of_the_same_log_is_reopened(boat):
     first = create_project(boat.resolve(), ("boat.csv",))
     process, *_ = start(boat, "boat.csv")

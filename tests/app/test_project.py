@@ -45,12 +45,6 @@ def test_paths_outside_the_folder_are_refused(root, path):
         resolve_log(root, path)
 
 
-def test_a_link_out_of_the_folder_is_refused(root):
-    (root / "out.csv").symlink_to("/etc/passwd")
-    with pytest.raises(FileError, match="must be a file below"):
-        resolve_log(root, "out.csv")
-
-
 @pytest.mark.parametrize("name", ["..", "../a", "a/../b", "nothing"])
 def test_a_project_is_found_by_its_name_alone(root, name):
     with pytest.raises(FileError, match="no project"):

@@ -135,8 +135,7 @@ def test_uploads_are_whole_and_do_not_replace_other_files(server):
 
 
 @pytest.mark.slow
-def test_a_canonical_log_needs_no_mapping(server, canonical):
-    project = open_log(server, canonical)
+def test_a_project_log_needs_no_mapping(server, project):
     page = server.get(f"{project}/channels/checks")
     assert page.count("light green") > 6  # u v w p q r and more have their roles by name
     assert not (server.root / "dive.hydrodamp/mapping.yaml").exists()
@@ -148,8 +147,7 @@ def decode_values(encoded):
     return encoded["low"] + encoded["step"] * counts[counts < 65_535]
 
 
-def test_series_keep_the_extremes_of_the_log(server, canonical, campaign):
-    project = open_log(server, canonical)
+def test_series_keep_the_extremes_of_the_log(server, project, campaign):
     found = server.data(f"{project}/channels/series?column=u&n=50")
     values = decode_values(found["series"]["u"]["y"])
     assert values.max() == pytest.approx(campaign.train.velocity[:, 0].max(), rel=1e-4)
@@ -175,12 +173,16 @@ def foreign(server):
     return "boat.csv"
 
 
+@pytest.fixture
+def boat(server, foreign):
+    return open_log(server, foreign)
+
+
 def test_a_role_becomes_a_line_of_the_mapping(server, foreign):
     project = open_log(server, foreign)
     folder = server.root / "boat.hydrodamp"
     for column, role, unit in (("speed", "velocity.u", ""), ("sway", "velocity.v", "kn")):
-        version = version_of(server, project)
-        form = {"column": column, "role": role, "unit": unit, "sign": "1", "version": version}
+        form = {"column": column, "role": role, "unit": unit, "sign": "1"}
         page = server.post(f"{project}/channels/column", **form)
     assert "mapping" in page or "velocity" in page
     mapping = hd.read_mapping(folder / "mapping.yaml")
@@ -190,58 +192,47 @@ def test_a_role_becomes_a_line_of_the_mapping(server, foreign):
     assert log.velocity[0, 1] == pytest.approx(0.1 * 1852 / 3600)
 
 
-def test_names_of_a_file_stay_text(server, foreign):
-    project = open_log(server, foreign)
-    page = server.get(f"{project}/channels")
+def test_names_of_a_file_stay_text(server, boat):
+    page = server.get(f"{boat}/channels")
     assert HOSTILE not in page
     assert "&lt;script&gt;window.stolen" in page
 
 
-def test_a_faulty_text_of_the_mapping_is_not_written(server, foreign):
-    project = open_log(server, foreign)
-    version, path = version_of(server, project), server.root / "boat.hydrodamp/mapping.yaml"
+def test_a_faulty_text_of_the_mapping_is_not_written(server, boat):
+    path = server.root / "boat.hydrodamp/mapping.yaml"
     before = path.read_text("utf-8")
-    page = server.post(
-        f"{project}/channels/text", 422, text="velocitty: {u: speed}", version=version
-    )
+    page = server.post(f"{boat}/channels/text", 422, text="velocitty: {u: speed}")
     assert "velocity" in page
     assert path.read_text("utf-8") == before
 
 
-def test_two_tabs_lose_no_write(server, foreign):
-    project = open_log(server, foreign)
-    version = version_of(server, project)
+def test_two_tabs_lose_no_write(server, boat):
+    version = version_of(server, boat)
     form = {"column": "speed", "role": "velocity.u", "sign": "1", "version": version}
-    server.post(f"{project}/channels/column", **form)
+    server.post(f"{boat}/channels/column", **form)
     text = (server.root / "boat.hydrodamp/mapping.yaml").read_text("utf-8")
-    page = server.post(f"{project}/channels/column", 409, **{**form, "role": ""})
+    page = server.post(f"{boat}/channels/column", 409, **{**form, "role": ""})
     assert "another tab" in page
     assert (server.root / "boat.hydrodamp/mapping.yaml").read_text("utf-8") == text
 
 
-def test_a_step_is_previewed_and_applied(server, foreign):
-    project = open_log(server, foreign)
+def test_a_step_is_previewed_and_applied(server, boat):
     for column, role in (("speed", "velocity.u"), ("sway", "velocity.v")):
         form = {"column": column, "role": role, "sign": "1"}
-        server.post(f"{project}/channels/column", version=version_of(server, project), **form)
+        server.post(f"{boat}/channels/column", **form)
     query = "step=remove_outliers&channel=u"
-    found = server.data(f"{project}/channels/preview?{query}")["series"]["u"]
+    found = server.data(f"{boat}/channels/preview?{query}")["series"]["u"]
     before, after = (decode_values(each["y"]) for each in found)
     assert np.nanmax(before) == 40.0
     assert np.nanmax(after) < 2.0
-    version = version_of(server, project)
-    server.post(f"{project}/channels/step", step="remove_outliers", version=version)
+    server.post(f"{boat}/channels/step", step="remove_outliers")
     mapping = hd.read_mapping(server.root / "boat.hydrodamp/mapping.yaml")
     assert len(mapping.steps) == 1
 
 
-def test_sizes_give_a_vehicle_file(server, canonical):
-    project = open_log(server, canonical)
+def test_sizes_give_a_vehicle_file(server, project):
     sizes = {"length": "2.1", "diameter": "0.19", "mass": "40", "height": "12", "name": "mine"}
-    version = version_of(server, project)
-    server.post(
-        f"{project}/vehicle", source="sizes", version=version, axis=["X", "Y", "N"], **sizes
-    )
+    server.post(f"{project}/vehicle", source="sizes", axis=["X", "Y", "N"], **sizes)
     vehicle = hd.read_vehicle(server.root / "dive.hydrodamp/vehicle.yaml")
     assert vehicle.axes == ("X", "Y", "N")
     assert vehicle.center_of_buoyancy[2] == pytest.approx(-0.012)
@@ -252,44 +243,30 @@ def test_sizes_give_a_vehicle_file(server, canonical):
     assert b"must be a number [kg]" in text
 
 
-def test_gains_become_models_that_extend_the_chosen_ones(server, canonical):
-    project = open_log(server, canonical)
-    version = version_of(server, project)
-    server.post(f"{project}/vehicle/gains", gain=["rpm|X", "rudder|N"], version=version)
+def test_gains_become_models_that_extend_the_chosen_ones(server, project):
+    server.post(f"{project}/vehicle/gains", gain=["rpm|X", "rudder|N"])
     models = hd.read_models(server.root / "dive.hydrodamp/model.yaml")
     assert [model.key for model in models] == ["linear-gains", "fossen-gains", "prestero-gains"]
     assert {"rpm", "rudder"} <= {*models[0].commands}
     assert "has no actuators" not in server.get(f"{project}/channels/checks")
 
 
-def test_a_run_has_the_general_model_by_default_beside_models_with_gains(server, canonical):
+def test_a_run_has_the_general_model_by_default_beside_models_with_gains(server, project):
     from hydrodamp.app.commands import compare_command
 
-    project = open_log(server, canonical)
     found = find_project(server.root, "dive")
     assert 'value="general" checked' in server.get(f"{project}/run")
     assert "general,linear,fossen,prestero" in compare_command(found)
-    server.post(f"{project}/vehicle/gains", gain=["rpm|X"], version=version_of(server, project))
+    server.post(f"{project}/vehicle/gains", gain=["rpm|X"])
     assert "general,dive.hydrodamp/model.yaml" in compare_command(found)
-    version = version_of(server, project)
-    server.post(f"{project}/run/choice", model="general", method="weak", version=version)
+    server.post(f"{project}/run/choice", model="general", method="weak")
     assert "general" in compare_command(found)
     assert not found.text("model.yaml")
-    version = version_of(server, project)
-    server.post(f"{project}/run/choice", model="linear", method="weak", version=version)
+    server.post(f"{project}/run/choice", model="linear", method="weak")
     assert "dive.hydrodamp/model.yaml" in compare_command(found)
 
 
-def test_an_interval_outside_the_log_is_refused(server, canonical):
-    project = open_log(server, canonical)
-    version = version_of(server, project)
-    assert "no two samples" in server.post(
-        f"{project}/split", 422, train="90000:99999", test="0:10", version=version
-    )
-
-
-def test_files_of_a_project_alone_are_sent(server, canonical):
-    project = open_log(server, canonical)
+def test_files_of_a_project_alone_are_sent(server, project):
     assert "logs" in server.get(f"{project}/file/project.yaml")
     for path in ("../dive.csv", "%2e%2e/dive.csv", "nothing.yaml"):
         assert server.request("GET", f"{project}/file/{path}")[0] in (404, 422)
@@ -298,14 +275,10 @@ def test_files_of_a_project_alone_are_sent(server, canonical):
     assert {"dive.hydrodamp/project.yaml", "commands.sh"} <= {*names}
 
 
-def test_a_project_is_where_it_was_after_a_restart(server, canonical):
+def test_a_project_is_where_it_was_after_a_restart(server, project):
     """State is files: another process reads what the first wrote."""
-    project = open_log(server, canonical)
-    version = version_of(server, project)
-    server.post(f"{project}/split", train="0:20", test="20:40", version=version)
-    server.post(
-        f"{project}/vehicle", source="fleet", name="vt690", version=version_of(server, project)
-    )
+    server.post(f"{project}/split", train="0:20", test="20:40")
+    server.post(f"{project}/vehicle", source="fleet", name="vt690")
 
     again = find_project(Path(server.root), "dive").arguments
     assert again.vehicle == "vt690"
@@ -357,20 +330,16 @@ def test_parts_of_a_log_are_the_same_as_a_folder_ticked_or_joined_by_plus(server
 
 
 @pytest.mark.slow
-def test_gains_survive_a_change_of_models_and_an_edited_file_is_kept(server, canonical):
-    project = open_log(server, canonical)
+def test_gains_survive_a_change_of_models_and_an_edited_file_is_kept(server, project):
     path = server.root / "dive.hydrodamp/model.yaml"
-    server.post(f"{project}/vehicle/gains", gain=["rpm|X"], version=version_of(server, project))
+    server.post(f"{project}/vehicle/gains", gain=["rpm|X"])
     for models in ([], ["coe"]):
-        version = version_of(server, project)
-        server.post(f"{project}/run/choice", model=models, method="weak", version=version)
+        server.post(f"{project}/run/choice", model=models, method="weak")
     assert [model.key for model in hd.read_models(path)] == ["coe-gains"]
     path.write_text(path.read_text("utf-8").replace("coe-gains", "mine"), "utf-8")
-    version = version_of(server, project)
-    server.post(f"{project}/run/choice", model=["linear"], method="weak", version=version)
+    server.post(f"{project}/run/choice", model=["linear"], method="weak")
     assert [model.key for model in hd.read_models(path)] == ["mine"]
-    version = version_of(server, project)
-    text = server.post(f"{project}/vehicle/gains", 422, gain=["rpm|Y"], version=version)
+    text = server.post(f"{project}/vehicle/gains", 422, gain=["rpm|Y"])
     assert "edited by hand" in text
 
 
@@ -406,15 +375,13 @@ def test_links_out_of_the_folder_are_not_followed(server, canonical, tmp_path_fa
 @pytest.mark.parametrize(
     "text", ["commands: 5", "topics: {a: 5}", "commands: [{a: 1}]", "extends: 5"]
 )
-def test_a_mapping_that_was_damaged_by_hand_is_shown(server, foreign, text):
-    project = open_log(server, foreign)
+def test_a_mapping_that_was_damaged_by_hand_is_shown(server, boat, text):
     (server.root / "boat.hydrodamp/mapping.yaml").write_text(text, "utf-8")
-    assert text in server.get(f"{project}/channels").replace("&#39;", "'")
-    assert "not usable" in server.get(f"{project}/channels/checks")
+    assert text in server.get(f"{boat}/channels").replace("&#39;", "'")
+    assert "not usable" in server.get(f"{boat}/channels/checks")
 
 
-def test_an_unexpected_error_is_a_message(server, canonical, monkeypatch):
-    project = open_log(server, canonical)
+def test_an_unexpected_error_is_a_message(server, project, monkeypatch):
     from hydrodamp.app import channels
 
     monkeypatch.setattr(channels, "read_files", lambda project: 1 / 0)
@@ -424,8 +391,7 @@ def test_an_unexpected_error_is_a_message(server, canonical, monkeypatch):
     assert "script-src 'self'" in headers["Content-Security-Policy"]
 
 
-def test_a_report_of_others_runs_no_script(server, canonical):
-    project = open_log(server, canonical)
+def test_a_report_of_others_runs_no_script(server, project):
     (server.root / "dive.hydrodamp/evil.html").write_text("<script>1</script>", "utf-8")
     _, headers, _ = server.request("GET", f"{project}/file/evil.html")
     policy = headers["Content-Security-Policy"]
@@ -433,19 +399,15 @@ def test_a_report_of_others_runs_no_script(server, canonical):
     assert "unsafe-inline'; script-src 'sha256-" in policy
 
 
-def test_overlap_and_constant_commands_are_told(server, canonical):
-    project = open_log(server, canonical)
-    form = {"train": "0:100", "test": "50:200"}
-    page = server.post(f"{project}/split", version=version_of(server, project), **form)
+def test_overlap_is_told_and_wrong_intervals_are_refused(server, project):
+    page = server.post(f"{project}/split", train="0:100", test="50:200")
     assert "Training and test data share" in page
-    reverse = {"train": "100:50", "test": "0:10"}
-    page = server.post(f"{project}/split", 422, version=version_of(server, project), **reverse)
-    assert "START &lt; END" in page or "START" in page
+    for train, words in (("100:50", "START"), ("90000:99999", "no two samples")):
+        assert words in server.post(f"{project}/split", 422, train=train, test="0:10")
 
 
 @pytest.mark.slow
-def test_pages_write_nothing(server, canonical):
-    project = open_log(server, canonical)
+def test_pages_write_nothing(server, project):
     before = version_of(server, project)
     pages = [
         server.get(f"{project}/{screen}") for screen in ("channels", "vehicle", "split", "run")
@@ -556,10 +518,8 @@ def test_a_run_on_a_full_disk_is_refused_or_has_an_owner(
     server, canonical, monkeypatch, method, status
 ):
     project, started = open_log(server, canonical), []
-    version, form = version_of(server, project), {"train": "0:20", "test": "20:40"}
-    server.post(f"{project}/split", version=version, **form)
-    version = version_of(server, project)
-    server.post(f"{project}/vehicle", source="fleet", name="vt690", version=version)
+    server.post(f"{project}/split", train="0:20", test="20:40")
+    server.post(f"{project}/vehicle", source="fleet", name="vt690")
     job = SimpleNamespace(wait=lambda: 0, returncode=0, pid=1)
     monkeypatch.setattr(subprocess, "Popen", lambda *a, **more: started.append(1) or job)
     real = getattr(Path, method)

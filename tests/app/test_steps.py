@@ -11,7 +11,7 @@ from hydrodamp.app.project import find_project
 from hydrodamp.app.steps import STEPS, find_blocker, step_states
 from hydrodamp.experiment_design.envelope import read_envelope
 
-from .conftest import open_log, version_of
+from .conftest import open_log
 
 
 def states(project):
@@ -34,8 +34,7 @@ def finish(project):
 def chosen(server, canonical):
     """A project with all choices."""
     address = open_log(server, canonical)
-    form = {"train": "0:100", "test": "120:220", "version": version_of(server, address)}
-    server.post(f"{address}/split", **form)
+    server.post(f"{address}/split", train="0:100", test="120:220")
     project = find_project(server.root, "dive")
     project.update(project.version, vehicle="vt690")
     return project
@@ -50,12 +49,12 @@ def test_steps_follow_the_choices(server, canonical):
     page = server.get(f"{address}/run")
     assert "First, Vehicle: choose a vehicle." in page
     assert f'{address}/vehicle">Go to Vehicle' in page
-    server.post(f"{address}/vehicle", source="fleet", name="vt690", version=project.version)
-    form = {"train": "0:100", "test": "120:220", "version": project.version}
-    assert 'hx-swap-oob="true"' in server.post(f"{address}/split", **form)
+    server.post(f"{address}/vehicle", source="fleet", name="vt690")
+    page = server.post(f"{address}/split", train="0:100", test="120:220")
+    assert 'hx-swap-oob="true"' in page
     assert states(project)[3:] == ["done", "ready", "waits", "waits"]
     assert "Run 4 fits" in server.get(f"{address}/run")
-    page = server.post(f"{address}/run/choice", method="weak", version=project.version)
+    page = server.post(f"{address}/run/choice", method="weak")
     assert "Choose a model and a method" in page
     assert states(project)[4] == "needs"
 
@@ -138,11 +137,11 @@ def test_actuators_take_mixed_commands_of_the_log_or_are_left_out(server):
     hd.write_log(log, server.root / "dive.csv")
     address = open_log(server, "dive.csv")
     project = find_project(server.root, "dive")
-    server.post(f"{address}/vehicle", source="fleet", name="vt690", version=project.version)
+    server.post(f"{address}/vehicle", source="fleet", name="vt690")
     assert "Actuators that the log does not command" in server.get(f"{address}/vehicle")
     form = {"first-rudder": "bottom", "sign-rudder": "-1", "second-rudder": "top"}
     form |= {"first-elevator": "port", "sign-elevator": "-1", "second-elevator": ""}
-    server.post(f"{address}/vehicle/actuators", version=project.version, **form)
+    server.post(f"{address}/vehicle/actuators", **form)
     mapped = hd.read_log(server.root / "dive.csv", mapping=str(project.path("mapping.yaml")))
     expected = 0.5 * (fins["bottom"] - fins["top"])
     np.testing.assert_allclose(mapped.command("rudder"), expected, atol=1e-12)
@@ -150,7 +149,7 @@ def test_actuators_take_mixed_commands_of_the_log_or_are_left_out(server):
     assert hd.read_vehicle(project.path("vehicle.yaml")).commands == ("rudder", "elevator")
     assert "does not command" not in server.get(f"{address}/vehicle")
     gains = ["top|N", "bottom|N", "rudder|N"]
-    refusal = server.post(f"{address}/vehicle/gains", 422, gain=gains, version=project.version)
+    refusal = server.post(f"{address}/vehicle/gains", 422, gain=gains)
     assert "rudder is determined by top and bottom" in refusal
 
 
@@ -163,9 +162,9 @@ def test_entered_sizes_stay_and_a_planar_log_proposes_a_boat(server):
     project = find_project(server.root, "boat")
     sizes = {"length": "1.35", "beam": "0.98", "draft": "0.11", "mass": "28"}
     form = {"source": "sizes", "kind": "catamaran", "height": "", **sizes}
-    server.post(f"{address}/vehicle", version=project.version, **form)
+    server.post(f"{address}/vehicle", **form)
     assert hd.read_vehicle(project.path("vehicle.yaml")).axes == ("X", "Y", "N")
-    server.post(f"{address}/vehicle", source="fleet", name="otter", version=project.version)
+    server.post(f"{address}/vehicle", source="fleet", name="otter")
     page = server.get(f"{address}/vehicle")
     assert 'value="catamaran" checked' in page
     assert 'name="beam" inputmode="decimal" size="8" value="0.98"' in page
@@ -179,8 +178,7 @@ def test_each_correction_of_an_issue_changes_the_mapping(server, canonical):
         ("sign", "-1", "rudder"), ("delay", "0.25", "rudder"), ("omit", "rpm", "rpm rudder"),
         ("option", "subtract_current", "u v w"), ("unit", "deg", "elevator"),
     ]:  # fmt: skip
-        form = {"kind": kind, "step": step, "channel": channel, "version": project.version}
-        server.post(f"{address}/channels/step", **form)
+        server.post(f"{address}/channels/step", kind=kind, step=step, channel=channel)
     content = hd.files.load_yaml(project.path("mapping.yaml"))
     assert content["commands"]["rudder"] == {"column": "rudder", "sign": -1, "delay": 0.25}
     assert content["commands"]["elevator"]["unit"] == "deg"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -45,6 +46,12 @@ def fleet():
     campaign = hd.reenact(seed=0, duration=40.0)
     truth = hd.identify(MODEL, campaign.vehicle, campaign.exact_train, hd.WeakForm()).damping
     return Fleet(campaign.vehicle, campaign.train, truth)
+
+
+@pytest.fixture(scope="session")
+def threads():
+    with ThreadPoolExecutor(2) as executor:
+        yield executor
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,12 +19,6 @@ MAPPING = {
     "velocity": {name: name for name in "uvwpqr"},
     "attitude": {name: name for name in ("qw", "qx", "qy", "qz")},
 }
-
-
-@pytest.fixture(scope="module")
-def threads():
-    with ThreadPoolExecutor(2) as executor:
-        yield executor
 
 
 @pytest.fixture

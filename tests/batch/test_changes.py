@@ -53,10 +53,11 @@ def test_a_change_is_dated(first):
     assert change.relative_change == pytest.approx(4.0, abs=0.5)
 
 
-def test_a_group_without_finite_coefficients_is_left_out():
+def test_a_group_without_coefficients_or_standard_errors_is_left_out():
     fits = shifted(season(np.random.default_rng(7), 8), 10, by=40.0)
     fits[4] = replace(fits[4], damping=hd.Damping(MODEL, np.full(MODEL.n_coefficients, np.nan)))
     fits[5] = replace(fits[5], aliased=(("X_u|u|",),))
+    fits[6] = replace(fits[6], uncertainty=None)
     (change,) = find_change_points(fits)
     assert (change.label, change.first) == ("X_u|u|", 10)
 

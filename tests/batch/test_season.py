@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -11,19 +10,12 @@ import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
-from hydrodamp.batch.groups import find_change_points
 from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
 from hydrodamp.conditioning.dropouts import remove_samples
 from hydrodamp.errors import FileError, GapWarning, LogError, MethodError, ProblemError
 from hydrodamp.identification.regression import merge
 
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
-
-
-@pytest.fixture(scope="module")
-def threads():
-    with ThreadPoolExecutor(2) as executor:
-        yield executor
 
 
 @pytest.mark.slow
@@ -224,19 +216,6 @@ def test_methods_without_statistics_report_the_outliers_that_they_leave_out(
     assert "`rpm`: 1 implausible sample" in message
 
 
-@pytest.mark.slow
-def test_days_are_in_order_whatever_their_clocks_say(fleet, tmp_path, threads):
-    """Clocks count from boot, later on later days or earlier; one counts from 1970."""
-    starts = {1: 9e4, 2: 10.0, 3: 5e4, 4: 1777852800.0, 5: 3e3}  # the fourth of May
-    for day, start in starts.items():
-        log = fleet.dive(day)
-        hd.write_log(replace(log, time=log.time + start), tmp_path / f"2026-05-{day:02d}.csv")
-    found = hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads)
-    assert [one.group[0][-2:] for one in found.fits] == ["01", "02", "03", "04", "05"]
-    found = hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads, by=[r"-(\d\d)\."])
-    assert (found.order, found.changes) == ("name", {})
-
-
 def test_equal_logs_of_a_group_count_once(fleet, tmp_path, threads):
     hd.write_log(fleet.dive(1), tmp_path / "2026-05-01.csv")
     (tmp_path / "copy_2026-05-01.csv").write_bytes((tmp_path / "2026-05-01.csv").read_bytes())
@@ -290,40 +269,3 @@ def test_a_wrong_call_is_refused_before_work(more, error, says, fleet, season):
     logs = more.pop("logs", season)
     with pytest.raises(error, match=says):
         hd.batch(logs, fleet.vehicle, MODEL, **more)
-
-
-def test_a_day_without_standard_errors_is_passed_over():
-    """Its number still counts: what changes from the sixth group on is told of the sixth."""
-    model, rng = hd.DampingModel.from_table({"X": "u|u|"}, key="one"), np.random.default_rng(4)
-    fits = [
-        hd.Fit(
-            hd.Damping(model, [-8.0 - 2.0 * (day >= 5) + 0.01 * rng.standard_normal()]),
-            "weak",
-            hd.Status.OK,
-            uncertainty=None if day == 1 else hd.Uncertainty(np.eye(1) * 1e-4, 15, "by hand"),
-        )
-        for day in range(8)
-    ]
-    assert [(one.first, round(one.relative_change, 2)) for one in find_change_points(fits)] == [
-        (5, 0.25)
-    ]
-
-
-@pytest.mark.slow
-def test_quiet_seasons_rarely_change():
-    """At a level of 0.002, more than 3 of 300 seasons change with a probability of 0.3 %."""
-    rng, found = np.random.default_rng(3), 0
-    model = hd.DampingModel.from_table({"X": "u|u|", "N": "ur uv r|r|"}, key="four")
-    for _ in range(300):
-        errors = rng.standard_normal((20, 16, 4)) * rng.uniform(0.5, 2.0, (20, 1, 1))
-        fits = [
-            hd.Fit(
-                hd.Damping(model, one.mean(axis=0)),
-                "weak",
-                hd.Status.OK,
-                uncertainty=hd.Uncertainty(np.cov(one.T) / 16, 15, "by hand"),
-            )
-            for one in errors
-        ]
-        found += bool(find_change_points(fits))
-    assert found <= 3

@@ -6,6 +6,7 @@ import re
 import select
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,15 +17,7 @@ from hydrodamp.cli.main import app
 from hydrodamp.data.log import Segment
 from hydrodamp.report.files import ReportContent
 
-VEHICLE = """\
-name: planar
-axes: [X, Y, N]
-mass_matrix: [[20, 0, 0], [0, 30, 0], [0, 0, 5]]
-weight: 100
-buoyancy: 100
-actuators:
-  - {kind: matrix, commands: [ahead, turn], wrench: [[10, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 4]]}
-"""
+VEHICLES = Path(__file__).with_name("vehicles")
 TRUTH = {"X_u": -8.0, "Y_v": -40.0, "Y_r": 3.0, "N_v": 2.0, "N_r": -6.0}
 
 
@@ -48,7 +41,7 @@ def motion(vehicle, seed, name="1", n=400):
 def planar(tmp_path_factory):
     """A folder with `planar.yaml`, `a.csv`, `b.csv` and the joined `ab.csv`."""
     home = tmp_path_factory.mktemp("planar")
-    (home / "planar.yaml").write_text(VEHICLE, encoding="utf-8")
+    shutil.copy(VEHICLES / "planar.yaml", home)
     vehicle = hd.read_vehicle(home / "planar.yaml")
     for name, runs in {"a": {"1": 1}, "b": {"1": 2}, "ab": {"one": 1, "two": 2}}.items():
         logs = (motion(vehicle, seed, segment) for segment, seed in runs.items())
@@ -65,22 +58,10 @@ def folder(planar, tmp_path, monkeypatch):
     return tmp_path
 
 
-BOAT = """\
-name: boat
-axes: [X, Y, N]
-mass_matrix: [[30, 0, 0], [0, 45, 0], [0, 0, 8]]
-weight: 300
-buoyancy: 300
-actuators:
-  - {kind: fin, command: rudder, force: {Y: 6, N: -5}, limit: 0.4}
-  - {kind: propeller, command: rpm, thrust: 2.0e-5}
-"""
-
-
 @pytest.fixture
 def boat(folder):
     """Return the folder, with the file of a boat with rudder and propeller."""
-    (folder / "boat.yaml").write_text(BOAT, "utf-8")
+    shutil.copy(VEHICLES / "boat.yaml", folder)
     return folder
 
 

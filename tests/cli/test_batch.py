@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-from dataclasses import replace
 
 import pytest
 
@@ -66,21 +65,6 @@ def test_groups_of_too_little_are_named(folder, call):
     assert "gertler-hagen 2026-05-01 (400 samples) do not determine all coefficients" in told
     assert "linear 2026-05-01 (400 samples), gertler-hagen" in told
     assert "too short for standard errors" in told
-
-
-@pytest.mark.slow
-def test_a_wild_command_is_left_out_and_json_is_valid(folder, call):
-    write(folder, "dive-2026-05-01.csv")
-    log = hd.read_log("b.csv")
-    commands = log.commands.copy()
-    commands[10] = 1e200
-    hd.write_log(replace(log, commands=commands), folder / "dive-2026-05-02.csv")
-    document = json.loads(call(LINE.format("dive-2026-05-0*.csv", "day") + " --json").stdout)
-    assert document["failed"] == {}
-    assert {row["day"] for row in document["coefficients"]} == {"2026-05-01", "2026-05-02"}
-    assert all("dive-2026-05-02.csv: `" in outlier for outlier in document["outliers"])
-    assert [outlier.split("`")[1] for outlier in document["outliers"]] == [*log.command_names]
-    assert all("1e+200 at" in outlier for outlier in document["outliers"])
 
 
 @pytest.mark.slow

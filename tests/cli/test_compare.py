@@ -1,10 +1,13 @@
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
+
+from .conftest import VEHICLES
 
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
@@ -37,7 +40,6 @@ def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     done = call(f"{PARTS} --models linear,fossen --methods ls,ai --json --out out")
     document = json.loads(done.stdout)
     assert document.pop("paths") == {"folder": "out", "damping": "out/damping.json"}
-    assert document == json.loads((folder / "out" / "comparison.json").read_text("utf-8"))
     assert set(document) == {"format", "version", "verdict", "rows", "units", "provenance"}
     assert document["verdict"]["model"] == "linear"
     assert set(document["verdict"]["axes"]) == {"u", "v", "r"}
@@ -120,42 +122,8 @@ def test_settings_reach_the_score(folder, call):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_an_earlier_comparison_is_named_before_it_goes(folder, call):
-    line = f"{PARTS} --methods ls --out out --models"
-    assert "earlier comparison" not in call(f"{line} linear").stderr
-    (old,) = (folder / "out" / "fits").iterdir()
-    assert "out: holds results already" in call(f"{line} fossen", 2).stderr
-    assert old.exists()
-    again = call(f"{line} fossen --force")
-    assert "out contains an earlier comparison" in again.stderr
-    assert not old.exists()
-    assert [row.model for row in hd.read_comparison("out").rows] == ["fossen"]
-
-
-GUESS = """\
-name: planar
-axes: [X, Y, N]
-rigid_body: {mass: 18, inertia: [0, 0, 3]}
-added_mass:
-  - [2, 0, 0, 0, 0, 0]
-  - [0, 60, 0, 0, 0, 0]
-  - [0, 0, 0, 0, 0, 0]
-  - [0, 0, 0, 0, 0, 0]
-  - [0, 0, 0, 0, 0, 0]
-  - [0, 0, 0, 0, 0, 2]
-std: {added_mass: {Y: 50 %}}
-origin: {added_mass: formula}
-weight: 100
-buoyancy: 100
-actuators:
-  - {kind: matrix, commands: [ahead, turn], wrench: [[10, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 4]]}
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, call):
-    (folder / "guess.yaml").write_text(GUESS, encoding="utf-8")
+    shutil.copy(VEHICLES / "guess.yaml", folder)
     line = "compare --train a.csv --test b.csv --vehicle guess.yaml --models linear --methods oe"
     rows = [
         json.loads(call(f"{line} --json {option}").stdout)["rows"][0]

@@ -43,14 +43,6 @@ def test_the_page_of_the_card_is_made_again(folder, call, damping):
     assert "export again" in call("report lib --force", 2).stderr
 
 
-@pytest.mark.usefixtures("undrawn")
-def test_a_fit_says_where_it_sailed(folder, call):
-    call("identify a.csv --vehicle planar.yaml --model linear --method ls --out fit.json")
-    done = call("export python fit.json --vehicle planar.yaml --out sim --json")
-    assert "rad/s" in json.loads(done.stdout)["box"]
-    assert "v" in json.loads(done.stdout)["box"]
-
-
 @pytest.mark.slow
 def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypatch):
     refuses = folder / "bin" / "cc"

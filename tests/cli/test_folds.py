@@ -14,16 +14,6 @@ LINE = "compare a.csv --folds 5 --vehicle planar.yaml --models linear,fossen --m
 THREE = LINE.replace("--folds 5", "--folds 3")
 
 
-@pytest.mark.slow
-def test_tables_say_which_model_and_why(folder, call):
-    assert len(call(LINE).stdout.splitlines()) <= 25
-    done = call(f"{LINE} --verbose")
-    assert done.stdout.startswith("Usable: linear by ls for u v r.")
-    assert "linear by ls has the least error of 2 replays, " in " ".join(done.stdout.split())
-    for column in ("step", "1 s", "10 s", "run"):
-        assert column in done.stdout
-
-
 def test_json_holds_every_fold_and_horizon(folder, call):
     document = json.loads(call(f"{THREE} --json").stdout)
     assert len(document["held_out"]) == 3
@@ -34,13 +24,6 @@ def test_json_holds_every_fold_and_horizon(folder, call):
     whole = document["whole"][0]
     assert set(whole["rms_by_horizon"]) == {"one step", "1 s", "10 s", "whole run"}
     assert document["verdict"]["model"] == "linear"
-
-
-def test_what_is_written_is_what_json_prints(folder, call):
-    document = json.loads(call(f"{THREE} --json --out out").stdout)
-    assert document.pop("paths") == {"validation": "out/validation.json"}
-    assert document == json.loads((folder / "out" / "validation.json").read_text("utf-8"))
-    assert "holds results already" in call(f"{LINE} --out out", 2).stderr
 
 
 def test_without_an_error_on_any_fold_the_work_failed(folder, call):

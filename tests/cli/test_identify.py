@@ -8,7 +8,6 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import empty_fit
 from hydrodamp.report.files import Picture, ReportContent, picture_files
 from hydrodamp.results import save_results
 
@@ -49,15 +48,6 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
     drawn = {path.name for path in (folder / "d.v2.figures").iterdir()}
     assert {"horizons.svg", "replays.svg", "index.json"} <= drawn
     assert {"front.svg", "residuals.svg"}.isdisjoint(drawn)
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_json_is_the_damping_file(folder, call):
-    done = call(f"{LINE} --train 0:30 --json --out d.json")
-    document = json.loads(done.stdout)
-    assert document.pop("paths") == {"damping": "d.json", "report": "d.report.html"}
-    assert document == json.loads((folder / "d.json").read_text("utf-8"))
-    assert document["fit"]["n_samples"] < 400
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -103,19 +93,6 @@ def test_all_or_nothing_of_an_earlier_fit_is_replaced(folder, call, monkeypatch,
     assert "d.report.html stays as it is" in done.stderr
     assert (folder / "d.report.html").read_text("utf-8") == "old"
     assert [*figures.iterdir()] == [mine]
-
-
-def test_a_fit_without_numbers_writes_nothing(folder, call, monkeypatch):
-    class Hopeless:
-        key = "ls"
-
-        def identify(self, problem, model):
-            return empty_fit(problem, model, self.key, hd.Status.FAILED)
-
-    monkeypatch.setattr("hydrodamp.identification.methods.MethodEntry.make", lambda _: Hopeless())
-    done = call(f"{LINE} --out d.json", 1)
-    assert "error: failed" in done.stderr
-    assert not (folder / "d.json").exists()
 
 
 @pytest.mark.slow

@@ -143,19 +143,6 @@ def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, mo
 
 
 @pytest.mark.slow
-def test_a_run_without_a_fit_in_common_is_not_resumed(folder, call, monkeypatch):
-    with monkeypatch.context() as patch:
-        interrupt_fits(patch, 2)
-        call(LINE, 130)
-    before = document()
-    other = LINE.replace("--train one", "--train two")
-    assert "`--force`" in call(f"{other} --resume", 2).stderr
-    assert document() == before
-    call(f"{other} --resume --force")
-    assert "unfinished" not in document()["provenance"]
-
-
-@pytest.mark.slow
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
     interrupt_drawing(monkeypatch, 1)
     call(LINE, 130)

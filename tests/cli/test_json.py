@@ -11,7 +11,8 @@ CALLS = {
     "--methods ls --out out",
     "folds": "compare ab.csv --folds 2 --vehicle planar.yaml --models linear --methods ls "
     "--out out",
-    "identify": "identify ab.csv --vehicle planar.yaml --model linear --method weak --out d.json",
+    "identify": "identify a.csv --train 0:30 --vehicle planar.yaml --model linear --method weak "
+    "--out d.json",
     "convert": "convert ab.csv --out c.csv",
     "batch": "batch a.csv b.csv --vehicle planar.yaml --model linear --group-by folder "
     "--out season",
@@ -32,6 +33,10 @@ def test_json_has_format_version_and_paths(folder, call, validator, name):
     document = json.loads(call(f"{CALLS[name]} --json").stdout)
     validator.validate(document)
     assert document["format"].startswith("hydrodamp-")
+    name_of_file = {"compare": "out/comparison.json", "folds": "out/validation.json"}
+    if name in {**name_of_file, "identify": ""}:
+        text = (folder / name_of_file.get(name, "d.json")).read_text("utf-8")
+        assert json.loads(text) == {key: each for key, each in document.items() if key != "paths"}
     for path in document["paths"].values():
         assert (folder / path).exists() or path.endswith("report.html"), path
     if name == "compare":

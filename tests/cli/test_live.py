@@ -22,6 +22,10 @@ KILLS = int(os.environ.get("HYDRODAMP_KILLS", "5"))
 START = "live --vehicle planar.yaml --model linear"
 
 
+def words(*more):
+    return [sys.executable, "-m", "hydrodamp", *START.split(), *more]
+
+
 def test_a_log_is_told_as_the_batch_fit(folder, call):
     done = call(f"{START} --source b.csv --checkpoint s.json")
     line = json.loads(done.stdout.splitlines()[-1])
@@ -40,13 +44,7 @@ def test_a_log_is_told_as_the_batch_fit(folder, call):
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP"])
 def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
-    line = [
-        sys.executable,
-        "-m",
-        "hydrodamp",
-        *START.split(),
-        *["--source", "stdin", "--checkpoint", "s.json"],
-    ]
+    line = words("--source", "stdin", "--checkpoint", "s.json")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen(line, **pipes) as run:
         run.stdin.write((folder / "b.csv").read_text())
@@ -64,26 +62,21 @@ def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
 def test_a_run_that_is_killed_goes_on_bit_for_bit(folder, call):
     """Killed at random moments: no state is half, and the last line is the same."""
     whole = call(f"{START} --source a.csv").stdout.splitlines()[-1]
-    words = [sys.executable, "-m", "hydrodamp", *START.split(), "--source", "a.csv"]
-    words += ["--checkpoint", "s.json", "--checkpoint-interval", "0"]
+    run_words = words("--source", "a.csv", "--checkpoint", "s.json", "--checkpoint-interval", "0")
     begun = monotonic()
-    subprocess.run([*words, "--output-interval", "1e9"], check=True, capture_output=True)
+    subprocess.run([*run_words, "--output-interval", "1e9"], check=True, capture_output=True)
     length, random = monotonic() - begun, Random(1)
     (folder / "s.json").unlink()
     for _ in range(KILLS):
-        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+        with subprocess.Popen(run_words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
             try:
                 run.wait(random.uniform(0.4 * length, length))
             except subprocess.TimeoutExpired:
                 run.kill()
         if (folder / "s.json").exists():
             assert "checksum" in json.loads((folder / "s.json").read_text())
-    end = subprocess.run(words, check=True, capture_output=True, text=True)
+    end = subprocess.run(run_words, check=True, capture_output=True, text=True)
     assert end.stdout.splitlines()[-1] == whole
-
-
-def words(*more):
-    return [sys.executable, "-m", "hydrodamp", *START.split(), *more]
 
 
 @pytest.mark.slow
@@ -127,30 +120,9 @@ def test_a_signal_ends_a_pause_of_a_paced_log(folder):
         assert process.wait(60) == 0
 
 
-@pytest.mark.slow
-def test_a_second_run_with_the_same_state_is_refused(folder, call):
-    run = words("--source", "stdin", "--checkpoint", "s.json")
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen(run, **pipes) as process:
-        process.stdin.write((folder / "b.csv").read_text())
-        process.stdin.flush()
-        process.stdout.readline()
-        said = call(f"{START} --source b.csv --checkpoint s.json", status=2).stderr
-        assert f"another run of `hydrodamp live` (process {process.pid})" in said
-        process.kill()
-    call(f"{START} --source b.csv --checkpoint s.json")
-
-
 def test_an_address_of_another_machine_is_refused(folder, call):
     line = f"{START} --source udp://192.0.2.1:0 --allow-remote"
     assert "cannot be bound" in call(line, status=2).stderr
-
-
-def test_a_state_file_that_is_none_is_refused(folder, call):
-    (folder / "notes.yaml").write_text(text := "name: mine\n")
-    said = call(f"{START} --source b.csv --checkpoint notes.yaml", status=2).stderr
-    assert "notes.yaml: is not a state" in said
-    assert (folder / "notes.yaml").read_text() == text
 
 
 def test_a_reader_that_fails_is_status_1(folder, call, monkeypatch):

@@ -13,7 +13,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.stepwise import StepwiseSelection
 
-from .conftest import BOAT, TRUTH
+from .conftest import TRUTH, VEHICLES
 
 HERE = Path(__file__).parent
 LINES = (HERE / "refused_calls.txt").read_text("utf-8").splitlines()
@@ -29,7 +29,7 @@ def files(planar, tmp_path_factory):
     home = tmp_path_factory.mktemp("refused")
     for source in (planar, HERE / "spoilt"):
         shutil.copytree(source, home, dirs_exist_ok=True)
-    (home / "boat.yaml").write_text(BOAT, "utf-8")
+    shutil.copy(VEHICLES / "boat.yaml", home)
     shutil.copy(home / "a.csv", home / "c.report.html")
     os.link(home / "a.csv", home / "link.csv")
     hd.write_damping(hd.Damping.from_dict(None, TRUTH), home / "d.json")

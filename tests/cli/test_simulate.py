@@ -38,25 +38,18 @@ def test_what_looks_wrong_about_the_log_is_told(folder, call, damping):
     assert "quality issue: `r` is frozen" in " ".join(done.stderr.split())
 
 
-def test_a_diverged_replay_failed(folder, call, damping):
-    document = json.loads((folder / damping).read_text("utf-8"))
-    document["coefficients"]["X_u"] = 300.0
-    (folder / "wild.json").write_text(json.dumps(document), "utf-8")
-    done = call("simulate b.csv --vehicle planar.yaml --damping wild.json --json --out t.csv", 1)
-    assert json.loads(done.stdout)["rms"] is None
-    assert json.loads(done.stdout)["diverged_at"][0]["segment"] == "1"
-    assert "error: the replay diverged in segment 1 after" in done.stderr
-    assert not (folder / "t.csv").exists()
-
-
-def test_a_replay_beyond_the_training_is_told(folder, call):
+def test_a_replay_beyond_the_training_that_diverges_failed(folder, call):
     done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --json")
     document = json.loads(done.stdout)
     assert document["fit"]["training_range"].keys() == {"u", "v", "r"}
     document["fit"]["training_range"]["r"] = [-0.1, 0.1]
     document["coefficients"] |= {"N_r": -0.2, "N_r|r|": 2.0}
     (folder / "wild.json").write_text(json.dumps(document), "utf-8")
-    done = call("simulate b.csv --vehicle planar.yaml --damping wild.json", 1)
+    line = "simulate b.csv --vehicle planar.yaml --damping wild.json --json --out t.csv"
+    done = call(line, 1)
+    assert json.loads(done.stdout)["rms"] is None
+    assert json.loads(done.stdout)["diverged_at"][0]["segment"] == "1"
+    assert not (folder / "t.csv").exists()
     told = done.stderr.splitlines()
     assert told[0].startswith("Extrapolation beyond the training data: r ")
     assert told[0].endswith(" in the test, 0.1 in training.")
@@ -72,7 +65,14 @@ def test_a_fit_predicts_its_error_in_table_document_and_file(folder, call):
     width = hd.read_log("t.csv").command("r_half_width")
     assert predicted["r"] == pytest.approx(np.degrees(np.sqrt(np.mean(width**2))))
     assert width[0] == 0.0 < width[-1]
-    assert "predicted (95 %)" in call(f"{line} --force").stdout
+    document = json.loads((folder / "d.json").read_text("utf-8"))
+    document["fit"]["training_range"]["r"] = [-1e-3, 1e-3]
+    (folder / "d.json").write_text(json.dumps(document), "utf-8")
+    assert json.loads(call(f"{line} --force --json").stdout)["extrapolated"] == ["r"]
+    shown = call(f"{line} --force").stdout
+    assert "predicted (95 %)" in shown
+    rows = shown.splitlines()
+    assert [row.split()[0] for row in rows if row.endswith(" extrapolation")] == ["r"]
 
 
 @pytest.mark.slow
@@ -80,17 +80,8 @@ def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
     for name in ("a.csv", "b.csv"):
         text = (folder / name).read_text()
         (folder / f"raw-{name}").write_text(text.replace("time,", "stamp,", 1))
-    first = (folder / "a.csv").read_text().splitlines()[0]
-    names = dict.fromkeys(first.split(","))
-    groups = {"attitude": "roll pitch yaw", "velocity": "u v w p q r", "wrench": "X Y Z K M N"}
-    lines = ["time: stamp"]
-    for group, channels in groups.items():
-        known = [f"{each}: {each}" for each in channels.split() if each in names]
-        lines += [f"{group}: {{{', '.join(known)}}}"] * bool(known)
-    used = {"time", "segment", *" ".join(groups.values()).split()}
-    commands = [f"{each}: {each}" for each in names if each not in used]
-    lines += [f"commands: {{{', '.join(commands)}}}"] * bool(commands)
-    (folder / "raw.yaml").write_text("\n".join(lines))
+    mapping = "{time: stamp, velocity: {u: u, v: v, r: r}, commands: [ahead, turn]}"
+    (folder / "raw.yaml").write_text(mapping, "utf-8")
     identify = "identify raw-a.csv --mapping raw.yaml --vehicle planar.yaml --model linear"
     assert call(f"{identify} --method ls --out raw.json").exit_code == 0
     done = call("simulate raw-b.csv --damping raw.json")
@@ -99,15 +90,3 @@ def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
     assert call("simulate b.csv --damping raw.json").exit_code == 0  # canonical: needs none
     other = call("simulate raw-b.csv --damping raw.json --mapping mavros", 2)
     assert "the mapping of the fit" not in other.stderr
-
-
-@pytest.mark.slow
-def test_a_predicted_error_beyond_the_training_data_is_an_extrapolation(folder, call):
-    call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
-    document = json.loads((folder / "d.json").read_text("utf-8"))
-    document["fit"]["training_range"]["r"] = [-1e-3, 1e-3]
-    (folder / "d.json").write_text(json.dumps(document), "utf-8")
-    line = "simulate b.csv --vehicle planar.yaml --damping d.json"
-    assert json.loads(call(f"{line} --json").stdout)["extrapolated"] == ["r"]
-    rows = call(line).stdout.splitlines()
-    assert [row.split()[0] for row in rows if row.endswith(" extrapolation")] == ["r"]

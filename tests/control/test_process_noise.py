@@ -8,8 +8,6 @@ from scipy.linalg import solve_continuous_lyapunov
 
 import hydrodamp as hd
 from hydrodamp.control.design import design_control
-from hydrodamp.files import as_json
-from hydrodamp.identification.fit_files import fit_document, read_damping_file
 from hydrodamp.kernels.kalman import Noise
 from hydrodamp.report.control_report import noise_document, write_control
 from hydrodamp.simulation.damping_estimate import published_damping
@@ -45,17 +43,6 @@ def test_a_push_on_a_locked_axis_moves_nothing():
     expected = np.zeros((6, 6))
     expected[np.ix_(free, free)] = np.linalg.inv(VEHICLE.mass_matrix[np.ix_(free, free)])
     assert accelerations == pytest.approx(expected)
-
-
-def test_the_noise_of_a_fit_is_in_its_file(tmp_path):
-    fit = hd.Fit(published_damping(VEHICLE), "recommended", hd.Status.OK, noise=NOISE)
-    path = tmp_path / "damping.json"
-    path.write_text(as_json(fit_document(fit)), "utf-8")
-    _, read = read_damping_file(path)
-    assert read.noise.push.tolist() == NOISE.push.tolist()
-    assert read.noise.time_constant == 2.0
-    path.write_text(as_json(fit_document(replace(fit, noise=None))), "utf-8")
-    assert read_damping_file(path)[1].noise is None
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@ import json
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,13 +19,6 @@ from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
 
 WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
-
-Write = Callable[..., Path]
-HEADER = "time,roll,pitch,yaw,u,v,w,p,q,r,rudder\n"
-
-
-def row(time, *, u="1", rudder="0.1"):
-    return f"{time},0,0,0,{u},0,0,0,0,0,{rudder}\n"
 
 
 def assert_same(one, other):

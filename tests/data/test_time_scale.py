@@ -31,14 +31,6 @@ def test_sine_has_the_lag_at_which_a_cosine_is_1_over_e():
     assert motion_time_scale(time, velocity, bounds) == pytest.approx(expected, rel=5e-3)
 
 
-def test_scale_stretches_with_the_unit_of_time_and_not_with_that_of_velocity():
-    time = 0.1 * np.arange(2000)
-    velocity = gauss_markov(len(time), 0.1, 1.0, seed=5)[:, None]
-    bounds = np.array([[0, 700], [700, 2000]])
-    scale = motion_time_scale(time, velocity, bounds)
-    assert motion_time_scale(60.0 * time, 1e-3 * velocity, bounds) == pytest.approx(60.0 * scale)
-
-
 def test_velocities_at_rest_have_no_scale_of_their_own():
     time = 0.5 * np.arange(100)
     assert motion_time_scale(time, np.full((100, 6), 0.1), np.array([[0, 100]])) == 0.5

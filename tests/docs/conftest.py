@@ -1,5 +1,6 @@
 """The files that the examples on the pages read."""
 
+import shutil
 import sys
 from functools import cache
 from pathlib import Path
@@ -10,18 +11,6 @@ import pytest
 import hydrodamp as hd
 from strangers import Truth, odometry_messages
 from writers import RosBag
-
-MAPPING = """
-time: t
-attitude: {roll: [imu.roll, roll], pitch: [imu.pitch, pitch], yaw: [imu.yaw, yaw]}
-velocity:
-  u: [dvl.u, u]
-  v: [dvl.v, v]
-  w: [dvl.w, w]
-  p: [imu.p, p]
-  q: [imu.q, q]
-  r: [imu.r, r]
-"""
 
 
 @pytest.fixture
@@ -49,7 +38,7 @@ def dive(tmp_path, monkeypatch):
     hd.write_log(log, "dive.csv")
     _write_tables(log)
     _write_bag()
-    Path("mapping.yaml").write_text(MAPPING, encoding="utf-8")
+    shutil.copy(Path(__file__).with_name("mapping.yaml"), "mapping.yaml")
     return tmp_path
 
 

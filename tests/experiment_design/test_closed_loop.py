@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.experiment_design.autopilot_design import design_autopilot
-from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator, Trajectories
+from hydrodamp.experiment_design.closed_loop import ClosedLoopSimulator
 from hydrodamp.experiment_design.ensemble import extended_model, prior_damping, sample_ensemble
 from hydrodamp.experiment_design.guidance import CourseGuidance, Manoeuvre
 from hydrodamp.experiment_design.optimise import ensemble_information
@@ -102,23 +102,6 @@ def test_violations_are_relative_to_the_limits(closed_loop, trajectories):
         > 0.0
         > trajectories.limit_violations(closed_loop.envelope)["pitch"].max()
     )
-
-
-def test_information_adds_up_and_falls_with_the_square_of_noise(closed_loop, trajectories):
-    noise = dict(zip("uvwpqr", 2.0 * closed_loop.envelope.noise_std[:6], strict=True))
-    noisy = replace(closed_loop, envelope=closed_loop.envelope.model_copy(update={"noise": noise}))
-    single, double = (
-        ensemble_information(each, trajectories, 2.0) for each in (closed_loop, noisy)
-    )
-    assert double == pytest.approx(single / 4.0)
-    assert np.linalg.eigvalsh(single).min() > 0.0
-    arrays = trajectories.setpoints, trajectories.states, trajectories.measured
-    shorter = ensemble_information(
-        closed_loop,
-        Trajectories(*(array[:160] for array in (*arrays, trajectories.commands)), 0.1),
-        2.0,
-    )
-    assert np.trace(shorter[0]) < np.trace(single[0])
 
 
 def test_information_is_that_of_output_error_at_each_members_coefficients(

@@ -1,5 +1,8 @@
 """The envelope: what it refuses, and what follows from it."""
 
+import json
+from pathlib import Path
+
 import pytest
 
 import hydrodamp as hd
@@ -12,6 +15,8 @@ from hydrodamp.experiment_design.envelope import (
     read_envelope,
     read_envelope as public_read_envelope,
 )
+
+TABLES = json.loads(Path(__file__).with_name("envelopes.json").read_text("utf-8"))
 
 
 def write_envelope(folder, text):
@@ -26,28 +31,7 @@ def test_an_envelope_ends_above_the_bottom(tmp_path):
     assert (envelope.max_depth, envelope.mid_depth, envelope.noise_std[0]) == (16.0, 9.5, 0.1)
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("", "the envelope is empty"),
-        ("depth: [20, 3]", "`depth`"),
-        ("depth: [-20, -10]", "`depth`"),
-        ("depth: [3, 30]\nbottom: 5", "below the least depth of 3 m"),
-        ("speed: [2, 1]", "`speed`"),
-        ("area: {north: [5, 10], east: [-5, 5]}", "`area.north`"),
-        (
-            "commands: {rudder: {lowest: 1, highest: 0}}",
-            "`commands.rudder` must have lowest below highest",
-        ),
-        ("steering: direct\nautopilot: {depth: [1, 0, 0]}", "`autopilot`"),
-        ("home: [95, 400]", "`home`"),
-        ("autopilot: {depth: [-1, 0, 0]}", "`autopilot.depth"),
-        ("autopilot: {heading: [.nan, 0, 0]}", "`autopilot.heading"),
-        ("speed: 0", "`speed`"),
-        ("noise: {surge: 1}", "`noise`"),
-        ("dept: [3, 30]", "unknown key `dept`. Did you mean 'depth'?"),
-    ],
-)
+@pytest.mark.parametrize(("text", "says"), TABLES["refused"])
 def test_invalid_envelopes_are_refused_with_the_key(tmp_path, text, says):
     with pytest.raises(FileError, match=r"envelope\.yaml") as caught:
         public_read_envelope(write_envelope(tmp_path, text))

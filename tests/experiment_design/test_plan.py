@@ -106,6 +106,8 @@ def test_impossible_plans_are_refused(boat, known):
     check_refused("cannot be reached with `rpm`", boat, model, 60.0, damping=known, envelope=still)
     strange = hd.Envelope(commands={"fin": {"lowest": -1, "highest": 1}})
     check_refused("`commands` has fin", boat, model, 60.0, damping=known, envelope=strange)
+    foreign = replace(known, vehicle=vehicle_stamp(replace(boat, mass_matrix=2 * boat.mass_matrix)))
+    check_refused("mass matrix", boat, model, 60.0, damping=foreign)
     gains = model.with_terms({"N": "u|u|*thruster"})
     check_refused("no gains of thruster", boat, gains, 60.0, damping=known)
 
@@ -117,14 +119,8 @@ def test_an_unreachable_speed_is_refused_with_the_reachable_speed(boat, known):
         limits = {"rpm": {"lowest": 0, "highest": 1000}}
         return hd.Envelope(speed=(0.8, speed), commands=limits)
 
-    check_refused(
-        r"`speed` up to 2 m/s .*`rpm` of 1000 the vehicle reaches 1\.[56]",
-        boat,
-        known.model,
-        60.0,
-        damping=known,
-        envelope=envelope(2.0),
-    )
+    match = r"`speed` up to 2 m/s .*`rpm` of 1000 the vehicle reaches 1\.[56]"
+    check_refused(match, boat, known.model, 60.0, damping=known, envelope=envelope(2.0))
     PlanningContext.of(boat, known.model, 60.0, known, envelope(1.4), 0)
 
 
@@ -190,12 +186,6 @@ def test_a_vehicle_that_hovers_is_planned_from_rest():
     assert context.mode == "overlays"
     assert enforce_envelope(context, context.baseline).feasibility_rate >= 0.95
     check_refused("mode 'waypoints'", rov, known.model, 60.0, mode="waypoints")
-
-
-def test_a_prior_of_another_mass_matrix_is_refused(boat, known):
-    other = replace(boat, mass_matrix=2.0 * boat.mass_matrix)
-    foreign = replace(known, vehicle=vehicle_stamp(other))
-    check_refused("mass matrix", boat, known.model, 60.0, damping=foreign)
 
 
 @pytest.mark.slow

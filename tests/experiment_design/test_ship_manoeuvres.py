@@ -189,46 +189,30 @@ def test_a_motion_that_diverges_at_once_has_no_extrapolation():
     assert result.probability == 0.0
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"coefficients": np.full(7, np.nan)}, "X_u.u., .* could not be determined"),
-        ({"covariance": np.full((7, 7), np.nan)}, "has no covariance to draw from"),
-        (
-            {"vehicle": vehicle_stamp(replace(SHIP, weight=9.0, buoyancy=9.0))},
-            "These coefficients belong to vehicle 'ship', used with 'ship': weight 9 N there",
-        ),
-    ],
-)
-def test_unusable_coefficients_are_refused(change, says):
-    damping = replace(hd.Damping.from_dict(None, NOMOTO), **change)
+FOREIGN = {"vehicle": vehicle_stamp(replace(SHIP, weight=9.0, buoyancy=9.0))}
+WRONG = [
+    ({"coefficients": np.full(7, np.nan)}, {}, "X_u.u., .* could not be determined"),
+    ({"covariance": np.full((7, 7), np.nan)}, {}, "has no covariance to draw from"),
+    (FOREIGN, {}, "belong to vehicle 'ship', used with 'ship': weight 9 N there"),
+    ({}, {"rudder": "wheel"}, "must have one rudder; got wheel"),
+    ({}, {"propeller": "rudder"}, "no value of `rudder` holds 2 m/s"),
+    ({}, {"rudder": "rps"}, "`rps` does not turn the ship"),
+    ({}, {"speed": 0.0}, "`speed` must be positive"),
+    ({}, {"speed": None}, "`speed` must be positive"),
+    ({}, {"length": -1.0}, "`length` must be positive"),
+    ({}, {"rudder_rate": 0.0}, "`rudder rate` must be positive"),
+    ({}, {"vehicle": replace(SHIP, axes=("X", "N"))}, "must be free in X, Y and N"),
+    (NOMOTO | {"N_1": 1e6}, {}, "no angle of `rudder` within 90 deg holds 2 m/s"),
+    ({"X_u|u|": -10.0, "X_rps": 1.0, "Y_v": -1e3, "N_r": -1e3}, {},
+     r"its actuators and model are: rps\. Name the rudder"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "settings", "says"), WRONG)
+def test_wrong_input_is_refused(change, settings, says):
+    """A change of the coefficients of Nomoto's ship, or other coefficients."""
+    damping = hd.Damping.from_dict(None, change if "X_rps" in change else NOMOTO)
+    damping = damping if "X_rps" in change else replace(damping, **change)
+    settings = {"vehicle": SHIP, "speed": 2.0, "length": 4.0} | settings
     with pytest.raises(HydrodampError, match=says):
-        evaluate_ship(SHIP, damping, 2.0, length=4.0)
-
-
-@pytest.mark.parametrize(
-    ("settings", "says"),
-    [
-        ({"rudder": "wheel"}, "must have one rudder; got wheel"),
-        ({"propeller": "rudder"}, "no value of `rudder` holds 2 m/s"),
-        ({"rudder": "rps"}, "`rps` does not turn the ship"),
-        ({"speed": 0.0}, "`speed` must be positive"),
-        ({"speed": None}, "`speed` must be positive"),
-        ({"length": -1.0}, "`length` must be positive"),
-        ({"rudder_rate": 0.0}, "`rudder rate` must be positive"),
-        ({"vehicle": replace(SHIP, axes=("X", "N"))}, "must be free in X, Y and N"),
-    ],
-)
-def test_wrong_input_is_refused(settings, says):
-    with pytest.raises(HydrodampError, match=says):
-        evaluate(NOMOTO, **settings)
-
-
-def test_a_ship_that_no_rudder_holds_straight_is_refused():
-    with pytest.raises(HydrodampError, match="no angle of `rudder` within 90 deg holds 2 m/s"):
-        evaluate(NOMOTO | {"N_1": 1e6})
-
-
-def test_a_vehicle_without_rudder_is_refused():
-    with pytest.raises(HydrodampError, match=r"its actuators and model are: rps\. Name the rudder"):
-        evaluate({"X_u|u|": -10.0, "X_rps": 1.0, "Y_v": -1e3, "N_r": -1e3})
+        evaluate_ship(settings.pop("vehicle"), damping, **settings)

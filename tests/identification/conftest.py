@@ -18,6 +18,12 @@ def campaign():
 
 
 @pytest.fixture
+def bare(vehicle):
+    """A vehicle without coupling in its mass matrix."""
+    return replace(vehicle, mass_matrix=np.diag(np.diag(vehicle.mass_matrix)))
+
+
+@pytest.fixture
 def driven(vehicle):
     """A vehicle pushed by six held commands [N, N m]."""
     return replace(vehicle, actuators=(hd.Matrix(commands=COMMANDS, wrench=np.eye(6).tolist()),))

@@ -96,17 +96,6 @@ def test_the_core_takes_the_steps_of_a_numpy_loop(driven, discrete_log, true_dam
     np.testing.assert_allclose(fit.damping.coefficients, expected, rtol=1e-7)
 
 
-@pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
-def test_one_pass_recovers_true_coefficients_from_exact_data(
-    key, driven, discrete_log, true_damping
-):
-    truth = true_damping(hd.catalog[key])
-    problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
-    fit = hd.CompositeIdentifier().identify(problem, truth.model)
-    assert fit.status is hd.Status.OK
-    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
-
-
 @pytest.mark.slow
 def test_one_pass_replays_within_half_again_of_least_squares():
     """With sensor noise; a filter of half the correlation time is 1.6 to 1.8 times as far off."""

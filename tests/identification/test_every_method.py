@@ -8,6 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import MethodError, OutlierWarning, ProblemError
 from hydrodamp.identification.regression import PointwiseRegression
+from hydrodamp.identification.weak_form import WeakRegression
 
 LINEAR, ROWS = hd.catalog["linear"], PointwiseRegression()
 ONLINE = [
@@ -20,6 +21,24 @@ ALL = [hd.find_method(key) for key in hd.METHODS]
 
 def by_key(method):
     return method.key
+
+
+@pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
+@pytest.mark.parametrize(
+    ("method", "rtol"),
+    [
+        (hd.CompositeIdentifier(), 1e-5),
+        (hd.WeakForm(WeakRegression(windows=())), 1e-9),
+        (hd.WeakForm(), 0.05),
+        (hd.Ridge(), 0.05),
+    ],
+)
+def test_true_coefficients_are_recovered_from_exact_data(key, method, rtol, prepared, true_damping):
+    """In one pass, to the rounding of the midpoint rule where nothing is smoothed."""
+    truth = true_damping(hd.catalog[key])
+    fit = method.identify(prepared(truth.model, n=1500), truth.model)
+    assert fit.status is hd.Status.OK
+    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=rtol)
 
 
 @pytest.mark.parametrize("method", ONLINE, ids=by_key)
@@ -35,6 +54,8 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, method, prepared)
     fit = method.identify(problem, model)
     np.testing.assert_array_equal(state.damping.coefficients, fit.damping.coefficients)
     assert state.damping.vehicle == fit.damping.vehicle
+    arrays = [each for each in vars(state).values() if isinstance(each, np.ndarray)]
+    assert not any(each.flags.writeable for each in arrays)
     with pytest.raises(ProblemError, match="time must advance"):
         method.step(state, problem.inputs.sample(3))
 

@@ -177,6 +177,8 @@ def test_the_form_follows_tests_and_held_out_replays(statistic, r_squared, form,
     tests = {"X": ScoreTest(8.0, 9, 2000), "N": ScoreTest(statistic, 10, 2000, ("N_r|u|",))}
     adequacy = Adequacy.judge(tests, dict.fromkeys(r_squared, 0.0), r_squared)
     assert (adequacy.form, adequacy.axes) == (form, axes)
+    adequate = "Form: adequate (score tests find nothing missing)."
+    assert (str(adequacy) == adequate) == (form is Form.ADEQUATE)
     assert ('N: "r|u|"' in adequacy.describe("linear")[-1]) == (form is not Form.ADEQUATE)
 
 
@@ -212,11 +214,6 @@ def test_a_small_missing_share_is_named_so():
     )
     assert "small compared to noise and pushes" in small.describe("fossen")[1]
     assert "small" not in large.describe("fossen")[1]
-
-
-def test_an_adequate_form_is_named_so():
-    adequacy = Adequacy.judge({"K": ScoreTest(9.0, 10, 2000)}, {"K": 0.0}, {"K": 0.1})
-    assert str(adequacy) == "Form: adequate (score tests find nothing missing)."
 
 
 def test_standard_errors_of_an_adequate_form_are_of_no_model_form_error():

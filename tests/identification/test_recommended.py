@@ -15,10 +15,6 @@ def campaign():
     return hd.reenact(seed=1, duration=40.0)
 
 
-def problem_of(campaign, key="fossen"):
-    return hd.prepare(campaign.vehicle, campaign.train, hd.catalog[key])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("duration", [12.0, 40.0])
 def test_pieces_cover_every_segment(campaign, duration):

@@ -30,6 +30,8 @@ NAN, INF, COVARIANCE = float("nan"), float("inf"), np.eye(2)
         (hd.AdaptiveIdentifier, "passes", (0, 1.5)),
         (hd.CompositeIdentifier, "memory", (0.0,)),
         (hd.Ridge, "strength", (-1.0, NAN, INF)),
+        (hd.SavitzkyGolay, "window", (0.0, -1.0)),
+        (hd.SavitzkyGolay, "order", (0, 6)),
         (hd.OutputError, "windows", ((0.0,), (5.0, 5.0), (NAN,))),
         (hd.OutputError, "max_iterations", (0,)),
         (lambda noise: Uncertainty(COVARIANCE, 5.0, "", noise), "noise", (np.eye(3),)),

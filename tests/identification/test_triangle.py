@@ -65,3 +65,16 @@ def test_a_column_of_zeros_has_a_coefficient_of_exactly_zero():
     amounts = span.coefficients @ (span.directions.T @ np.ones(300))
     assert np.all(amounts[::3] == 0.0)
     assert span.aliased == tuple((place,) for place in range(0, 40, 3))
+
+
+def test_a_long_log_keeps_no_rows(vehicle, exact_log, true_damping, monkeypatch):
+    """The same coefficients from a triangle made block by block; residuals count as white."""
+    truth = true_damping(hd.catalog["linear"])
+    problem = hd.prepare(vehicle, exact_log(truth, n=900), truth.model)
+    kept = hd.LeastSquares().identify(problem, truth.model)
+    monkeypatch.setattr("hydrodamp.identification.least_squares.MAX_ROWS", 800)
+    fit = hd.LeastSquares().identify(problem, truth.model)
+    np.testing.assert_allclose(fit.damping.coefficients, kept.damping.coefficients, rtol=1e-9)
+    assert kept.uncertainty is not None
+    assert fit.uncertainty is None
+    assert "white residuals" in str(fit)

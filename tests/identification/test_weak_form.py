@@ -1,7 +1,5 @@
 """The weak form: exact for its quadrature, selection of the support, remarks."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -33,11 +31,6 @@ def surge_log(velocity, time=None, **more):
 
 def jerky_clock(n, seed):
     return np.cumsum(np.random.default_rng(seed).choice([0.1, 0.2], n))
-
-
-@pytest.fixture
-def bare(vehicle):
-    return replace(vehicle, mass_matrix=np.diag(np.diag(vehicle.mass_matrix)))
 
 
 @pytest.fixture

@@ -47,14 +47,3 @@ def test_the_storage_changes_by_dissipation_and_noise_alone(make, seed, h, free)
     lost, added = h * d @ (a * d), h * d @ eps
     tolerance = ROUNDING * (before + after + lost + h * np.abs(d) @ np.abs(eps))
     assert after - before == pytest.approx(added - lost, abs=tolerance, rel=0)
-
-
-def test_an_entry_without_gain_does_not_move(make):
-    rng = np.random.default_rng(12)
-    plant, inputs = make.plant(rng), make.inputs(rng)
-    gamma = rng.uniform(1, 2, (plant.n_terms, 6))
-    gamma[::3] = 0.0
-    start = rng.standard_normal((plant.n_terms, 6))
-    found = core.adapt(Gains(plant, np.ones(6), gamma), start, inputs, np.array([[0, 40]]))
-    np.testing.assert_array_equal(found.matrix[::3], start[::3])
-    assert np.all(found.matrix[1] != start[1])

@@ -50,10 +50,10 @@ LASTING = {"degrees"}  # from a row on
 
 
 def poisoned(rows: Sequence[dict], kind: str, n: int, random: Random) -> list[dict[str, object]]:
-    """Return rows of which n are changed, but not the first; `without NAME` removes a column."""
+    """Return rows of which n are changed, but not the first."""
     start = random.randrange(1, len(rows) - n)
     chosen = range(start, len(rows)) if kind in LASTING else random.sample(range(1, len(rows)), n)
-    change = CHANGES.get(kind, {kind.removeprefix("without "): None})
+    change = CHANGES[kind]
     spoilt = [*rows]
     for k in chosen:
         if change is None:

@@ -23,14 +23,14 @@ def push(time):
     return 25.0 + 20.0 * math.sin(time / 9.0) + 10.0 * math.sin(time / 31.0)
 
 
-def sled(n, more=0.0, seed=0, noise=0.01):
+def sled(n, more=0.0, seed=0, noise=0.01, pull=push, u=0.0):
     """Yield a second each of a sled that is pushed to and fro; its drag grows at ``CHANGED``."""
-    rng, u = np.random.default_rng(seed), 0.0
+    rng = np.random.default_rng(seed)
     for k in range(n):
         drag = DRAG * (1.0 + more * (k >= CHANGED))
-        yield {"time": float(k), "u": u + noise * rng.standard_normal(), "X": push(k)}
+        yield {"time": float(k), "u": u + noise * rng.standard_normal(), "X": pull(k)}
         for part in range(20):
-            u += 0.05 * (push(k + part / 20.0) - drag * u * abs(u)) / MASS
+            u += 0.05 * (pull(k + part / 20.0) - drag * u * abs(u)) / MASS
 
 
 @pytest.mark.slow
@@ -68,24 +68,15 @@ def test_an_axis_with_much_noise_is_not_armed_and_says_so():
     assert alarm["not_armed"]["X"].startswith("noise: it hides a change")
 
 
-def transit(n, turn, seed=0):
-    """Yield a second each of a sled at a steady push, and to and fro from a time on."""
-    rng, u = np.random.default_rng(seed), (25.0 / DRAG) ** 0.5
-    for k in range(n):
-        yield {"time": float(k), "u": u + 0.01 * rng.standard_normal(), "X": pull(k, turn)}
-        for part in range(20):
-            u += 0.05 * (pull(k + part / 20.0, turn) - DRAG * u * abs(u)) / MASS
-
-
-def pull(time, turn):
-    return 25.0 if time < turn else push(time - turn)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("turn", [450, 900])
 def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):
-    record = run_live(transit(turn + 600, turn, seed), VEHICLE)
+    def pull(time):
+        return 25.0 if time < turn else push(time - turn)
+
+    steady = (25.0 / DRAG) ** 0.5
+    record = run_live(sled(turn + 600, seed=seed, pull=pull, u=steady), VEHICLE)
     assert record.lines[-1]["alarm"]["changes"] == 0
 
 

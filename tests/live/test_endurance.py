@@ -1,73 +1,14 @@
 """What lasts: junk by the thousand, and hours in which nothing happens."""
 
 import gc
-import json
 import tracemalloc
-from itertools import islice
 
 import numpy as np
 import pytest
 
-from hydrodamp.ingest.formats.mavlink import Decoder
-from hydrodamp.ingest.mapping import read_mapping
-from hydrodamp.live import readers
 from hydrodamp.live.samples import rows_of
-from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
 from hydrodamp.simulation.campaign.reenact import CampaignSetup, Motion
 from live.conftest import run_live
-
-
-def received(parse, datagrams):
-    """Return what a parser makes of datagrams."""
-    return [item for data in datagrams for item in parse(data[: readers.MAX_DATAGRAM_SIZE])]
-
-
-def junk(seed, n, good):
-    """Return noise, other people's JSON, floods of NaN, and datagrams as large as they come."""
-    random = np.random.default_rng(seed)
-    for k in range(n):
-        yield (
-            random.bytes(int(random.integers(1, 300))),
-            b"\xfd" + random.bytes(int(random.integers(1, 290))),
-            json.dumps({**good, "u": float("nan")}).encode(),
-            json.dumps({**good, "time": 1e300, "v": 1e308, "roll": [k], "qw": {}}).encode(),
-            json.dumps([k]).encode(),
-            b"{" * int(random.integers(1, 3000)),
-            bytes(65_507),
-        )[k % 7 if k % 70 else 6]
-
-
-def among(rows, noise):
-    """Yield samples as datagrams with junk before each."""
-    each = len(noise) // len(rows)
-    for k, row in enumerate(rows):
-        yield from noise[k * each : (k + 1) * each]
-        yield json.dumps(row).encode()
-
-
-@pytest.mark.slow
-def test_samples_among_junk_are_all_taken(dive):
-    vehicle, log = dive
-    rows = [*islice(rows_of(log), 300)]
-    datagrams = [*among(rows, [*junk(11, 6000, rows[0])])]
-    record = run_live(received(readers.parse_datagram, datagrams), vehicle)
-    counts = record.counts
-    assert counts["taken"] == 300
-    assert sum(counts.values()) - counts["first"] - counts["again"] >= 6300
-    assert counts["incomplete"] > 800
-    assert len(record.messages) < 30
-
-
-@pytest.mark.slow
-def test_noise_at_the_port_of_mavlink_is_counted():
-    noise = [*junk(12, 6000, {"time": 0.0})]
-    decoder = Decoder()
-    received_messages = received(readers.packet_parser(decoder), noise)
-    mapping = stream_mapping(read_mapping("ardusub-mavlink"), print)
-    synchroniser = MessageSynchroniser(mapping, print)
-    rows = [row for row in synchroniser.synchronise(received_messages) if row is not None]
-    assert rows == [{}] * len(rows)
-    assert len(rows) >= 6000
 
 
 @pytest.mark.slow

@@ -1,30 +1,19 @@
 """Messages of several topics become the samples that a mapping makes of a recording of them."""
 
-import itertools
 import math
+from itertools import chain, starmap
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, ProblemError
+from hydrodamp.files import load_yaml
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.live.synchroniser import Message, MessageSynchroniser, stream_mapping
 
-MAPPING = {
-    "topics": {"dvl": ["/dvl", "/nortek"]},
-    "time": "stamp",
-    "frame": "FLU",
-    "world": "ENU",
-    "attitude": {"quaternion": {"column": "imu.q", "order": "xyzw"}},
-    "velocity": {
-        "u": {"column": "dvl.vx", "where": "valid"},
-        "v": {"column": "dvl.vy", "delay": 0.03},
-        "w": {"column": "dvl.vz", "unit": "cm/s"},
-        "r": "imu.rate",
-    },
-    "commands": {"fin": "fin.angle", "lamp": {"column": "lamp.level", "hold": True}},
-}
+MAPPING = load_yaml(Path(__file__).with_name("synchroniser.yaml"))
 
 
 def messages(until=20.0, start=100.0):
@@ -86,29 +75,34 @@ def test_samples_are_those_of_the_recording_bit_for_bit():
     assert list(rows[0]) == ["time", "qw", "qx", "qy", "qz", "u", "v", "w", "r", "fin", "lamp"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("each", [5, 1000])
-def test_pauses_of_the_receiver_change_nothing(each):
-    stream = [*messages()]
-    paused = [
-        one
-        for k, message in enumerate(stream)
-        for one in ([message, None] if k % each == 0 else [message])
-    ]
-    rows = [row for row in synchronise(paused)[0] if row is not None]
-    assert numbers(rows) == numbers(synchronise(stream)[0])
+JUNK = [("", 0.0, {}), ("lights", 100.0, {"stamp": 1.0}), ("imu", 100.0, {"x": 1})]
+HARMLESS = {
+    "a pause each 5 messages": (lambda sent: with_pauses(sent, 5), 0),
+    "a pause each 1000 messages": (lambda sent: with_pauses(sent, 1000), 0),
+    "messages twice": (lambda sent: [*(sent[k // 2] for k in range(200)), *sent[100:]], 100),
+    "messages late": (lambda sent: [*sent[:300], *sent[290:]], 10),
+    "junk and topics that nobody asked for": (lambda sent: [*starmap(Message, JUNK), *sent], None),
+    "a clock of the receiver that is set back": (lambda sent: [*map(set_back, sent)], 0),
+}
+
+
+def set_back(message):
+    return message._replace(received=message.received - 3600.0 * (message.received > 110))
+
+
+def with_pauses(stream, each):
+    pairs = ([message, None] if k % each == 0 else [message] for k, message in enumerate(stream))
+    return [*chain.from_iterable(pairs)]
 
 
 @pytest.mark.slow
-def test_what_comes_twice_or_late_is_passed_over():
-    stream = [*messages()]
-    expected = numbers(synchronise(stream)[0])
-    twice = [*itertools.chain.from_iterable((one, one) for one in stream[:100]), *stream[100:]]
-    rows, _, synchroniser = synchronise(twice)
-    assert (numbers(rows), synchroniser.n_discarded) == (expected, 100)
-    late = [*stream[:300], *stream[290:300], *stream[300:]]
-    rows, _, synchroniser = synchronise(late)
-    assert (numbers(rows), synchroniser.n_discarded) == (expected, 10)
+@pytest.mark.parametrize("kind", HARMLESS)
+def test_samples_are_the_same_whatever_the_receiver_adds_or_repeats(kind):
+    (change, n_discarded), stream = HARMLESS[kind], [*messages()]
+    rows, reports, synchroniser = synchronise(change(stream))
+    assert numbers([row for row in rows if row]) == numbers(synchronise(stream)[0])
+    assert n_discarded in (None, synchroniser.n_discarded)
+    assert reports == []
 
 
 @pytest.mark.slow
@@ -148,19 +142,6 @@ def test_memory_is_bounded_while_no_sample_can_be_made():
     assert sum(len(one.messages) for one in synchroniser._buffers.values()) <= 20_000
 
 
-def test_junk_and_topics_that_nobody_asked_for_pass():
-    stream = [*messages(5.0)]
-    junk = [
-        Message("", 0.0, {}),
-        Message("lights", 100.0, {"stamp": 1.0}),
-        Message("imu", 100.0, {"x": 1}),
-    ]
-    rows, reports, _ = synchronise([*junk, *stream])
-    assert rows[0] == {}
-    assert numbers(rows[1:]) == numbers(synchronise(stream)[0])
-    assert reports == []
-
-
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
@@ -185,13 +166,3 @@ def test_other_peoples_topics_are_forgotten_and_told_in_part():
     assert rows == []
     assert len(synchroniser._unused_topics) == 1000
     assert "lights11, ... and 988 more topics" in reports[0]
-
-
-@pytest.mark.slow
-def test_the_receivers_clock_may_be_set_back():
-    stream = [*messages()]
-    back = [
-        one._replace(received=one.received - 3600.0) if one.received > 110 else one
-        for one in stream
-    ]
-    assert numbers(synchronise(back)[0]) == numbers(synchronise(stream)[0])

@@ -1,9 +1,15 @@
 """Models of your own in YAML: read, extend, write, refuse."""
 
+import json
+from pathlib import Path
+
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ModelError
+
+HERE = Path(__file__).parent
+TABLES = json.loads((HERE / "files.json").read_text("utf-8"))
 
 
 @pytest.fixture
@@ -16,17 +22,8 @@ def file(tmp_path):
     return write
 
 
-def test_a_list_of_models_may_extend_the_catalogue_and_each_other(file):
-    path = file(
-        """
-models:
-  - {name: finned, extends: linear, title: Finned, terms: {Y N: u|u|*rudder}}
-  - {name: finned-2, extends: finned, terms: {Z M: u|u|*elevator}}
-  - {name: plain, extends: prestero}
-  - {name: 690, terms: {X: u, "Y N": [v, r], K: 1, Z: [1, w]}, note: }
-"""
-    )
-    finned, finned_2, plain, numbered = hd.read_models(path)
+def test_a_list_of_models_may_extend_the_catalogue_and_each_other():
+    finned, finned_2, plain, numbered = hd.read_models(HERE / "several.yaml")
     assert finned.n_coefficients == 38
     assert finned.source.startswith("Extends linear. Gibson")
     assert finned_2.commands == ("elevator", "rudder")
@@ -45,31 +42,10 @@ def test_what_is_written_is_read_back(key, tmp_path):
 
 
 def test_every_fault_of_a_file_comes_at_once_with_its_place(file, refused):
-    path = file(
-        """
-models:
-  - {name: a, extends: liner, terms: {X: v|x|, Q: u}}
-  - {title: [1], terms: {X: {u: 1}, Y: true}, titel: x}
-  - {name: b c, terms: {X: u}}
-  - {name: d, terms: {X: u}}
-  - {name: d, terms: {X: u}}
-  - {name: e}
-  - {name: f, terms: [u]}
-  - {name: g h, extends: linear}
-  - word
-  - {name: i, extends: liner}
-  - {name: j, extends: sparse}
-"""
-    )
+    path = file((HERE / "faults.yaml").read_text("utf-8"))
     refused(ModelError, hd.read_models, path)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        *("models: {}", "models: []", "models: ", "", "linear", "- linear"),
-        "{models: [{name: a, extends: linear}], also: 1}",
-    ],
-)
+@pytest.mark.parametrize("text", TABLES["no models"])
 def test_a_file_that_is_neither_a_model_nor_a_list_of_them(file, text, refused):
     refused(ModelError, lambda: hd.read_models(file(text)))

@@ -1,5 +1,8 @@
 """Structure of a damping model: order, labels, packing, extension, fewer axes."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,8 @@ from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
+
+TABLES = json.loads(Path(__file__).with_name("units.json").read_text("utf-8"))
 
 
 @pytest.fixture
@@ -81,19 +86,6 @@ def test_a_model_prints_itself(mine):
     assert "coefficients\n  X: u u|u|\n  Y: v v|r| u|u|*rudder\n  Z K M: no terms" in str(mine)
 
 
-@pytest.mark.parametrize(
-    ("label", "unit"),
-    [
-        ("X_1", "N"),
-        ("X_u|u|", "N/(m/s)^2"),
-        ("K_p", "N m/(rad/s)"),
-        ("Y_v|r|", "N/((m/s) (rad/s))"),
-        ("N_|r|V_v", "N m/((rad/s) (m/s))"),
-        ("Y_uv(eta-1)", "N/(m/s)^2"),
-        ("N_down_y", "N m"),
-        ("Y_u|u|*rudder^2", "N/((m/s)^2 [rudder]^2)"),
-        ("X_rpm*|rpm|", "N/[rpm]^2"),
-    ],
-)
+@pytest.mark.parametrize(("label", "unit"), TABLES["units"])
 def test_units(label, unit):
     assert coefficient_unit(*read_label(label)) == unit

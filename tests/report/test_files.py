@@ -116,28 +116,14 @@ def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "words"),
-    [
-        ("comparison.json", None, "cannot be read"),
-        ("comparison.json", "{", "line 1: cannot be read as JSON"),
-        ("comparison.json", "{}", r"2 faults\n  - `rows` is missing\n  - `provenance` is missing"),
-        ("replays.npz", None, "cannot be read"),
-        ("replays.npz", "text", "cannot be read"),
-        ("fits/linear.ls.json", None, "cannot be read"),
-    ],
-)
-def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
-    hd.write_comparison(comparison, tmp_path)
-    (tmp_path / name).unlink()
-    if content is not None:
-        (tmp_path / name).write_text(content, "utf-8")
-    with pytest.raises(FileError, match=words):
-        hd.read_comparison(tmp_path)
-
-
-@pytest.mark.parametrize(
     ("name", "place", "value", "words"),
     [
+        ("comparison.json", None, None, "cannot be read"),
+        ("comparison.json", None, "{", "line 1: cannot be read as JSON"),
+        ("comparison.json", None, "{}", r"2 faults\n  - `rows` is missing\n  - `prov.* is missing"),
+        ("replays.npz", None, None, "cannot be read"),
+        ("replays.npz", None, "text", "cannot be read"),
+        ("fits/linear.ls.json", None, None, "cannot be read"),
         ("comparison.json", ("rows", 0, "fit"), "../x", r"`rows\[0\].fit` must be"),
         ("comparison.json", ("provenance", "rate_unit"), "m", "rate_unit` must be"),
         ("fits/linear.ls.json", ("fit", "status"), ["ok"], "`status` must be one of ok"),
@@ -145,16 +131,19 @@ def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
         ("fits/linear.ls.json", ("fit",), None, "`fit`: it is still empty: fill it in"),
     ],
 )
-def test_a_document_that_was_spoilt_is_refused_with_its_place(
-    comparison, tmp_path, name, place, value, words
-):
+def test_a_spoilt_folder_is_refused_with_the_place(comparison, tmp_path, name, place, value, words):
+    """The value is the content of a file, or what is at a place of its document."""
     hd.write_comparison(comparison, tmp_path)
-    content = document = json.loads((tmp_path / name).read_text("utf-8"))
-    *outer, last = place
-    for key in outer:
-        content = content[key]
-    content[last] = value
-    (tmp_path / name).write_text(json.dumps(document), "utf-8")
+    path = tmp_path / name
+    if place is not None:
+        content = document = json.loads(path.read_text("utf-8"))
+        *outer, last = place
+        for key in outer:
+            content = content[key]
+        content[last], value = value, document
+    path.unlink()
+    if value is not None:
+        path.write_text(value if isinstance(value, str) else json.dumps(value), "utf-8")
     with pytest.raises(FileError, match=words):
         hd.read_comparison(tmp_path)
 

@@ -75,12 +75,6 @@ def test_ticks_are_multiples_of_1_2_or_5_with_zero(low, high, expected):
     assert tick_values(low, high) == pytest.approx(expected)
 
 
-def test_a_row_has_its_ticks_in_numbers():
-    (row, *_) = forest_rows([make_fit([-10.0, 1, 1, 1], [1.0] * 4)])
-    assert {text: position for position, text in row.ticks}["0"] == row.zero
-    assert row.unit == "N/(m/s)"
-
-
 @pytest.mark.parametrize(
     ("value", "half", "text"),
     [

@@ -1,16 +1,6 @@
 """The study of adequacy: rows with known counts, and one draw."""
 
-import importlib
-
-import pytest
-
 import hydrodamp as hd
-
-
-@pytest.fixture(name="study", scope="module")
-def study_fixture():
-    """The script."""
-    return importlib.import_module("adequacy")
 
 
 def test_terms_are_dropped_by_label(study):

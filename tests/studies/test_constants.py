@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import pickle
 import subprocess
@@ -16,12 +15,6 @@ import hydrodamp as hd
 from constant_variants import scale
 
 SCRIPT = Path(__file__).parents[2] / "studies" / "constant_variants.py"
-
-
-@pytest.fixture(name="study", scope="module")
-def study_fixture():
-    """The script."""
-    return importlib.import_module("constants")
 
 
 def test_named_numbers_are_constants_and_tolerances_are_not_tuned(study):

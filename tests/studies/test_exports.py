@@ -1,18 +1,8 @@
 """The tables of exports: small ones, of two targets."""
 
-import importlib
 from pathlib import Path
 
-import pytest
-
 STUDIES = Path(__file__).parents[2] / "studies"
-
-
-@pytest.fixture(name="study")
-def study_fixture(monkeypatch):
-    """The script."""
-    monkeypatch.syspath_prepend(STUDIES)
-    return importlib.import_module("exports")
 
 
 def test_tables_have_a_row_a_target_and_a_column_a_model(study, tmp_path, capsys):

@@ -1,6 +1,5 @@
 """The study of the paper's identifier: gains that do in SI units what it does in deg/s."""
 
-import importlib
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +10,6 @@ from hydrodamp.identification.online import initial_coefficients
 from hydrodamp.kernels.core import coriolis
 
 STUDIES = Path(__file__).parents[2] / "studies"
-
-
-@pytest.fixture(name="study")
-def study_fixture(monkeypatch):
-    """The script."""
-    monkeypatch.syspath_prepend(STUDIES)
-    return importlib.import_module("paper")
 
 
 def in_degrees(vehicle, log, model):

@@ -1,15 +1,5 @@
 """The study of predicted errors: tables of rows with known averages."""
 
-import importlib
-
-import pytest
-
-
-@pytest.fixture(name="study", scope="module")
-def study_fixture():
-    """The script."""
-    return importlib.import_module("predicted_error")
-
 
 def test_shares_and_ratios_are_averages_over_draws(study):
     rows = [

@@ -87,17 +87,14 @@ def test_terms_of_locked_axes_do_not_matter(coasting):
     [
         ({"level": 95.0}, "`level` must be between 0 and 1; got 95.0"),
         ({"degrees_of_freedom": 0.0}, "`degrees_of_freedom` must be positive"),
+        ({"covariance": None}, "have no covariance"),
     ],
 )
 def test_bad_settings_are_a_sentence(coasting, settings, message):
-    with pytest.raises(MethodError, match=message):
-        hd.prediction_band(*coasting, **settings)
-
-
-def test_without_covariance_there_is_no_band(coasting):
     problem, damping = coasting
-    with pytest.raises(MethodError, match="have no covariance"):
-        hd.prediction_band(problem, replace(damping, covariance=None))
+    damping = replace(damping, covariance=settings.pop("covariance", damping.covariance))
+    with pytest.raises(MethodError, match=message):
+        hd.prediction_band(problem, damping, **settings)
 
 
 @pytest.mark.parametrize("usual", [0.1, 10.0])
@@ -129,44 +126,27 @@ def test_a_band_names_the_velocities_beyond_the_training_data(coasting):
         assert hd.predict_error(problem.vehicle, trained, problem.log).extrapolated == names
 
 
-def test_the_band_of_a_fit_has_the_errors_of_its_form(coasting):
-    problem, damping = coasting
-    known = hd.Uncertainty(damping.covariance, 5.0, "by hand")
-    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known)
-    mission = problem.vehicle, problem.log
-    band = hd.predict_error(mission[0], fit, mission[1])
-    direct = hd.prediction_band(problem, damping, degrees_of_freedom=5.0)
-    np.testing.assert_array_equal(band.upper, direct.upper)
-    wrong = replace(fit, form_errors={"X": (0.02, 1.5, 0.1)})
-    wider = hd.prediction_band(
-        problem, damping, degrees_of_freedom=5.0, form_errors=wrong.form_errors
-    )
-    band = hd.predict_error(mission[0], wrong, mission[1])
-    np.testing.assert_allclose(band.upper, wider.upper, rtol=1e-12)
-    assert np.all(band.half_width[1:60, 0] > direct.half_width[1:60, 0])
+FORM_ERRORS = {"X": (0.02, 1.5, 0.1)}
 
 
-def test_the_band_of_an_adequate_form_is_that_of_the_noise(coasting, tmp_path):
+@pytest.mark.parametrize("kind", ["plain", "wrong form", "adequate form", "biased"])
+def test_the_band_of_a_fit_has_its_noise_and_the_errors_of_its_form(coasting, tmp_path, kind):
+    """Before and after its file: half of the width by noise, and no bias beside form errors."""
     problem, damping = coasting
     known = hd.Uncertainty(damping.covariance, 5.0, "by hand", damping.covariance / 4.0)
-    adequate = Adequacy(Form.ADEQUATE, (), {}, {})
-    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known, adequacy=adequate)
-    (tmp_path / "fit.json").write_text(as_json(fit_document(fit)), "utf-8")
-    whole = hd.prediction_band(problem, damping, degrees_of_freedom=5.0).half_width
-    for each in (fit, read_fit(tmp_path / "fit.json")):
-        band = hd.predict_error(problem.vehicle, each, problem.log)
-        np.testing.assert_allclose(band.half_width, whole / 2.0, rtol=1e-9)
-
-
-def test_the_error_of_the_form_replaces_the_difference_to_the_weak_form(coasting, tmp_path):
-    problem, damping = coasting
-    known = hd.Uncertainty(damping.covariance, 5.0, "by hand").inflate(np.array([9.0]), "a bias")
-    errors = {"X": (0.02, 1.5, 0.1)}
-    whole = replace(damping, covariance=known.covariance)
-    fit = hd.Fit(whole, "oe", hd.Status.OK, uncertainty=known, form_errors=errors)
+    fit = hd.Fit(damping, "oe", hd.Status.OK, uncertainty=known)
+    if kind == "adequate form":
+        fit = replace(fit, adequacy=Adequacy(Form.ADEQUATE, (), {}, {}))
+    if kind == "biased":
+        known = known.inflate(np.array([9.0]), "a bias")
+        wide = replace(damping, covariance=known.covariance)
+        fit = replace(fit, damping=wide, uncertainty=known)
+    errors = FORM_ERRORS if kind in ("wrong form", "biased") else {}
+    fit = replace(fit, form_errors=errors)
     (tmp_path / "fit.json").write_text(as_json(fit_document(fit)), "utf-8")
     settings = {"degrees_of_freedom": 5.0, "form_errors": errors}
-    half_width = hd.prediction_band(problem, damping, **settings).half_width
+    expected = hd.prediction_band(problem, damping, **settings).half_width
+    expected = expected / 2.0 if kind == "adequate form" else expected
     for each in (fit, read_fit(tmp_path / "fit.json")):
         band = hd.predict_error(problem.vehicle, each, problem.log)
-        np.testing.assert_allclose(band.half_width, half_width, rtol=1e-9)
+        np.testing.assert_allclose(band.half_width, expected, rtol=1e-9)

@@ -99,14 +99,6 @@ def test_without_a_score_nothing_is_drawn(examined):
     assert find_selected_row(replace(table, rows=lost[:1])) is lost[0]
 
 
-def test_without_matplotlib_there_are_grades_alone(examined, monkeypatch):
-    monkeypatch.setattr(drawing, "find_spec", lambda _: None)
-    found = draw(examined.table, examined.vehicle, examined.train)
-    assert found.pictures == ()
-    assert 'pip install "hydrodamp[report]"' in found.not_shown[0]
-    assert found.identifiability.grades == examined.findings.identifiability.grades
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_what_cannot_be_graded_or_drawn_says_why(examined):
     row = examined.table.row("linear", "ai")

@@ -5,12 +5,8 @@ import re
 from dataclasses import replace
 from itertools import pairwise
 
-import pytest
-
 import hydrodamp as hd
 from hydrodamp.data.log import Segment
-from hydrodamp.errors import MethodError
-from hydrodamp.report import page as pages
 from hydrodamp.report.files import ReportContent
 from hydrodamp.report.page import comparison_page
 
@@ -195,9 +191,3 @@ def test_a_report_is_made_again_with_what_the_run_wrote_of_itself(comparison, tm
     path = tmp_path / "comparison.json"
     path.write_text(path.read_text("utf-8").replace('"hydrodamp": "', '"hydrodamp": "9.'), "utf-8")
     assert "<dd>9." in hd.write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
-
-
-def test_without_jinja2_the_error_says_what_to_install(comparison, monkeypatch):
-    monkeypatch.setattr(pages, "find_spec", lambda _: None)
-    with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):
-        made(comparison)
