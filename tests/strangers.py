@@ -1,11 +1,14 @@
 """Logs as other people's writers leave them, all made from one small dive, whose truth is known.
 
-Every case writes into a folder and returns what is given on the command line.
+strangers.toml lists those that are columns alone; every case writes into a folder and returns what
+is given on the command line.
 """
 
 import csv
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +19,9 @@ from scipy.spatial.transform import Rotation
 from writers import Dataflash, RosBag, Ulog
 
 FLIP = np.array([1.0, -1.0, -1.0])  # turns axes with z down into those with z up, and back
+
+
 EPOCH = 1716912000.0  # s, 28 May 2024, 16:00
-Columns = dict[str, np.ndarray]
 
 
 class Truth:
@@ -28,7 +32,7 @@ class Truth:
         self.angles = np.column_stack(
             (0.1 * np.sin(0.5 * time), 0.2 * np.sin(0.31 * time), 0.8 * np.sin(0.2 * time))
         )
-        self.turns = turns = Rotation.from_euler("ZYX", self.angles[:, ::-1])
+        self.turns = turns = turned(self.angles)
         self.body = np.column_stack(
             (
                 1 + 0.5 * np.sin(0.4 * time),
@@ -38,8 +42,7 @@ class Truth:
         )
         self.world = turns.apply(self.body)
         self.place = np.cumsum(self.world * step, axis=0) + np.array([0, 0, 5])
-        steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / step
-        self.rates = np.vstack((steps, steps[-1:]))
+        self.rates = rates_of(turns, step)
         self.force = turns.inv().apply([0.0, 0.0, -9.81]) + 0.05 * np.sin(np.outer(time, (1, 2, 3)))
         self.rudder = 0.3 * np.sign(np.sin(0.3 * time))
         self.rpm = 1500 + 300 * np.sign(np.sin(0.17 * time + 1))
@@ -53,7 +56,7 @@ class Truth:
         self.q_ned = turns.as_quat(scalar_first=True)  # w x y z
         swap = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
         self.q_enu = Rotation.from_matrix(swap @ turns.as_matrix() @ np.diag(FLIP)).as_quat()
-        self.enu = self.place[:, [1, 0, 2]] * (1, 1, -1)
+        self.enu = in_enu(self.place)
 
     def check(self, log):
         """Check that a log is the dive, its position too where it has one."""
@@ -96,6 +99,19 @@ class Truth:
         return name_columns(names, self.angles / unit)
 
 
+def turned(angles):
+    return Rotation.from_euler("ZYX", angles[:, ::-1])
+
+
+def rates_of(turns, step=0.1):
+    steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / step
+    return np.vstack((steps, steps[-1:]))
+
+
+def in_enu(ned):
+    return ned[:, [1, 0, 2]] * (1, 1, -1)
+
+
 def name_columns(names, block):
     return dict(zip(names.split(), block.T, strict=True))
 
@@ -104,17 +120,13 @@ DEG = np.pi / 180
 
 
 def write(path, columns, sep=",", form="%.9g"):
-    """Write a table as the csv module does."""
+    """Write a table as the csv module does, with decimal commas where semicolons separate."""
     path.parent.mkdir(exist_ok=True)
-    rows = zip(
-        *(
-            [item if isinstance(item, str) else form % item for item in it]
-            for it in columns.values()
-        ),
-        strict=True,
-    )
+    cells = ([x if isinstance(x, str) else form % x for x in it] for it in columns.values())
     with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, delimiter=sep).writerows([columns.keys(), *rows])
+        csv.writer(file, delimiter=sep).writerows([columns.keys(), *zip(*cells, strict=True)])
+    if sep == ";":
+        path.write_text(path.read_text("utf-8").replace(".", ","), "utf-8")
     return path
 
 
@@ -152,24 +164,6 @@ def case(holds="u v w p q r attitude rudder", **more):
     return keep
 
 
-@case()
-def csv_with_units_in_names(folder, it):
-    angles = it.euler("roll_deg pitch_deg yaw_deg", DEG)
-    rates = name_columns("p_degs q_degs r_degs", it.rates / DEG)
-    columns = {"time_s": it.time, **angles, **name_columns("u v w", it.body), **rates}
-    return write(folder / "a.csv", {**columns, "rudder_cmd": it.rudder})
-
-
-@case()
-def csv_of_a_spreadsheet_with_decimal_commas(folder, it):
-    columns = {"Time [ms]": 1000 * it.time, **it.euler("Roll[°] Pitch[°] Yaw[°]", DEG)}
-    columns |= name_columns("Surge[kn] Sway[kn] Heave[kn]", it.body / 0.514444444)
-    columns |= name_columns("RollRate[°/s] PitchRate[°/s] YawRate[°/s]", it.rates / DEG)
-    path = write(folder / "a.csv", {**columns, "Rudder[°]": it.rudder / DEG}, ";")
-    path.write_text(path.read_text("utf-8").replace(".", ","), "utf-8")
-    return path
-
-
 @case(holds="u v w p q r attitude rudder position")
 def savetxt_of_a_simulator(folder, it):
     names = "t x y z phi theta psi u v w p q r delta"
@@ -198,92 +192,44 @@ def late(time):
 
 
 @case(holds="u v w p q r attitude position rudder")
-def csv_of_rostopic_echo(folder, it):
-    """Arrival in bursts beside the stamps of the header, nanoseconds both."""
-    stamp, zeros = (EPOCH + it.time) * 1e9, 0 * it.time
-    odometry = {f"field.{name}": values for name, values in ros_odometry(it).items()}
-    head = {"field.header.seq": zeros + np.arange(900), "field.header.stamp": stamp}
-    more = {"field.pose.covariance0": zeros + 0.1, "field.pose.covariance7": zeros + 0.1}
-    arrived = (EPOCH + late(it.time)) * 1e9
-    run = folder / "run"
-    write(run / "odom.csv", {"%time": arrived, **head, **odometry, **more}, form="%.18g")
-    fins = {"field.header.stamp": stamp, "field.rudder": it.rudder}
-    write(run / "fins.csv", {"%time": arrived, **fins}, form="%.18g")
-    return run
-
-
-@case()
-def csv_of_bagpy(folder, it):
-    """Header stamps in two columns, two files of one run."""
-    stamp = EPOCH + it.time
-    head = {"header.stamp.secs": stamp // 1, "header.stamp.nsecs": (it.time % 1 * 1e9).round()}
-    odometry = {name: item for name, item in ros_odometry(it).items() if "position" not in name}
-    arrived = EPOCH + late(it.time)
-    write(folder / "d1-odom.csv", {"Time": arrived, **head, **odometry}, form="%.17g")
-    write(folder / "d1-fin_cmd.csv", {"Time": arrived, **head, "data": it.rudder}, form="%.17g")
-    return f"{folder / 'd1-odom.csv'}+{folder / 'd1-fin_cmd.csv'}"
-
-
-@case(holds="u v w p q r attitude position rudder")
 def csv_of_plotjuggler(folder, it):
     """All topics on one clock, a row a message, empty where the others speak."""
     odometry = ros_odometry(it, "/")
-    rows, blank = 2 * len(it.time), [""] * len(it.time)
     time = np.sort(np.concatenate((it.time, it.time + 0.03))) + EPOCH
     columns = {"__time": [f"{item:.6f}" for item in time]}
-    for name, values in odometry.items():
-        columns[f"/odom/{name}"] = [
-            x for pair in zip(map(repr, values.tolist()), blank, strict=True) for x in pair
-        ]
-    columns["/fins/rudder"] = [
-        x for pair in zip(blank, map(repr, it.rudder.tolist()), strict=True) for x in pair
-    ]
-    assert len(columns["/fins/rudder"]) == rows
+    rows = {f"/odom/{name}": (values, 0) for name, values in odometry.items()}
+    for name, (values, first) in (rows | {"/fins/rudder": (it.rudder, 1)}).items():
+        columns[name] = [""] * 1800
+        columns[name][first::2] = map(repr, values.tolist())
     return write(folder / "a.csv", columns)
-
-
-def odometry_messages(bag, store, it, topic="/odometry"):
-    kind, columns = "nav_msgs/msg/Odometry", ros_odometry(it)
-    return messages(bag, store, topic, kind, it.time, columns)
 
 
 def messages(bag, store, topic, kind, time, columns):
     """Return topic, type, arrival and message for each row; the header is stamped earlier."""
-    arrived = late(time)
+    cells = zip(*columns.values(), strict=True)
+    rows = (dict(zip(columns, row, strict=True)) for row in cells)
     return [
-        (topic, kind, EPOCH + arrived[k], message(bag, store, kind, EPOCH + time[k], row))
-        for k, row in enumerate(
-            [
-                dict(zip(columns, values, strict=True))
-                for values in zip(*columns.values(), strict=True)
-            ]
-        )
+        (topic, kind, EPOCH + at, message(bag, store, kind, EPOCH + second, row))
+        for at, second, row in zip(late(time), time, rows, strict=True)
     ]
 
 
 def message(bag, store, kind, stamp, row, path=""):
     """Return a message of any type with the numbers given by their paths, zero elsewhere."""
     given = {}
-    for field_name, (node, detail) in store.fielddefs[kind][1]:
-        here = f"{path}.{field_name}" if path else field_name
+    for name, (node, detail) in store.fielddefs[kind][1]:
+        here = f"{path}.{name}" if path else name
         if int(node) == 2:
             is_time = detail.endswith("/Time")
-            given[field_name] = (
-                bag.stamp(stamp, store)
-                if is_time
-                else message(bag, store, detail, stamp, row, here)
-            )
+            inner = () if is_time else (bag, store, detail, stamp, row, here)
+            given[name] = bag.stamp(stamp, store) if is_time else message(*inner)
         elif int(node) == 1:
-            given[field_name] = (
-                "" if detail[0] == "string" else type_of(detail[0])(row.get(here, 0))
-            )
+            given[name] = "" if detail[0] == "string" else type_of(detail[0])(row.get(here, 0))
+        elif int(detail[0][0]) == 2:
+            given[name] = []
         else:
-            (inner, about), length = detail
-            if int(inner) == 2:
-                given[field_name] = []
-            else:
-                values = [row[f"{here}[{k}]"] for k in range(64) if f"{here}[{k}]" in row]
-                given[field_name] = np.array(values or [0] * length, dtype=about[0])
+            values = [row[f"{here}[{k}]"] for k in range(64) if f"{here}[{k}]" in row]
+            given[name] = np.array(values or [0] * detail[1], dtype=detail[0][1][0])
     return store.types[kind](**given)
 
 
@@ -291,62 +237,87 @@ def type_of(name):
     return float if name.startswith("float") else bool if name == "bool" else int
 
 
-@case(holds="u v w p q r attitude position rudder")
-def ros2_odometry_and_fins(folder, it):
-    bag = RosBag()
-    store, fins = bag.modern, {"vector.x": it.rudder}
-    bag_messages = odometry_messages(bag, store, it)
-    bag_messages += messages(
-        bag, store, "/fin_command", "geometry_msgs/msg/Vector3Stamped", it.time, fins
-    )
-    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]))
+def odometry_messages(bag, store, it, topic="/odometry"):
+    return messages(bag, store, topic, "nav_msgs/msg/Odometry", it.time, ros_odometry(it))
 
 
-@case(holds="u v w p q r attitude position wrench")
-def ros1_odometry_and_wrench(folder, it):
-    bag = RosBag()
-    store, kind = bag.noetic, "geometry_msgs/msg/WrenchStamped"
-    names = " ".join(f"wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz")
-    wrench = name_columns(names, it.wrench * np.tile(FLIP, 2))
-    bag_messages = odometry_messages(bag, store, it) + messages(
-        bag, store, "/rov/thrust_manager/tau", kind, it.time, wrench
-    )
-    return bag.ros1(folder / "run.bag", sorted(bag_messages, key=lambda one: one[2]))
+def twist(block):
+    return name_columns("twist.linear.x twist.linear.y twist.linear.z", block)
 
 
-@case(holds="u v w p q r attitude port")
-def ros2_dvl_imu_and_pulse_widths(folder, it):
-    bag = RosBag()
-    store, time = bag.modern, it.time
-    speed = name_columns("twist.linear.x twist.linear.y twist.linear.z", it.body * FLIP)
-    imu = name_columns("angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP)
-    imu |= name_columns("orientation.x orientation.y orientation.z orientation.w", it.q_enu)
-    imu |= name_columns(
-        "linear_acceleration.x linear_acceleration.y linear_acceleration.z", it.force * FLIP
-    )
-    pwm = {
-        "data[0]": 1500 + 400 * np.sign(it.rudder),
-        "data[1]": 1500 + 0 * time,
-        "data[2]": 0 * time,
-    }
-    bag_messages = messages(bag, store, "/dvl/twist", "geometry_msgs/msg/TwistStamped", time, speed)
-    bag_messages += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, imu)
-    bag_messages += messages(bag, store, "/pwm", "std_msgs/msg/UInt16MultiArray", time, pwm)
-    return bag.ros2(folder / "run", sorted(bag_messages, key=lambda one: one[2]), "SQLITE3")
+def imu(it):
+    columns = {"angular_velocity": it.rates * FLIP, "linear_acceleration": it.force * FLIP}
+    columns |= {"orientation": it.q_enu}
+    return {f"{n}.{c}": x for n, b in columns.items() for c, x in zip("xyzw", b.T, strict=False)}
 
 
-@case(holds="u v w p q r attitude position stick", tolerance=0.1)
-def ros1_mocap_pose_and_joystick(folder, it):
-    """A pose alone: velocities come from it."""
-    bag = RosBag()
-    store = bag.noetic
-    pose = {n: item for n, item in ros_odometry(it, pose="pose").items() if n.startswith("pose")}
-    joy = {"axes[0]": it.rudder / 0.3, "axes[1]": np.sin(0.7 * it.time), "axes[2]": 0 * it.time}
-    bag_messages = messages(
-        bag, store, "/vrpn/rov/pose", "geometry_msgs/msg/PoseStamped", it.time, pose
-    )
-    bag_messages += messages(bag, store, "/joy", "sensor_msgs/msg/Joy", it.time, joy)
-    return bag.ros1(folder / "run.bag", sorted(bag_messages, key=lambda one: one[2]))
+def xyz(block):
+    """Return rows as structures."""
+    return [dict(zip("xyz", row, strict=True)) for row in block.tolist()]
+
+
+def evaluate(it, expressions):
+    """Return the columns that expressions on the dive give; none for None."""
+    columns, scope = {}, {**globals(), **vars(it), "it": it, "random": np.random.default_rng(34)}
+    for name, text in expressions.items():
+        value = eval(text, scope)
+        if value is None:
+            del columns[name]
+        elif isinstance(value, dict):
+            columns |= {name + key: item for key, item in value.items()}
+        elif " " in name and np.ndim(value) == 2:
+            columns |= name_columns(name, value)
+        else:
+            columns[name] = value
+    return columns
+
+
+def write_columns(path, columns, sep, form):
+    """Write columns in the format of the name."""
+    if path.suffix == ".mat":
+        savemat(path, columns)
+    elif path.suffix == ".npz":
+        np.savez(path, **columns)
+    elif path.suffix == ".h5":
+        with pytest.importorskip("h5py").File(path, "w") as file:
+            file.update(columns)
+    elif path.suffix == ".parquet":
+        arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
+        rows = {name: [*values] for name, values in columns.items()}
+        parquet.write_table(arrow.table(rows), path)
+    else:
+        write(path, columns, "\t" if path.suffix == ".tsv" else sep, form)
+    return path
+
+
+def write_files(files, sep, form, folder, it):
+    paths = [
+        write_columns(folder / name, evaluate(it, item), sep, form) for name, item in files.items()
+    ]
+    return paths[0].parent if "/" in min(files) else "+".join(map(str, paths))
+
+
+def write_bag(topics, kind, folder, it):
+    bag, sent = RosBag(), []
+    store = bag.noetic if kind == "ROS1" else bag.modern
+    for topic, expressions in topics.items():
+        columns = evaluate(it, expressions)
+        time = columns.pop("@", it.time)
+        sent += messages(bag, store, *topic.split(), time, columns)
+    sent.sort(key=lambda one: one[2])
+    if kind == "ROS1":
+        return bag.ros1(folder / "run.bag", sent)
+    return bag.ros2(folder / "run", sent, kind)
+
+
+with Path(__file__).with_suffix(".toml").open("rb") as listed:
+    for name, entry in tomllib.load(listed).items():
+        files, sep = entry.pop("files"), entry.pop("sep", ",")
+        form, kind = entry.pop("form", "%.9g"), entry.pop("bag", None)
+        tell = partial(write_bag, files, kind) if kind else partial(write_files, files, sep, form)
+        CASES[name] = Case(tell, **entry)
+
+ros1_odometry_and_wrench = CASES["ros1_odometry_and_wrench"].write
 
 
 @case(holds="u v w p q r attitude position thrust")
@@ -382,290 +353,10 @@ def ardupilot_text(folder, it):
     return folder / "a.log"
 
 
-@case(holds="u v w p q r attitude position wrench")
-def matlab_of_a_thesis(folder, it):
-    """Vectors of six: eta, nu and tau."""
-    eta, nu = np.hstack((it.place, it.angles)), np.hstack((it.body, it.rates))
-    savemat(folder / "a.mat", {"t": it.time, "eta": eta, "nu": nu, "tau": it.wrench, "m": 31.0})
-    return folder / "a.mat"
-
-
-@case()
-def matlab_structure_in_degrees(folder, it):
-    log = {"time": it.time, "vel": name_columns("u v w", it.body), "rpm": it.rpm}
-    log |= {
-        "att": it.euler(unit=DEG),
-        "gyro": name_columns("p q r", it.rates / DEG),
-        "rudder": it.rudder,
-    }
-    savemat(folder / "a.mat", {"log": log})
-    return folder / "a.mat"
-
-
-@case(holds="u v r attitude position rudder")
-def matlab_of_a_ship_with_its_simulation(folder, it):
-    """Measured arrays beside a simulation of more of them, each on a clock of its own."""
-    fine = np.arange(0, 90, 0.02)
-    sims = {
-        f"{name}_sim": 0.5 * np.sin(k * fine)
-        for k, name in enumerate(("x", "y", "psi", "u", "v", "r", "delta"), 1)
-    }
-    measured = {"time": it.time, "delta": it.rudder}
-    measured |= name_columns("x y psi", it.flat_place) | name_columns("u v r", it.flat)
-    savemat(folder / "a.mat", {**measured, "time_sim": fine, **sims})
-    return folder / "a.mat"
-
-
-@case(holds="u v r attitude position wrench", tolerance=0.05)
-def matlab_of_a_planar_thesis(folder, it):
-    """Vectors of three: a ship in the plane."""
-    tau = it.wrench * (1, 1, 0, 0, 0, 1)
-    block = {"eta": it.flat_place, "nu": it.flat, "tau": tau[:, [0, 1, 5]]}
-    savemat(folder / "a.mat", {"t": it.time, **block})
-    return folder / "a.mat"
-
-
-@case(holds="u v w p q r attitude rpm")
-def hdf5_of_sensors(folder, it):
-    h5py = pytest.importorskip("h5py")
-    with h5py.File(folder / "a.h5", "w") as file:
-        for stem, columns in {
-            "imu": {"gyro": it.rates, "accel": it.force},
-            "dvl": {"velocity": it.body},
-            "ahrs": it.euler(unit=DEG),
-            "motor": {"rpm": it.rpm},
-        }.items():
-            file[f"{stem}/time"] = EPOCH + it.time
-            for name, values in columns.items():
-                file[f"{stem}/{name}"] = values
-    return folder / "a.h5"
-
-
-@case(holds="u v w p q r attitude position rudder")
-def parquet_of_pyarrow(folder, it):
-    """Nested structures and time stamps of nanoseconds."""
-    arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
-    rows = [
-        {
-            "stamp": round((EPOCH + t) * 1e9),
-            "position": dict(zip("xyz", position, strict=True)),
-            "rpy": angles,
-            "velocity": {
-                "linear": dict(zip("xyz", body, strict=True)),
-                "angular": dict(zip("xyz", rates, strict=True)),
-            },
-            "rudder": rudder,
-        }
-        for t, position, angles, body, rates, rudder in zip(
-            *(
-                item.tolist()
-                for item in (it.time, it.place, it.angles, it.body, it.rates, it.rudder)
-            ),
-            strict=True,
-        )
-    ]
-    table = arrow.Table.from_pylist(rows)
-    stamp = table["stamp"].cast(arrow.timestamp("ns"))
-    parquet.write_table(table.set_column(0, "stamp", stamp), folder / "a.parquet")
-    return folder / "a.parquet"
-
-
-@case()
-def table_of_labview(folder, it):
-    """Tabs, times of day, units in brackets, words among the columns."""
-    columns = {"Time": clock(86340 + it.time)}
-    columns |= it.euler("Roll(deg) Pitch(deg) Heading(deg)", DEG)
-    columns["Heading(deg)"] = columns["Heading(deg)"] % 360
-    columns |= name_columns("Vx(m/s) Vy(m/s) Vz(m/s)", it.body)
-    columns |= name_columns("GyroX(deg/s) GyroY(deg/s) GyroZ(deg/s)", it.rates / DEG)
-    columns |= {"Rudder(deg)": it.rudder / DEG, "Mode": ["AUTO"] * 900}
-    return write(folder / "a.txt", columns, "\t")
-
-
-@case()
-def date_and_time_of_a_logger(folder, it):
-    columns = {"Date": ["05/28/2024"] * 900, "Time": clock(57600 + it.time, 3)}
-    columns |= it.euler("Roll Pitch Yaw", DEG) | name_columns("u v w", it.body)
-    columns |= name_columns("RollRate PitchRate YawRate", it.rates / DEG)
-    return write(folder / "a.csv", {**columns, "Rudder": it.rudder})
-
-
-@case()
-def npz_of_unnamed_arrays(folder, it):
-    """Six velocities in one array, angles in another."""
-    both = np.hstack((it.body, it.rates))
-    np.savez(folder / "a.npz", time=it.time, velocities=both, attitude=it.angles, rudder=it.rudder)
-    return folder / "a.npz"
-
-
-@case()
-def npz_whose_clock_stops(folder, it):
-    """The array of the time is shorter than all others."""
-    np.savez(folder / "a.npz", **{**it.table("t"), "t": it.time[:500]})
-    return folder / "a.npz"
-
-
-@case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
-def npz_without_a_clock(folder, it):
-    both = np.hstack((it.body, it.rates))
-    np.savez(folder / "a.npz", nu=both, rpy=it.angles, rudder=it.rudder)
-    return folder / "a.npz"
-
-
-@case(holds="u v w p q r attitude position port", tolerance=0.1)
-def motion_capture_beside_pulse_widths(folder, it):
-    """Millimetres and degrees, a frame counter; a file of thrusters beside it. z is up."""
-    flip = np.array([1.0, -1.0, -1.0])
-    columns = {"Frame": np.arange(900.0), "Time": it.time}
-    columns |= name_columns("X_mm Y_mm Z_mm", it.place * flip * 1000)
-    columns |= name_columns("Roll_deg Pitch_deg Yaw_deg", it.angles * flip / DEG)
-    write(folder / "t07_mocap.tsv", columns, "\t")
-    pwm = {
-        "time": it.time[::2],
-        "ch1_pwm": 1500 + 400 * np.sign(it.rudder[::2]),
-        "ch2_pwm": 1500 + 0 * it.time[::2],
-    }
-    write(folder / "t07_thrusters.csv", pwm)
-    return f"{folder / 't07_mocap.tsv'}+{folder / 't07_thrusters.csv'}"
-
-
-@case(holds="u v w p q r attitude position port", tolerance=0.1)
-def csv_of_a_pose_and_numbered_motors(folder, it):
-    """A quaternion and a place, pulse widths that no word tells, and a battery."""
-    columns = {"timestamp": (EPOCH + it.time) * 1e3, **name_columns("qw qx qy qz", it.q_ned)}
-    columns |= name_columns("x y z", it.place)
-    motors = {f"m{k}": 1500 + 200 * k * it.rudder for k in range(1, 5)}
-    battery = {"battery_voltage": 16 - 0.001 * it.time, "depth": it.place[:, 2]}
-    return write(folder / "a.csv", {**columns, **motors, **battery}, form="%.15g")
-
-
-@case(holds="u v w p q r attitude", tolerance=0.1)
-def csv_of_a_ship_beside_its_thrusters(folder, it):
-    """Heading, heel and trim; in the other file thrusters that are called by what they turn."""
-    pose = {"t": it.time, **it.euler("Heel[deg] Trim[deg] Heading[deg]", DEG)}
-    pressure = {"P [bar]": 1 + 0.1 * it.place[:, 2], "max_roll": 3 + 0 * it.time}
-    write(folder / "run3_pose.csv", pose | name_columns("u v w", it.body) | pressure)
-    thrust = {"thr_yaw": it.rudder, "thr_surge": it.rpm / 1500 - 1, "yaw_pwm": 1500 + it.rpm / 9}
-    write(folder / "run3_commands.csv", {"t": it.time, **thrust, "trim": 1500 + 900 * it.rudder})
-    return f"{folder / 'run3_pose.csv'}+{folder / 'run3_commands.csv'}"
-
-
-@case(holds="u v w")
-def csv_of_a_heading_alone(folder, it):
-    """Heave, and no roll and pitch: level is assumed, and said."""
-    heading = {"heading_deg": it.angles[:, 2] / DEG, "yaw": 1500 + 500 * it.rudder}
-    return write(folder / "a.csv", {"t": it.time, **heading, **name_columns("u v w", it.body)})
-
-
-@case(tolerance=0.1)
-def csv_of_a_slow_doppler_log(folder, it):
-    """A velocity twice a second in rows of ten, blank between."""
-    slow = {
-        n: [repr(x) if k % 5 == 0 else "" for k, x in enumerate(item.tolist())]
-        for n, item in name_columns("u v w", it.body).items()
-    }
-    return write(folder / "a.csv", {**it.table("t"), **slow})
-
-
-@case(tolerance=0.1)
-def csv_of_a_dead_gyro(folder, it):
-    """Rates that say nothing while the attitude turns: they come from it."""
-    dead = name_columns("p q r", 1e-8 * np.sin(it.rates * 1e3))
-    return write(folder / "a.csv", {**it.table("t"), **dead})
-
-
-@case()
-def csv_of_mavlink(folder, it):
-    """Names of messages, velocities along north, east, down, servos by number."""
-    stem = "LOCAL_POSITION_NED."
-    columns = {
-        "timestamp": EPOCH + it.time,
-        **name_columns("ATT.roll ATT.pitch ATT.yaw", it.angles),
-    }
-    columns |= name_columns("ATT.rollspeed ATT.pitchspeed ATT.yawspeed", it.rates)
-    columns |= name_columns(f"{stem}vx {stem}vy {stem}vz", it.world)
-    servo = {"SERVO_OUTPUT_RAW.servo1_raw": 1500 + 1000 * it.rudder}
-    return write(folder / "a.csv", {**columns, **servo}, form="%.15g")
-
-
-@case(holds="u v r attitude position rudder rpm")
-def csv_of_a_surface_boat(folder, it):
-    columns = {
-        "t": it.time,
-        **name_columns("x y psi", it.flat_place),
-        **name_columns("u v r", it.flat),
-    }
-    return write(folder / "a.csv", {**columns, "delta": it.rudder, "n": it.rpm / 60})
-
-
-@case(tolerance=0.05)
-def csv_of_a_coarse_clock(folder, it):
-    """Stamps of whole seconds at ten rows a second."""
-    return write(folder / "a.csv", {**it.table(), "time": np.floor(it.time + 1e-9)})
-
-
-@case(holds="u v rudder", tolerance=0.1, apart="attitude velocity")
-def csv_of_ground_speed_without_the_vertical(folder, it):
-    """North and east alone beside roll and pitch: level is assumed, and said."""
-    angles = 0.2 * it.angles[:, :2]
-    turns = Rotation.from_euler("ZYX", np.column_stack((it.angles[:, 2], angles[:, ::-1])))
-    north, east, _ = turns.apply(it.body * (1, 1, 0)).T
-    columns = {"time": it.time, "roll": angles[:, 0], "pitch": angles[:, 1], "yaw": it.angles[:, 2]}
-    return write(
-        folder / "a.csv", {**columns, "vel_north": north, "vel_east": east, "rudder": it.rudder}
-    )
-
-
-@case(holds="u v w p q r attitude position rudder")
-def csv_with_z_up_beside_a_depth(folder, it):
-    columns = it.table() | name_columns("roll pitch yaw", it.angles * FLIP)
-    columns |= name_columns("u v w", it.body * FLIP) | name_columns("p q r", it.rates * FLIP)
-    return write(folder / "a.csv", {**columns, "depth": it.place[:, 2]})
-
-
 @case(loads=False, says="no line of column names")
 def numbers_without_names(folder, it):
     np.savetxt(folder / "a.dat", np.column_stack((it.time, it.body, it.rates, it.angles)))
     return folder / "a.dat"
-
-
-@case(holds="u v w small rudder", apart="attitude velocity.p velocity.q velocity.r")
-def csv_of_small_angles_in_degrees(folder, it):
-    """Angles of a few degrees and rates of a few degrees a second, no unit anywhere."""
-    angles = it.angles * (1, 0.4, 0.13)
-    turns = Rotation.from_euler("ZYX", angles[:, ::-1])
-    steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / 0.1
-    columns = {
-        "time": it.time,
-        **name_columns("roll pitch yaw", angles / DEG),
-        **name_columns("u v w", it.body),
-    }
-    columns |= name_columns("gyro_x gyro_y gyro_z", np.vstack((steps, steps[-1:])))
-    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
-
-
-@case(holds="u v w p q r attitude")
-def npz_of_a_quaternion_of_unsaid_order(folder, it):
-    """x y z w, as ROS has it; nothing says so."""
-    pose = it.turns.as_quat()
-    np.savez(folder / "a.npz", time=it.time, vel=it.body, gyro=it.rates, quat=pose, fin=it.rudder)
-    return folder / "a.npz"
-
-
-@case()
-def csv_of_many_sticks(folder, it):
-    """Sixteen channels of a remote control, most of them still."""
-    columns = it.table("timestamp") | {"timestamp": EPOCH + it.time}
-    del columns["rudder"]
-    sticks = {f"rc_channels[{k}]": 1500 + 0 * it.time for k in range(16)}
-    sticks["rc_channels[3]"] = 1500 + 1000 * it.rudder
-    return write(folder / "a.csv", {**columns, **sticks}, form="%.15g")
-
-
-@case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
-def csv_of_pandas_with_an_index_alone(folder, it):
-    """The index of the table is no clock: its rate must be said."""
-    return write(folder / "a.csv", it.table("") | {"": np.arange(900.0)})
 
 
 @case(holds="", loads=False, says="velocity")
@@ -701,3 +392,36 @@ def ulog_of_px4(folder, it):
         for number, (_, kinds, rows) in enumerate(topics.values()):
             log.send(number, round(1e6 * second), kinds, *rows[k])
     return log.save(folder / "a.ulg")
+
+
+@case(
+    holds="u v w p q r attitude port",
+    tolerance=0.06,  # whole cm/s
+    commands="SERVO_OUTPUT_RAW.servo1_raw",
+)
+def tlog_of_a_vehicle_with_a_gps(folder, it):
+    """GLOBAL_POSITION_INT holds velocities along north, east, down in cm/s."""
+    dialect = pytest.importorskip("pymavlink.dialects.v20.common")
+    link, sent = dialect.MAVLink(None, srcSystem=1, srcComponent=1), bytearray()
+    for k, second in enumerate(it.time.tolist()):
+        boot = round(1000 * second) + 5000
+        speeds = np.round(100 * it.world[k]).astype(int).tolist()
+        heading = round(it.angles[k, 2] / DEG * 100) % 36000
+        servos = [1500 + round(1000 * it.rudder[k]), *[0] * 7]
+        pairs = (it.angles[k].tolist(), it.rates[k].tolist())
+        for packet in (
+            link.attitude_encode(boot, *pairs[0], *pairs[1]),
+            link.global_position_int_encode(boot, 0, 0, 0, 0, *speeds, heading),
+            link.servo_output_raw_encode(1000 * boot, 0, *servos),
+        ):
+            sent += round(1e6 * (EPOCH + second)).to_bytes(8) + packet.pack(link)
+    (folder / "a.tlog").write_bytes(sent)
+    return folder / "a.tlog"
+
+
+@case(holds="u v w p q r attitude position wrench", commands="")
+def csv_of_matlab_elements_without_quotes(folder, it):
+    """The same header as fprintf writes it: no cell is quoted."""
+    path = Path(CASES["csv_of_matlab_elements"].write(folder, it))
+    path.write_text(path.read_text("utf-8").replace('"', ""), "utf-8")
+    return path

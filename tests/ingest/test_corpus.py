@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import stranger_kinds  # noqa: F401  # adds its cases
 from hydrodamp.data.channels import unit_factor
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.draft import MIN_CONFIDENCE, SURE_CONFIDENCE, select_channels

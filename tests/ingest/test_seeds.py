@@ -92,10 +92,7 @@ def altered(log, seed, folder):
             name: columns[name] for name in order
         }
     separator = rng.choice([",", "\t", ";"])
-    path = write(folder / "log.csv", table, separator, "%.15g")
-    if separator == ";":
-        path.write_text(path.read_text("utf-8").replace(".", ","), "utf-8")
-    return path
+    return write(folder / "log.csv", table, separator, "%.15g")
 
 
 def amiss(found, log, known):
