@@ -13,6 +13,7 @@ from hydrodamp.conditioning.pipeline import clean, parse_steps
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+from tables import rows
 
 WRONG = json.loads(Path(__file__).with_name("wrong_steps.json").read_text("utf-8"))
 
@@ -51,19 +52,7 @@ def test_a_mapping_does_its_steps(turning):
     assert any("derived" in said for said in log.notes)
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ([3], "a step must be a name"),
-        ([{"clean": None, "apply_first_order_lag": None}], "a step must be a name"),
-        (["polish"], "unknown step `polish`"),
-        (["claen"], "Did you mean 'clean'"),
-        ([{"clean": 3}], "must be a table"),
-        (["apply_first_order_lag"], "`apply_first_order_lag` needs commands"),
-        ([{"remove_outliers": {"treshold": 3}}], "Did you mean 'threshold'"),
-        ([{"clean": {"window": 7}}], "`clean` has no `window`. It takes: nothing"),
-    ],
-)
+@rows("content, said")
 def test_what_is_wrong_is_said(content, said):
     steps, faults = parse_steps(content)
     assert steps == ()

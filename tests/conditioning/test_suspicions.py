@@ -16,6 +16,7 @@ from hydrodamp.conditioning.quality_checks import Fix, annotate_quality, check_q
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.channel_regression import cumulative_integral
 from hydrodamp.simulation.log_issues import log_issues
+from tables import rows
 
 #: Length [m], speed [m/s] and step of the clock [s].
 CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
@@ -290,15 +291,7 @@ def test_the_step_that_a_cure_names_mends_the_log(fault, craft):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize(
-    ("folder", "files", "mapping"),
-    [
-        ("bluerov2_kth", "*.csv", "bluerov2-kth"),
-        ("kvlcc2_hsva", "*_Z_*.dat", "kvlcc2-hsva"),
-        ("vt690_field", "", "avl690"),
-        ("campaigns", "*/*.csv", None),
-    ],
-)
+@rows("folder, files, mapping")
 def test_measured_logs_are_sound_but_for_single_samples(folder, files, mapping, measured_logs):
     home = measured_logs(folder)
     for path in home.glob(files) if files else (home,):

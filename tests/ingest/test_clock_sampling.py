@@ -16,6 +16,7 @@ from hydrodamp.ingest.clock import (
     interpolate_attitude,
     make_even_ticks,
 )
+from tables import rows
 
 
 def stamps(time, topic="dvl"):
@@ -67,14 +68,6 @@ def test_even_ticks_reach_the_last_message(rate):
     assert make_even_ticks(stamps(time), rate).time.tolist() == pytest.approx(time.tolist())
 
 
-@pytest.mark.parametrize(
-    ("base", "other", "run"),
-    [
-        ([90, 91, 92, 0, 1, 2], [90.5, 91.5, 0.1, 0.6], [0, 0, 1, 1]),
-        ([100, 101, 102, 103, 0, 1, 2, 3], [0.5, 1.5, 2.5], [1, 1, 1]),
-        ([100, 101, 102, 103, 0, 1, 2, 3], [100.5, 101.5], [0, 0]),
-        ([0, 1, 2, 3], [0, 1, 2, -50, -49, -48], [0, 0, 0]),
-    ],
-)
+@rows("base, other, run")
 def test_runs_are_matched_in_order_or_where_they_overlap_most(base, other, run):
     assert align_runs(stamps(other), stamps(base)).run.tolist() == run

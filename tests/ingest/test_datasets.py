@@ -16,6 +16,7 @@ import pytest
 from hydrodamp.errors import FileError
 from hydrodamp.ingest.datasets import DataFile, Dataset, check_folder, datasets, fetch, find_dataset
 from hydrodamp.ingest.mapping import read_mapping
+from tables import rows
 
 CONTENT = {"a.dat": b"time,u\n0,1\n" * 20_000, "b.dat": b"time,v\n0,2\n"}
 
@@ -69,17 +70,10 @@ def test_the_registry_is_whole() -> None:
             assert not file.sha256 or file.url
 
 
-@pytest.mark.parametrize(
-    ("name", "place", "counts"),
-    [
-        ("kvlcc2-hsva", "kvlcc2_hsva", (9, 0, 4)),
-        ("vt690-field", "vt690_field", (5, 0, 0)),
-        ("bluerov2-kth", "bluerov2_kth", (0, 4, 0)),
-    ],
-)
+@rows("name, place, counts")
 def test_measured_logs_are_those_of_the_registry(measured_logs, name, place, counts) -> None:
     checked = check_folder(find_dataset(name), measured_logs(place))
-    assert (len(checked.verified), len(checked.unchecked), len(checked.lacking)) == counts
+    assert [len(checked.verified), len(checked.unchecked), len(checked.lacking)] == counts
 
 
 def test_what_is_there_is_checked_and_not_downloaded_again(served: Dataset, tmp_path: Path) -> None:

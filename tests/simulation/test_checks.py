@@ -8,6 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
 from hydrodamp.simulation.checks import check_log, missing_actuation, unused_commands
+from tables import rows
 
 TIME = np.arange(20) / 10
 LEVEL = np.tile([1.0, 0.0, 0.0, 0.0], (20, 1))
@@ -28,18 +29,7 @@ def model(**terms):
     return hd.DampingModel.from_table(terms, key="mine")
 
 
-@pytest.mark.parametrize(
-    ("name", "commands", "words"),
-    [
-        ("bluerov2", ("ch_roll", "ch_yaw"), ("'bluerov2' has no actuators", "in its file")),
-        (
-            "vt690",
-            ("fin", "motor"),
-            ("'vt690' take rudder elevator rpm", "{rudder: COLUMN, elevator: COLUMN"),
-        ),
-        ("vt690", (), ("'vt690' take rudder elevator rpm", "X Y Z K M N or a command")),
-    ],
-)
+@rows("name, commands, words")
 def test_a_log_that_says_nothing_of_the_drive(name, commands, words):
     vehicle, log, models = hd.fleet[name], log_of(*commands), (model(X="u"),)
     with pytest.raises(ProblemError) as caught:
@@ -77,14 +67,7 @@ def test_commands_that_are_missing_come_together(refused):
     )
 
 
-@pytest.mark.parametrize(
-    ("commands", "said"),
-    [
-        (("rol",), "'rol'. Did you mean 'roll'\\?$"),
-        (("rodder",), "'rodder'.$"),  # the rudder is there
-        (("bilge", "ch_roll"), "'bilge', 'ch_roll'.$"),
-    ],
-)
+@rows("commands, said")
 def test_columns_that_nothing_uses_come_together(commands, said):
     log = log_of("rudder", "elevator", "rpm", *commands)
     (fault,) = unused_commands(hd.fleet["vt690"], log, (model(X="u"),))

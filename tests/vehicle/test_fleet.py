@@ -9,6 +9,7 @@ import hydrodamp as hd
 from hydrodamp.errors import FileError, VehicleError
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import without_righting
+from tables import rows
 
 
 @pytest.mark.parametrize("name", hd.fleet)
@@ -151,15 +152,7 @@ def test_it_rights_where_gravity_lies_below_and_weighs(gravity, lift, weight, ri
     assert (without_righting(cube(gravity, lift, weight)) == "") is rights
 
 
-@pytest.mark.parametrize(
-    ("axes", "words"),
-    [
-        (("X", "Y", "N"), ""),
-        (("X", "Y", "K", "N"), "in roll:"),
-        (("X", "Z", "M"), "in pitch:"),
-        (("X", "Y", "Z", "K", "M", "N"), "in roll and pitch:"),
-    ],
-)
+@rows("axes, words")
 def test_only_free_axes_count(axes, words):
     told = without_righting(cube(axes=axes))
     assert words in told

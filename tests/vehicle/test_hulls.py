@@ -12,6 +12,7 @@ from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import parse_vehicle
 from hydrodamp.vehicle.hulls import BOAT_STD, ROV_STD, SHIP_STD, WATER_DENSITY, ship_added_mass
 from hydrodamp.vehicle.template import vehicle_template
+from tables import rows
 
 WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
@@ -144,16 +145,7 @@ def test_dimensions_that_cannot_be_are_refused(kind, sizes, refused):
     refused(VehicleError, hd.Vehicle.from_dimensions, kind, **known)
 
 
-@pytest.mark.parametrize(
-    ("kind", "sizes"),
-    [
-        ("boat", {"length": 1.2, "beam": 0.3, "draft": 0.1, "mass": 17.0}),
-        ("ship", {"length": 320.0, "beam": 58.0, "draft": 20.8, "block_coefficient": 0.81}),
-        ("ship", {"length": 100.0, "beam": 10.0, "draft": 4.0, "mass": 2e6}),
-        ("catamaran", {"length": 2.0, "beam": 1.08, "draft": 0.134, "mass": 55.0}),
-        ("rov", {"length": 0.457, "beam": 0.338, "draft": 0.254, "mass": 11.5}),
-    ],
-)
+@rows("kind, sizes")
 def test_a_file_has_the_estimate(kind, sizes):
     written = parse_vehicle(vehicle_template("mine", None, kind, **sizes))
     estimate = hd.Vehicle.from_dimensions(kind, **sizes)

@@ -8,6 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.ingest.formats.dates import is_date, parse_dates
 from hydrodamp.ingest.read import read_recordings
+from tables import rows
 
 
 def write_dive(path, *dates, suffix=""):
@@ -20,21 +21,12 @@ def start_day(recording):
     return f"{datetime.fromtimestamp(recording.topics[0].fields['when'][0], tz=UTC):%m-%d}"
 
 
-@pytest.mark.parametrize(
-    ("dates", "days", "note"),
-    [
-        (("12/09/2020", "13/09/2020"), ("09-12", "09-13"), "day first, as"),
-        (("09/12/2020", "09/13/2020"), ("09-12", "09-13"), "month first, as"),
-        (("12.09.2020", "13.01.2021"), ("09-12", "01-13"), "day first, as"),
-        (("09/11/2020", "09/12/2020"), ("09-11", "09-12"), "month first, which gives the short"),
-        (("09-11-2020", "10-11-2020"), ("11-09", "11-10"), "day first, which gives the short"),
-    ],
-)
+@rows("dates, days, note")
 def test_all_files_of_a_call_have_one_order(tmp_path, dates, days, note):
     paths = [write_dive(tmp_path / f"{k}.csv", date) for k, date in enumerate(dates)]
     for order in (1, -1):
         recordings = read_recordings(paths[::order])[::order]
-        assert tuple(map(start_day, recordings)) == days
+        assert [*map(start_day, recordings)] == days
         assert any(f"are read {note}" in text for text in recordings[0].notes)
 
 
@@ -60,21 +52,7 @@ def test_read_logs_joins_days_in_order(tmp_path):
     assert log.time[20] - log.time[0] == 86400.0
 
 
-@pytest.mark.parametrize(
-    ("cell", "seconds"),
-    [
-        ("2024-06-01 12:30:00+00", 45000.0),
-        ("2024-06-01 12:30:00-05", 63000.0),
-        ("2024-06-01 12:30:00 GMT", 45000.0),
-        ("2024-06-01 12:30:00 UTC+2", 37800.0),
-        ("2024-06-01 12:30:00+0530", 25200.0),
-        ("20240601T123000Z", 45000.0),
-        ("20240601T123000.5+02:00", 37800.5),
-        ("2024-06-01_12:30:00", 45000.0),
-        ("20240601_123000", 45000.0),
-        ("2024-06-01 24:00:00", 86400.0),
-    ],
-)
+@rows("cell, seconds")
 def test_forms_of_dates(cell, seconds):
     assert is_date(cell)
     assert parse_dates([cell])[0][0] == 1717200000.0 + seconds

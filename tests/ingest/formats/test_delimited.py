@@ -7,6 +7,7 @@ import pytest
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import delimited
+from tables import rows
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
 
@@ -36,28 +37,7 @@ def read(tmp_path):
     return read_text
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "t,u\n0,1.5\n0.5,-2.25\n1,3\n",
-        "t;u\n0;1.5\n0.5;-2.25\n1;3\n",
-        "t;u\r\n0;1,5\r\n0,5;-2,25\r\n1;3\r\n",
-        "t\tu\n0\t1.5\n0.5\t-2.25\n1\t3\n",
-        "t\tu\n0\t1,5\n0,5\t-2,25\n1\t3\n",
-        "t|u\n0|1.5\n0.5|-2.25\n1|3\n",
-        "  t    u\n  0    1.5 \n 0.5  -2.25\n 1.0   3.\n",
-        "# t u\n0 1.5\n0.5 -2.25\n1 3\n",
-        "% made by hand\n% t,u\n0,1.5\n0.5,-2.25\n1,3\n",
-        "sep=;\nt;u\n0;1.5\n0.5;-2.25\n1;3\n",
-        '"t","u"\n"0","1.5"\n"0.5","-2.25"\n"1","3"\n',
-        '"t";"u"\n"0";"1,5"\n"0,5";"-2,25"\n"1";"3"\n',
-        "t,u,\n0,1.5,\n0.5,-2.25,\n1,3,\n",
-        "t,u\r0,1.5\r0.5,-2.25\r1,3\r",
-        "\n\nt,u\n\n0,1.5\n0.5,-2.25\n\n1,3\n\n",
-        "Log of a dive\nRun 7\nt,u\n0,1.5\n0.5,-2.25\n1,3",
-        "t,u\n0,+1.5\n5e-1,-.225E1\n1.,3\n",
-    ],
-)
+@rows("text")
 def test_any_spelling_gives_the_same_numbers(read, text, reader):
     for encoding in ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"):
         topic = read(text.encode(encoding)).topics[0]
@@ -68,26 +48,7 @@ def test_any_spelling_gives_the_same_numbers(read, text, reader):
         assert topic.texts == {}
 
 
-@pytest.mark.parametrize(
-    ("head", "names", "units"),
-    [
-        (
-            "time [s],speed (m/s),rpm[0],range (beam),u_[kn]",
-            "time|speed|rpm[0]|range (beam)|u",
-            {"time": "s", "speed": "m/s", "u": "kn"},
-        ),
-        ("t,u,a\n[s],m/s,°", "t|u|a", {"t": "s", "u": "m/s", "a": "°"}),
-        ("A,B,C\nt,u,r\ns,m/s,rad/s", "t|u|r", {"t": "s", "u": "m/s", "r": "rad/s"}),
-        (
-            "speed [m/s],speed [kn]",
-            "speed [m/s]|speed [kn]",
-            {"speed [m/s]": "m/s", "speed [kn]": "kn"},
-        ),
-        # v and w are names of velocities before they are volt and watt.
-        ("Run of the day\nt,u,v,w,p,q,r", "t|u|v|w|p|q|r", {}),
-        (",t,u", "column 1|t|u", {}),
-    ],
-)
+@rows("head, names, units")
 def test_names_and_units_of_columns(read, reader, head, names, units):
     columns = range(names.count("|") + 1)
     rows = "".join(",".join(str(row + column) for column in columns) + "\n" for row in range(2))
@@ -162,16 +123,7 @@ def test_a_line_without_end_is_named(tmp_path, refused):
     refused(LogError, lambda: delimited.read_file(tmp_path / "long.csv"))
 
 
-@pytest.mark.parametrize(
-    ("cells", "delimiter"),
-    [
-        (["999,5", "1.000,5", "12.001,5"], ";"),
-        (["999.5", "1,000.5", "12,001.5"], ";"),
-        (["999.5", '"1,000.5"', '"12,001.5"'], ","),
-        (["999,5", "1\u202f000,5", "12\u202f001,5"], ";"),
-        (["999.5", "1'000.5", "12'001.5"], "\t"),
-    ],
-)
+@rows("cells, delimiter")
 def test_marks_of_thousands(read, reader, cells, delimiter):
     text = "\n".join([f"t{delimiter}u", *(f"{k}{delimiter}{cell}" for k, cell in enumerate(cells))])
     (topic,) = read(text).topics

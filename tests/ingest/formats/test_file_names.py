@@ -1,17 +1,10 @@
 """Topics of files that are read together."""
 
-import pytest
-
 from hydrodamp.ingest.formats.files import read_files
+from tables import rows
 
 
-@pytest.mark.parametrize(
-    ("names", "topics"),
-    [
-        (("share_depth.csv", "share_fins.csv"), ["share_depth", "share_fins"]),
-        (("run1_pose.csv", "run1_pwm.csv"), ["pose", "pwm"]),
-    ],
-)
+@rows("names, topics")
 def test_files_have_the_same_topics_in_a_folder_and_joined(tmp_path, names, topics):
     paths = [tmp_path / name for name in names]
     for path in paths:

@@ -1,43 +1,19 @@
 """Attributes of the CF conventions: epochs of times and fill values."""
 
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.ingest.formats.netcdf import decode_variable
+from tables import rows
 
 
-@pytest.mark.parametrize(
-    ("units", "seconds"),
-    [
-        ("days since 1-1-1", -62135510400.0),
-        ("days since 0000-01-01", -62167132800.0),
-        ("seconds since 70-1-1", -59958143999.0),
-        ("days since 1970-1-1 12:0:0", 129600.0),
-        ("days since 1970-1-1 6", 108000.0),
-        ("seconds since 1970-01-01 00:00:00 +02:00", -7199.0),
-        ("seconds since 1970-1-1 0:0:0.5 -2:00", 7201.5),
-        ("hours since 1970-01-01T00:00:00Z", 3600.0),
-        ("days since 2-1-1970", 172800.0),
-        ("seconds since 1970-01-01 00:00:00 GMT", 1.0),
-    ],
-)
+@rows("units, seconds")
 def test_epochs(units, seconds):
     variable = decode_variable(np.array([1.0]), {"units": units})
     assert (variable.values[0], variable.unit, variable.fault) == (seconds, "s", "")
 
 
-@pytest.mark.parametrize(
-    ("kind", "fill"),
-    [
-        ("i2", -32767),
-        ("i4", -2147483647),
-        ("i8", -9223372036854775806),
-        ("u2", 65535),
-        ("f4", 9.96921e36),
-        ("f8", 9.969209968386869e36),
-    ],
-)
+@rows("kind, fill")
 def test_the_default_fill_is_missing(kind, fill):
     values = np.array([7, fill, 100], dtype=kind)
     found = decode_variable(values, {"units": "m/s", "scale_factor": 0.5}).values

@@ -8,6 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import LogError
+from tables import rows
 
 YAW = 0.5 * np.sin(0.2 * np.arange(0.0, 60.0, 0.2))
 RATE = 0.1 * np.cos(0.2 * np.arange(0.0, 60.0, 0.2))
@@ -72,20 +73,7 @@ def test_only_positions_have_minutes_and_a_hemisphere(tmp_path):
     assert recording.topic("VHW").fields["stw"].tolist() == [6.0]
 
 
-@pytest.mark.parametrize(
-    ("body", "field", "is_valid"),
-    [
-        ("HEROT,-3.0,V", "yaw_rate", False),
-        ("HEROT,-3.0,A", "yaw_rate", True),
-        ("AGRSA,2.0,V,,", "rudder", False),
-        ("HETHS,100.0,V", "heading", False),
-        ("HETHS,100.0,E", "heading", True),
-        ("GPGGA,000020.00,0000.0000,N,00000.0000,E,0,00,99.9,0.0,M,,M,,", "altitude", False),
-        ("GPGGA,000020.00,0000.0000,N,00000.0000,E,1,08,99.9,0.0,M,,M,,", "altitude", True),
-        ("GPVTG,054.7,T,034.4,M,005.5,N,010.2,K,N", "sog", False),
-        ("GPRMC,120000.00,V,5330.0000,N,00830.0000,E,5.5,054.7,010624,,", "sog", False),
-    ],
-)
+@rows("body, field, is_valid")
 def test_an_invalid_status_gives_no_numbers(tmp_path, body, field, is_valid):
     values = read_topics(tmp_path / "a.nmea", body).topics[0].fields[field]
     assert bool(np.isfinite(values).all()) == is_valid

@@ -6,6 +6,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import suppress_warnings
 from hydrodamp.ingest.inspection.probe import inspect
+from tables import rows
 
 TIME = np.arange(0.0, 80.0, 0.1)
 RATE = 0.2 * np.sin(0.3 * TIME) + 0.1 * np.cos(0.8 * TIME)  # rad/s
@@ -107,14 +108,7 @@ def write_netcdf(path, form, *, packed, since):
 
 
 @pytest.mark.parametrize("form", ["hdf5", "classic"])
-@pytest.mark.parametrize(
-    ("packed", "since"),
-    [
-        (False, "seconds since 1970-01-01T00:00:00+00:00"),
-        (True, "days since 1950-01-01 00:00:00 UTC"),
-        (True, "milliseconds since 2000-01-01"),
-    ],
-)
+@rows("packed, since")
 def test_netcdf_has_the_units_of_its_attributes(tmp_path, form, packed, since):
     path = write_netcdf(tmp_path / "auv.nc", form, packed=packed, since=since)
     recording = hd.read_recording(path)
@@ -239,13 +233,7 @@ def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path):
     assert log.time[-1] == pytest.approx(time[-1])
 
 
-@pytest.mark.parametrize(
-    "header",
-    [
-        "time,name,value",
-        "#group,false,false\n#datatype,dateTime:RFC3339,string,double\n_time,_field,_value",
-    ],
-)
+@rows("header")
 @pytest.mark.parametrize("delay", [0.0, 0.013])
 def test_long_form(tmp_path, header, delay):
     columns = {

@@ -7,29 +7,10 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.inspection import columns
-from hydrodamp.ingest.inspection.columns import find_clock
 from hydrodamp.ingest.inspection.delay import estimate_delays
 from hydrodamp.ingest.inspection.draft_names import command_names
 from hydrodamp.ingest.inspection.probe import describe_join, probe
 from hydrodamp.ingest.mapping import LogMapping
-
-
-@pytest.mark.parametrize(
-    ("scale", "start", "unit"),
-    [
-        (1.0, 0.0, "s"),
-        (1e3, 0.0, "ms"),
-        (1e6, 0.0, "us"),
-        (1e9, 0.0, "ns"),
-        (1e9, 1.7e18, "ns"),
-        (1e3, 1.7e12, "ms"),
-    ],
-)
-def test_unit_of_the_clock_by_its_size(scale, start, unit):
-    found = find_clock(Topic("", None, {"stamp": start + scale * np.arange(0, 60, 0.1)}))
-    assert found is not None
-    assert found.unit == unit
-    assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
 
 
 def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch):

@@ -10,6 +10,7 @@ from hydrodamp.errors import LogError
 from hydrodamp.ingest.inspection.names import guess_role, split_unit
 from hydrodamp.ingest.inspection.probe import probe
 from strangers import FLIP, name_columns
+from tables import rows
 
 TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]
@@ -26,17 +27,7 @@ def test_names(topic, field, unit, role):
     assert (said if sure else "") == role
 
 
-@pytest.mark.parametrize(
-    ("name", "unit", "role"),
-    [
-        ("tau_x_N", "N", "wrench.X"),
-        ("force_z [N]", "N", "wrench.Z"),
-        ("tau_n_Nm", "N m", "wrench.N"),
-        ("tau_N", None, "wrench.N"),
-        ("pos_x_n", None, "position.north"),
-        ("Fx_N", "N", None),
-    ],
-)
+@rows("name, unit, role")
 def test_newtons_are_a_unit_after_an_axis(name, unit, role):
     said, sure = guess_role("", name, split_unit(name)[1], {name})
     assert split_unit(name)[1] == unit
@@ -87,24 +78,14 @@ def test_a_unit_that_no_role_has_is_of_something_else():
     assert guess_role("", "p", None, {"p"}, "body") == ("velocity.p", 85)
 
 
-@pytest.mark.parametrize(
-    ("log", "presets", "axes"),
-    [
-        ("px4", ["px4-uuv"], ("FRD", "NED", True)),
-        ("ardusub", ["ardusub"], ("FRD", "NED", None)),
-        ("odometry", [], ("FLU", "ENU", False)),
-    ],
-)
+@rows("log, presets, axes")
 def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive):
     recording = request.getfixturevalue(log)
     recording = recording("/rov/state") if log == "odometry" else recording
     found = probe(recording)
     assert [one.name for one in found.presets] == presets
-    assert (
-        found.roles.vertical_axis.body,
-        found.roles.world,
-        found.roles.velocity.earth_fixed,
-    ) == axes
+    roles = found.roles
+    assert [roles.vertical_axis.body, roles.world, roles.velocity.earth_fixed] == axes
     assert (found.roles.best("specific_force.fx") is None) == (log != "ardusub")
     dive.check(found.mapping().log(recording))
 
@@ -122,11 +103,8 @@ def test_axes_and_units_of_every_sensor_are_found(table, dive):
     )
     found = probe(recording)
     roles = found.roles
-    assert (roles.vertical_axis.body, roles.world, roles.velocity.earth_fixed) == (
-        "FLU",
-        "NWU",
-        False,
-    )
+    assert (roles.vertical_axis.body, roles.world) == ("FLU", "NWU")
+    assert not roles.velocity.earth_fixed
     assert roles.rates.unit == "deg/s"
     assert roles.rates.mirrored
     assert roles.clocks[""].unit == "ms"
@@ -174,18 +152,6 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table):
 def test_a_rudder_that_stands_still_stays_in_the_draft(table, dive):
     text = probe(table(t=dive.time, r=dive.rates[:, 2], rudder=0 * dive.time)).draft.text
     assert "rudder: rudder    # 85 %: constant in this run" in text
-
-
-@pytest.mark.parametrize(("axes", "flip"), [("FRD", 1.0), ("FLU", FLIP)])
-def test_depth_tells_which_way_is_down(dive, axes, flip):
-    topics = (
-        Topic("dvl", dive.time, name_columns("v_x v_y v_z", dive.body * flip)),
-        Topic("ahrs", dive.time, name_columns("roll pitch yaw", dive.angles * flip)),
-        Topic("ctd", dive.time[::2], {"depth": dive.place[::2, 2]}),
-    )
-    upright = probe(Recording(topics, "dive", "text in columns")).roles.vertical_axis
-    assert upright.body == axes
-    assert upright.confidence > 90
 
 
 def test_bad_rows_are_left_out_and_flagged(dive):

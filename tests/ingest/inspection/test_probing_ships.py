@@ -8,6 +8,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.formats.cells import parse_column
 from hydrodamp.ingest.inspection.names import guess_role
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
+from tables import rows
 
 TIME = np.arange(0.0, 60.0, 0.1)
 R = 0.2 * np.sin(0.25 * TIME) + 0.05 * np.sin(0.9 * TIME)
@@ -82,15 +83,7 @@ def test_degrees_and_minutes_with_a_column_of_the_hemisphere():
     assert "in two hemispheres" in probe(recording).draft.text
 
 
-@pytest.mark.parametrize(
-    ("signed", "texts"),
-    [
-        (True, {"lat_dir": "S", "E/W": "W"}),
-        (False, {"gps_status": "W", "mode": "S"}),
-        (False, {"lateral_mode": "S", "longitudinal_mode": "W"}),
-        (False, {"LatRef": "N", "hemisphere": "E"}),
-    ],
-)
+@rows("signed, texts")
 def test_letters_that_change_no_sign(signed, texts):
     """Signed coordinates have their sign, and other columns hold letters of other meanings."""
     latitude, longitude = (LATITUDE, LONGITUDE) if signed else (-LATITUDE, -LONGITUDE)
@@ -172,15 +165,7 @@ def test_a_hemisphere_in_the_cells(tmp_path):
     assert np.ptp(log.position[:, 0]) == pytest.approx(np.ptp(NORTH), abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("name", "cell", "degrees"),
-    [
-        ("gpsLat", "59.5N", 59.5),
-        ("NAV_LONG", "0.5 w", -0.5),
-        ("", "59°30.0'S", -59.5),
-        ("", "E 010 30 36.0", 10.51),
-    ],
-)
+@rows("name, cell, degrees")
 def test_cells_of_latitude_and_longitude(name, cell, degrees):
     assert parse_column([cell, ""], name=name).numbers[0] == pytest.approx(degrees)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.attitude import euler_from_quaternion
 
 
 def turns(seed, n=600):
@@ -30,6 +31,25 @@ def read_draft(tmp_path, columns):
 
 def wrap(angle):
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+@pytest.mark.parametrize(
+    ("sign", "zero", "has_speed"), [(1, 0, 0), (-1, 0, 0), (-1, np.pi / 2, 0), (1, np.pi, 1)]
+)
+def test_named_positions_decide_the_yaw(tmp_path, sign, zero, has_speed):
+    """The true heading, of opposite sign, counterclockwise from east, and from south."""
+    time, north, east, heading, u, v = turns(0)
+    columns = {
+        "time": time,
+        "x_north": north,
+        "y_east": east,
+        "yaw_rad": wrap(zero + sign * heading),
+    }
+    _, log = read_draft(tmp_path, columns | ({"surge_mps": u, "sway_mps": v} if has_speed else {}))
+    error = wrap(euler_from_quaternion(log.attitude)[:, 2] - np.interp(log.time, time, heading))
+    assert np.abs(np.degrees(error)).max() < 0.1
+    assert log.velocity[:, 0].mean() == pytest.approx(2.0, abs=0.05)
+    np.testing.assert_allclose(log.velocity[5:-5, 1], v[5:-5], atol=0.06)
 
 
 def test_a_vehicle_that_moves_astern_keeps_its_yaw(tmp_path):

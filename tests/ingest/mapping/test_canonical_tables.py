@@ -9,6 +9,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.read import canonical_record, read_log, read_recording
+from tables import rows
 
 Write = Callable[..., Path]
 TIME = np.arange(0, 5, 0.1)
@@ -73,13 +74,7 @@ def test_topics_need_a_mapping(tmp_path, refused):
         ("µs", 1e-6, "CM/S", 0.01),
     ],
 )
-@pytest.mark.parametrize(
-    "line",
-    [
-        "time [{}],u ({}),r (deg/s),eta [-],north,east,down [cm],rudder [deg]\n",
-        "time,u,r,eta,north,east,down,rudder\n{},{},deg/s,-,m,m,cm,deg\n",
-    ],
-)
+@rows("line")
 def test_units_in_the_header_are_turned_into_si(csv_file, clock, tick, speed, factor, line):
     rows = f"0,1,90,1,0,0,200,5\n{round(0.5 / tick)},2,0,1,0,0,300,6\n"
     record = canonical_record(read_recording(csv_file(line.format(clock, speed) + rows)))

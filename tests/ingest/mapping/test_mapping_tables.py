@@ -9,6 +9,7 @@ from hydrodamp.data.channel_regression import integrate_rotation, regress_channe
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
+from tables import rows
 
 Write = Callable[..., Path]
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
@@ -42,22 +43,7 @@ def test_a_stamp_that_nobody_filled_gives_way_to_the_next(csv_file):
     assert read_log(path, mapping).time.tolist() == [0, 1, 2]
 
 
-@pytest.mark.parametrize(
-    ("header", "channel", "told"),
-    [
-        ("t,u [furlong]", "u", "is in furlong by its file, which is no known unit of speed"),
-        ("t,u\ns,psi", "u", "is in psi by its file, which is no known unit of speed"),
-        ("t,u [m/s],u [furlong]", "u [furlong]", "is in furlong by its file"),
-        ("t,u [kn]", {"column": "u", "scale": 2.0}, "is in kn by its file, and the mapping scales"),
-        ("t,u [kn]", {"column": "u", "scale": 2.0, "unit": "m/s"}, None),
-        ("t [UTC],u [body]", "u", None),
-        (
-            "t [furlong],u",
-            "u",
-            "column `t` is in furlong by its file, which is no known unit of time",
-        ),
-    ],
-)
+@rows("header, channel, told")
 def test_a_unit_of_the_file_is_never_passed_over(csv_file, header, channel, told, refused):
     row = "1,2,3\n" if "furlong" in header and "m/s" in header else "1,2\n"
     path = csv_file(f"{header}\n{row}{row.replace('1', '2', 1)}")

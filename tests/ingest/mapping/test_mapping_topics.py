@@ -10,6 +10,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ClockWarning, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import build_record
+from tables import rows
 
 FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 
@@ -61,17 +62,7 @@ def test_a_topic_or_a_rate_gives_the_clock(clock):
         assert set(log.time.tolist()) <= set(SLOW.tolist())
 
 
-@pytest.mark.parametrize(
-    "more",
-    [
-        {"clock": "/dvll"},
-        {"attitude": {"qw": "/imu.r", "qx": "/dvl.ok", "qy": "/imu.r", "qz": {"value": 0.0}}},
-        {
-            "velocity": {"north": "/dvl.v.x", "east": "/dvl.v.y"},
-            "attitude": {"heading": {"column": "/compass.heading", "optional": True}},
-        },
-    ],
-)
+@rows("more")
 def test_what_the_topics_do_not_give_is_told(more, refused):
     refused(LogError, lambda: mapping(**more).log(dive()))
 
@@ -287,9 +278,9 @@ def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock(refused)
     log = read_quietly(dive(once), mapping(commands=commands))
     assert set(log.command("a").tolist()) == {7.0}
     assert log.time[0] == 1.0
-    for velocity, rows in (("/once.a", once), ("/none.a", None)):
-        empty = Topic("/none", np.array([np.nan]), {"a": np.array([1.0])})
-        given = Recording((rows or empty,), "dive.bag", "a test")
+    empty = Topic("/none", np.array([np.nan]), {"a": np.array([1.0])})
+    for velocity, topic in (("/once.a", once), ("/none.a", empty)):
+        given = Recording((topic,), "dive.bag", "a test")
         alone = LogMapping.from_dict({"time": "recorded", "velocity": {"u": velocity}})
         refused(LogError, alone.log, given)
 
