@@ -120,10 +120,29 @@ def turning(attitude):
     return Log(time=np.arange(n) / 10, velocity=np.ones((n, 6)), attitude=attitude)
 
 
-@pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 2.0])
-def test_a_tumbling_vehicle_does_not_leap(rate):
-    attitude = tumbling(rate=rate)
-    assert not find_attitude_outliers(turning(attitude)).any()
+def yawing(yaw):
+    return quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
+
+
+def noise_of_attitude():
+    attitude = quaternion_from_euler(1e-4 * np.random.default_rng(3).normal(size=(500, 3)))
+    attitude[100] = quaternion_from_euler(np.full((1, 3), np.radians(0.5)))
+    return attitude
+
+
+ZIGZAG = np.radians(20.0) * np.sin(2.0 * np.pi / 16.0 * np.arange(120))  # of a compass at 1 Hz
+AWAY_AND_BACK = np.radians(20.0) * np.repeat([0.0, 1.0, -1.0, 0.0], [300, 4, 4, 300])
+NO_LEAPS = {f"tumbling at {rate} rad/s": tumbling(rate=rate) for rate in (0.0, 0.3, 1.0, 2.0)} | {
+    "manoeuvre": yawing(np.cumsum(AWAY_AND_BACK)),
+    "compass held at 20 Hz": yawing(np.repeat(ZIGZAG, 20)),
+    "set anew": yawing(0.05 * np.arange(300) + 2.0 * (np.arange(300) >= 150)),
+    "noise": noise_of_attitude(),
+}
+
+
+@pytest.mark.parametrize("kind", NO_LEAPS)
+def test_motion_and_noise_of_an_attitude_are_no_leaps(kind):
+    assert not find_attitude_outliers(turning(NO_LEAPS[kind])).any()
 
 
 @settings(max_examples=25, deadline=None)
@@ -146,29 +165,12 @@ def test_exactly_the_leaps_put_in_are_taken_out(counts, places, angle, rate):
 def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length):
     """Motion capture takes another marker set for a while; the vehicle turns on meanwhile."""
     yaw = 0.04 * np.arange(300) + 0.5 * np.sin(0.05 * np.arange(300))
-    attitude = quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
+    attitude = yawing(yaw)
     lost = slice(120, 120 + length)
     attitude[lost] = quaternion_from_euler(np.array([[0.3, -0.6, yaw[120] + 2.5]]))
     found = find_attitude_outliers(turning(attitude))
     assert found[lost].all()
     assert found.sum() == length
-
-
-def test_a_manoeuvre_and_a_held_compass_are_no_excursions():
-    """A turn away and back at 20 deg/s, and a zigzag of a compass at 1 Hz repeated at 20 Hz."""
-    rate = np.radians(20.0) * np.repeat([0.0, 1.0, -1.0, 0.0], [300, 4, 4, 300])
-    boat = quaternion_from_euler(np.outer(np.cumsum(rate), (0.0, 0.0, 1.0)))
-    assert not find_attitude_outliers(turning(boat)).any()
-    compass = np.repeat(np.radians(20.0) * np.sin(2.0 * np.pi / 16.0 * np.arange(120)), 20)
-    held = quaternion_from_euler(np.outer(compass, (0.0, 0.0, 1.0)))
-    assert not find_attitude_outliers(turning(held)).any()
-
-
-def test_an_attitude_that_is_set_anew_is_no_excursion():
-    yaw = 0.05 * np.arange(300)
-    yaw[150:] += 2.0
-    attitude = quaternion_from_euler(np.outer(yaw, (0.0, 0.0, 1.0)))
-    assert not find_attitude_outliers(turning(attitude)).any()
 
 
 def test_averaged_wraps_are_found_whatever_the_signs(counts):
@@ -177,13 +179,6 @@ def test_averaged_wraps_are_found_whatever_the_signs(counts):
     attitude[[50, 120]] = quaternion_from_euler(np.zeros((2, 3)))
     made = remove_attitude_outliers(turning(attitude))
     assert counts(made, "attitude leaps") == {"attitude": 2}
-
-
-def test_small_noise_of_attitude_is_left_alone():
-    rng = np.random.default_rng(3)
-    attitude = quaternion_from_euler(1e-4 * rng.normal(size=(500, 3)))
-    attitude[100] = quaternion_from_euler(np.full((1, 3), np.radians(0.5)))
-    assert not find_attitude_outliers(turning(attitude)).any()
 
 
 def test_short_segments_and_no_attitude():

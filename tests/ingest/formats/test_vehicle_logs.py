@@ -1,10 +1,14 @@
 """ArduPilot against pymavlink, PX4 against pyulog, MOOS against its published form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from hydrodamp.ingest.formats import ardupilot, files, px4
 from hydrodamp.ingest.formats.content import as_numbers
+
+HERE = Path(__file__).parent
 
 
 def test_dataflash_is_what_pymavlink_reads(tmp_path, dive):
@@ -41,23 +45,8 @@ def test_messages_that_break_their_own_format(tmp_path, dive, letters, columns, 
     assert "messages BAD do not match their FMT message; they were skipped" in recording.notes
 
 
-def test_dataflash_in_text(tmp_path):
-    path = tmp_path / "dive.log"
-    path.write_text(
-        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
-        "FMT, 140, 23, ATT, QccC, TimeUS,Roll,Pitch,Yaw\n"
-        "FMT, 142, 75, MSG, QZ, TimeUS,Message\n"
-        "ATT, 1000000, 0.5, -0.25, 270.5\n"
-        "ATT, 1100000, 0.6, -0.35, 271.5\n"
-        "MSG, 1200000, ArduSub\n"
-        "\n"
-        "FMT, 160, 3, NONE, ,\n"
-        "ATT, 1200000, 0.6\n"
-        "XYZ, 3\n"
-        "FMT, 144, 23, XKF1, QBf, TimeUS,C,VN\n"
-        "XKF1, 1000000, 0, 1\nXKF1, 1000001, 1, 2\nXKF1, 2000000, 0, 3\n"
-    )
-    recording = files.read_files(path)
+def test_dataflash_in_text():
+    recording = files.read_files(HERE / "dive.log")
     attitude = recording.topic("ATT")
     assert attitude.fields["Yaw"].tolist() == [270.5, 271.5]
     assert attitude.time.tolist() == [1.0, 1.1]
@@ -108,26 +97,8 @@ def test_what_pyulog_finds_damaged_is_noted(tmp_path, write_ulog):
     assert any("pyulog skipped" in note for note in recording.notes)
 
 
-MOOS = """\
-%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%
-%% LOG FILE:       ./alpha.alog
-%% FILE OPENED ON  Thu Jul 28 12:00:00 2022
-%% LOGSTART         1659009600.5
-%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%
-0.00000        DB_TIME        MOOSDB_alpha        1659009600.5
-0.25000        NAV_SPEED      pNav                1.5
-0.30000        NODE_REPORT    pNodeReporter       NAME=alpha,X=1.5,Y=-2e1,MODE=DRIVE
-0.35000        MODE           pHelm:ACTIVE        PARK station keeping
-0.50000        NAV_SPEED      pNav                1.75
-0.55000        NODE_REPORT    pNodeReporter       NAME=alpha,X=2.5,Y=-21
-0.60000        EMPTY          pHelm
-"""
-
-
-def test_moos(tmp_path):
-    path = tmp_path / "alpha.alog"
-    path.write_text(MOOS)
-    recording = files.read_files(path)
+def test_moos():
+    recording = files.read_files(HERE / "alpha.alog")
     speed = recording.topic("NAV_SPEED")
     assert speed.time.tolist() == [0.25, 0.5]
     assert speed.fields["value"].tolist() == [1.5, 1.75]

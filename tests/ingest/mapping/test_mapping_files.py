@@ -13,15 +13,8 @@ from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 NAMES = (
-    "ardusub",
-    "ardusub-mavlink",
-    "avl690",
-    "bluerov2-kth",
-    "esso-osaka",
-    "kvlcc2-hsva",
-    "mavros",
-    "px4-uuv",
-    "rep103-odometry",
+    *("ardusub", "ardusub-mavlink", "avl690", "bluerov2-kth", "esso-osaka", "kvlcc2-hsva"),
+    *("mavros", "px4-uuv", "rep103-odometry"),
 )
 
 
@@ -77,29 +70,7 @@ def test_what_cannot_be_extended_is_told(tmp_path, refused):
 
 def test_all_faults_of_a_mapping_are_told_at_once(refused):
     """Each at its place; `name` and `one` are also what pydantic calls the form it tried."""
-    content = {
-        "frames": "FLU",
-        "name": "x",
-        "frame": "NED",
-        "segment": 3,
-        "wrench": ["X"],
-        "velocity": {
-            "u": 3,
-            "v": {"column": "a", "sign": 2, "scale": "x", "where": 3},
-            "w": [],
-            "p": ["a", {"column": 3}],
-            "q": {"value": "x", "colum": "a"},
-            "r": {"column": "r", "plus": {"s": "t"}},
-            "one": "b",
-        },
-        "acceleration": {"dp": {"column": "p", "unit": "deg"}},
-        "commands": {"a": None, "b": 3, "uv": "c", "fin": {"column": "f", "hold": "yes"}},
-        "clock": {"rat": 3, "rate": -1},
-        "sensors": {"velocity": {"position": [1, 2], "rotation": {"rol": 1}}, "dvl": {}},
-        "attitude": {"quaternion": "q"},
-        "topics": {"imu": 3},
-    }
-    refused(LogError, LogMapping.from_dict, content, "map.yaml")
+    refused(LogError, LogMapping.from_dict, WRONG["everything"], "map.yaml")
 
 
 BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "q", "r": "r"}}
