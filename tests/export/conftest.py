@@ -39,6 +39,15 @@ RICH = hd.Vehicle(
 )
 """One of each actuator, heavy centres, a command that is a word of several languages."""
 
+BOAT = hd.Vehicle(
+    "boat",
+    np.array([[20.0, 0.0, 0.0], [0.0, 30.0, 1.0], [0.0, 1.0, 5.0]]),
+    *(100.0, 100.0),
+    axes=("X", "Y", "N"),
+    actuators=(hd.Matrix(("ahead", "turn"), ((10.0, 0, 0, 0, 0, 0), (0.0, 2.0, 0, 0, 0, 4.0))),),
+)
+"""Three degrees of freedom."""
+
 MODELS = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
 
 ALL_ATOMS = hd.DampingModel.from_table(
@@ -103,16 +112,6 @@ def campaign():
 @pytest.fixture(scope="session")
 def planar():
     """A boat of three degrees of freedom, and a log of it."""
-    boat = hd.Vehicle(
-        "boat",
-        np.array([[20.0, 0.0, 0.0], [0.0, 30.0, 1.0], [0.0, 1.0, 5.0]]),
-        100.0,
-        100.0,
-        axes=("X", "Y", "N"),
-        actuators=(
-            hd.Matrix(("ahead", "turn"), ((10.0, 0, 0, 0, 0, 0), (0.0, 2.0, 0, 0, 0, 4.0))),
-        ),
-    )
     values = {"X_u": -8.0, "Y_v": -40.0, "Y_r": 3.0, "N_v": 2.0, "N_r|r|": -6.0}
     damping, n = hd.Damping.from_dict(None, values), 80
     held = np.random.default_rng(0).uniform([0.2, -1.0], [1.0, 1.0], (n // 10, 2))
@@ -123,14 +122,18 @@ def planar():
         commands=np.repeat(held, 10, axis=0),
         command_names=("ahead", "turn"),
     )
-    moved = hd.simulate(boat, damping, log).velocity
-    return boat, damping, replace(log, velocity=moved)
+    return BOAT, damping, replace(log, velocity=hd.simulate(BOAT, damping, log).velocity)
 
 
 def write_export(form, plant, folder):
     """Write a form's files of a plant into a folder, and return it."""
     save_files(form.render_files(form.project_plant(plant, sample_states(plant))), folder)
     return folder
+
+
+def read_back(form, plant, at, folder):
+    """Return the accelerations that the files which a form writes of a plant give."""
+    return accelerations_of(form, write_export(form, plant, folder), plant, at)
 
 
 def accelerations_of(form, folder, plant, at):

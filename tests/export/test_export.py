@@ -96,6 +96,7 @@ def test_a_projection_that_diverges_is_refused_unless_forced(campaign, tmp_path,
     assert "diverged after" in str(card)
 
 
+@pytest.mark.slow
 def test_what_could_not_be_run_is_said(campaign, tmp_path):
     class Elsewhere(Python):
         def open_engine(self, folder, plant):
@@ -345,6 +346,7 @@ def test_names_of_built_ins_and_of_the_files_themselves_run(target, name, tmp_pa
     assert max(card.wrench_error.values()) < 1e-6
 
 
+@pytest.mark.slow
 def test_what_does_not_compile_is_said_on_the_card(tmp_path, monkeypatch):
     header = c99.render_header
     monkeypatch.setattr(c99, "render_header", lambda plant: header(plant) + "\nint;")

@@ -15,7 +15,7 @@ from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.verification import VerificationRun
 from hydrodamp.kernels.core import coriolis
 
-from .conftest import MODELS, accelerations_of, coefficients, core, states, write_export
+from .conftest import MODELS, coefficients, core, read_back, states, write_export
 
 EXACT = ["linear", "mcfarland-whitcomb", "coe", "prestero", "fossen"]
 PUBLISHED = hd.published["vt690-sname2022"]
@@ -122,9 +122,8 @@ def place(element):
 @dart
 @pytest.mark.parametrize("plant", [*crafts()])
 def test_dart_moves_what_is_read_back_as_the_core(plant, tmp_path):
-    write_export(GzSim(), plant, tmp_path)
     at = states(plant, 12)
-    found = accelerations_of(GzSim(), tmp_path, plant, at)
+    found = read_back(GzSim(), plant, at, tmp_path)
     wanted = core(plant, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
 
@@ -156,9 +155,7 @@ def test_half_the_step_of_dart_halves_its_error(tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u|u|": -20.0, "Y_v": -60.0, "N_r|r|": -8.0})
     plant = ExportedPlant.of(hd.fleet["bluerov2-heavy"], damping)
     n = 41
-    waves = np.sin(
-        0.1 * np.arange(n)[:, None] * [0.5, 0.7, 0.9, 1.1, 1.3, 1.7] + [0, 1, 2, 3, 4, 5]
-    )
+    waves = np.sin(np.outer(0.1 * np.arange(n), [0.5, 0.7, 0.9, 1.1, 1.3, 1.7]) + np.arange(6))
     level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     push = waves * [20.0, 20.0, 20.0, 1.0, 1.0, 4.0]
     drive = VerificationRun.of(
@@ -180,25 +177,18 @@ def test_without_dart_it_is_not_run(tmp_path, monkeypatch):
 
 
 def test_the_legacy_path(planar, tmp_path, refused):
-    legacy, light = (
-        GzSim(legacy=True),
-        replace(hd.fleet["bluerov2-heavy"], added_mass=np.diag([5.0, 6, 7, 0.1, 0.1, 0.2])),
-    )
-    damping = coefficients(hd.catalog["fossen"])
-    refused(MethodError, lambda: hd.export(PUBLISHED, hd.fleet["vt690"], legacy, tmp_path / "a"))
-    refused(
-        MethodError,
-        lambda: hd.export(damping, replace(light, added_mass=None), legacy, tmp_path / "a"),
-    )
+    legacy, damping = GzSim(legacy=True), coefficients(hd.catalog["fossen"])
+    light = replace(hd.fleet["bluerov2-heavy"], added_mass=np.diag([5.0, 6, 7, 0.1, 0.1, 0.2]))
+    whole = replace(light, added_mass=None)
+    for numbers_of, vehicle in ((PUBLISHED, hd.fleet["vt690"]), (damping, whole)):
+        refused(MethodError, hd.export, numbers_of, vehicle, legacy, tmp_path / "a")
     card = hd.export(damping, light, legacy, tmp_path / "a")
     assert ElementTree.parse(tmp_path / "a" / "model.sdf").findtext(".//disable_coriolis") == "true"
     assert "fluid_added_mass" not in (tmp_path / "a" / "model.sdf").read_text()
     assert numbers(tmp_path / "a")["xDotU"] < 0.0
     assert card.not_run
-    assert (
-        numbers(write_export(VRX(legacy=True), ExportedPlant.of(light, damping), tmp_path))["xDotU"]
-        > 0.0
-    )
+    folder = write_export(VRX(legacy=True), ExportedPlant.of(light, damping), tmp_path)
+    assert numbers(folder)["xDotU"] > 0.0
 
 
 @dart
@@ -244,26 +234,19 @@ def test_gz_sims_own_forces_of_the_moving_frame_have_the_other_sign():
 
 
 def test_what_is_no_body_in_water_is_refused(planar, tmp_path, refused):
-    boat, damping, _ = planar
-    refused(
-        VehicleError,
-        lambda: hd.export(damping, replace(boat, axes=("Y", "N")), "gz-sim", tmp_path / "a"),
-    )
+    (boat, damping, _), out = planar, tmp_path / "a"
+    refused(VehicleError, hd.export, damping, replace(boat, axes=("Y", "N")), "gz-sim", out)
     weightless = replace(hd.fleet["vt690"], weight=0.0)
-    refused(
-        VehicleError,
-        lambda: hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a"),
-    )
+    refused(VehicleError, hd.export, coefficients(hd.catalog["fossen"]), weightless, "vrx", out)
     steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_wdown_z": 1.0})
-    refused(ModelError, lambda: hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a"))
+    refused(ModelError, hd.export, steered, hd.fleet["bluerov2"], "gz-sim", out)
     refused(MethodError, GzSim, density=0.0)
     assert not [*tmp_path.iterdir()]
 
 
 def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
-    plant = ExportedPlant.of(
-        hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_|u|": -10.0, "Y_v": -1.0})
-    )
+    damping = hd.Damping.from_dict(None, {"X_|u|": -10.0, "Y_v": -1.0})
+    plant = ExportedPlant.of(hd.fleet["vt690"], damping)
     at = states(plant)._replace(velocity=2.0 + 0.01 * states(plant).velocity)
     held = GzSim().project_plant(plant, at)
     assert held.damping.model.labels == ("X_u", "X_u|u|", "Y_v")
@@ -310,8 +293,7 @@ def test_thrusters_propellers_and_fins_are_joints_with_a_system(tmp_path, curves
     given = np.random.default_rng(3).uniform(-1.2, 1.2, (n, len(plant.inputs)))
     given = given * [1.0, 0.0, 2000.0, 1.0, 1.0, 1.0, 1.0] + [0.0, 1600.0, 0, 0, 0, 0, 0]
     at = at._replace(velocity=speed, inputs=given)
-    write_export(GzSim(density=1025.0), plant, tmp_path)
-    found = accelerations_of(GzSim(density=1025.0), tmp_path, plant, at)
+    found = read_back(GzSim(density=1025.0), plant, at, tmp_path)
     wanted = core(plant, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
     model = ElementTree.parse(tmp_path / "model.sdf").getroot()[0]

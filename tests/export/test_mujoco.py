@@ -53,6 +53,7 @@ def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_lef
     np.testing.assert_allclose(falling.qacc, [0, 0, -9.81, 0, 0, 0], atol=1e-9)
 
 
+@pytest.mark.slow
 @here
 def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
     """Each moves as it does alone, and a callback of the user's goes on."""

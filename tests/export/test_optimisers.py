@@ -20,7 +20,7 @@ from hydrodamp.kernels.core import replay
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import held_channels
 
-from .conftest import ALL_ATOMS, RICH, accelerations_of, coefficients, core, states, write_export
+from .conftest import ALL_ATOMS, RICH, coefficients, core, states, write_export
 
 PLANT = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
 pytestmark = [  # what these packages warn of where they are imported
@@ -70,20 +70,6 @@ def core_step(plant, velocity, attitude, inputs, wrench, h):
         plant.columns.plant, plant.matrix, record, [[0, 2]], entries, attitude=poses
     )
     return after[1], slope[1][:, 1:]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("form", [needs("jax"), needs("torch")])
-def test_an_input_that_is_no_command_and_locked_axes_are_the_core_s(form, planar, tmp_path):
-    boat, *_ = planar
-    damping = hd.Damping.from_dict(None, {"X_u": -8.0, "X_u^2(eta-1)": 2.0, "Y_v": -40.0})
-    plant = ExportedPlant.of(boat, damping)
-    at = states(plant, 5)
-    at = at._replace(velocity=at.velocity * boat.free)
-    folder = write_export(form, plant, tmp_path)
-    found = accelerations_of(form, folder, plant, at)
-    np.testing.assert_allclose(found, core(plant, at), rtol=1e-12, atol=1e-12)
-    assert not (folder / "depth_step.py").exists()
 
 
 @pytest.mark.slow

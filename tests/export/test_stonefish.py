@@ -72,8 +72,6 @@ def multipliers(folder):
 def test_a_box_has_the_wrench_of_the_source():
     form, skin = np.array([0.9, 1.2, 0.7]), np.array([0.1, 0.2, 0.3])
     velocity = np.random.default_rng(0).normal(size=(40, 6))
-    found = 1000.0 * box_wrenches(SIDES, np.zeros(3), velocity) @ np.append(form, skin)
-    wanted = [integrated(SIDES, each, form, skin, 1000.0) for each in velocity]
     # Force alone: which diagonal splits a face moves the middles of its triangles.
     for motion, name in ((np.eye(6), "along an axis"), (velocity * [1, 1, 1, 0, 0, 0], "straight")):
         found = 1000.0 * box_wrenches(SIDES, np.zeros(3), motion) @ np.append(form, skin)
@@ -125,9 +123,8 @@ def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path,
 
 def test_the_scenario_says_what_it_needs_besides(vehicle, tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u": -3.0})
-    text = (
-        write_export(SHAPE, ExportedPlant.of(vehicle, damping), tmp_path) / Stonefish.file
-    ).read_text()
+    folder = write_export(SHAPE, ExportedPlant.of(vehicle, damping), tmp_path)
+    text = (folder / Stonefish.file).read_text()
     for word in ("<environment>", "<materials>", "<looks>", 'density="1000.0"'):
         assert word in text
     ElementTree.fromstring(text)

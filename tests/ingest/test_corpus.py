@@ -74,9 +74,10 @@ def wrong(log, case):
 
 
 def names_of_cases():
-    """Yield the names; slow are the cases whose commands are listed."""
+    """Yield the names; slow are bags, MATLAB files and the cases whose commands are listed."""
     for name, case in CASES.items():
-        yield name if case.commands is None else pytest.param(name, marks=pytest.mark.slow)
+        is_slow = case.commands is not None or name.startswith(("ros", "matlab"))
+        yield pytest.param(name, marks=[pytest.mark.slow] if is_slow else [])
 
 
 @pytest.mark.parametrize("name", [*names_of_cases()])

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
@@ -11,6 +12,7 @@ from hydrodamp.simulation.checks import actuation, with_gains
 LINEAR = hd.catalog["linear"]
 
 
+@pytest.mark.slow
 def test_the_wrench_of_actuators_is_theirs_without_weight():
     campaign = hd.reenact(duration=10.0)
     heavy = replace(campaign.vehicle, weight=2.0 * campaign.vehicle.weight)

@@ -194,6 +194,7 @@ def test_a_fit_warns_of_a_thruster_against_its_geometry_and_of_two_recordings(bo
     assert any("omit left_pwm from `commands`" in each for each in messages)
 
 
+@pytest.mark.slow
 def test_a_log_without_delays_has_no_contradiction():
     log = hd.reenact(duration=20.0).train
     assert not [*contradicted_signs(log, (), {("port", "yaw"): 1.0})]

@@ -226,6 +226,7 @@ def test_clocks_with_plausible_units_stay(tmp_path, rate):
     assert found.topics[0].rate == pytest.approx(rate, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path):
     time = np.arange(0.0, 20.0, 5e-4)
     columns = {"t [ms]": 1e3 * time, "yaw": np.sin(time), "r [rad/s]": np.cos(time), "u": time}
