@@ -225,6 +225,7 @@ def test_a_file_that_was_changed_after_an_abort_is_kept(home, monkeypatch):
     assert (home / "mine.csv").read_bytes() == b"mine"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="fork")
 def test_processes_that_write_into_a_folder_list_all_files(tmp_path):
     children = []

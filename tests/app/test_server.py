@@ -147,6 +147,7 @@ def decode_values(encoded):
     return encoded["low"] + encoded["step"] * counts[counts < 65_535]
 
 
+@pytest.mark.slow
 def test_series_keep_the_extremes_of_the_log(server, project, campaign):
     found = server.data(f"{project}/channels/series?column=u&n=50")
     values = decode_values(found["series"]["u"]["y"])

@@ -127,6 +127,7 @@ def test_the_next_dive_asks_for_limits(server, chosen):
     assert 'name="side" inputmode="decimal" size="8" value="300"' in server.get("/p/dive/files")
 
 
+@pytest.mark.slow
 def test_actuators_take_mixed_commands_of_the_log_or_are_left_out(server):
     time = np.arange(0.0, 60.0, 0.1)
     rng = np.random.default_rng(1)

@@ -73,6 +73,7 @@ def test_logs_beyond_the_blocks_that_are_kept(folds, fleet):
         assert merged.n_logs == 160
 
 
+@pytest.mark.slow
 def test_folds_of_different_terms_are_refused(folds, fleet):
     linear = summarise_log(fleet.log, fleet.vehicle, [hd.catalog["linear"]], METHOD)
     with pytest.raises(ProblemError, match="different terms"):

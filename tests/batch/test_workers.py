@@ -34,6 +34,7 @@ def test_a_worker_that_somebody_else_kills_costs_nothing(tmp_path):
         assert list(pool.map(work, calls, "working")) == [2, "kill once" * 2, 4]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("executor", ["processes", "threads"])
 def test_as_many_hung_calls_as_workers_cost_no_other(executor):
     """Time counts from the start of a call: the last one starts after both timeouts."""
@@ -61,6 +62,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGKILL", "SIGINT"])
 def test_workers_end_with_their_parent(name, tmp_path):

@@ -60,6 +60,7 @@ def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     assert comparison.provenance["test_segments"] == "two"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("option", ["--train one --test two", "--folds 2"])
 def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, call, option):

@@ -55,6 +55,7 @@ def test_python_control_has_the_same_margins(home, call):
         assert f"  {name}: modulus margin {expected:.3f}" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_speed_without_trim_fails_the_work_and_keeps_the_others(home, call):
     done = call(f"{CALL} --speed 9 --json", 1)
     assert [each["outcome"].split(":")[0] for each in json.loads(done.stdout)["speeds"]] == [
@@ -64,6 +65,7 @@ def test_a_speed_without_trim_fails_the_work_and_keeps_the_others(home, call):
     assert "no autopilot holds 9 m/s" in done.stderr
 
 
+@pytest.mark.slow
 def test_assumed_values_are_named_with_their_keys(home, call):
     (home / "limits.yaml").write_text("period: 0.2", "utf-8")
     text = " ".join(call(f"{CALL} --json").stdout.split())

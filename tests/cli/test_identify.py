@@ -50,6 +50,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
     assert {"front.svg", "residuals.svg"}.isdisjoint(drawn)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder, call):
     assert "inconsistent with the motion" not in call(LINE).stderr
@@ -69,6 +70,7 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
     assert replayed["fit_by_axis"]["u"] > 95.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 130), (RuntimeError, 1)])
 def test_all_or_nothing_of_an_earlier_fit_is_replaced(folder, call, monkeypatch, error, status):
     figures, content = folder / "d.figures", ReportContent(pictures=(Picture("a", "", 1, 1, b""),))

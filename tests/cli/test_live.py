@@ -26,6 +26,7 @@ def words(*more):
     return [sys.executable, "-m", "hydrodamp", *START.split(), *more]
 
 
+@pytest.mark.slow
 def test_a_log_is_told_as_the_batch_fit(folder, call):
     done = call(f"{START} --source b.csv --checkpoint s.json")
     line = json.loads(done.stdout.splitlines()[-1])

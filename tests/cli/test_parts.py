@@ -8,6 +8,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parts", "shared"),
     [

@@ -13,7 +13,7 @@ from hydrodamp.conditioning.pipeline import clean, parse_steps
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from tables import rows
+from table_rows import rows
 
 WRONG = json.loads(Path(__file__).with_name("wrong_steps.json").read_text("utf-8"))
 

@@ -16,7 +16,7 @@ from hydrodamp.conditioning.quality_checks import Fix, annotate_quality, check_q
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
 from hydrodamp.data.channel_regression import cumulative_integral
 from hydrodamp.simulation.log_issues import log_issues
-from tables import rows
+from table_rows import rows
 
 #: Length [m], speed [m/s] and step of the clock [s].
 CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
@@ -217,6 +217,7 @@ PULSE = "looks like a pulse width [us], not a force"
 OTHER_SIGN = "is of opposite sign"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "found"),
     [

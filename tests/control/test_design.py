@@ -24,6 +24,7 @@ def at(speed, **settings):
     return design_control(VEHICLE, UNCERTAIN, [speed], **{"draws": 5, **settings}).speeds[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1.0, 2.0])
 def test_the_trim_balances_drag_and_thrust(speed):
     entry = at(speed)

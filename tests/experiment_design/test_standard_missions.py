@@ -22,6 +22,7 @@ def fit(boat, known):
     return hd.Fit(known, "oe", hd.Status.OK, vehicle=boat, training_range=ranges)
 
 
+@pytest.mark.slow
 def test_speeds_are_those_of_the_log_and_beyond(fit):
     missions = predict_missions(fit)
     assert {each.kind for each in missions} == {"heading"}  # a boat does not dive

@@ -145,6 +145,7 @@ def test_files_that_somebody_edited_or_wrote_are_not_replaced(campaign, tmp_path
     assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_folders_without_a_list_of_files_are_left_alone(campaign, tmp_path, refused):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "thesis.tex").write_text("mine")

@@ -11,6 +11,7 @@ CRAFT = hd.fleet["vt690"]
 DAMPING = hd.published["vt690-sname2022"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("target", "file"), [("python", "auv_vt690.py"), ("c", "auv_vt690.h")])
 def test_an_export_states_the_form_and_the_velocities_of_its_fit(tmp_path, target, file):
     fit = hd.Fit(DAMPING, "oe", hd.Status.OK, training_range={"u": (0.5, 1.25)}, vehicle=CRAFT)

@@ -56,6 +56,7 @@ def test_a_log_without_lag_has_none(vehicle, log):
     assert "no significant first-order lag" in str(response)
 
 
+@pytest.mark.slow
 def test_a_delayed_recording_has_that_dead_time(vehicle, log):
     steps = 3
     early = replace(log, commands=np.roll(log.commands, -steps, axis=0))

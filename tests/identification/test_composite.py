@@ -21,6 +21,7 @@ def states(method, problem, model):
         yield state
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("memory", [5.0, np.inf])
 @pytest.mark.parametrize("block", [0.3, 2.1])
 @pytest.mark.parametrize("seed", [3, 4])

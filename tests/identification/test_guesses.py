@@ -49,6 +49,7 @@ def with_sway(added, std=(0, 0.5, 0, 0, 0, 0), origin="formula"):
     return replace(BOAT, mass_matrix=RIGID + guess, added_mass=guess, **prior)
 
 
+@pytest.mark.slow
 def test_a_wrong_guess_is_estimated_by_default_and_contradicted():
     vehicle = with_sway(60.0)
     problem = hd.prepare(vehicle, sail(1), TRUTH.model)

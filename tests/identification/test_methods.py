@@ -39,6 +39,7 @@ def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
     assert table.row(LARGE.key, "ridge").rms is None
 
 
+@pytest.mark.slow
 def test_an_error_of_the_call_stays_an_error(short):
     narrow = hd.prepare(short.vehicle, short.log, SMALL)
     for method in (hd.Ridge(), hd.AdaptiveIdentifier()):
@@ -66,6 +67,7 @@ def test_fits_are_graded_and_by_default_of_the_recommended_method(campaign, key,
         assert each.grades == dict(grade_fit(problem, replace(each, grades={})).grades)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", hd.METHODS)
 def test_a_fit_says_with_what_settings_it_was_made(
     key, driven, discrete_log, true_damping, monkeypatch

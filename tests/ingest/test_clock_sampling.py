@@ -16,7 +16,7 @@ from hydrodamp.ingest.clock import (
     interpolate_attitude,
     make_even_ticks,
 )
-from tables import rows
+from table_rows import rows
 
 
 def stamps(time, topic="dvl"):

@@ -80,6 +80,7 @@ def names_of_cases():
         yield pytest.param(name, marks=[pytest.mark.slow] if is_slow else [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*names_of_cases()])
 def test_a_stranger_s_log(name, tmp_path):
     """No sure channel of the draft is wrong; where commands are listed, no channel at all."""

@@ -16,7 +16,7 @@ import pytest
 from hydrodamp.errors import FileError
 from hydrodamp.ingest.datasets import DataFile, Dataset, check_folder, datasets, fetch, find_dataset
 from hydrodamp.ingest.mapping import read_mapping
-from tables import rows
+from table_rows import rows
 
 CONTENT = {"a.dat": b"time,u\n0,1\n" * 20_000, "b.dat": b"time,v\n0,2\n"}
 

@@ -68,6 +68,7 @@ def wild_rows(rng, kind, n, size):
     return rows
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(0.001, 0.5), st.lists(st.sampled_from(KINDS), min_size=1, max_size=4))
 def test_information_is_bounded_and_no_row_bursts(seed, forgetting, kinds):
     """0 <= S <= c I, c = max(1, max |phi|^2 / forgetting); a jump stays below the surprise."""

@@ -71,6 +71,7 @@ def test_cleaned_logs_scale(log, ratio):
 
 
 # No marine vehicle exceeds 30 m/s, so a larger ratio would give an issue of the unit.
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.1, 10.0, 40.0])
 def test_quality_issues_scale(log, ratio):
     rates = log.velocity * np.r_[np.ones(3), 180.0 / np.pi, np.ones(2)]

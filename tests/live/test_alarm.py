@@ -80,6 +80,7 @@ def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):
     assert record.lines[-1]["alarm"]["changes"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_persistent_form_error_in_a_new_motion_of_small_force_is_no_change(seed):
     rng, test, peak = np.random.default_rng(seed), CusumTest(), 0.0

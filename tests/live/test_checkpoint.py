@@ -30,6 +30,7 @@ def test_an_interrupted_run_resumes_bit_for_bit(dive, reference, tmp_path, metho
 REJECTED = {"spike": {"u": 30.0}, "absurd": {"u": 1e3}, "incomplete": {"rpm": 65535.0}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", REJECTED)
 def test_a_log_resumes_after_a_rejected_sample(dive, tmp_path, kind):
     vehicle, log = dive[0], dive[1].between(0.0, 40.0)
@@ -84,6 +85,7 @@ FOREIGN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sentence", FOREIGN)
 def test_a_state_that_is_none_is_put_aside(dive, tmp_path, sentence):
     vehicle, log = dive

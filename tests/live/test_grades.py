@@ -18,6 +18,7 @@ def line(dive):
     return run_live(rows_of(log), vehicle).lines[-1]
 
 
+@pytest.mark.slow
 def test_a_cause_is_given_where_a_coefficient_is_not_determined_and_only_there(line):
     for one in line["coefficients"].values():
         assert (one["cause"] is not None) == (one["grade"] == "not determined")

@@ -40,6 +40,7 @@ JUNK = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", JUNK)
 def test_a_rejected_sample_leaves_no_trace(dive, rows, clean_rows, kind):
     record = run_live([*rows[:200], JUNK[kind](rows[199]), *rows[200:]], dive[0])
@@ -106,6 +107,7 @@ SPOILT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPOILT)
 def test_spoilt_rows_are_counted_by_their_kind(dive, rows, name):
     spoil, counts = SPOILT[name]
@@ -188,6 +190,7 @@ ABSENT += [(wrench, x) for x in ("X", "N", "eta", "qw")]
 ABSENT += [(dict, x) for x in ("u", "rudder")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("form", "name"), ABSENT)
 def test_a_row_without_a_channel_of_the_first_is_left_out(dive, rows, form, name):
     model, full = hd.catalog["fossen"], [form(row) for row in rows]
@@ -229,6 +232,7 @@ STRAY = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", STRAY)
 @pytest.mark.parametrize("n", [1, 5])
 def test_columns_of_the_first_rows_alone_are_not_required(dive, rows, change, n):

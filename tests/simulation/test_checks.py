@@ -8,7 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
 from hydrodamp.simulation.checks import check_log, missing_actuation, unused_commands
-from tables import rows
+from table_rows import rows
 
 TIME = np.arange(20) / 10
 LEVEL = np.tile([1.0, 0.0, 0.0, 0.0], (20, 1))

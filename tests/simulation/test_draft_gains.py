@@ -9,7 +9,7 @@ from hydrodamp.simulation.draft_gains import (
     gain_term,
     propose_commands,
 )
-from tables import rows
+from table_rows import rows
 
 TIME = np.arange(0.0, 60.0, 0.1)
 RNG = np.random.default_rng(3)

@@ -54,6 +54,7 @@ def test_one_axis_is_the_formula(coasting):
     np.testing.assert_allclose(wanted - band.lower[:, 0], half, rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
     problem, damping = manoeuvres
     whole = hd.prediction_band(problem, damping)
@@ -110,6 +111,7 @@ def test_the_error_of_the_form_rises_to_its_level_and_beyond_the_motion_of_the_l
     np.testing.assert_allclose(band.half_width[:, 0], half, rtol=1e-6, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_small_velocity_has_no_error_of_a_large_one(manoeuvres):
     problem, damping = manoeuvres
     exact = replace(damping, covariance=np.zeros_like(damping.covariance))

@@ -37,6 +37,7 @@ class Fixed:
         return make_fit(problem, model, self, np.array(values))
 
 
+@pytest.mark.slow
 def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
     """The same as doing it by hand, segment by segment."""
     table = cross_validate(vehicle, log, [LINEAR, FOSSEN], hd.LeastSquares())

@@ -137,6 +137,7 @@ def with_blocks(row, key, blocks, **fields):
     return replace(row, fit=fit, blocks=blocks, **fields)
 
 
+@pytest.mark.slow
 def test_the_headline_names_what_is_usable_for_each_velocity_in_all_rows(table):
     """Rates in deg/s do not decide: the selected row has the least error relative to the motion."""
     first, *_ = table.rows

@@ -9,7 +9,7 @@ import hydrodamp as hd
 from hydrodamp.errors import FileError, VehicleError
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
 from hydrodamp.vehicle.vehicle import without_righting
-from tables import rows
+from table_rows import rows
 
 
 @pytest.mark.parametrize("name", hd.fleet)

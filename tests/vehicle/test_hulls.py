@@ -12,7 +12,7 @@ from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import parse_vehicle
 from hydrodamp.vehicle.hulls import BOAT_STD, ROV_STD, SHIP_STD, WATER_DENSITY, ship_added_mass
 from hydrodamp.vehicle.template import vehicle_template
-from tables import rows
+from table_rows import rows
 
 WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 

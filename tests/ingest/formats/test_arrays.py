@@ -150,6 +150,7 @@ def test_arrays_and_tables_compressed_by_gzip(tmp_path, name, write):
     assert files.read_files(packed).topics[0].fields["time"].tolist() == TIME.tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_mat_of_version_four(tmp_path, order):
     """A header of five whole numbers, the name, and the columns (MATLAB MAT-File Format, 1999)."""

@@ -118,6 +118,7 @@ BYTES = np.zeros(1 << 18, np.int8)
 POSTINGS = b"%% LOGSTART 1\n" + b"1.0 A p 0\n" * 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "put"),
     [

@@ -8,7 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.ingest.formats.dates import is_date, parse_dates
 from hydrodamp.ingest.read import read_recordings
-from tables import rows
+from table_rows import rows
 
 
 def write_dive(path, *dates, suffix=""):

@@ -7,7 +7,7 @@ import pytest
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import delimited
-from tables import rows
+from table_rows import rows
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
 

@@ -1,7 +1,7 @@
 """Topics of files that are read together."""
 
 from hydrodamp.ingest.formats.files import read_files
-from tables import rows
+from table_rows import rows
 
 
 @rows("names, topics")

@@ -108,6 +108,7 @@ def bars(monkeypatch):
     return bars
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.alog", "log.parquet", "log.h5"])
 def test_a_bar_counts_the_bytes_of_a_file(tmp_path, bars, name):
     path, values = tmp_path / name, np.random.default_rng(0).normal(size=60_000)

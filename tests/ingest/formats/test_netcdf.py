@@ -4,7 +4,7 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.ingest.formats.netcdf import decode_variable
-from tables import rows
+from table_rows import rows
 
 
 @rows("units, seconds")

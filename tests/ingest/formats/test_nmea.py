@@ -8,7 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import LogError
-from tables import rows
+from table_rows import rows
 
 YAW = 0.5 * np.sin(0.2 * np.arange(0.0, 60.0, 0.2))
 RATE = 0.1 * np.cos(0.2 * np.arange(0.0, 60.0, 0.2))

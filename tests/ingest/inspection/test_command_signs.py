@@ -134,6 +134,7 @@ def test_a_feedback_is_preferred_to_its_demand():
         ]
 
 
+@pytest.mark.slow
 def test_surfaces_that_are_driven_apart_are_different_signals():
     for seed in range(20):
         random = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import suppress_warnings
 from hydrodamp.ingest.inspection.probe import inspect
-from tables import rows
+from table_rows import rows
 
 TIME = np.arange(0.0, 80.0, 0.1)
 RATE = 0.2 * np.sin(0.3 * TIME) + 0.1 * np.cos(0.8 * TIME)  # rad/s
@@ -42,6 +42,7 @@ def canonical(**others):
     return {"time": TIME, **others, **angles, "u": SURGE, "v": SWAY}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("texts", [["hold"], ["---"], [""], ["auto", "manual"]])
 def test_text_among_canonical_names_and_degrees(tmp_path, texts):
     labels = np.resize(texts, len(TIME))
@@ -201,6 +202,7 @@ CLOCKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CLOCKS)
 def test_clocks(tmp_path, kind):
     columns, start = CLOCKS[kind]
@@ -234,6 +236,7 @@ def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path):
     assert log.time[-1] == pytest.approx(time[-1])
 
 
+@pytest.mark.slow
 @rows("header")
 @pytest.mark.parametrize("delay", [0.0, 0.013])
 def test_long_form(tmp_path, header, delay):

@@ -37,6 +37,7 @@ def judged(folder, columns, mapping=None):
     return inspect(probe(recording), [recording], mapping)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [np.ones(3), FLIP], ids=["FRD", "FLU"])
 @pytest.mark.parametrize("beside", [NONE, FORCE, DEPTH], ids=["nothing", "force", "depth"])
 def test_a_canonical_log_with_z_up(turn, beside, tmp_path):

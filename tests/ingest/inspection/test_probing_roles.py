@@ -10,7 +10,7 @@ from hydrodamp.errors import LogError
 from hydrodamp.ingest.inspection.names import guess_role, split_unit
 from hydrodamp.ingest.inspection.probe import probe
 from strangers import FLIP, name_columns
-from tables import rows
+from table_rows import rows
 
 TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]

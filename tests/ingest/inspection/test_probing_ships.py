@@ -8,7 +8,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.formats.cells import parse_column
 from hydrodamp.ingest.inspection.names import guess_role
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
-from tables import rows
+from table_rows import rows
 
 TIME = np.arange(0.0, 60.0, 0.1)
 R = 0.2 * np.sin(0.25 * TIME) + 0.05 * np.sin(0.9 * TIME)
@@ -93,6 +93,7 @@ def test_letters_that_change_no_sign(signed, texts):
     np.testing.assert_allclose(log.position[-1, :2], moved, atol=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [{"u": U, "v": V}, {"SOG": SOG / KNOT, "COG": COG}])
 @pytest.mark.parametrize("origin", [(0.0, 0.0), (1.2, 2.5)])
 @pytest.mark.parametrize("unit", ["deg", "rad", "degE6", "degE7"])

@@ -33,6 +33,7 @@ def wrap(angle):
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sign", "zero", "has_speed"), [(1, 0, 0), (-1, 0, 0), (-1, np.pi / 2, 0), (1, np.pi, 1)]
 )

@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.read import canonical_record, read_log, read_recording
-from tables import rows
+from table_rows import rows
 
 Write = Callable[..., Path]
 TIME = np.arange(0, 5, 0.1)
@@ -44,6 +44,7 @@ def write(path):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".csv", ".tsv", ".parquet", ".npz", ".mat"])
 def test_canonical_names_need_no_mapping(tmp_path, suffix):
     log = read_log(write(tmp_path / f"dive{suffix}"))

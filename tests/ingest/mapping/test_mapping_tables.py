@@ -9,7 +9,7 @@ from hydrodamp.data.channel_regression import integrate_rotation, regress_channe
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
-from tables import rows
+from table_rows import rows
 
 Write = Callable[..., Path]
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"

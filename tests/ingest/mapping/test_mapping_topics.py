@@ -10,7 +10,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ClockWarning, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import build_record
-from tables import rows
+from table_rows import rows
 
 FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 

@@ -21,6 +21,7 @@ def test_residuals_by_axis(sailed, on_sheet):
     on_sheet(figure)
 
 
+@pytest.mark.slow
 def test_only_axes_with_coefficients_have_residuals(sailed):
     model = hd.DampingModel.from_table({"X": "u", "N": "r"}, key="two")
     fit = hd.Fit(hd.Damping(model, np.array([-1.0, -1.0])), "ls", hd.Status.OK)

@@ -50,6 +50,7 @@ def test_models_differ_for_eyes_without_green():
     assert min(1.05 / (luminance + 0.05) for luminance in luminances) >= 3.0  # WCAG 2.2, 1.4.11
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Glyph")  # the font lacks letters, which print as boxes
 @pytest.mark.parametrize(
     "name", ["$\\frac{$", "a$b$c", "line\nbreak", "日本 $x", "<script>", "a_b^{c}"]
