@@ -14,6 +14,7 @@ import time
 import tomllib
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fnmatch import fnmatch
 from functools import lru_cache, partial
 from pathlib import Path
@@ -102,13 +103,19 @@ def _ours(split: Split, logs: Logs, key: str, method: str) -> Row:
     found = score(hd.simulate(logs.vehicle, fit.damping, logs.test))
     inside = {}
     if found.rms is not None and fit.uncertainty is not None:
-        band = hd.predict_error(logs.vehicle, fit, logs.test)
-        error = np.abs(band.velocity - logs.test.velocity)
-        share = 100.0 * np.mean(error <= band.half_width, axis=0)
-        inside = {VELOCITY_OF[axis]: float(share[AXES.index(axis)]) for axis in logs.vehicle.axes}
+        with suppress(hd.HydrodampError):
+            inside = _shares_inside(logs, fit)
     status = "diverged" if found.diverged else fit.status.word
     fits = {} if found.diverged else found.fit_by_axis
     return Row(split.name, key, method, status, seconds, found.rms, fits, inside)
+
+
+def _shares_inside(logs: Logs, fit: hd.Fit) -> dict[str, float]:
+    """Return by velocity the share [%] of test samples inside the predicted 95 % band."""
+    band = hd.predict_error(logs.vehicle, fit, logs.test)
+    error = np.abs(band.velocity - logs.test.velocity)
+    share = 100.0 * np.mean(error <= band.half_width, axis=0)
+    return {VELOCITY_OF[axis]: float(share[AXES.index(axis)]) for axis in logs.vehicle.axes}
 
 
 def _outside(split: Split, logs: Logs, method: str) -> Row:
@@ -240,8 +247,8 @@ def summary_table(rows: Sequence[Row]) -> str:
         lines.append(
             (name, str(len(values)), median, worst, str(first), str(failed), f"{seconds[name]:.0f}")
         )
-    head = ("entry", "splits", "median regret", "worst", "best on", "diverged", "CPU [s]")
-    order = sorted(lines, key=lambda line: (line[2] == "-", line[2]))
+    head = ("entry", "splits", "median regret", "worst", "best on", "failed", "CPU [s]")
+    order = sorted(lines, key=lambda line: math.inf if line[2] == "-" else float(line[2]))
     return f"**Regret over the best entry of each split**\n\n{table(head, order)}"
 
 

@@ -82,7 +82,8 @@ def main(
     found = list(campaigns())
     if folder := os.environ.get("HYDRODAMP_DATA"):
         found = [one for one in found if isinstance(one.make, Sail) or hasattr(one.make, "craft")]
-        found += measured(Path(folder))
+        repeated = "measured/bluerov2-"  # runs of the split measured/bluerov2
+        found += [each for each in measured(Path(folder)) if not each.name.startswith(repeated)]
     body = [row for one in track(found, "estimate") for row in rows(one)]
     text = table(HEADER, body)
     if page is not None:

@@ -55,7 +55,7 @@ SPECIAL = {
     "sparse": ("stepwise", "backward_elimination", "general_model"),
     "fixes": ("sensor_outputs", "velocity_smoother"),
     "ship": ("command_*", "parameters", "parameter_estimates", "vehicle_values", "wrench_gains"),
-    "fixes ship": ("rebuilt_outputs", "output_equations"),
+    "fixes ship": ("rebuilt_outputs",),
     "crossflow": (
         "dissipati*", "adaptive", "composite", "recursive", "validation.*", "simulation.*",
     ),
@@ -211,12 +211,13 @@ def run_variant(
     if constant is not NONE:
         call += [f"hydrodamp.{constant.module}", constant.name, str(factor)]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    limit = None if constant is NONE else MAX_SECONDS
     try:
-        done = subprocess.run(
-            call, capture_output=True, text=True, env=environment, timeout=MAX_SECONDS
-        )
+        done = subprocess.run(call, capture_output=True, text=True, env=environment, timeout=limit)
     except subprocess.TimeoutExpired:
         return Row(constant.key, factor, "out of time", [])
+    if done.returncode and constant is NONE:
+        raise RuntimeError(done.stderr)
     if done.returncode:
         return Row(constant.key, factor, done.stderr.strip().splitlines()[-1], [])
     return Row(constant.key, factor, "", json.loads(done.stdout))
@@ -227,12 +228,14 @@ def effect(row: Row, nominal: Mapping[str, Mapping[str, Any]]) -> tuple[float, f
     errors, widths, n_changed, is_equal = [0.0], [0.0], 0, True
     for result in row.results:
         before = nominal[result["case"]]
-        if result["error"] and before["error"]:
-            errors.append(math.log(result["error"] / before["error"]))
-        if result["width"] is not None and before["width"] is not None:
-            widths.append(result["width"] - before["width"])
-        n_changed += result["decisions"] != before["decisions"]
-        is_equal &= result == before
+        error, width = ((before[key], result[key]) for key in ("error", "width"))
+        if all(error):
+            errors.append(math.log(error[1] / error[0]))
+        if None not in width and np.isfinite(width).all():
+            widths.append(width[1] - width[0])
+        diverges = bool(error[0]) != bool(error[1])
+        n_changed += diverges or result["decisions"] != before["decisions"]
+        is_equal &= json.dumps(result) == json.dumps(before)  # nan equals nan
     return max(errors, key=abs), max(widths, key=abs), n_changed, is_equal
 
 

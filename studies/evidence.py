@@ -34,7 +34,14 @@ MARKS = "<!-- provenance -->", "<!-- end of provenance -->"
 ESTIMATOR = "basis", "conditioning", "data", "identification", "kernels", "models", "simulation"
 """Packages that decide an estimate."""
 
-SUFFIXES = {".py", ".c", ".h", ".toml"}
+FURTHER = {
+    "constants": ["validation"],
+    "export-fidelity": ["export"],
+    "measured-logs": ["beluga"],
+}
+"""Packages that decide the numbers of a page, too."""
+
+SUFFIXES = {".py", ".c", ".h", ".toml", ".yaml"}
 
 
 class Study(NamedTuple):
@@ -67,7 +74,7 @@ STUDIES = (
 
 def source_digest(page: str) -> str:
     """Return the digest of the sources that the numbers of a page depend on."""
-    packages = (*ESTIMATOR, "vehicle", *(["export"] if page == "export-fidelity" else []))
+    packages = (*ESTIMATOR, "vehicle", *FURTHER.get(page, []))
     root = Path(hydrodamp.__file__).parent
     files = (path for name in packages for path in (root / name).rglob("*"))
     digest = hashlib.sha256()

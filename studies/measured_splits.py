@@ -114,7 +114,8 @@ def _vehicle(name: str) -> hd.Vehicle:
         return vehicle
     added = np.zeros((6, 6))
     added[[0, 1, 5], [0, 1, 5]] = LABORATORY_MASS
-    return replace(vehicle, added_mass=added)
+    mass = vehicle.mass_matrix - vehicle.added_mass + added
+    return replace(vehicle, mass_matrix=mass, added_mass=added)
 
 
 def _read_example(name: str, paths: list[Path]) -> hd.Log:

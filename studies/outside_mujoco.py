@@ -116,9 +116,9 @@ def replay(logs: Logs) -> tuple[FloatArray, float]:
     windows = [
         (start, start + WINDOW)
         for first, last in train.bounds.tolist()
-        for start in range(first, last - WINDOW, WINDOW)
+        for start in range(first, last - WINDOW + 1, WINDOW)
     ]
-    windows = windows[:: -(-len(windows) // N_WINDOWS)]
+    windows = windows[:: max(1, -(-len(windows) // N_WINDOWS))]
     inputs = _channels(train)
     gains = np.ones(6) if train.wrench is not None else np.array([10.0, 10, 10, 1, 1, 1])
     bound = 10.0 * gains

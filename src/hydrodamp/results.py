@@ -280,6 +280,7 @@ def _read_journal(root: Path) -> tuple[dict[str, list[str]], dict[str, str]]:
 
 
 def remove_empty_folders(paths: Iterable[Path], folder: Path) -> None:
+    """Remove the folders of paths below a folder that hold no file."""
     for path in paths:
         for parent in path.parents:
             if not parent.is_relative_to(folder) or parent == folder:

@@ -19,8 +19,14 @@ def test_an_export_states_the_form_and_the_velocities_of_its_fit(tmp_path, targe
     assert "Form: not tested by the method oe." in str(card)
     tests = {"K": ScoreTest(210.0, 10, 2000)}
     adequacy = Adequacy.judge(tests, {"K": 0.0}, {"K": 0.2})
-    card = hd.export(DAMPING, CRAFT, target, tmp_path / "b", fit=replace(fit, adequacy=adequacy))
+    fit = replace(fit, adequacy=adequacy, status=hd.Status.STOPPED)
+    card = hd.export(DAMPING, CRAFT, target, tmp_path / "b", fit=fit)
     text = " ".join((tmp_path / "b" / file).read_text("utf-8").replace("\n * ", " ").split())
-    for words in ("Form: inadequate for p", "Do not use it for p", "u 0.5 to 1.25 m/s"):
+    for words in (
+        "Its estimate: stopped",
+        "Form: inadequate for p",
+        "Do not use it for p",
+        "u 0.5 to 1.25 m/s",
+    ):
         assert words in str(card)
         assert words in text

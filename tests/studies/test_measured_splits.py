@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import benchmark_measured
+import hydrodamp as hd
+import measured_splits
 from benchmark_measured import Row
 from hydrodamp.errors import FileError
 from measured_splits import check_file, read_splits, turn_wind
@@ -78,3 +80,11 @@ def test_the_tables_say_where_ours_loses():
         "with `general` loses to the best outside method of the split on 1 of 1 splits" in summary
     )
     assert "the largest ratio of errors is 3.00 on bluerov2" in summary
+
+
+def test_the_added_mass_of_the_laboratory_replaces_that_of_the_example():
+    example = hd.read_vehicle(measured_splits.EXAMPLES / "esso_osaka/vehicle.yaml")
+    ours = measured_splits._vehicle("esso_osaka")
+    rigid = [each.mass_matrix - each.added_mass for each in (example, ours)]
+    np.testing.assert_allclose(*rigid, atol=1e-9)
+    assert np.diag(ours.added_mass)[[0, 1, 5]].tolist() == [*measured_splits.LABORATORY_MASS]

@@ -14,6 +14,7 @@ DEMO_METHODS = "ls,ai,ai-composite,recommended"
 
 #: Log, vehicle and mapping of `demo --measured`, and what is identified from it.
 MEASURED = Path(hd.__file__).parent / "beluga"
+TRAIN, TEST = "0:200", "200:300"
 MEASURED_MODELS, MEASURED_METHODS = "linear,prestero,fossen,general", "ls,recommended"
 
 
@@ -65,13 +66,13 @@ def compare_measured(
             "Beluga, an AUV of Vortex NTNU, with random pilot inputs in a towing tank "
             "(github.com/michoy/system_identification, MIT licence).\n"
             f"Log, mapping, vehicle and licence: {MEASURED}\n"
-            "Identified on 0 to 200 s; replayed on 200 to 300 s.\n"
+            f"Identified on {TRAIN} s; replayed on {TEST} s.\n"
         )
     compare(
         vehicle=str(MEASURED / "vehicle.yaml"),
         logs=[str(MEASURED / "random-1.csv")],
-        train=["0:200"],
-        test=["200:300"],
+        train=[TRAIN],
+        test=[TEST],
         models=MEASURED_MODELS,
         methods=MEASURED_METHODS,
         mapping=str(MEASURED / "mapping.yaml"),

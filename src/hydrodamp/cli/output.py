@@ -42,11 +42,11 @@ _COLOURS = {"error": "red", "warning": "yellow"}
 
 WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
-#: Commands that print lines of progress where standard error is no terminal.
-_LONG_COMMANDS = {"compare", "control", "demo", "identify", "manoeuvre", "plan"}
-
 #: Commands that draw pictures or pages into `--out`.
 _REPORTING_COMMANDS = {"batch", "compare", "control", "demo", "identify", "manoeuvre", "plan"}
+
+#: Commands that print lines of progress where standard error is no terminal.
+_LONG_COMMANDS = _REPORTING_COMMANDS - {"batch"}
 
 _collected: ContextVar[dict[str, None]] = ContextVar("warned")
 

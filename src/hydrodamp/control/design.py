@@ -148,14 +148,16 @@ def design_control(
 
 def _default_values(envelope: Envelope, autopilot: DesignedAutopilot) -> Iterator[str]:
     """Yield the values of the envelope that are used and not stated."""
-    values = {"period": f"{envelope.period:g} s"}
+    values = {"period": ("time between commands [s]", envelope.period)}
     if autopilot.pitch is not None:
-        values["pitch"] = f"{envelope.pitch:g} deg"
-    if assumed := [f"`{k}: {v}`" for k, v in values.items() if k not in envelope.model_fields_set]:
-        yield (
-            f"Time between commands and largest pitch are assumed: {', '.join(assumed)}. State "
-            "them in the file of `--envelope`."
-        )
+        values["pitch"] = ("largest pitch [deg]", envelope.pitch)
+    assumed = [
+        f"{quantity} `{key}: {value:g}`"
+        for key, (quantity, value) in values.items()
+        if key not in envelope.model_fields_set
+    ]
+    if assumed:
+        yield f"Assumed: {', '.join(assumed)}. State it in the file of `--envelope`."
 
 
 def _design_at(

@@ -41,6 +41,7 @@ from hydrodamp.identification.predicted_error import predict_error
 from hydrodamp.models.damping import Damping, draw_coefficients
 from hydrodamp.models.model import read_label
 from hydrodamp.results import MANIFEST, check_results, save_results
+from hydrodamp.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD, PAGE = "fidelity.json", "fidelity.html"
@@ -162,7 +163,9 @@ def export(
 
 
 def list_reservations(fit: Fit) -> Iterator[str]:
-    """Yield the form of the model of a fit, what it is not for, and its range of velocities."""
+    """Yield what limits the use of a fit: status, form of the model, and range of velocities."""
+    if fit.status not in {Status.OK, Status.CONVERGED}:
+        yield f"Its estimate: {fit.status.word}."
     if fit.adequacy is None:
         yield f"Form: not tested by the method {fit.method}."
     else:

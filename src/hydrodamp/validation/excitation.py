@@ -36,6 +36,10 @@ _MISSING_COST = (
 #: Correlation times of the velocities before a divergence in which its motion is described.
 _RELATIVE_WINDOW = 5.0
 
+#: Largest yaw rate over speed and length, and least correlation time over sqrt(length / gravity);
+#: measured logs of ship models, an ROV and an AUV have at most 2.2 and at least 4.9.
+_MAX_TURN, _MIN_TIME_SCALE = 4.0, 3.0
+
 Ranges = Mapping[str, tuple[float, float]]
 
 
@@ -248,8 +252,3 @@ def foreign_motion(vehicle: Vehicle, log: Log) -> str:
         f"change within {log.time_scale:.2g} s. Name the vehicle of the log, such as that of the "
         "model in a tank, by `--vehicle`, or check the units of the log"
     )
-
-
-#: Largest yaw rate over speed and length, and least correlation time over sqrt(length / gravity);
-#: measured logs of a ship model and an ROV have at most 1.1 and at least 5.
-_MAX_TURN, _MIN_TIME_SCALE = 4.0, 3.0
