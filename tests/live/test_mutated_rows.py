@@ -54,7 +54,7 @@ def test_noise_at_the_port_of_mavlink_is_counted(lines):
     messages = [message for line in lines for message in parse(line[:MAX_DATAGRAM_SIZE])]
     found = [*MessageSynchroniser(mapping, print).synchronise(messages)]
     assert [row for row in found if row is not None] == [{}] * len(messages)
-    assert len(messages) >= len(lines)
+    assert len(messages) >= sum(map(bool, lines))  # an empty datagram is no message
 
 
 FORMS = {"commands": dict, "wrench": lambda row: wrench(angles(row))}
