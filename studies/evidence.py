@@ -52,9 +52,16 @@ class Study(NamedTuple):
     takes_times: bool = False
 
 
+SAMPLE = (
+    "sname/80s/coloured-pushed,sname/60s/3x,sname2022/80s/coloured-pushed,sname2022/60s/0.3x,"
+    "crossflow/60s/3x,drifting/60s/2x,lag-0.12s/110s/5Hz,remus/60s/0.3x,remus-theory/60s/2x,"
+    "rov/60s/0.3x,heavy-rov/80s/20Hz/tether,tanker/100s/3x/accelerations"
+)
+"""Short campaigns, at least one of each simulated vehicle."""
+
 STUDIES = (
     Study("interval-coverage", "coverage.py --out {out} --data {data} --page {page} --draws 6"),
-    Study("benchmark", "benchmark.py --out {out} --jobs 1 --page {page} --campaigns 'sname*'"),
+    Study("benchmark", "benchmark.py --out {out} --jobs 1 --page {page} --campaigns " + SAMPLE),
     Study("measured-logs", "benchmark_measured.py --out {out} --data {data} --page {page}"),
     Study("adequacy", "adequacy.py --out {out} --page {page} --draws 2"),
     Study("constants", "constants.py --out {out} --data {data} --page {page}"),

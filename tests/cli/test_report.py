@@ -27,7 +27,7 @@ def compared(planar, tmp_path_factory):
         patch.chdir(home)
         done = CliRunner().invoke(app, LINE.split())
     assert done.exit_code == 0, done.output
-    assert done.stderr == "written to out\nwritten to out/report.html\n"
+    assert done.stderr.endswith("written to out\nwritten to out/report.html\n")
     return home / "out"
 
 
