@@ -179,6 +179,7 @@ def boat(server, foreign):
     return open_log(server, foreign)
 
 
+@pytest.mark.slow
 def test_a_role_becomes_a_line_of_the_mapping(server, foreign):
     project = open_log(server, foreign)
     folder = server.root / "boat.hydrodamp"
@@ -231,6 +232,7 @@ def test_a_step_is_previewed_and_applied(server, boat):
     assert len(mapping.steps) == 1
 
 
+@pytest.mark.slow
 def test_sizes_give_a_vehicle_file(server, project):
     sizes = {"length": "2.1", "diameter": "0.19", "mass": "40", "height": "12", "name": "mine"}
     server.post(f"{project}/vehicle", source="sizes", axis=["X", "Y", "N"], **sizes)
@@ -244,6 +246,7 @@ def test_sizes_give_a_vehicle_file(server, project):
     assert b"must be a number [kg]" in text
 
 
+@pytest.mark.slow
 def test_gains_become_models_that_extend_the_chosen_ones(server, project):
     server.post(f"{project}/vehicle/gains", gain=["rpm|X", "rudder|N"])
     models = hd.read_models(server.root / "dive.hydrodamp/model.yaml")
@@ -252,6 +255,7 @@ def test_gains_become_models_that_extend_the_chosen_ones(server, project):
     assert "has no actuators" not in server.get(f"{project}/channels/checks")
 
 
+@pytest.mark.slow
 def test_a_run_has_the_general_model_by_default_beside_models_with_gains(server, project):
     from hydrodamp.app.commands import compare_command
 
@@ -373,6 +377,7 @@ def test_links_out_of_the_folder_are_not_followed(server, canonical, tmp_path_fa
     assert server.request("GET", f"{project}/channels")[0] == 422
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", ["commands: 5", "topics: {a: 5}", "commands: [{a: 1}]", "extends: 5"]
 )
@@ -514,6 +519,7 @@ def test_an_upload_to_a_full_disk_is_refused_with_a_remedy(server, monkeypatch):
     assert not [*(server.root / "logs").iterdir()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "status"), [("open", 422), ("write_text", 200)])
 def test_a_run_on_a_full_disk_is_refused_or_has_an_owner(
     server, canonical, monkeypatch, method, status

@@ -40,6 +40,7 @@ def chosen(server, canonical):
     return project
 
 
+@pytest.mark.slow
 def test_steps_follow_the_choices(server, canonical):
     address = open_log(server, canonical)
     project = find_project(server.root, "dive")
@@ -94,6 +95,7 @@ def test_a_renamed_project_keeps_its_results_and_a_copy_has_them(server, chosen)
     assert (server.root / "dive.csv").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["", "  "])
 def test_a_project_needs_a_name(server, chosen, name):
     status, headers, _ = server.request("POST", "/p/dive/project/rename", {"name": name})
@@ -110,6 +112,7 @@ def test_the_example_is_a_log_with_a_project(server, monkeypatch):
     assert len(hd.read_log(server.root / "logs/example-auv.csv").segments) == 4
 
 
+@pytest.mark.slow
 def test_the_next_dive_asks_for_limits(server, chosen):
     finish(chosen)
     page = server.get("/p/dive/files")
@@ -154,6 +157,7 @@ def test_actuators_take_mixed_commands_of_the_log_or_are_left_out(server):
     assert "rudder is determined by top and bottom" in refusal
 
 
+@pytest.mark.slow
 def test_entered_sizes_stay_and_a_planar_log_proposes_a_boat(server):
     time = np.arange(0.0, 60.0, 0.1)
     log = hd.Log.from_arrays(time, {"u": np.sin(time), "v": np.cos(time), "r": np.sin(2 * time)})

@@ -54,6 +54,7 @@ def test_spellings_of_the_same_product_are_equal(one, other):
 atoms = st.one_of(st.sampled_from(ATOMS), st.sampled_from(["rudder", "|rudder|", "ch_4"]))
 
 
+@pytest.mark.slow
 @given(st.lists(atoms, max_size=4))
 def test_parse_undoes_print_for_any_product(factors):
     term = Term(tuple(factors))

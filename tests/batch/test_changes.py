@@ -99,6 +99,7 @@ def test_a_rounding_error_is_neither_an_outlier_nor_a_change(days, rounding):
     assert find_change_points(fits) == ()
 
 
+@pytest.mark.slow
 def test_groups_of_little_information_are_no_outliers():
     rng = np.random.default_rng(11)
     named = [bool(find_outlying_groups(season(rng, 8, spread=2.0))) for _ in range(20)]

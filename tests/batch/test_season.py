@@ -51,6 +51,7 @@ def test_results_are_the_same_bits_on_threads_and_processes(fleet, season, threa
     assert one.fits[0].rms == other.fits[0].rms
 
 
+@pytest.mark.slow
 def test_standard_errors_are_those_of_refits_without_a_block(fleet, season):
     folded = summarise_address(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
     n, known = (
@@ -183,6 +184,7 @@ def with_wild_command(log):
     return replace(log, commands=commands)
 
 
+@pytest.mark.slow
 def test_outliers_from_the_cache_name_the_file_of_now(fleet, tmp_path, threads):
     first, renamed = tmp_path / "logs" / "2026-05-01.csv", tmp_path / "logs" / "2026-05-02.csv"
     first.parent.mkdir()
@@ -216,6 +218,7 @@ def test_methods_without_statistics_report_the_outliers_that_they_leave_out(
     assert "`rpm`: 1 implausible sample" in message
 
 
+@pytest.mark.slow
 def test_equal_logs_of_a_group_count_once(fleet, tmp_path, threads):
     hd.write_log(fleet.dive(1), tmp_path / "2026-05-01.csv")
     (tmp_path / "copy_2026-05-01.csv").write_bytes((tmp_path / "2026-05-01.csv").read_bytes())

@@ -19,6 +19,7 @@ def results(tasks, timeout=60.0, client=None):
         return list(pool.map(work, [(each,) for each in tasks], "working"))
 
 
+@pytest.mark.slow
 def test_a_call_that_kills_its_worker_costs_itself_alone():
     found = results([*range(5), "kill", *range(5, 9), "raise", "function"])
     assert found[:5] + found[6:10] == [2 * each for each in range(9)]

@@ -18,6 +18,7 @@ PARTS = "compare ab.csv --vehicle planar.yaml --train one --test two"
 ONE = "compare a.csv --vehicle planar.yaml"
 
 
+@pytest.mark.slow
 def test_the_papers_models_by_the_usual_method_without_the_papers_numbers(
     folder, call, monkeypatch
 ):
@@ -35,6 +36,7 @@ def usual(entry):
     return hd.LeastSquares()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     done = call(f"{PARTS} --models linear,fossen --methods ls,ai --json --out out")
@@ -74,6 +76,7 @@ def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, cal
     assert all(row["rms"] is not None for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_command_that_nothing_uses_is_told_and_no_fault(folder, call):
     log = hd.read_log("ab.csv")
@@ -111,6 +114,7 @@ def test_without_any_score_the_work_failed(folder, call):
     assert row["diverged_at"][0]["segment"] == "1"
 
 
+@pytest.mark.slow
 def test_settings_reach_the_score(folder, call):
     degrees, radians = (
         json.loads(call(f"{PARTS} --models fossen --methods ls --json --rate-unit {unit}").stdout)

@@ -6,6 +6,7 @@ from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log, read_recording
 
 
+@pytest.mark.slow
 def test_a_log_through_a_mapping_becomes_canonical(folder, call):
     (folder / "m.yaml").write_text(
         "time: time\nvelocity: {u: u, v: v, r: {column: r, unit: deg/s}}\n"

@@ -57,6 +57,7 @@ def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypat
         assert (folder / target / "fidelity.html").is_file()
 
 
+@pytest.mark.slow
 def test_a_card_of_an_earlier_version_makes_its_page(folder, call, damping):
     call("export python d.json --vehicle planar.yaml --out sim")
     path = folder / "sim" / "fidelity.json"

@@ -14,6 +14,7 @@ LINE = "compare a.csv --folds 5 --vehicle planar.yaml --models linear,fossen --m
 THREE = LINE.replace("--folds 5", "--folds 3")
 
 
+@pytest.mark.slow
 def test_json_holds_every_fold_and_horizon(folder, call):
     document = json.loads(call(f"{THREE} --json").stdout)
     assert len(document["held_out"]) == 3

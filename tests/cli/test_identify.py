@@ -150,6 +150,7 @@ def test_the_papers_models_have_gains_where_nothing_else_drives_the_vehicle(fold
     assert all("N_turn" in row["coefficients"] for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("folder")
 def test_a_fit_that_stopped_names_the_setting_for_more_iterations(call, monkeypatch):
     identify, line = hd.OutputError.identify, LINE.replace("--method ls", "--method oe")

@@ -114,6 +114,7 @@ def test_resume_needs_a_folder(folder, call):
         assert "`--out DIR`" in done.stderr
 
 
+@pytest.mark.slow
 def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     interrupt_fits(monkeypatch, 1)
     shown = call(LINE.replace("--out out", ""), 130)

@@ -1,3 +1,5 @@
+import pytest
+
 import json
 
 import hydrodamp as hd
@@ -14,6 +16,7 @@ def test_lists_the_catalogue_with_its_counts(call):
     assert of_log == {"general": None, "sparse": None}
 
 
+@pytest.mark.slow
 def test_a_model_of_a_file_goes_by_its_name(folder, call):
     (folder / "two.yaml").write_text(
         "models: [{name: heavy, terms: {X: u|u|}}, {name: light, terms: {X: u}}]", "utf-8"

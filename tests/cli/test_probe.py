@@ -84,6 +84,7 @@ def test_an_unknown_table_is_guessed_and_drafted(folder, call):
     np.testing.assert_allclose(log.velocity[:, [0, 5]], known.velocity[:, [0, 5]], atol=1e-8)
 
 
+@pytest.mark.slow
 def test_all_of_it_for_machines(folder, call):
     unmapped(folder)
     unmapped(folder, "again.csv", "b.csv")
@@ -139,6 +140,7 @@ def test_what_is_wrong_is_told_of_a_log_without_speeds_too(folder, call):
     assert "`yaw` jumps" not in done.stdout
 
 
+@pytest.mark.slow
 def test_a_jitter_of_the_clock_is_minded(folder, call):
     log = hd.read_log("a.csv")
     rng = np.random.default_rng(0)
@@ -187,6 +189,7 @@ def test_times_copied_from_probe_are_taken(folder, call):
     assert "first sample at 1459776213.250 s by its clock" in " ".join(done.stderr.split())
 
 
+@pytest.mark.slow
 def test_axes_and_preset_of_a_measured_log_are_told(call, measured_logs):
     told = call(f"probe {measured_logs('bluerov2_kth')}/run_11_40_38.csv").stdout
     for words in ("Axes: body FLU", "Preset `bluerov2-kth` matches"):

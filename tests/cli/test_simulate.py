@@ -16,6 +16,7 @@ def damping(folder):
     return "d.json"
 
 
+@pytest.mark.slow
 def test_prints_the_score_and_writes_the_simulated_log(folder, call, damping):
     line = f"simulate b.csv --vehicle planar.yaml --damping {damping} --attitude simulated"
     done = call(line)

@@ -24,6 +24,7 @@ def wave(seed, n=200):
     return np.repeat(np.random.default_rng(seed).normal(size=-(-n // 7)), 7)[:n]
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 20))
 def test_a_whole_number_of_steps_is_a_shift(steps):

@@ -27,6 +27,7 @@ def rows(places, n=60):
     return np.isin(np.arange(n), [*places])
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(1, 28), max_size=10))
 def test_what_is_linear_comes_back(counts, places):

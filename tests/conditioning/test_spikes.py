@@ -31,6 +31,7 @@ def still(edges):
     return Log(np.arange(1.0 * edges[-1]), np.zeros((edges[-1], 6)), segments=parts)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     st.sets(st.integers(0, 49), min_size=0, max_size=20),

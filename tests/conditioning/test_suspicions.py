@@ -274,6 +274,7 @@ def test_what_is_little_goes_with_the_vehicle_by_froude_s_law():
         assert product == pytest.approx(other("m/s") * other("rad/s"))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("craft", ["rov", *OTHERS])
 @pytest.mark.parametrize("fault", [name for name in FAULTS if name not in ("noise", "impossible")])

@@ -121,6 +121,7 @@ def test_draws_beyond_the_propeller_are_uncertain():
     assert entry.outcome is Outcome.UNCERTAIN
 
 
+@pytest.mark.slow
 def test_an_unstable_loop_is_an_outcome():
     bad = Envelope(autopilot=LoopGains(pitch=(200, 0, 0)))
     entry = at(2.0, envelope=bad)

@@ -20,6 +20,7 @@ def designed():
     return design_control(VEHICLE, published_damping(VEHICLE), [1.5])
 
 
+@pytest.mark.slow
 def test_the_filter_states_have_the_covariance_of_the_pushes():
     document = noise_document(designed(), NOISE)
     (speed,) = document["speeds"]
@@ -35,6 +36,7 @@ def test_the_filter_states_have_the_covariance_of_the_pushes():
     assert np.array(document["q_velocity"]) == pytest.approx(expected)
 
 
+@pytest.mark.slow
 def test_a_push_on_a_locked_axis_moves_nothing():
     axes = tuple("XYZMN")
     design = replace(designed(), vehicle=replace(VEHICLE, axes=axes))

@@ -35,6 +35,7 @@ def trajectories(closed_loop):
     return closed_loop.simulate((setpoints[:, None], overlays[:, None]))
 
 
+@pytest.mark.slow
 def test_each_member_moves_as_a_replay_of_its_commands(closed_loop, trajectories):
     for index, damping in enumerate(closed_loop.ensemble.dampings):
         log = trajectories.select([index]).log(
@@ -44,6 +45,7 @@ def test_each_member_moves_as_a_replay_of_its_commands(closed_loop, trajectories
         assert np.abs(replay.velocity - log.velocity).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_the_autopilot_follows_setpoints(closed_loop, trajectories):
     calm, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).setpoints(
         closed_loop.autopilot, closed_loop.envelope, 400

@@ -45,6 +45,7 @@ def test_steps_are_within_the_motion_of_the_log(fit):
         assert small.motion["r"] < np.degrees(0.05) < large.motion["r"] < np.degrees(0.3)
 
 
+@pytest.mark.slow
 def test_the_error_of_a_form_is_named_first_even_where_nothing_is_trusted(fit):
     wrong = replace(fit, form_errors={"Y": (0.5, 1.0, 0.1), "N": (0.5, 1.0, 0.1)})
     first, *further = describe_missions(wrong)

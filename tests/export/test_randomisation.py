@@ -28,6 +28,7 @@ def read_draws(folder):
     return np.array([[float(cell) for cell in row[1:]] for row in rows])
 
 
+@pytest.mark.slow
 def test_draws_have_the_covariance_of_the_fit(damping, tmp_path):
     form = Randomisation(draws=4000)
     card = hd.export(damping, hd.fleet["vt690"], form, tmp_path / "a")

@@ -145,6 +145,7 @@ def test_a_live_run_reads_the_topics_of_the_simulator(package):
         np.testing.assert_allclose([row["v"], row["port"]], [-row["u"], 10.0 * row["u"]])
 
 
+@pytest.mark.slow
 def test_a_replay_sends_what_each_actuator_takes(package, tmp_path, monkeypatch, capsys):
     pytest.importorskip("rosbags")
     from rosbags.rosbag2 import Reader

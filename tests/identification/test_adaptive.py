@@ -12,6 +12,7 @@ from hydrodamp.identification.differentiation import signal_to_noise
 LINEAR = hd.catalog["linear"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=2.0, gamma=20.0)])
 def test_status_is_converged_when_residuals_are_small(method, prepared):
     """On exact data the estimate converges after many passes."""

@@ -56,6 +56,7 @@ def nearest(damping, box, root=None):
     )[0]
 
 
+@pytest.mark.slow
 def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
     """Frobenius norm: keep the antisymmetric part, drop positive eigenvalues (Higham 1988)."""
     damping = true_damping(PLANAR)

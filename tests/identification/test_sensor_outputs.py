@@ -224,6 +224,7 @@ def test_a_delay_that_is_not_stated_is_told(exact):
     assert "The log suggests delays of dvl 0.3" in " ".join(fit.remarks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "indirect"), [("depth", True), ("dvl", False)])
 def test_sway_coefficients_without_a_sensor_of_sway_are_indirect(exact, name, indirect):
     """A gyro determines sway through the Munk moment; a depth does not observe it, a DVL does."""

@@ -28,6 +28,7 @@ def ticks(time, run=None):
     return Ticks(time, np.zeros(len(time), np.int64) if run is None else np.array(run))
 
 
+@pytest.mark.slow
 @given(lists(floats(0.01, 0.9), min_size=2, max_size=40), lists(floats(-1, 40), min_size=1))
 def test_between_messages_values_lie_on_a_line(steps, asked):
     """Against np.interp where there is something on both sides; else nothing."""

@@ -58,6 +58,7 @@ def test_a_clock_set_back_all_the_time_is_none(refused):
     refused(LogError, lambda: right(np.tile(np.arange(10.0), 251)))
 
 
+@pytest.mark.slow
 @given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))
 def test_whatever_the_stamps_time_increases_within_runs(time):
     stamps = right(time)

@@ -104,6 +104,7 @@ def test_a_state_that_is_none_is_put_aside(dive, tmp_path, sentence):
     assert json.loads(path.read_text())["state"]["n_rows"] == 300
 
 
+@pytest.mark.slow
 def test_the_state_of_another_method_is_put_aside(dive, tmp_path):
     vehicle, log = dive
     path, rows = tmp_path / "state.json", [*itertools.islice(rows_of(log), 300)]
@@ -148,6 +149,7 @@ def test_a_file_that_is_no_state_stays_as_it_is(dive, tmp_path, content):
     assert path.read_text() == content
 
 
+@pytest.mark.slow
 def test_a_state_belongs_to_one_run(dive, tmp_path):
     vehicle, log = dive
     path, rows = tmp_path / "state.json", [*itertools.islice(rows_of(log), 300)]

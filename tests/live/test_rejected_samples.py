@@ -55,6 +55,7 @@ ANGLES = [{"pitch": 400.0}, {"roll": 1e308}, {"yaw": -1e4}, {"pitch": -6.4}]
 ABSURD = [{"u": 1e9}, {"rpm": 1e9}, {"rpm": 1e160}, {"rpm": -1e200}, {"rudder": 1e3}]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["incomplete", "absurd"])
 def test_after_a_sample_that_lacks_something_a_run_begins(dive, rows, kind):
     turning = [*map(angles, rows)]
@@ -203,6 +204,7 @@ def test_a_row_without_a_channel_of_the_first_is_left_out(dive, rows, form, name
     assert record.counts == clean.counts | {"incomplete": 30}
 
 
+@pytest.mark.slow
 def test_another_form_of_the_attitude_is_not_used(dive, rows):
     vehicle, full = dive[0], [angles(row) for row in rows]
     clean = run_live(full, vehicle)
@@ -212,6 +214,7 @@ def test_another_form_of_the_attitude_is_not_used(dive, rows):
     assert other.counts == clean.counts | {"taken": 300 - 1, "first": 1, "incomplete": 1}
 
 
+@pytest.mark.slow
 def test_a_channel_that_the_first_row_lacked_is_used_when_it_lasts(dive, rows):
     full = [wrench(row) for row in rows]
     first = {name: value for name, value in full[0].items() if name != "Y"}

@@ -80,6 +80,7 @@ def test_a_paced_log_does_not_wait_for_what_was_taken(dive, monkeypatch):
     assert sum(pauses) == pytest.approx(0.9)
 
 
+@pytest.mark.slow
 def test_a_datagram_of_any_size_is_read_and_its_senders_are_counted():
     source, port = listening()
     line = json.dumps({"time": 1.0, "u": 1.0}).encode() + b"\n"

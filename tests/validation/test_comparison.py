@@ -24,6 +24,7 @@ def comparison(vehicle, exact_log, true_damping):
     return hd.compare([*fits, wild], vehicle, test)
 
 
+@pytest.mark.slow
 def test_rows_are_in_the_order_asked_for_and_the_truth_wins(comparison):
     assert [(row.model, row.method) for row in comparison.rows] == [
         ("linear", "ls"), ("fossen", "ls"), ("uncoupled", "ls"), ("linear", "ai"),
@@ -37,6 +38,7 @@ def test_rows_are_in_the_order_asked_for_and_the_truth_wins(comparison):
     assert choice.caveat == "Excluded: 2 replays that diverged, failed or did not converge."
 
 
+@pytest.mark.slow
 def test_a_diverged_replay_is_a_row_with_a_status(comparison):
     row = comparison.row("fossen", "wild")
     assert row.status is hd.Status.DIVERGED
@@ -90,6 +92,7 @@ def test_a_horizon_that_is_none_is_told_before_anything_is_replayed(vehicle, exa
         )
 
 
+@pytest.mark.slow
 def test_a_comparison_is_a_data_frame(comparison):
     pytest.importorskip("pandas", reason="data frames need the extra hydrodamp[pandas]")
     frame = comparison.to_dataframe()
@@ -101,6 +104,7 @@ def test_a_comparison_is_a_data_frame(comparison):
     assert (frame.iloc[4]["status"], np.isnan(frame.iloc[4]["rms"])) == ("diverged", True)
 
 
+@pytest.mark.slow
 def test_notebooks_show_texts_and_tables(comparison, vehicle):
     row = comparison.rows[0]
     for value, words in (

@@ -139,6 +139,7 @@ def test_too_few_samples_for_the_folds(vehicle, log):
         cross_validate(vehicle, log, LINEAR, hd.LeastSquares(), folds=1)
 
 
+@pytest.mark.slow
 def test_progress_is_told_of_every_fit_on_fewer_axes_too(vehicle, log):
     planar, told = replace(vehicle, axes=("X", "Y", "N")), []
     methods = [hd.LeastSquares(), Fixed()]

@@ -133,6 +133,7 @@ def hdf5_file(path):
         file["time"] = TIME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "write"),
     [

@@ -179,6 +179,7 @@ def test_broken_messages_are_noted_and_left_out(tmp_path, bag, monkeypatch, refu
     refused(ValueError, lambda: rosbag.read_file(bag.ros2(tmp_path / "other", bag.twists(1))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["MCAP", "ROS1"])
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_whole_messages_before_a_cut(tmp_path, bag, kind, share):

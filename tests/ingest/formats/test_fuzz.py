@@ -99,6 +99,7 @@ def test_tables_come_back_as_written(place, fast, data):
         np.testing.assert_array_equal(values, column)
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(damage=st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12))
 @pytest.mark.parametrize("name", ["x.bin", "x.ulg"])

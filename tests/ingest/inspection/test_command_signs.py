@@ -146,6 +146,7 @@ def test_surfaces_that_are_driven_apart_are_different_signals():
         assert find_equivalent_commands(("rudder_top", "rudder_bottom"), same)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("offset", "n_issues"), [(4, 1), (0, 0), (-4, 0)])
 def test_a_response_before_its_command_is_a_clock_offset(offset, n_issues):
     for seed in range(3):

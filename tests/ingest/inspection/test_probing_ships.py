@@ -48,6 +48,7 @@ def fold_minutes(degrees):
     return 100.0 * whole + 60.0 * rest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "columns",
     [
@@ -83,6 +84,7 @@ def test_degrees_and_minutes_with_a_column_of_the_hemisphere():
     assert "in two hemispheres" in probe(recording).draft.text
 
 
+@pytest.mark.slow
 @rows("signed, texts")
 def test_letters_that_change_no_sign(signed, texts):
     """Signed coordinates have their sign, and other columns hold letters of other meanings."""
@@ -209,6 +211,7 @@ def test_a_unit_by_convention_alone_makes_no_log():
     assert draft.confidence < MIN_DRAFT_CONFIDENCE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "factor"), [("v", 1.0), ("speed", 1.0), ("V", 1 / KNOT)])
 def test_a_speed_of_the_length_of_the_path_is_no_sway(name, factor):
     columns = {"x": NORTH, "y": EAST, "yaw": PSI, name: factor * SOG}

@@ -71,6 +71,7 @@ def test_a_vehicle_that_moves_sideways_keeps_its_yaw(tmp_path):
     assert {guess.sign for guess in found.roles.guesses} == {1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drift", [-90.0, 180.0], ids=["sideways", "astern"])
 def test_a_nearly_constant_heading_is_kept_where_the_vehicle_does_not_move_ahead(tmp_path, drift):
     time = 0.2 * np.arange(1500)

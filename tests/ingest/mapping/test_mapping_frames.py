@@ -47,6 +47,7 @@ def recorded(motion, body, world):
     return theirs, motion[:, 3:6] @ BODIES[body].T, motion[:, 6:] @ BODIES[body].T
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(MOTIONS, CASES, sampled_from([EULER, QUATERNION]))
 def test_axes_there_and_back(motion, case, names):
@@ -90,6 +91,7 @@ def test_a_heading_is_that_of_a_compass_in_every_world(frame, world):
     assert record.velocity_names == ("u", "v")
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(MOTIONS)
 def test_velocities_of_the_world_become_those_of_the_body(motion):
@@ -176,6 +178,7 @@ def test_a_speed_without_a_course_is_u():
     assert "sway is not separated" in record.notes[-1]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(MOTIONS)
 def test_a_sensor_turned_and_moved_in_the_vehicle(motion):

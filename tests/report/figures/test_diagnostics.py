@@ -33,6 +33,7 @@ ONE = hd.Fit(hd.Damping.from_dict(None, {"X_u": -2.0, "Y_v": 4.0}), "ls", hd.Sta
 TURN = OperatingBox([1, -1, 0, 0, 0, -0.3], [2, 1, 0, 0, 0, 0.3])
 
 
+@pytest.mark.slow
 def test_velocities_that_move_have_a_panel_of_power(on_sheet):
     figure = power_figure(ONE, TURN, "rad")
     assert labels(figure, "x") == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [rad/s]"]

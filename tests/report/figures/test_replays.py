@@ -25,6 +25,7 @@ def diverged(row, name, after):
     return replace(row, trajectory=replace(run, velocity=velocity, diverged=at), score=score)
 
 
+@pytest.mark.slow
 def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
     rows = [sailed.table.row("linear", key) for key in ("weak", "ai")]
     figure = hd.replays_figure(rows)

@@ -1,3 +1,5 @@
+import pytest
+
 import base64
 import hashlib
 import json
@@ -73,6 +75,7 @@ def hostile(comparison):
     return replace(comparison, rows=tuple(rows), provenance=words)
 
 
+@pytest.mark.slow
 def test_names_from_files_stay_text(comparison):
     plain = take_apart(made(comparison))
     text = made(hostile(comparison), files=f"0a  {HOSTILE}", warnings=HOSTILE)

@@ -79,6 +79,7 @@ def test_a_short_log_is_drawn_as_it_is(comparison):
     assert np.all(np.diff(time) >= 0.0)
 
 
+@pytest.mark.slow
 def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     log = make_log(1000.0, 40.0)
     comparison = make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak"))

@@ -103,6 +103,7 @@ def test_a_plan_sails_at_the_rate_of_its_autopilot():
     np.testing.assert_allclose(fifty.exact_train.velocity[::5], same, atol=0.01)
 
 
+@pytest.mark.slow
 def test_exact_log_satisfies_equation_1():
     """M dnu/dt = H(M nu) nu + tau + known + pushes, each part by the project's own means."""
     campaign = hd.reenact(5, duration=10.0)
