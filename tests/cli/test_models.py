@@ -1,6 +1,6 @@
-import pytest
-
 import json
+
+import pytest
 
 import hydrodamp as hd
 

@@ -25,7 +25,7 @@ MIN_GAP_STEPS = 5.0
 #: Shortest gap of a log over the time scale of its motion [1].
 RELATIVE_GAP = 0.4
 
-#: Stamps further apart than this, 11 days, belong to two epochs [s].
+#: Stamps that differ by more than this, 11 days, belong to two epochs [s].
 EPOCH_GAP_S = 1e6
 
 #: Longest delay of a message that is no dropout [s]: that of computers, whatever the vehicle.

@@ -1,11 +1,11 @@
-import pytest
-
 import base64
 import hashlib
 import json
 import re
 from dataclasses import replace
 from itertools import pairwise
+
+import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.log import Segment
