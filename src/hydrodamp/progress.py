@@ -66,10 +66,10 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
 
 def _print_lines(label: str, total: float | None) -> Step:
     """Print a label once; return a function that prints the number of steps at intervals."""
-    if (printed := _lines.get()) is None:
+    if (labels := _lines.get()) is None:
         return lambda steps=1: None
-    if label not in printed and (total or 0) <= _MANY_STEPS:
-        printed.add(label)
+    if label not in labels and (total or 0) <= _MANY_STEPS:
+        labels.add(label)
         print(label, file=sys.stderr, flush=True)
     lock, n_done, last = Lock(), 0.0, monotonic()
 

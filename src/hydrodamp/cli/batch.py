@@ -39,7 +39,7 @@ def batch(
     wanted = "given once: run `batch` separately for the logs of each mapping"
     demand(len(mappings) < 2, "--mapping", wanted, len(mappings))
     cluster = nullcontext() if scheduler is None else _cluster(scheduler)
-    with _emptied_if_refused(cache := out / "statistics"), cluster as client:
+    with _remove_statistics_on_error(cache := out / "statistics"), cluster as client:
         result = hd.batch(
             logs,
             vehicles,
@@ -80,16 +80,16 @@ def batch(
 
 
 @contextmanager
-def _emptied_if_refused(cache: Path) -> Iterator[None]:
+def _remove_statistics_on_error(cache: Path) -> Iterator[None]:
     """Remove the statistics that a refused call wrote, and folders that are empty then."""
     earlier, folder = {*cache.glob("*")}, next(p for p in (cache, *cache.parents) if p.exists())
     try:
         yield
     except HydrodampError:
-        written = {*cache.glob("*")} - earlier
-        for path in written:
+        new_files = {*cache.glob("*")} - earlier
+        for path in new_files:
             path.unlink()
-        remove_empty_folders(written, folder)
+        remove_empty_folders(new_files, folder)
         raise
 
 

@@ -34,12 +34,12 @@ def demo(
     """
     from hydrodamp.validation.workflow import Study
 
-    check_out_folder(out, resume, force)
     if measured:
         if (seed, truth) != (0, "sname"):
             fail("`--measured` excludes `--seed` and `--truth`: leave them out.", WRONG_INPUT)
         compare_measured(out, json, verbose=verbose, resume=resume, force=force)
         return
+    check_out_folder(out, resume, force)
     campaign = hd.reenact(seed=seed, truth=truth)
     train, test = campaign.train, campaign.test
     if not json:

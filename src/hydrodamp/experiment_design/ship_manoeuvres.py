@@ -153,8 +153,8 @@ def evaluate_ship(
     ship = Ship(planar, equation, names, rudder, propeller, speed, length, rudder_rate)
     with np.errstate(all="ignore"):  # a draw may diverge
         ship, steady = approach(ship, len(equation.matrices))
-        counted = count_items(MANOEUVRES, "simulating manoeuvres", len(MANOEUVRES))
-        runs = {name: ship.simulate(name, steady) for name in counted}
+        manoeuvres = count_items(MANOEUVRES, "simulating manoeuvres", len(MANOEUVRES))
+        runs = {name: ship.simulate(name, steady) for name in manoeuvres}
         numbers = [each for name, run in runs.items() for each in _measure(ship, name, run)]
         ends = [each.draws[0] for each in numbers if each.name == "steady yaw rate"]
         with progress("simulating the spiral"):
@@ -166,11 +166,11 @@ def evaluate_ship(
     return ShipManoeuvres(ship, steady, runs, spiral, tuple(numbers), extrapolation)
 
 
-def _at_crossing(reached: FloatArray, level: float, values: FloatArray) -> FloatArray:
+def _at_crossing(quantity: FloatArray, level: float, values: FloatArray) -> FloatArray:
     """Return values at the first sample of each column where a quantity reaches a level."""
-    is_reached = reached >= level
+    is_reached = quantity >= level
     after = is_reached.argmax(axis=0)[None]
-    pairs = [np.take_along_axis(x, k, 0)[0] for x in (reached, values) for k in (after - 1, after)]
+    pairs = [np.take_along_axis(x, k, 0)[0] for x in (quantity, values) for k in (after - 1, after)]
     share = (level - pairs[0]) / (pairs[1] - pairs[0])
     return np.where(is_reached.any(axis=0), pairs[2] + share * (pairs[3] - pairs[2]), np.nan)
 
