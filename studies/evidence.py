@@ -60,15 +60,15 @@ SAMPLE = (
 """Short campaigns, at least one of each simulated vehicle."""
 
 STUDIES = (
+    Study("constants", "constants.py --out {out} --data {data} --page {page}"),
     Study("interval-coverage", "coverage.py --out {out} --data {data} --page {page} --draws 6"),
     Study("benchmark", "benchmark.py --out {out} --jobs 1 --page {page} --campaigns " + SAMPLE),
     Study("measured-logs", "benchmark_measured.py --out {out} --data {data} --page {page}"),
     Study("adequacy", "adequacy.py --out {out} --page {page} --draws 2"),
-    Study("constants", "constants.py --out {out} --data {data} --page {page}"),
     Study("consistency", "consistency.py --out {out} --page {page}"),
     Study("predicted-error", "predicted_error.py --out {out} --page {page} --draws 6"),
     Study("interval-coverage", "guesses.py --out {out} --page {page} --draws 10"),
-    Study("sensors", "sensors.py --out {out} --page {page}"),
+    Study("sensors", "sensors.py --out {out} --data {data} --page {page} --draws 4"),
     Study("cross-check", "cross_check.py --out {out} --data {data} --page {page}"),
     Study("command-response", "command_response.py --page {page}"),
     Study("paper-reenacted", "paper.py --page {page}"),
